@@ -1,0 +1,72 @@
+"""From an analysis to a score, and to the segments that `improv compile` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import islice
+from typing import Any
+
+from improv_core.analysis import Analysis
+from improv_core.motion import Pose
+from improv_core.movement import ENDLESS, walk
+from improv_core.profiles import TURTLESIM
+from improv_core.score import Part, Score, twist
+
+MOST_SEGMENTS = 10_000
+_MOMENTS_PER_SEGMENT = 2
+"""Neighbours that merge are walked one by one; a part that never ends and never changes must still come to an end."""
+
+
+def score_of(analysis: Analysis) -> Score:
+    """What the robots of a program play, with the default profile, side by side one and a half steps apart."""
+    profile = TURTLESIM
+    parts = {
+        robot: Part(robot, movement, profile, Pose(y=-1.5 * profile.step * place), f"/{robot}/cmd_vel")
+        for place, (robot, movement) in enumerate(analysis.robots.items())
+    }
+    return Score(analysis.tempo, parts)
+
+
+def compiled(analysis: Analysis, most_segments: int = MOST_SEGMENTS) -> Mapping[str, Any]:
+    """The program as plain values for JSON: tempo, and per robot its length and segments, in seconds, m/s and rad/s."""
+    score = score_of(analysis)
+    tempo = score.tempo
+    return {
+        "ok": analysis.ok,
+        "beat": int(tempo) if tempo.denominator == 1 else float(tempo),
+        "robots": {name: _robot(score, part, most_segments) for name, part in score.parts.items()},
+    }
+
+
+def _robot(score: Score, part: Part, most: int) -> Mapping[str, Any]:
+    beats = part.movement.duration
+    endless = beats == ENDLESS
+    segments: list[tuple[Any, Any, Any]] = []  # start and duration in beats, velocity
+    truncated = False
+    for walked, moment in enumerate(walk(part.movement, merge=True)):
+        if segments and segments[-1][2] == moment.velocity:
+            start, duration, velocity = segments.pop()
+            segments.append((start, duration + moment.duration, velocity))
+        elif len(segments) == most:
+            truncated = True
+            break
+        else:
+            segments.append((moment.start, moment.duration, moment.velocity))
+        if walked >= most * _MOMENTS_PER_SEGMENT:
+            truncated = True
+            break
+    return {
+        "beats": None if endless else str(beats),
+        "seconds": None if endless else score.seconds(beats),
+        "endless": endless,
+        "segments": [
+            [score.seconds(start), score.seconds(duration), *_numbers(score, part, velocity)]
+            for start, duration, velocity in islice(segments, most)
+        ],
+        "truncated": truncated,
+    }
+
+
+def _numbers(score: Score, part: Part, velocity: Any) -> list[float]:
+    moving = twist(velocity, part.profile, score.tempo)
+    return [moving.x, moving.y, moving.z, moving.yaw]

@@ -1,0 +1,51 @@
+"""Twists and poses in SI units, in the axes of REP-103: x forward, y left, z up, yaw counter-clockwise."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Twist:
+    """A velocity in the robot's own frame: x, y, z in m/s, yaw in rad/s."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    yaw: float = 0.0
+
+
+STILL = Twist()
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A place in the world: x, y, z in metres, heading in radians, counter-clockwise from the x axis."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    heading: float = 0.0
+
+    def after(self, twist: Twist, seconds: float) -> Pose:
+        """The pose after holding `twist` for `seconds`: the exact arc, not a chain of short lines.
+
+        With a = yaw * seconds, the robot-frame displacement is the integral of the turning velocity,
+        (x sin a - y (1 - cos a), x (1 - cos a) + y sin a) / yaw (Lynch & Park, Modern Robotics, 3.3.3).
+        """
+        angle = twist.yaw * seconds
+        # sin(a)/a and (1-cos(a))/a; their series near zero avoids 0/0 and cancellation.
+        if abs(angle) < 1e-4:
+            along, across = 1 - angle * angle / 6, angle / 2
+        else:
+            along, across = math.sin(angle) / angle, (1 - math.cos(angle)) / angle
+        dx = (twist.x * along - twist.y * across) * seconds
+        dy = (twist.x * across + twist.y * along) * seconds
+        cos, sin = math.cos(self.heading), math.sin(self.heading)
+        return Pose(
+            self.x + cos * dx - sin * dy,
+            self.y + sin * dx + cos * dy,
+            self.z + twist.z * seconds,
+            self.heading + angle,
+        )

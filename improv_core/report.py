@@ -1,0 +1,41 @@
+"""How diagnostics are told outside an editor: as lines for people, as JSON for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from improv_core.analysis import Analysis
+from improv_core.diagnostics import Diagnostic
+from improv_core.text import LineIndex, Position
+
+
+def told(path: str, analysis: Analysis) -> list[str]:
+    """`path:line:column: severity[code] message`, one line each, counted from 1."""
+    lines = []
+    for diagnostic in analysis.diagnostics:
+        at = analysis.lines.position(diagnostic.span.start)
+        where = f"{path}:{at.line + 1}:{at.column + 1}"
+        lines.append(f"{where}: {diagnostic.severity.value}[{diagnostic.code}] {diagnostic.message}")
+    return lines
+
+
+def as_json(analysis: Analysis) -> list[Mapping[str, Any]]:
+    """Diagnostics as JSON values; lines and characters count from 0, characters in code points."""
+    return [_as_json(diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
+
+
+def _as_json(diagnostic: Diagnostic, lines: LineIndex) -> Mapping[str, Any]:
+    return {
+        "code": diagnostic.code,
+        "severity": diagnostic.severity.value,
+        "message": diagnostic.message,
+        "range": {
+            "start": _place(lines.position(diagnostic.span.start)),
+            "end": _place(lines.position(diagnostic.span.end)),
+        },
+    }
+
+
+def _place(position: Position) -> Mapping[str, int]:
+    return {"line": position.line, "character": position.column}

@@ -1,0 +1,139 @@
+"""A score: which robot plays which movement, how fast. What the stage is given to play. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from fractions import Fraction
+from typing import Any
+
+from improv_core import movement as algebra
+from improv_core.motion import Pose, Twist
+from improv_core.movement import Movement, Velocity
+from improv_core.profiles import Profile
+from improv_core.text import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One robot's part: what it plays, what kind of robot it is, where it starts and where it listens."""
+
+    robot: str
+    movement: Movement
+    profile: Profile
+    start: Pose
+    topic: str
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """All parts, played together from beat 0 at `tempo` beats per minute."""
+
+    tempo: Fraction
+    parts: Mapping[str, Part]
+
+    @property
+    def beats(self) -> algebra.Duration:
+        """How long the longest part lasts."""
+        return max((part.movement.duration for part in self.parts.values()), default=algebra.ZERO)
+
+    def seconds(self, beats: algebra.Duration) -> float:
+        """The time these beats take."""
+        return float(beats * 60 / self.tempo)
+
+
+def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
+    """A velocity in SI units: steps per beat times metres per step times beats per second."""
+    per_second = tempo / 60
+    step, turn = profile.step, profile.quarter_turn
+    return Twist(
+        float(velocity.x * per_second) * step,
+        float(velocity.y * per_second) * step,
+        float(velocity.z * per_second) * step,
+        float(velocity.yaw * per_second) * turn,
+    )
+
+
+def to_json(score: Score) -> dict[str, Any]:
+    """The score as JSON values: each distinct part of a movement once, before what is made of it."""
+    rows: list[list[Any]] = []
+    parts = {
+        name: {
+            "movement": _add(part.movement, rows, {}),
+            "profile": asdict(part.profile),
+            "start": asdict(part.start),
+            "topic": part.topic,
+        }
+        for name, part in score.parts.items()
+    }
+    return {"tempo": str(score.tempo), "movements": rows, "parts": parts}
+
+
+def from_json(data: Mapping[str, Any]) -> Score:
+    """The score that `to_json` wrote. Raises KeyError, ValueError or TypeError on anything else."""
+    made: list[Movement] = []
+    for kind, *rest in data["movements"]:
+        made.append(_read(kind, rest, made))
+    parts = {
+        name: Part(
+            name, made[part["movement"]], Profile(**part["profile"]), Pose(**part["start"]), part["topic"]
+        )
+        for name, part in data["parts"].items()
+    }
+    return Score(Fraction(data["tempo"]), parts)
+
+
+def _add(whole: Movement, rows: list[list[Any]], places: dict[int, int]) -> int:
+    """Append the rows of a movement, parts first, and return its own place; an explicit stack, for long chains."""
+    waiting = [whole]
+    while waiting:
+        part = waiting[-1]
+        inner = [child for child in algebra.parts(part) if id(child) not in places]
+        if inner:
+            waiting += inner
+            continue
+        waiting.pop()
+        if id(part) not in places:
+            places[id(part)] = len(rows)
+            rows.append(_row(part, [places[id(child)] for child in algebra.parts(part)]))
+    return places[id(whole)]
+
+
+def _row(part: Movement, inner: list[int]) -> list[Any]:
+    if isinstance(part, algebra.Hold):
+        return ["hold", [str(value) for value in part.velocity], str(part.duration), part.span]
+    if isinstance(part, algebra.Series):
+        return ["series", inner]
+    if isinstance(part, algebra.Parallel):
+        return ["parallel", inner]
+    if isinstance(part, algebra.Repeat):
+        return ["repeat", inner[0], part.times]
+    if isinstance(part, algebra.Pace):
+        return ["pace", inner[0], str(part.rate)]
+    if isinstance(part, algebra.Gain):
+        return ["gain", inner[0], [str(value) for value in part.gain]]
+    if isinstance(part, algebra.Use):
+        return ["use", inner[0], part.span]
+    return ["reverse", inner[0]]
+
+
+def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
+    if kind == "hold":
+        velocity, duration, span = rest
+        return algebra.hold(Velocity(*map(Fraction, velocity)), Fraction(duration), Span(*span) if span else None)
+    if kind == "series":
+        return algebra.series([made[place] for place in rest[0]])
+    if kind == "parallel":
+        return algebra.parallel([made[place] for place in rest[0]])
+    body = made[rest[0]]
+    if kind == "repeat":
+        return algebra.repeat(body, rest[1])
+    if kind == "pace":
+        return algebra.pace(body, Fraction(rest[1]))
+    if kind == "gain":
+        return algebra.gain(body, Velocity(*map(Fraction, rest[1])))
+    if kind == "use":
+        return algebra.use(body, Span(*rest[1]))
+    if kind == "reverse":
+        return algebra.reverse(body)
+    raise ValueError(f"no movement is called {kind!r}")

@@ -1,0 +1,40 @@
+"""Where velocities go. A sink turns timed twists into motion: simulated or real."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from improv_core.motion import Pose, Twist
+from improv_core.score import Part
+
+
+class Sink(Protocol):
+    """Something that moves robots. The stage's loop calls it from one thread only."""
+
+    name: str
+    """How it is called in the status: "simulator", "ROS 2"."""
+
+    period: float | None
+    """Seconds between two calls of `advance` while something plays, or None if it needs none."""
+
+    def prepare(self, parts: Mapping[str, Part], restart: bool) -> None:
+        """Get ready to move these robots; with `restart`, put them at their start poses where that is possible.
+
+        Robots of earlier calls are kept. Called before the first `send` of each new score.
+        """
+
+    def missing(self) -> dict[str, str]:
+        """The robots of the latest `prepare` that would not hear a command now, each with one plain line saying so."""
+
+    def send(self, robot: str, twist: Twist, at: float) -> None:
+        """The robot's velocity from `at` on, in seconds of performance since beat 0 (never decreasing)."""
+
+    def advance(self, to: float) -> None:
+        """Performance time is now `to` seconds since beat 0; every twist up to then has been sent."""
+
+    def poses(self) -> dict[str, Pose]:
+        """Where the robots are, if the sink knows; else empty."""
+
+    def close(self) -> None:
+        """Let go of everything. The robots have been stopped already."""

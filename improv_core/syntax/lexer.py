@@ -1,0 +1,49 @@
+"""The tokens of a statement: words by their kind in the vocabulary, names, numbers and signs. Never raises."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.text import Span
+
+NAME = r"[^\W\d]\w*"
+NUMBER = r"[+-]?[0-9]*\.?[0-9]+(?:/[+-]?[0-9]*\.?[0-9]+)?"
+
+_TOKEN = re.compile(
+    rf"""(?P<BLANK> [ \t\r\n\ufeff]+ | \#[^\r\n]*)
+      | (?P<NAME> {NAME})
+      | (?P<NUMBER> {NUMBER})
+      | (?P<BAR> \|\|) | (?P<EQUAL> =) | (?P<DOLLAR> \$)
+      | (?P<LPAR> \() | (?P<RPAR> \)) | (?P<LSQB> \[) | (?P<RSQB> \])
+      | (?P<STRAY> .)""",
+    re.VERBOSE | re.DOTALL,
+)
+
+
+class Token(NamedTuple):
+    """A piece of a statement; `type` is its terminal in the grammar, offsets count from the statement's start."""
+
+    type: str
+    text: str
+    start: int
+    end: int
+
+    @property
+    def span(self) -> Span:
+        return Span(self.start, self.end)
+
+
+def lex(text: str) -> list[Token]:
+    """The tokens of a text, without blanks and comments; what belongs to no token is a `STRAY` of one character."""
+    tokens = []
+    for match in _TOKEN.finditer(text):
+        kind, piece = match.lastgroup, match.group()
+        if kind == "BLANK":
+            continue
+        if kind == "NAME" and piece in WORDS:
+            kind = WORDS[piece].kind.value
+        assert kind
+        tokens.append(Token(kind, piece, match.start(), match.end()))
+    return tokens

@@ -1,0 +1,106 @@
+"""The tree of a statement. Spans count from the statement's start, so that a tree can be kept wherever it moves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Union
+
+from improv_core.diagnostics import Diagnostic
+from improv_core.syntax.lexer import Token
+from improv_core.syntax.vocabulary import WORDS, Word
+from improv_core.text import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Primitive:
+    span: Span
+    word: Word
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """A movement that should be here; the parser has said so."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    span: Span
+    items: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parallel:
+    span: Span
+    voices: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Bracket:
+    """`( )`, or `[ ]` which squeezes."""
+
+    span: Span
+    squeezes: bool
+    body: Node | None
+
+
+@dataclass(frozen=True, slots=True)
+class Apply:
+    """A transformer, its number or plane if it has one, and the one term it applies to."""
+
+    span: Span
+    word: Token
+    argument: Token | None
+    body: Node
+
+    @property
+    def plane(self) -> Word | None:
+        return WORDS.get(self.argument.text) if self.argument else None
+
+
+Node = Union[Primitive, Name, Missing, Series, Parallel, Bracket, Apply]
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """A statement's tokens, tree and mistakes of form.
+
+    `sign` is the `beat`, `=` or `$` that makes it a tempo, a definition or a play; None if it has none of them.
+    `heads` are the names before the sign. `body` is the movement, `number` the tempo.
+    """
+
+    text: str
+    tokens: tuple[Token, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    sign: Token | None
+    heads: tuple[Token, ...] = ()
+    body: Node | None = None
+    number: Token | None = None
+
+
+def children(node: Node) -> tuple[Node, ...]:
+    """The nodes directly inside."""
+    if isinstance(node, Series):
+        return node.items
+    if isinstance(node, Parallel):
+        return node.voices
+    if isinstance(node, Apply):
+        return (node.body,)
+    if isinstance(node, Bracket) and node.body:
+        return (node.body,)
+    return ()
+
+
+def nodes(node: Node) -> Iterator[Node]:
+    """A node and all inside it, in the order of the text."""
+    yield node
+    for child in children(node):
+        yield from nodes(child)

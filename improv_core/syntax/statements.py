@@ -1,0 +1,41 @@
+"""Where one statement ends and the next begins, in one pass over the lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from improv_core.syntax.lexer import NAME
+
+_LINE = re.compile(r"([^\r\n#]*)(#[^\r\n]*)?(?:\r\n|\n|\r|$)")
+# A line that begins like a statement always starts one, so that one missing bracket never swallows the rest.
+_BEGINS = re.compile(rf"\s*(?:beat[ \t]+[-+.0-9]|{NAME}[ \t]*=|{NAME}[^()\[\]$=|]*\$)")
+_BLANKS = " \t\r\n\ufeff"
+
+
+def split(text: str) -> Iterator[tuple[int, str]]:
+    """Each statement's offset and text, without the blanks around it; lines of comment alone belong to none."""
+    start, open_brackets = None, 0
+    for match in _LINE.finditer(text):
+        line = match[1]
+        code = line.strip(_BLANKS)
+        if start is not None and (not open_brackets or (code and _BEGINS.match(line))):
+            yield _trimmed(text, start, match.start())
+            start, open_brackets = None, 0
+        if not code:
+            continue
+        if start is None:
+            start = match.start()
+        for sign in code:
+            if sign in "([":
+                open_brackets += 1
+            elif sign in ")]" and open_brackets:
+                open_brackets -= 1
+    if start is not None:
+        yield _trimmed(text, start, len(text))
+
+
+def _trimmed(text: str, start: int, end: int) -> tuple[int, str]:
+    piece = text[start:end].rstrip(_BLANKS)
+    body = piece.lstrip(_BLANKS)
+    return start + len(piece) - len(body), body

@@ -1,0 +1,83 @@
+"""The words of the language: one table for the lexer, the compiler, completion, hover and the editors' grammars."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+
+from improv_core.movement import ONE, SAME, ZERO, Velocity
+
+HALF = Fraction(1, 2)
+
+
+class Kind(Enum):
+    """What a word is; the value is its terminal in the grammar."""
+
+    BEAT = "BEAT"
+    PRIMITIVE = "PRIMITIVE"
+    MIRROR = "MIRROR"
+    REPEAT = "REPEAT"
+    REFLECT = "REFLECT"
+    FACTOR = "FACTOR"
+    PLANE = "PLANE"
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A built-in word; `velocity` is a primitive's velocity, or the gain of a reflection in a plane."""
+
+    text: str
+    kind: Kind
+    usage: str
+    about: str
+    velocity: Velocity = SAME
+
+
+def _primitive(text: str, about: str, **velocity: Fraction) -> Word:
+    return Word(text, Kind.PRIMITIVE, text, about, Velocity(**velocity))
+
+
+def _plane(text: str, about: str, gain: Velocity) -> Word:
+    return Word(text, Kind.PLANE, f"reflect {text} movement", about, gain)
+
+
+_SAGITTAL = Velocity(ONE, -ONE, ONE, -ONE)
+_FRONTAL = Velocity(-ONE, ONE, ONE, ONE)
+_TRANSVERSE = Velocity(ONE, ONE, -ONE, ONE)
+
+WORDS = {
+    word.text: word
+    for word in (
+        Word("beat", Kind.BEAT, "beat 60", "The tempo: so many beats per minute."),
+        _primitive("forward", "One step forward.", x=ONE),
+        _primitive("backward", "One step backward.", x=-ONE),
+        _primitive("left", "A quarter turn to the left.", yaw=ONE),
+        _primitive("right", "A quarter turn to the right.", yaw=-ONE),
+        _primitive("halfleft", "An eighth of a turn to the left.", yaw=HALF),
+        _primitive("halfright", "An eighth of a turn to the right.", yaw=-HALF),
+        _primitive("rest", "Stands still for a beat.", x=ZERO),
+        _primitive("strafeleft", "One step sideways to the left.", y=ONE),
+        _primitive("straferight", "One step sideways to the right.", y=-ONE),
+        _primitive("up", "One step up.", z=ONE),
+        _primitive("down", "One step down.", z=-ONE),
+        Word("reverse", Kind.MIRROR, "reverse movement", "What is performed, in reverse order."),
+        Word("retrograde", Kind.MIRROR, "retrograde movement", "The path retraced backwards."),
+        Word("repeat", Kind.REPEAT, "repeat 4 movement", "So many times; without a number, for ever."),
+        Word("reflect", Kind.REFLECT, "reflect YZ movement", "The mirror image in a plane: YZ, XZ or XY."),
+        Word("fast", Kind.FACTOR, "fast 2 movement", "The same path, so many times as fast."),
+        Word("slow", Kind.FACTOR, "slow 2 movement", "The same path, taking so many times as long."),
+        Word("scale", Kind.FACTOR, "scale 2 movement", "The same time, a path so many times as large."),
+        _plane("YZ", "Left and right change places.", _SAGITTAL),
+        _plane("XZ", "Forward and backward change places.", _FRONTAL),
+        _plane("XY", "Up and down change places.", _TRANSVERSE),
+        _plane("sagittal", "Left and right change places (YZ).", _SAGITTAL),
+        _plane("frontal", "Forward and backward change places (XZ).", _FRONTAL),
+        _plane("transverse", "Up and down change places (XY).", _TRANSVERSE),
+    )
+}
+
+
+def of_kind(*kinds: Kind) -> list[str]:
+    """The words of these kinds, in the table's order."""
+    return [word.text for word in WORDS.values() if word.kind in kinds]

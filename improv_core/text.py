@@ -1,0 +1,59 @@
+"""Places in a text. Offsets count code points; lines end at \\n, \\r\\n or \\r and nowhere else."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from typing import NamedTuple
+
+LINE_END = re.compile(r"\r\n|\n|\r")
+
+
+class Span(NamedTuple):
+    """The text from `start` up to, not including, `end`."""
+
+    start: int
+    end: int
+
+    def shifted(self, by: int) -> Span:
+        return Span(self.start + by, self.end + by)
+
+    def holds(self, offset: int) -> bool:
+        """Whether a cursor at `offset` touches it; the places before and behind count."""
+        return self.start <= offset <= self.end
+
+
+class Position(NamedTuple):
+    """A line and a column, both from 0; the column in code points."""
+
+    line: int
+    column: int
+
+
+class LineIndex:
+    """Where the lines of a text begin."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.starts = [0, *(end.end() for end in LINE_END.finditer(text))]
+
+    def position(self, offset: int) -> Position:
+        """The position of an offset; one beyond the text counts as its end."""
+        offset = min(max(offset, 0), len(self.text))
+        line = bisect_right(self.starts, offset) - 1
+        return Position(line, offset - self.starts[line])
+
+    def line(self, number: int) -> str:
+        """A line without its end; empty where there is none."""
+        return self.text[self.start(number) : self.end(number)]
+
+    def start(self, number: int) -> int:
+        """The offset at which a line begins; one beyond the last line counts as the end of the text."""
+        return self.starts[number] if number < len(self.starts) else len(self.text)
+
+    def end(self, number: int) -> int:
+        """The offset at which a line's text ends, before its line end."""
+        if number + 1 >= len(self.starts):
+            return len(self.text)
+        end = self.starts[number + 1] - 1
+        return end - 1 if self.text[end - 1 : end + 1] == "\r\n" else end

@@ -13,6 +13,7 @@ from improv_core import movement
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.movement import ENDLESS, SAME, Movement, all_by
 from improv_core.syntax import nodes
+from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -102,10 +103,10 @@ def analyze(text: str) -> Analysis:
     for placed in statements:
         statement = placed.statement
         diagnostics += [diagnostic.shifted(placed.start) for diagnostic in statement.diagnostics]
+        if not statement.sign:
+            continue  # one mistake, one message: what it lacks has been said
         reading = _Reading(placed, definitions, lines, diagnostics.append, later)
         meaning = reading.movement(statement.body) if statement.body else movement.series(())
-        if not statement.sign:
-            continue
         if statement.sign.type == "BEAT":
             if first_beat:
                 line = lines.position(first_beat.start).line + 1
@@ -158,7 +159,7 @@ class _Reading:
     def report(self, code: str, span: Span, message: str) -> None:
         self.report_to(Diagnostic(code, span.shifted(self.placed.start), message))
 
-    def names(self) -> Sequence[nodes.Token]:
+    def names(self) -> Sequence[Token]:
         """The names this definition defines: one, or none if it can't be."""
         heads = [head for head in self.placed.statement.heads if head.text]
         return [head for head in heads if not self._reserved(head)]
@@ -176,12 +177,12 @@ class _Reading:
             robots[head.text] = None
         return list(robots)
 
-    def _reserved(self, head: nodes.Token) -> bool:
+    def _reserved(self, head: Token) -> bool:
         if head.text in WORDS:
             self.report("reserved-name", head.span, f"choose another name: `{head.text}` is a word of the language")
         return head.text in WORDS
 
-    def number(self, token: nodes.Token, what: str) -> Fraction | None:
+    def number(self, token: Token, what: str) -> Fraction | None:
         """The exact value of a number above zero; None, reported, if it is not one."""
         if not token.text:
             return None
@@ -202,11 +203,8 @@ class _Reading:
     def movement(self, node: Node) -> Movement:
         """The movement of a part of the statement; what is wrong with it counts as nothing at all."""
         made = self._made(node)
-        if made.duration == ENDLESS:
-            long = made.bits
-        else:
-            long = made.bits + movement.bits(Fraction(made.duration))
-        if long > MOST_BITS:
+        length = 0 if made.duration == ENDLESS else movement.bits(Fraction(made.duration))
+        if made.bits + length > MOST_BITS:
             span = node.argument.span if isinstance(node, nodes.Apply) and node.argument else node.span
             self.report("bad-number", span, "use simpler numbers: together they make a fraction too long to keep exact")
             return movement.series(())
@@ -281,7 +279,7 @@ class _Reading:
             return movement.gain(body, all_by(factor))
         return movement.pace(body, factor if word == "fast" else 1 / factor)
 
-    def _repeated(self, body: Movement, argument: nodes.Token | None) -> Movement:
+    def _repeated(self, body: Movement, argument: Token | None) -> Movement:
         if argument is None:
             return movement.repeat(body)
         if re.fullmatch("0+", argument.text):

@@ -12,12 +12,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import accumulate, count
-from typing import NamedTuple, Union
+from typing import NamedTuple, TypeAlias
 
 from improv_core.text import Span
 
 ENDLESS = math.inf
-Duration = Union[Fraction, float]  # the only float is ENDLESS
+Duration: TypeAlias = Fraction | float  # the only float is ENDLESS
 ZERO, ONE = Fraction(0), Fraction(1)
 
 
@@ -155,6 +155,8 @@ def repeat(body: Movement, times: int | None = None) -> Movement:
 
 def pace(body: Movement, rate: Fraction) -> Movement:
     """The same path, `rate` times as fast."""
+    if not body.duration:
+        return body
     duration = body.duration / rate if body.duration != ENDLESS else ENDLESS
     uniform = body.uniform and body.uniform.times(all_by(rate))
     return Pace(duration, uniform, body.depth, body.bits + bits(rate), body, rate)
@@ -162,6 +164,8 @@ def pace(body: Movement, rate: Fraction) -> Movement:
 
 def gain(body: Movement, factors: Velocity) -> Movement:
     """The same time, each component of the velocity multiplied."""
+    if not body.duration:
+        return body
     uniform = body.uniform and body.uniform.times(factors)
     longer = max(bits(factor) for factor in factors)
     return Gain(body.duration, uniform, body.depth, body.bits + longer, body, factors)
@@ -195,7 +199,7 @@ def walk(movement: Movement, start: Fraction = ZERO, *, merge: bool = False) -> 
 
 
 _Piece = tuple[Fraction, Velocity, tuple[Span, ...]]
-_Visit = tuple[Movement, Duration, bool]  # a part, where in its own time to begin, and whether to go backward from there
+_Visit = tuple[Movement, Duration, bool]  # a part, where in its own time to begin, whether to go backward from there
 
 
 class _Frame(NamedTuple):
@@ -279,7 +283,8 @@ def _together(part: Parallel, at: Duration, backward: bool, merge: bool) -> Iter
     # Forward, the shortest voice ends first and cuts the others; backward, all arrive at their beginning together.
     while all(pieces):
         step = min(piece[0] for piece in pieces if piece)
-        velocity, spans = STILL, ()
+        velocity = STILL
+        spans: tuple[Span, ...] = ()
         for piece in pieces:
             assert piece
             velocity, spans = velocity.plus(piece[1]), spans + piece[2]

@@ -1,4 +1,4 @@
-"""The way a movement goes: how far it travels and how much it turns, in steps and quarter turns. Standard library only."""
+"""The way a movement goes: how far it travels and how much it turns, in steps and quarter turns."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def main() -> int:
     writer = threading.Thread(target=_write, args=(outbox,), daemon=True)
     writer.start()
     try:
-        sink, ready, tell = _open(options, inbox, outbox.put)
+        sink, ready, tell = _open(options, outbox.put)
     except Exception as error:  # whatever a sink's libraries raise, the one line that says so must get out
         outbox.put({"type": "error", "message": _one_line(error)})
         code = 2
@@ -65,7 +65,7 @@ def _options() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _open(options: argparse.Namespace, inbox: queue.SimpleQueue[Message], put: Tell) -> tuple[Sink, dict[str, Any], Tell]:
+def _open(options: argparse.Namespace, put: Tell) -> tuple[Sink, dict[str, Any], Tell]:
     """The sink, what to say once it is ready, and where everything said goes."""
     ready = {"type": "ready", "protocol": VERSION}
     if options.sink == "ros":

@@ -85,10 +85,10 @@ class Playback:
                 if isinstance(problem, BaseException):
                     await asyncio.gather(*(stage.close() for stage in stages))
                     raise problem
-            self._leader, self._twin = (stages + [None])[:2]
+            self._leader, self._twin = stages[0], stages[1] if len(stages) > 1 else None
 
     async def play(self, score: Score, when: str = "restart") -> int:
-        """Play a score (`restart`, or take over `now`, at the `beat`, at the `end`); its generation. Raises StageError."""
+        """Play a score: `restart`, or take over `now`, at the `beat` or `end`. Its generation. Raises StageError."""
         await self.open()
         assert self._leader
         self._generation += 1

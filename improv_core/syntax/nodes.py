@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Union
+from typing import TypeAlias
 
 from improv_core.diagnostics import Diagnostic
 from improv_core.syntax.lexer import Token
@@ -66,7 +66,7 @@ class Apply:
         return WORDS.get(self.argument.text) if self.argument else None
 
 
-Node = Union[Primitive, Name, Missing, Series, Parallel, Bracket, Apply]
+Node: TypeAlias = Primitive | Name | Missing | Series | Parallel | Bracket | Apply
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache, lru_cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, cast
 
 from lark import Lark, Transformer, UnexpectedToken
 from lark.lexer import Lexer
-from lark.parsers.lalr_interactive_parser import InteractiveParser
 
 from improv_core.diagnostics import Diagnostic
 from improv_core.syntax.brackets import close_brackets
@@ -46,9 +45,14 @@ def _lark() -> Lark:
     return Lark(grammar, start="statement", parser="lalr", lexer=_TokensAsTheyAre, transformer=_Build())
 
 
+def _start() -> Any:
+    """An interactive parser (which lark leaves untyped), ready for the first token."""
+    return _lark().parse_interactive()
+
+
 def may_come_next(tokens: Sequence[Token]) -> frozenset[str]:
     """The terminals the grammar accepts after these tokens, which are mended first where they are wrong."""
-    parser = _lark().parse_interactive()
+    parser = _start()
     for token in tokens:
         _feed(parser, token)
     return frozenset(parser.accepts())
@@ -88,18 +92,15 @@ class _Build(Transformer[Any, Any]):
         return Apply(_span(parts), parts[0], argument, parts[-1])
 
     def series(self, parts: list[Any]) -> Node:
-        return parts[0] if len(parts) == 1 else Series(_span(parts), tuple(parts))  # type: ignore[no-any-return]
+        return cast(Node, parts[0]) if len(parts) == 1 else Series(_span(parts), tuple(parts))
 
     def movement(self, parts: list[Any]) -> Node:
         return Parallel(_span(parts), tuple(part for part in parts if not isinstance(part, Token)))
 
-    def tempo(self, parts: list[Any]) -> Token:
-        return parts[1]  # type: ignore[no-any-return]
+    def tempo(self, parts: list[Any]) -> Any:
+        return parts[-1]
 
-    def definition(self, parts: list[Any]) -> Node:
-        return parts[-1]  # type: ignore[no-any-return]
-
-    play = loose = definition
+    definition = play = loose = tempo
 
 
 def _heads(text: str, tokens: Sequence[Token]) -> tuple[list[Token], Token | None, list[Token], list[Diagnostic]]:
@@ -172,12 +173,13 @@ def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
         elif token.type in ("PRIMITIVE", "NAME"):
             waiting = brackets[-1] + 1 if brackets else 0
         if waiting > DEEPEST:
-            return Diagnostic("too-deep", token.span, f"nested deeper than {DEEPEST} levels: name a part and use the name")
+            message = f"name a part and use the name: this is nested deeper than {DEEPEST} levels"
+            return Diagnostic("too-deep", token.span, message)
     return None
 
 
 def _parse(tokens: Sequence[Token]) -> tuple[Any, list[Diagnostic]]:
-    parser = _lark().parse_interactive()
+    parser = _start()
     diagnostics: list[Diagnostic] = []
     last = None
     for token in tokens:
@@ -194,12 +196,12 @@ def _parse(tokens: Sequence[Token]) -> tuple[Any, list[Diagnostic]]:
             _mend(parser, place)
 
 
-def _feed(parser: InteractiveParser, token: Token) -> set[str] | None:
+def _feed(parser: Any, token: Token) -> set[str] | None:
     """Feed a token; where it does not fit, put in what is missing before it, or leave it out. None if it fitted."""
     try:
         parser.feed_token(token)
     except UnexpectedToken:
-        wanted = parser.accepts()
+        wanted: set[str] = parser.accepts()
         trial = parser.copy()
         if _mend(trial, token.start) and token.type in trial.accepts():
             _mend(parser, token.start)
@@ -208,7 +210,7 @@ def _feed(parser: InteractiveParser, token: Token) -> set[str] | None:
     return None
 
 
-def _mend(parser: InteractiveParser, place: int) -> bool:
+def _mend(parser: Any, place: int) -> bool:
     """Put in the one thing that is missing here, if there is one."""
     wanted = parser.accepts()
     for kind in ("MISSING", "NUMBER", "PLANE"):

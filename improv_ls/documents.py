@@ -1,0 +1,46 @@
+"""The open documents: their text as the editor has it, and its analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lsprotocol import types
+
+from improv_core.analysis import Analysis, analyze
+from improv_core.text import LineIndex
+from improv_ls.positions import to_span
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """One version of an open document."""
+
+    uri: str
+    version: int | None
+    analysis: Analysis
+
+    @property
+    def lines(self) -> LineIndex:
+        return self.analysis.lines
+
+
+def opened(uri: str, version: int | None, text: str) -> Document:
+    return Document(uri, version, analyze(text))
+
+
+def changed(
+    document: Document,
+    version: int | None,
+    changes: Sequence[types.TextDocumentContentChangeEvent],
+    encoding: types.PositionEncodingKind | str,
+) -> Document:
+    """The document after the editor's changes, each of which applies to the text the one before has left."""
+    lines = document.lines
+    for change in changes:
+        if isinstance(change, types.TextDocumentContentChangePartial):
+            start, end = to_span(lines, change.range, encoding)
+            lines = LineIndex(lines.text[:start] + change.text + lines.text[end:])
+        else:
+            lines = LineIndex(change.text)
+    return opened(document.uri, version, lines.text)

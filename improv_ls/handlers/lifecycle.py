@@ -1,0 +1,65 @@
+"""initialize, settings and shutdown."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from lsprotocol import types
+
+from improv_ls.performance import ANSWER_LIMIT
+from improv_ls.session import Session
+from improv_ls.settings import read_settings
+
+
+def initialize(ls: Session, params: types.InitializeParams) -> None:
+    # What is wrong with these settings is told once the client may be told anything: in `initialized`.
+    ls.settings, ls.wrong_settings = read_settings(params.initialization_options, ls.settings)
+
+
+async def initialized(ls: Session, params: types.InitializedParams) -> None:
+    _tell(ls, ls.wrong_settings)
+    workspace = ls.client_capabilities.workspace
+    if not workspace:
+        return
+    if workspace.did_change_configuration and workspace.did_change_configuration.dynamic_registration:
+        options = types.DidChangeConfigurationRegistrationOptions(section="improv")
+        method = types.WORKSPACE_DID_CHANGE_CONFIGURATION
+        registration = types.Registration(id=method, method=method, register_options=options)
+        ls.client_register_capability(types.RegistrationParams([registration]))
+    await _pull(ls)
+
+
+async def did_change_configuration(ls: Session, params: types.DidChangeConfigurationParams) -> None:
+    if params.settings:
+        _take(ls, params.settings)
+    else:
+        await _pull(ls)
+
+
+async def shutdown(ls: Session, params: None) -> None:
+    await ls.performance.close()
+
+
+async def _pull(ls: Session) -> None:
+    """Ask the client for the section, where it can be asked."""
+    workspace = ls.client_capabilities.workspace
+    if not (workspace and workspace.configuration):
+        return
+    asked = types.ConfigurationParams([types.ConfigurationItem(section="improv")])
+    try:
+        answer = await asyncio.wait_for(ls.workspace_configuration_async(asked), ANSWER_LIMIT)
+    except Exception:  # no answer, or a refusal: the settings stay as they are
+        return
+    if answer and answer[0]:
+        _take(ls, answer[0])
+
+
+def _take(ls: Session, given: Any) -> None:
+    ls.settings, problems = read_settings(given, ls.settings)
+    _tell(ls, problems)
+
+
+def _tell(ls: Session, problems: list[str]) -> None:
+    for problem in problems:
+        ls.say(problem, types.MessageType.Warning)

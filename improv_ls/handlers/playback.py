@@ -1,0 +1,44 @@
+"""Saving plays; the commands play and hush."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from improv_core.diagnostics import Severity
+from improv_ls.documents import Document
+from improv_ls.session import Session
+
+PLAY, HUSH = "improv.play", "improv.hush"
+
+
+async def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
+    document = ls.documents.get(params.text_document.uri)
+    if document and ls.settings.on_save != "off":
+        await _play(ls, document)
+
+
+async def play(ls: Session, uri: str | None = None) -> None:
+    """Play the document with this URI, or the only one that is open."""
+    if uri is None and len(ls.documents) == 1:
+        uri = next(iter(ls.documents))
+    document = ls.documents.get(uri or "")
+    if document:
+        await _play(ls, document)
+    else:
+        ls.say(f"{PLAY}: say which open document to play, by its URI", types.MessageType.Warning)
+
+
+def hush(ls: Session) -> None:
+    ls.performance.hush()
+
+
+async def _play(ls: Session, document: Document) -> None:
+    errors = [each for each in document.analysis.diagnostics if each.severity is Severity.ERROR]
+    if errors:
+        first = errors[0]
+        line = document.lines.position(first.span.start).line + 1
+        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        ls.say(f"✗ line {line}: {first.message}{more}; what plays goes on", types.MessageType.Warning)
+        return
+    when = ls.settings.switch_at if ls.settings.on_save == "continue" else "restart"
+    await ls.performance.play(document.analysis, when)

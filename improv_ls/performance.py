@@ -1,0 +1,134 @@
+"""What plays now, and how the editor is told about it."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+import webbrowser
+from typing import TYPE_CHECKING
+from uuid import uuid4
+
+from lsprotocol import types
+
+from improv_core.analysis import Analysis
+from improv_core.compiler import score_of
+from improv_core.ide.hover import summary
+from improv_core.stage.client import Message, Options, Playback, StageError
+
+if TYPE_CHECKING:
+    from improv_ls.session import Session
+
+ANSWER_LIMIT = 2.0
+"""Seconds to wait for a client's answer: some never answer."""
+
+
+class Performance:
+    """The one thing that plays in a session, on the stages of its settings."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._playback: Playback | None = None
+        self._progress: asyncio.Task[None] | None = None
+
+    async def warm_up(self) -> None:
+        """Start the stages before the first save needs them; a problem is told when something is to play."""
+        try:
+            await self._stages().open()
+        except StageError:
+            await self.close()
+
+    async def play(self, analysis: Analysis, when: str) -> None:
+        """Play a right program and say so in one line."""
+        playback = self._stages()
+        try:
+            await playback.play(score_of(analysis), when)
+        except StageError as error:
+            self._session.say(f"Improv can't play: {error}", types.MessageType.Error)
+            return
+        self._session.say(f"▶ {summary(analysis)}, {playback.status}")
+        if self._session.settings.page_open and playback.page and not self._session.page_shown:
+            self._session.page_shown = True
+            await self._show_page(playback.page)
+
+    def hush(self) -> None:
+        """Stop every robot at once."""
+        if self._playback:
+            self._playback.hush()
+
+    async def close(self) -> None:
+        """Stop the robots and end the stages."""
+        self._stop_progress()
+        if self._playback:
+            playback, self._playback = self._playback, None
+            await playback.close()
+
+    def _stages(self) -> Playback:
+        settings = self._session.settings
+        options = Options(settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery)
+        if self._playback and self._playback.options != options:
+            # The old stages stop their robots and end by themselves; nothing waits for that.
+            self._closing = asyncio.create_task(self._playback.close())
+            self._playback = None
+        if not self._playback:
+            self._playback = Playback(options, self._hear)
+        return self._playback
+
+    def _hear(self, message: Message, leads: bool) -> None:
+        kind = message["type"]
+        if kind == "transport" and leads:
+            self._stop_progress()
+            if message["state"] == "playing":
+                self._progress = asyncio.create_task(self._show_progress(message))
+        elif kind == "warning":
+            self._session.say(str(message["message"]), types.MessageType.Warning)
+        elif kind in ("error", "gone"):
+            self._stop_progress()
+            self._session.say(str(message["message"]), types.MessageType.Error)
+
+    def _stop_progress(self) -> None:
+        if self._progress:
+            self._progress.cancel()
+            self._progress = None
+
+    async def _show_progress(self, transport: Message) -> None:
+        """`beat 3/8`, once a beat, until cancelled. `transport` says when beat 0 was."""
+        window = self._session.client_capabilities.window
+        if not (window and window.work_done_progress):
+            return
+        token = f"improv-{uuid4()}"
+        create = self._session.window_work_done_progress_create_async(types.WorkDoneProgressCreateParams(token))
+        try:
+            await asyncio.wait_for(create, ANSWER_LIMIT)
+        except Exception:  # no answer, or a refusal: then there is no progress to show
+            return
+        loop = asyncio.get_running_loop()
+        period = 60 / transport["tempo"]
+        # The loop's clock is the one the stage plays by: time.monotonic.
+        zero = transport["monotonic"] - transport["beat"] * period
+        beats = transport["beats"]
+        whole = "∞" if beats is None else f"{beats:g}"
+        self._report(token, types.WorkDoneProgressBegin(title="Improv", message=f"beat 0/{whole}", cancellable=False))
+        try:
+            while True:
+                beat = int((loop.time() - zero) / period)
+                self._report(token, types.WorkDoneProgressReport(message=f"beat {beat}/{whole}"))
+                await asyncio.sleep(zero + (beat + 1) * period - loop.time())
+        finally:
+            self._report(token, types.WorkDoneProgressEnd())
+
+    def _report(
+        self,
+        token: str,
+        value: types.WorkDoneProgressBegin | types.WorkDoneProgressReport | types.WorkDoneProgressEnd,
+    ) -> None:
+        self._session.progress(types.ProgressParams(token, value))
+
+    async def _show_page(self, url: str) -> None:
+        window = self._session.client_capabilities.window
+        if window and window.show_document and window.show_document.support:
+            params = types.ShowDocumentParams(uri=url, external=True)
+            self._session.window_show_document(params)
+        elif sys.platform in ("darwin", "win32") or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ:
+            # Without a screen a browser would be one for the terminal, on top of the editor.
+            await asyncio.to_thread(webbrowser.open, url)

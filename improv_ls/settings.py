@@ -1,0 +1,75 @@
+"""The settings of section `improv`: typed, and tolerant of anything a client sends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What can be set; docs/settings.md says what each does."""
+
+    backend: str = "auto"
+    on_save: str = "restart"
+    switch_at: str = "beat"
+    page_open: bool = True
+    page_port: int = 0
+    ros_python: str | None = None
+    ros_discovery: str | None = None
+    hints_beats: bool = False
+
+
+def read_settings(given: Any, current: Settings) -> tuple[Settings, list[str]]:
+    """The settings with what a client gives, and one plain line for each that is wrong and therefore left as it was.
+
+    Taken alike as the whole section or what is inside it, nested or with dotted names.
+    """
+    section = given.get("improv", given) if isinstance(given, Mapping) else {}
+    values = dict(_flat(section)) if isinstance(section, Mapping) else {}
+    problems = []
+    for name, (field, wanted, fits) in _SETTINGS.items():
+        value = values.get(name, _ABSENT)
+        if value is _ABSENT:
+            continue
+        if value is None or value == "":
+            current = replace(current, **{field: getattr(Settings(), field)})
+        elif fits(value):
+            current = replace(current, **{field: value})
+        else:
+            problems.append(f"setting improv.{name} is {value!r}: write {wanted}; until then it stays as it was")
+    return current, problems
+
+
+_ABSENT = object()
+
+
+def _flat(section: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
+    found = []
+    for name, value in section.items():
+        if isinstance(value, Mapping):
+            found += _flat(value, f"{prefix}{name}.")
+        else:
+            found.append((f"{prefix}{name}", value))
+    return found
+
+
+def _one_of(*words: str) -> tuple[str, Callable[[Any], bool]]:
+    return f"{', '.join(words[:-1])} or {words[-1]}", lambda value: value in words
+
+
+_YES_NO = ("true or false", lambda value: isinstance(value, bool))
+_TEXT = ("a text", lambda value: isinstance(value, str))
+_PORT = ("a port from 0 to 65535", lambda value: type(value) is int and 0 <= value <= 65535)
+
+_SETTINGS: Mapping[str, tuple[str, str, Callable[[Any], bool]]] = {
+    "backend": ("backend", *_one_of("auto", "sim", "ros", "both")),
+    "onSave": ("on_save", *_one_of("restart", "continue", "off")),
+    "switchAt": ("switch_at", *_one_of("now", "beat", "end")),
+    "page.open": ("page_open", *_YES_NO),
+    "page.port": ("page_port", *_PORT),
+    "ros.python": ("ros_python", *_TEXT),
+    "ros.discovery": ("ros_discovery", *_one_of("LOCALHOST", "SUBNET", "OFF", "SYSTEM_DEFAULT")),
+    "inlayHints.beats": ("hints_beats", *_YES_NO),
+}

@@ -1,0 +1,33 @@
+"""Diagnostics drawn as carets under the source, so that a test shows what a person would see."""
+
+from __future__ import annotations
+
+import re
+from textwrap import dedent
+
+from improv_core.analysis import Analysis, analyze
+
+_CARETS = re.compile(r" *\^+ [a-z-]+: ")
+
+
+def check(expected: str) -> Analysis:
+    """Analyze the lines without carets; the diagnostics drawn under them must be the lines with carets."""
+    expected = dedent(expected).strip("\n")
+    source = "\n".join(line for line in expected.split("\n") if not _CARETS.match(line))
+    analysis = analyze(source)
+    assert drawn(analysis) == expected
+    return analysis
+
+
+def drawn(analysis: Analysis) -> str:
+    """The source, and under each line the diagnostics that begin in it: `^^^^ code: message`."""
+    rows = []
+    for number in range(len(analysis.lines.starts)):
+        rows.append(analysis.lines.line(number))
+        for diagnostic in analysis.diagnostics:
+            start = analysis.lines.position(diagnostic.span.start)
+            end = min(diagnostic.span.end, analysis.lines.end(number))
+            if start.line == number:
+                carets = "^" * max(end - diagnostic.span.start, 1)
+                rows.append(f"{' ' * start.column}{carets} {diagnostic.code}: {diagnostic.message}")
+    return "\n".join(rows)

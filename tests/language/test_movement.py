@@ -1,0 +1,166 @@
+"""The laws of movements, held against an independent sampling of velocities."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core import movement as algebra
+from improv_core.analysis import analyze
+from improv_core.movement import ENDLESS, SAME, Movement, Velocity, all_by, walk
+
+NOTHING = algebra.series(())
+SAGITTAL = Velocity(SAME.x, -SAME.y, SAME.z, -SAME.yaw)
+factors = st.fractions(min_value=Fraction(1, 4), max_value=4, max_denominator=4)
+
+
+def velocity_at(movement: Movement, beat: Fraction) -> Velocity:
+    """V(t) straight from the definitions of docs/language.md: no walk, no merging."""
+    if isinstance(movement, algebra.Hold):
+        return movement.velocity
+    if isinstance(movement, algebra.Series):
+        for item in movement.items:
+            if beat < item.duration:
+                return velocity_at(item, beat)
+            beat -= Fraction(item.duration)
+        raise AssertionError("beyond the end")
+    if isinstance(movement, algebra.Parallel):
+        voices = [velocity_at(voice, beat) for voice in movement.voices]
+        return Velocity(*(sum(values, Fraction(0)) for values in zip(*voices, strict=True)))
+    if isinstance(movement, algebra.Repeat):
+        return velocity_at(movement.body, beat % movement.body.duration if movement.body.duration != ENDLESS else beat)
+    if isinstance(movement, algebra.Pace):
+        return Velocity(*(value * movement.rate for value in velocity_at(movement.body, beat * movement.rate)))
+    if isinstance(movement, algebra.Gain):
+        body = velocity_at(movement.body, beat)
+        return Velocity(*(value * factor for value, factor in zip(body, movement.gain, strict=True)))
+    if isinstance(movement, algebra.Reverse):
+        # Reversed time turns each half-open piece around; a little before the mirrored beat is inside the right one.
+        return velocity_at(movement.body, Fraction(movement.duration) - beat - Fraction(1, 10**9))
+    raise AssertionError(movement)
+
+
+def sampled(movement: Movement) -> list[Velocity]:
+    """Velocities at 37 beats over the first 12 of a movement, none of them on a likely breakpoint."""
+    end = Fraction(min(movement.duration, 12))
+    return [velocity_at(movement, end * Fraction(2 * step + 1, 74) + Fraction(1, 10**7)) for step in range(36)] if end else []
+
+
+def walked(movement: Movement, *, merge: bool = False) -> list[Velocity]:
+    end = Fraction(min(movement.duration, 12))
+    beats = [end * Fraction(2 * step + 1, 74) + Fraction(1, 10**7) for step in range(36)] if end else []
+    moments = walk(movement, merge=merge)
+    velocities = []
+    moment = next(moments, None)
+    for beat in beats:
+        while moment and moment.start + moment.duration <= beat:
+            moment = next(moments)
+        assert moment
+        velocities.append(moment.velocity)
+    return velocities
+
+
+def holds() -> st.SearchStrategy[Movement]:
+    steps = st.integers(-2, 2).map(Fraction)
+    return st.builds(
+        lambda x, y, yaw: algebra.hold(Velocity(x, y, Fraction(0), yaw)), steps, steps, steps
+    )
+
+
+def combined(inner: st.SearchStrategy[Movement], endless: bool) -> st.SearchStrategy[Movement]:
+    finite = inner.filter(lambda movement: movement.duration != ENDLESS)
+    several = st.lists(inner, max_size=3)
+    return st.one_of(
+        several.map(algebra.series),
+        several.map(algebra.parallel),
+        st.builds(algebra.repeat, inner, st.integers(0, 3)),
+        *([inner.map(algebra.repeat)] if endless else []),
+        st.builds(algebra.pace, inner, factors),
+        st.builds(algebra.gain, inner, st.just(SAGITTAL) | factors.map(all_by)),
+        finite.map(algebra.reverse),
+    )
+
+
+finite_movements = st.recursive(holds(), lambda inner: combined(inner, False), max_leaves=8)
+movements = st.recursive(holds(), lambda inner: combined(inner, True), max_leaves=8)
+
+
+def same(one: Movement, other: Movement) -> bool:
+    return one.duration == other.duration and sampled(one) == sampled(other)
+
+
+@given(movements)
+def test_walk_has_the_velocities_of_the_definition(movement: Movement) -> None:
+    assert walked(movement) == sampled(movement)
+    assert walked(movement, merge=True) == sampled(movement)
+
+
+@given(finite_movements)
+def test_walk_is_as_long_as_the_movement_and_has_no_gaps(movement: Movement) -> None:
+    end = Fraction(0)
+    for moment in walk(movement):
+        assert moment.start == end
+        assert moment.duration > 0
+        end += moment.duration
+    assert end == movement.duration
+
+
+@given(movements, st.fractions(0, 12, max_denominator=8))
+def test_walk_may_start_anywhere(movement: Movement, start: Fraction) -> None:
+    if start >= movement.duration:
+        assert list(walk(movement, Fraction(min(start, movement.duration)))) == []
+    else:
+        first = next(walk(movement, start))
+        assert first.start == start
+        assert first.velocity == velocity_at(movement, start + Fraction(1, 10**8))
+
+
+@given(movements, movements, movements)
+def test_series_and_parallel_are_associative(a: Movement, b: Movement, c: Movement) -> None:
+    for together in (algebra.series, algebra.parallel):
+        assert same(together([together([a, b]), c]), together([a, together([b, c])]))
+
+
+@given(movements)
+def test_nothing_is_the_identity(m: Movement) -> None:
+    for together in (algebra.series, algebra.parallel):
+        assert same(together([m, NOTHING]), m)
+        assert same(together([NOTHING, m]), m)
+
+
+@given(finite_movements)
+def test_reverse_and_retrograde_undo_themselves(m: Movement) -> None:
+    assert same(algebra.reverse(algebra.reverse(m)), m)
+    back = all_by(Fraction(-1))
+    assert same(algebra.gain(algebra.reverse(algebra.gain(algebra.reverse(m), back)), back), m)
+
+
+@given(movements, factors)
+def test_pace_keeps_the_path(m: Movement, rate: Fraction) -> None:
+    fast = algebra.pace(m, rate)
+    assert fast.duration == (m.duration / rate if m.duration != ENDLESS else ENDLESS)
+    assert same(algebra.pace(fast, 1 / rate), m)
+
+
+def test_durations_are_computed_not_expanded() -> None:
+    million = "1000000000"
+    analysis = analyze(f"x = repeat {million} (repeat {million} (forward left))\nr $ x\nr2 $ reverse x")
+    assert analysis.robots["r"].duration == 2 * 10**18
+    assert next(walk(analysis.robots["r2"])).velocity.yaw == 1
+    halfway = next(walk(analysis.robots["r"], Fraction(10**18 + 1)))
+    assert halfway.velocity.yaw == 1
+
+
+def test_long_chains_of_names_need_no_recursion() -> None:
+    analysis = analyze("x = forward\n" + "x = x left\n" * 5000 + "r $ x")
+    assert analysis.ok
+    assert sum(1 for _ in walk(analysis.robots["r"])) == 5001
+
+
+def test_moments_know_the_words_they_come_from() -> None:
+    text = "x = forward left\nr $ x || rest rest"
+    (first, second) = walk(analyze(text).robots["r"])
+    assert [text[span.start : span.end] for span in first.spans] == ["x", "forward", "rest"]
+    assert [text[span.start : span.end] for span in second.spans] == ["x", "left", "rest"]

@@ -91,9 +91,7 @@ class Analysis:
 def analyze(text: str) -> Analysis:
     """Read a whole program. Never raises; what is wrong is in `diagnostics`, in the order of the text."""
     lines = LineIndex(text)
-    statements = tuple(
-        Placed(start, index, parse_statement(piece)) for index, (start, piece) in enumerate(split(text))
-    )
+    statements = tuple(Placed(start, index, parse_statement(piece)) for index, (start, piece) in enumerate(split(text)))
     diagnostics: list[Diagnostic] = []
     definitions: dict[str, list[Definition]] = {}
     later = _first_definitions(statements)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from improv_core import __version__
 from improv_core.analysis import Analysis, analyze
+from improv_core.program import ReadError, read_program
 from improv_core.report import as_json, told
+
+if TYPE_CHECKING:
+    from improv_core.stage.client import Options
 
 WRONG_PROGRAM, CANNOT = 1, 2
 """Exit codes: the program has errors; the command could not be carried out."""
@@ -66,15 +70,57 @@ def compile_(files: tuple[Path, ...], layout: str, max_segments: int) -> None:
     _each(files, tell)
 
 
-def read_program(path: Path) -> str:
-    """The text of a program. Raises click.ClickException, in one line, if it can't be read."""
+_backend = click.option(
+    "--backend",
+    type=click.Choice(["auto", "sim", "ros", "both"]),
+    default="auto",
+    show_default=True,
+    help="The simulator, ROS 2, or both; auto takes ROS 2 where it can be had.",
+)
+_port = click.option("--port", type=click.IntRange(0, 65535), default=0, help="The page's port; 0 takes a free one.")
+_browser = click.option("--no-browser", is_flag=True, help="Do not open the simulator's page.")
+
+
+@improv.command()
+@_file
+@_backend
+@_port
+@_browser
+@click.option("--report", type=click.Choice(["json"]), help="End with a line that says where the robots are.")
+def play(file: Path, backend: str, port: int, no_browser: bool, report: str | None) -> None:
+    """Play a program once. Ctrl-C stops the robots."""
+    from improv_core import live
+
+    _run(live.play(file, _options(backend, port), browser=not no_browser, report=report is not None))
+
+
+@improv.command()
+@_file
+@_backend
+@_port
+@_browser
+def watch(file: Path, backend: str, port: int, no_browser: bool) -> None:
+    """Play a program, and again at every save, for editors without a language server."""
+    from improv_core import live
+
+    _run(live.watch(file, _options(backend, port), browser=not no_browser))
+
+
+def _options(backend: str, port: int) -> Options:
+    from improv_core.stage.client import Options
+
+    return Options(backend, port)
+
+
+def _run(command: Coroutine[Any, Any, int]) -> None:
+    import asyncio
+
+    from improv_core.stage.client import StageError
+
     try:
-        return path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError:
-        problem = "it is not UTF-8 text"
-    except OSError as error:
-        problem = (error.strerror or "it can't be read").lower()
-    raise CannotError(f"{path}: {problem}")
+        sys.exit(asyncio.run(command))
+    except (ReadError, StageError) as problem:
+        raise CannotError(str(problem)) from None
 
 
 class CannotError(click.ClickException):
@@ -92,8 +138,8 @@ def _each(files: tuple[Path, ...], tell: Callable[[Path, Analysis], None]) -> No
     for path in files:
         try:
             analysis = analyze(read_program(path))
-        except CannotError as problem:
-            problem.show()
+        except ReadError as problem:
+            CannotError(str(problem)).show()
             code = CANNOT
         else:
             tell(path, analysis)

@@ -75,9 +75,7 @@ def from_json(data: Mapping[str, Any]) -> Score:
     for kind, *rest in data["movements"]:
         made.append(_read(kind, rest, made))
     parts = {
-        name: Part(
-            name, made[part["movement"]], Profile(**part["profile"]), Pose(**part["start"]), part["topic"]
-        )
+        name: Part(name, made[part["movement"]], Profile(**part["profile"]), Pose(**part["start"]), part["topic"])
         for name, part in data["parts"].items()
     }
     return Score(Fraction(data["tempo"]), parts)

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import queue
 import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +80,15 @@ def _open(options: argparse.Namespace, put: Tell) -> tuple[Sink, dict[str, Any],
     from improv_core.stage.viewer.server import Viewer
 
     simulator = Simulator()
-    viewer = Viewer(options.port, simulator.snapshot, lambda command: put({"type": "request", "command": command}))
+    try:
+        viewer = Viewer(
+            options.port,
+            simulator.snapshot,
+            lambda command: put({"type": "request", "command": command}),
+            os.environ.get("IMPROV_PAGE_TOKEN"),  # not an argument: those can be read by every user of the machine
+        )
+    except OSError as error:
+        raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
 
     def tell(message: dict[str, Any]) -> None:
         viewer.publish(message)
@@ -105,9 +115,19 @@ def _play(sink: Sink, inbox: queue.SimpleQueue[Message], tell: Tell) -> int:
         tell({"type": "error", "message": f"the stage stopped: {_one_line(error)}"})
         return 1
     finally:
-        player.hush(time.monotonic())
+        _stop(player)
         tell({"type": "stopped"})
         sink.close()
+
+
+def _stop(player: Player) -> None:
+    """Send every robot its last zeros, as far as the sink still can."""
+    with suppress(Exception):
+        if player.state == "playing":  # else they stand already, and belong to whoever moves them next
+            player.hush(time.monotonic())
+        while (deadline := player.deadline(now := time.monotonic())) is not None:
+            time.sleep(max(deadline - now, 0))
+            player.advance(time.monotonic())
 
 
 def _obey(player: Player, message: Message, tell: Tell) -> None:
@@ -116,6 +136,7 @@ def _obey(player: Player, message: Message, tell: Tell) -> None:
         try:
             score = from_json(message["score"])
             generation, when, zero = int(message["generation"]), str(message["when"]), message.get("zero")
+            player.backend = str(message["backend"])
         except (KeyError, TypeError, ValueError) as error:
             tell({"type": "error", "message": f"this is no score: {_one_line(error)}"})
             return

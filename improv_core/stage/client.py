@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import secrets
 import sys
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from improv_core.score import Score, to_json
 from improv_core.stage.interpreter import InterpreterError, find_ros_python
@@ -51,6 +53,10 @@ class Playback:
         self._generation = 0
         self._loaded: Message = {}
         self._opening = asyncio.Lock()
+        self._token = secrets.token_urlsafe()
+        self._port = options.port
+        self.watched = asyncio.Event()
+        """Set once somebody looks at the page."""
 
     @property
     def status(self) -> str:
@@ -92,7 +98,13 @@ class Playback:
         await self.open()
         assert self._leader
         self._generation += 1
-        self._loaded = {"type": "load", "generation": self._generation, "score": to_json(score), "when": when}
+        self._loaded = {
+            "type": "load",
+            "generation": self._generation,
+            "score": to_json(score),
+            "when": when,
+            "backend": self.status,
+        }
         self._leader.send(self._loaded)
         return self._generation
 
@@ -113,8 +125,11 @@ class Playback:
         await asyncio.gather(*(stage.close() for stage in stages))
 
     async def _start_simulator(self) -> Stage:
-        command = [sys.executable, _STAGE, "--sink", "simulator", "--port", str(self.options.port)]
-        return await Stage.start(command, dict(os.environ), self._hear)
+        command = [sys.executable, _STAGE, "--sink", "simulator", "--port", str(self._port)]
+        stage = await Stage.start(command, {**os.environ, "IMPROV_PAGE_TOKEN": self._token}, self._hear)
+        # A stage that has to be started anew serves the pages that are open already.
+        self._port = urlsplit(stage.ready["page"]).port or 0
+        return stage
 
     async def _start_ros(self) -> Stage | None:
         try:
@@ -134,12 +149,18 @@ class Playback:
     def _hear(self, stage: Stage, message: Message) -> None:
         leads = stage is self._leader
         if message["type"] == "request":
-            if message["command"]["type"] == "hush":
-                self.hush()
+            self._obey(message["command"]["type"])
             return
         if leads and self._twin and message["type"] == "transport":
             self._lead(message)
         self._listen(message, leads)
+
+    def _obey(self, request: str) -> None:
+        """What the page asks for goes to all stages by way of here, so that there is one truth."""
+        if request == "hush":
+            self.hush()
+        elif request == "watched":
+            self.watched.set()
 
     def _lead(self, transport: Message) -> None:
         """Have the twin begin at the very same time as the stage that leads."""

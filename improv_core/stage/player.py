@@ -30,7 +30,7 @@ EMPTY = Score(Fraction(60), {})
 
 
 class Command(NamedTuple):
-    """A robot's velocity from `at` on, in seconds."""
+    """A robot's velocity, from `at` seconds on."""
 
     at: float
     twist: Twist
@@ -84,6 +84,8 @@ class Player:
         self._tell = tell
         self._wall = wall
         self._score = EMPTY
+        self.backend = sink.name
+        """What everything plays on, in words, for those who watch."""
         self._generation = 0
         self._state = "stopped"
         self._zero = 0.0  # the clock's time of performance time 0
@@ -111,14 +113,22 @@ class Player:
             self.advance(now)
 
     def hush(self, now: float) -> None:
-        """Stop every robot at once."""
+        """Stop every robot at once. If one can't be told, the others still are; what went wrong first is raised."""
         performed = now - self._zero
         self._next = None
         self._queue = []
+        problems = []
         for robot, part in self._score.parts.items():
-            self._enqueue(robot, zeros(0.0, 1 / part.profile.command_rate), performed)
+            burst = zeros(performed, 1 / part.profile.command_rate)
+            try:
+                self._sink.send(robot, STILL, next(burst).at)
+            except Exception as problem:  # whatever a sink's library raises
+                problems.append(problem)
+            self._enqueue(robot, burst, 0.0)
+        if problems:
+            raise problems[0]
+        self._sink.advance(performed)
         self._state = "stopped"
-        self._send_due(performed)
         self._tell_transport(now)
 
     def advance(self, now: float) -> None:
@@ -127,10 +137,11 @@ class Player:
             self._look_for_listeners(now)
             if self._state == "waiting":
                 return
-        performed = now - self._zero
+        performed = self._performed(now)
         if self._next and performed >= self._next.at:
             swap, self._next = self._next, None
-            self._send_due(swap.at)
+            # What the old score has to say at that very moment, the new one says instead.
+            self._send_due(math.nextafter(swap.at, -math.inf))
             self._take_over(swap, now)
         end = self._end()
         if self._state == "playing" and performed >= end:
@@ -143,15 +154,22 @@ class Player:
         """When `advance` must be called next, by the clock; None if nothing is to come."""
         if self._state == "waiting":
             return now + LOOK_AGAIN
-        due = [self._queue[0][0]] if self._queue else []
-        if self._next:
-            due.append(self._next.at)
-        if self._state == "playing" and self._end() != math.inf:
-            due.append(self._end())
-        if not due:
+        due = self._due()
+        if due == math.inf:
             return None
-        earliest = min(due) + self._zero
-        return min(earliest, now + self._sink.period) if self._sink.period else earliest
+        return min(due + self._zero, now + self._sink.period) if self._sink.period else due + self._zero
+
+    def _due(self) -> float:
+        """The performance time of what comes next."""
+        queued = self._queue[0][0] if self._queue else math.inf
+        swap = self._next.at if self._next else math.inf
+        end = self._end() if self._state == "playing" else math.inf
+        return min(queued, swap, end)
+
+    def _performed(self, now: float) -> float:
+        """Performance time by the clock; never a rounding error before what is due by the clock."""
+        due = self._due()
+        return max(now - self._zero, due) if due + self._zero <= now else now - self._zero
 
     def _switch_time(self, when: str, now: float) -> float | None:
         """The performance time at which a new score takes over; None for a restart."""
@@ -248,6 +266,7 @@ class Player:
                 "type": "transport",
                 "generation": self._generation,
                 "state": self._state,
+                "backend": self.backend,
                 "tempo": float(self._score.tempo),
                 "beats": None if beats == ENDLESS else float(beats),
                 "beat": beat if beats == ENDLESS else min(beat, float(beats)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from lsprotocol import types
 
 from improv_core.diagnostics import Severity
@@ -17,18 +19,17 @@ async def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None
         await _play(ls, document)
 
 
-async def play(ls: Session, uri: str | None = None) -> None:
-    """Play the document with this URI, or the only one that is open."""
-    if uri is None and len(ls.documents) == 1:
-        uri = next(iter(ls.documents))
-    document = ls.documents.get(uri or "")
+async def play(ls: Session, *arguments: Any) -> None:
+    """Play the document whose URI is the first argument, or the only one that is open."""
+    uris = list(arguments[:1]) or list(ls.documents)
+    document = ls.documents.get(str(uris[0])) if len(uris) == 1 else None
     if document:
         await _play(ls, document)
     else:
         ls.say(f"{PLAY}: say which open document to play, by its URI", types.MessageType.Warning)
 
 
-def hush(ls: Session) -> None:
+def hush(ls: Session, *arguments: Any) -> None:
     ls.performance.hush()
 
 

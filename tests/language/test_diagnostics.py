@@ -177,7 +177,11 @@ def test_fractions_can_not_be_blown_up() -> None:
 
 def test_a_mistake_takes_nothing_else_down() -> None:
     analysis = analyze("x = (forward\ny = left left\nr $ y\nr2 $ repeat\nr3 $ repeat y ]\n")
-    assert [diagnostic.code for diagnostic in analysis.diagnostics] == ["unclosed-bracket", "syntax", "unmatched-bracket"]
+    assert [diagnostic.code for diagnostic in analysis.diagnostics] == [
+        "unclosed-bracket",
+        "syntax",
+        "unmatched-bracket",
+    ]
     assert analysis.robots["r"].duration == 2
     assert analysis.robots["r3"].duration == ENDLESS
     assert analysis.definitions["x"][0].movement.duration == 1

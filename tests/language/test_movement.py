@@ -24,13 +24,14 @@ def velocity_at(movement: Movement, beat: Fraction) -> Velocity:
         for item in movement.items:
             if beat < item.duration:
                 return velocity_at(item, beat)
-            beat -= Fraction(item.duration)
+            beat -= item.duration if isinstance(item.duration, Fraction) else 0
         raise AssertionError("beyond the end")
     if isinstance(movement, algebra.Parallel):
         voices = [velocity_at(voice, beat) for voice in movement.voices]
         return Velocity(*(sum(values, Fraction(0)) for values in zip(*voices, strict=True)))
     if isinstance(movement, algebra.Repeat):
-        return velocity_at(movement.body, beat % movement.body.duration if movement.body.duration != ENDLESS else beat)
+        turn = movement.body.duration
+        return velocity_at(movement.body, beat % turn if isinstance(turn, Fraction) else beat)
     if isinstance(movement, algebra.Pace):
         return Velocity(*(value * movement.rate for value in velocity_at(movement.body, beat * movement.rate)))
     if isinstance(movement, algebra.Gain):
@@ -42,19 +43,21 @@ def velocity_at(movement: Movement, beat: Fraction) -> Velocity:
     raise AssertionError(movement)
 
 
-def sampled(movement: Movement) -> list[Velocity]:
-    """Velocities at 37 beats over the first 12 of a movement, none of them on a likely breakpoint."""
+def beats(movement: Movement) -> list[Fraction]:
+    """36 beats within the first 12 of a movement, none of them on a likely breakpoint."""
     end = Fraction(min(movement.duration, 12))
-    return [velocity_at(movement, end * Fraction(2 * step + 1, 74) + Fraction(1, 10**7)) for step in range(36)] if end else []
+    return [end * Fraction(2 * step + 1, 74) + Fraction(1, 10**7) for step in range(36)] if end else []
+
+
+def sampled(movement: Movement) -> list[Velocity]:
+    return [velocity_at(movement, beat) for beat in beats(movement)]
 
 
 def walked(movement: Movement, *, merge: bool = False) -> list[Velocity]:
-    end = Fraction(min(movement.duration, 12))
-    beats = [end * Fraction(2 * step + 1, 74) + Fraction(1, 10**7) for step in range(36)] if end else []
     moments = walk(movement, merge=merge)
     velocities = []
     moment = next(moments, None)
-    for beat in beats:
+    for beat in beats(movement):
         while moment and moment.start + moment.duration <= beat:
             moment = next(moments)
         assert moment
@@ -64,9 +67,7 @@ def walked(movement: Movement, *, merge: bool = False) -> list[Velocity]:
 
 def holds() -> st.SearchStrategy[Movement]:
     steps = st.integers(-2, 2).map(Fraction)
-    return st.builds(
-        lambda x, y, yaw: algebra.hold(Velocity(x, y, Fraction(0), yaw)), steps, steps, steps
-    )
+    return st.builds(lambda x, y, yaw: algebra.hold(Velocity(x, y, Fraction(0), yaw)), steps, steps, steps)
 
 
 def combined(inner: st.SearchStrategy[Movement], endless: bool) -> st.SearchStrategy[Movement]:

@@ -1,0 +1,195 @@
+"""`improv play` and `improv watch`: programs on the stage, with a beat counter in the terminal."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import math
+import signal
+import sys
+import webbrowser
+from collections.abc import AsyncIterator, Awaitable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from improv_core.analysis import Analysis, analyze
+from improv_core.compiler import score_of
+from improv_core.ide.hover import summary
+from improv_core.program import ReadError, read_program
+from improv_core.report import told
+from improv_core.stage.client import Message, Options, Playback
+
+BROWSER_LIMIT = 5.0
+"""Seconds to wait for a browser to show the page, so that nobody misses the first beat."""
+WRONG_PROGRAM, CANNOT, INTERRUPTED = 1, 2, 130
+
+
+async def play(path: Path, options: Options, *, browser: bool, report: bool) -> int:
+    """Play a program once; the exit code. Raises ReadError and StageError."""
+    analysis = analyze(read_program(path))
+    _tell_diagnostics(path, analysis)
+    if not analysis.ok:
+        return WRONG_PROGRAM
+    async with _on_stage(options, browser=browser, quiet=report) as show:
+        await show.play(analysis)
+        await _first(show.finished.wait(), show.interrupted.wait())
+    if report:
+        click.echo(json.dumps(show.report()))
+    return INTERRUPTED if show.interrupted.is_set() else CANNOT if show.broken else 0
+
+
+async def watch(path: Path, options: Options, *, browser: bool) -> int:
+    """Play a program, and again at every save, until interrupted; the exit code. Raises ReadError and StageError."""
+    text = read_program(path)
+    async with _on_stage(options, browser=browser, quiet=False) as show:
+        await _first(_follow(show, path, text), show.interrupted.wait())
+    return INTERRUPTED
+
+
+async def _follow(show: _Show, path: Path, text: str) -> None:
+    from watchfiles import awatch
+
+    await _play_if_right(show, path, text)
+    # The folder is watched, since many editors save by putting a new file in the old one's place.
+    async for _ in awatch(path.parent, recursive=False):
+        with contextlib.suppress(ReadError):  # between the old file and the new one there is none
+            latest = read_program(path)
+            if latest != text:
+                text = latest
+                await _play_if_right(show, path, text)
+
+
+async def _play_if_right(show: _Show, path: Path, text: str) -> None:
+    analysis = analyze(text)
+    _tell_diagnostics(path, analysis)
+    if analysis.ok:
+        await show.play(analysis)
+
+
+def _tell_diagnostics(path: Path, analysis: Analysis) -> None:
+    for line in told(str(path), analysis):
+        click.echo(line, err=True)
+
+
+@contextlib.asynccontextmanager
+async def _on_stage(options: Options, *, browser: bool, quiet: bool) -> AsyncIterator[_Show]:
+    show = _Show(options, quiet)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(NotImplementedError):  # Windows raises KeyboardInterrupt instead
+            asyncio.get_running_loop().add_signal_handler(number, show.interrupted.set)
+    try:
+        await show.open(browser)
+        yield show
+    finally:
+        await show.close()
+
+
+async def _first(*several: Awaitable[Any]) -> None:
+    """Wait until one of several is done, and end the others; what it raised is raised."""
+    tasks = [asyncio.ensure_future(each) for each in several]
+    done, pending = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    for task in pending:
+        task.cancel()
+    await asyncio.gather(*pending, return_exceptions=True)
+    for task in done:
+        task.result()
+
+
+class _Show:
+    """What plays, shown in a terminal: its status, the beat, and what goes wrong."""
+
+    def __init__(self, options: Options, quiet: bool) -> None:
+        self._playback = Playback(options, self._hear)
+        self._quiet = quiet
+        self._counter: asyncio.Task[None] | None = None
+        self._poses: Message = {}  # the latest transport message that has poses
+        self._seconds = 0.0
+        self._playing: set[bool] = set()  # which stages play: the one that leads, its twin
+        self.finished = asyncio.Event()
+        self.interrupted = asyncio.Event()
+        self.broken = False  # whether a stage has ended by itself
+
+    async def open(self, browser: bool) -> None:
+        """Start the stages, and show the page in a browser if there is one of both."""
+        await self._playback.open()
+        if not self._playback.page:
+            return
+        self._say(f"watch it on {self._playback.page}")
+        if browser and await asyncio.to_thread(webbrowser.open, self._playback.page):
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
+
+    async def play(self, analysis: Analysis) -> None:
+        self.finished.clear()
+        await self._playback.play(score_of(analysis))
+        self._say(f"▶ {summary(analysis)}, {self._playback.status}")
+
+    async def close(self) -> None:
+        """Stop the robots, then the stages."""
+        self._stop_counter()
+        await self._playback.close()
+
+    def report(self) -> dict[str, Any]:
+        """Where the simulated robots were at beat 0 and at the end (metres, radians), and how long it took."""
+        return {
+            "start": _places(self._poses.get("start", {})),
+            "robots": _places(self._poses.get("poses", {})),
+            "seconds": self._seconds,
+        }
+
+    def _hear(self, message: Message, leads: bool) -> None:
+        if message["type"] == "transport":
+            self._follow(message, leads)
+        elif message["type"] in ("warning", "error", "gone"):
+            if not self.interrupted.is_set():
+                click.echo(f"improv: {message['message']}", err=True)
+            if message["type"] == "gone":
+                self.broken = True
+                self.finished.set()
+
+    def _follow(self, transport: Message, leads: bool) -> None:
+        if "poses" in transport:
+            self._poses = transport
+        if transport["state"] == "playing":
+            self._playing.add(leads)
+        else:
+            self._playing.discard(leads)
+        if leads:
+            self._stop_counter()
+            self._seconds = transport["beat"] * 60 / transport["tempo"]
+            if transport["state"] == "playing" and not self._quiet and sys.stdout.isatty():
+                self._counter = asyncio.create_task(_count(transport))
+        if not self._playing and transport["state"] in ("ended", "stopped"):
+            self.finished.set()
+
+    def _stop_counter(self) -> None:
+        if self._counter:
+            self._counter.cancel()
+            self._counter = None
+            click.echo()
+
+    def _say(self, line: str) -> None:
+        if not self._quiet:
+            click.echo(line)
+
+
+async def _count(transport: Message) -> None:
+    """`beat 3/8`, once a beat, in place, until cancelled."""
+    loop = asyncio.get_running_loop()
+    period = 60 / transport["tempo"]
+    zero = transport["monotonic"] - transport["beat"] * period
+    whole = "∞" if transport["beats"] is None else f"{transport['beats']:g}"
+    while True:
+        beat = max(int((loop.time() - zero) / period), 0)
+        click.echo(f"\rbeat {beat}/{whole} ", nl=False)
+        await asyncio.sleep(zero + (beat + 1) * period - loop.time())
+
+
+def _places(poses: Message) -> dict[str, dict[str, float]]:
+    return {
+        robot: {"x": pose["x"], "y": pose["y"], "heading": math.remainder(pose["heading"], math.tau)}
+        for robot, pose in poses.items()
+    }

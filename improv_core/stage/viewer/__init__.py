@@ -1,0 +1,1 @@
+"""The page that shows robots move, and its server."""

@@ -1,0 +1,153 @@
+"""A language client for tests: it writes what an editor would, and fails on what an editor would not expect."""
+
+from __future__ import annotations
+
+import json
+import queue
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+Message = dict[str, Any]
+LIMIT = 30.0
+"""Seconds to wait for anything, on a busy machine."""
+
+CAPABILITIES: Mapping[str, Any] = {
+    "general": {"positionEncodings": ["utf-16"]},
+    "window": {"workDoneProgress": True, "showDocument": {"support": True}},
+    "workspace": {"configuration": True, "didChangeConfiguration": {"dynamicRegistration": True}},
+}
+
+
+class Client:
+    """Starts `improv-ls` and speaks JSON-RPC to it; use as a context manager."""
+
+    def __init__(
+        self,
+        options: Mapping[str, Any] | None = None,
+        capabilities: Mapping[str, Any] = CAPABILITIES,
+        env: Mapping[str, str] | None = None,
+        configuration: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "improv_ls.server"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=env,
+        )
+        self.notifications: list[Message] = []
+        self.shown: list[str] = []
+        self._configuration = configuration
+        self._inbox: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
+        self._next_id = 0
+        threading.Thread(target=self._read, daemon=True).start()
+        self.initialized = self.request(
+            "initialize",
+            {"processId": None, "rootUri": None, "capabilities": capabilities, "initializationOptions": options},
+        )
+        self.notify("initialized", {})
+
+    def __enter__(self) -> Client:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        if self.process.poll() is None and failure[0] is None:
+            self.request("shutdown", None)
+            self.notify("exit", None)
+        try:
+            _, log = self.process.communicate(timeout=LIMIT)
+        finally:
+            self.process.kill()
+        if failure[0] is None:
+            assert log == b"", log.decode()
+
+    def open(self, uri: str, text: str) -> None:
+        document = {"uri": uri, "languageId": "improv", "version": 1, "text": text}
+        self.notify("textDocument/didOpen", {"textDocument": document})
+
+    def change(self, uri: str, version: int, *changes: Mapping[str, Any]) -> None:
+        document = {"uri": uri, "version": version}
+        self.notify("textDocument/didChange", {"textDocument": document, "contentChanges": changes})
+
+    def save(self, uri: str) -> None:
+        self.notify("textDocument/didSave", {"textDocument": {"uri": uri}})
+
+    def notify(self, method: str, params: Any) -> None:
+        self._write({"method": method, "params": params})
+
+    def request(self, method: str, params: Any) -> Any:
+        """The result of a request. Fails on an error."""
+        self._next_id += 1
+        number = self._next_id
+        self._write({"id": number, "method": method, "params": params})
+        answer = self._wait_for(lambda message: message.get("id") == number and "method" not in message, method)
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    def wait(self, method: str, fits: Callable[[Any], bool] = lambda params: True) -> Any:
+        """The params of the next notification (or one that came already) that fits; those before it are passed over."""
+        for place, message in enumerate(self.notifications):
+            if message["method"] == method and fits(message["params"]):
+                del self.notifications[: place + 1]
+                return message["params"]
+        self._wait_for(lambda message: message.get("method") == method and fits(message.get("params")), method)
+        return self.notifications.pop()["params"]
+
+    def wait_for_line(self, part: str) -> str:
+        """The next line shown to the person that has `part` in it."""
+        params = self.wait("window/showMessage", lambda params: part in params["message"])
+        assert "\n" not in params["message"]
+        return str(params["message"])
+
+    def _wait_for(self, fits: Callable[[Message], bool], what: str) -> Message:
+        end = time.monotonic() + LIMIT
+        while True:
+            try:
+                message = self._inbox.get(timeout=max(end - time.monotonic(), 0))
+            except queue.Empty:
+                raise AssertionError(f"no {what} within {LIMIT} s; so far: {self.notifications}") from None
+            if message is None:
+                log = self.process.stderr.read() if self.process.stderr else b""
+                raise AssertionError(f"the server ended before {what}: {log.decode()}")
+            if "method" in message and "id" in message:
+                self._answer(message)
+            elif "method" in message:
+                self.notifications.append(message)
+            if fits(message):
+                return message
+
+    def _answer(self, request: Message) -> None:
+        method = request["method"]
+        if method == "workspace/configuration":
+            result: Any = [self._configuration]
+        elif method == "window/showDocument":
+            self.shown.append(request["params"]["uri"])
+            result = {"success": True}
+        elif method in ("client/registerCapability", "window/workDoneProgress/create"):
+            result = None
+        else:
+            raise AssertionError(f"the client never said that it takes {method}")
+        self._write({"id": request["id"], "result": result})
+
+    def _write(self, message: Message) -> None:
+        body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+        assert self.process.stdin
+        self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+        self.process.stdin.flush()
+
+    def _read(self) -> None:
+        stream = self.process.stdout
+        assert stream
+        while header := stream.readline():
+            length = 0
+            while header.strip():
+                name, _, value = header.partition(b":")
+                if name.lower() == b"content-length":
+                    length = int(value)
+                header = stream.readline()
+            self._inbox.put(json.loads(stream.read(length)))
+        self._inbox.put(None)

@@ -1,0 +1,132 @@
+"""The server as an editor sees it, over standard input and output."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.ls.client import Client
+
+URI = "file:///dance.improv"
+QUIET = {"backend": "sim", "page": {"open": False}}
+
+
+@pytest.fixture
+def client() -> Iterator[Client]:
+    with Client(QUIET) as client:
+        yield client
+
+
+def diagnostics(client: Client, version: int) -> list[tuple[int, int, int, str]]:
+    """Line, first and last column, and code of each diagnostic of a version."""
+    params = client.wait("textDocument/publishDiagnostics", lambda params: params["version"] == version)
+    return [
+        (
+            each["range"]["start"]["line"],
+            each["range"]["start"]["character"],
+            each["range"]["end"]["character"],
+            each["code"],
+        )
+        for each in params["diagnostics"]
+    ]
+
+
+def test_diagnostics_follow_the_text_in_utf_16(client: Client) -> None:
+    client.open(URI, "# 😀\nr $ foward # 😀\n")
+    assert diagnostics(client, 1) == [(1, 4, 10, "unknown-name")]
+    client.change(URI, 2, {"range": _range(1, 4, 1, 10), "text": "left"})
+    assert diagnostics(client, 2) == []
+    client.change(URI, 3, {"range": _range(0, 4, 1, 0), "text": "\r\n"}, {"range": _range(1, 0, 1, 0), "text": "x "})
+    assert diagnostics(client, 3) == []
+    client.change(URI, 4, {"text": "r $ (left 😀"})
+    assert diagnostics(client, 4) == [(0, 4, 5, "unclosed-bracket")]
+    client.notify("textDocument/didClose", {"textDocument": {"uri": URI}})
+    assert client.wait("textDocument/publishDiagnostics")["diagnostics"] == []
+
+
+def test_hover_and_completion(client: Client) -> None:
+    client.open(URI, "beat 30\nsquare = repeat 4 (forward left)\nr $ square || \n")
+    place = {"textDocument": {"uri": URI}, "position": {"line": 2, "character": 5}}
+    hover = client.request("textDocument/hover", place)
+    assert hover["contents"]["kind"] == "markdown"
+    assert "8 beats, 16.0 s at beat 30 · 8.0 m, turns 360° left" in hover["contents"]["value"]
+    assert hover["range"] == _range(2, 4, 2, 10)
+    place["position"] = {"line": 2, "character": 14}
+    labels = [item["label"] for item in client.request("textDocument/completion", place)]
+    assert {"forward", "repeat", "square"} <= set(labels)
+    assert "YZ" not in labels
+
+
+def test_save_plays_and_says_so_in_one_line(client: Client) -> None:
+    client.open(URI, "beat 600\nr1 $ forward left\nr2 $ left\n")
+    client.save(URI)
+    assert client.wait_for_line("▶") == "▶ r1 2 beats · r2 1 beat, 0.20 s at beat 600, simulator"
+    begin = client.wait("$/progress", lambda params: params["value"]["kind"] == "begin")
+    assert begin["value"]["message"] == "beat 0/2"
+    client.wait("$/progress", lambda params: params["value"]["kind"] == "end")
+
+
+def test_a_wrong_save_says_why_and_what_plays_goes_on(client: Client) -> None:
+    client.open(URI, "r $ repeat left\n")
+    client.save(URI)
+    client.wait_for_line("▶ r ∞, endless at beat 60, simulator")
+    client.change(URI, 2, {"text": "r $ repeat lft )\n"})
+    client.save(URI)
+    line = client.wait_for_line("✗")
+    assert line == "✗ line 1: `lft` is not known: did you mean `left`? (and 1 more); what plays goes on"
+    client.wait("$/progress", lambda params: params["value"].get("message", "").startswith("beat 1/"))
+
+
+def test_hush_and_play_are_commands(client: Client) -> None:
+    assert client.initialized["capabilities"]["executeCommandProvider"]["commands"] == ["improv.play", "improv.hush"]
+    client.open(URI, "r $ repeat left\n")
+    client.request("workspace/executeCommand", {"command": "improv.play", "arguments": []})
+    client.wait("$/progress", lambda params: params["value"]["kind"] == "begin")
+    client.request("workspace/executeCommand", {"command": "improv.hush"})
+    client.wait("$/progress", lambda params: params["value"]["kind"] == "end")
+    client.request("workspace/executeCommand", {"command": "improv.play", "arguments": [URI]})
+    client.wait_for_line("▶")
+
+
+def test_page_is_shown_once() -> None:
+    with Client({"backend": "sim"}) as client:
+        client.open(URI, "r $ left\n")
+        client.save(URI)
+        client.wait_for_line("▶")
+        client.save(URI)
+        client.wait_for_line("▶")
+    assert client.shown == [client.shown[0]]
+    assert client.shown[0].startswith("http://127.0.0.1:")
+
+
+def test_client_without_capabilities_is_never_asked_anything() -> None:
+    with Client(QUIET, capabilities={}) as client:
+        client.open(URI, "r $ left\n")
+        client.save(URI)
+        client.wait_for_line("▶")
+
+
+def test_settings_come_from_anywhere_and_wrong_ones_are_told_once() -> None:
+    with Client({"improv": {**QUIET, "onSave": "sometimes"}}, configuration={"switchAt": 7}) as client:
+        assert client.wait_for_line("improv.onSave") == (
+            "setting improv.onSave is 'sometimes': write restart, continue or off; until then it stays as it was"
+        )
+        client.wait_for_line("setting improv.switchAt is 7: write now, beat or end")
+        client.notify("workspace/didChangeConfiguration", {"settings": {"improv": {"onSave": "off"}}})
+        client.open(URI, "r $ left\n")
+        client.save(URI)
+        client.request("workspace/executeCommand", {"command": "improv.play"})
+        client.wait_for_line("▶")
+        assert not any("▶" in str(message) for message in client.notifications)
+
+
+def test_backend_ros_without_rclpy_says_what_to_do() -> None:
+    with Client({**QUIET, "backend": "ros", "ros": {"python": "/nowhere/python"}}) as client:
+        client.open(URI, "r $ left\n")
+        client.save(URI)
+        assert client.wait_for_line("/nowhere/python").startswith("Improv can't play: ")
+
+
+def _range(line: int, start: int, last_line: int, end: int) -> dict[str, dict[str, int]]:
+    return {"start": {"line": line, "character": start}, "end": {"line": last_line, "character": end}}

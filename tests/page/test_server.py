@@ -1,0 +1,230 @@
+"""The page's server: whom it refuses, what it sends, and that nobody holds it back."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import json
+import queue
+import socket
+from collections.abc import Callable, Iterator
+from typing import Any
+from urllib.parse import urlsplit
+
+import aiohttp
+import pytest
+
+from improv_core.motion import STILL, Pose, Twist
+from improv_core.movement import series
+from improv_core.profiles import Profile
+from improv_core.score import Part
+from improv_core.stage.sinks.simulator import Simulator, Snapshot
+from improv_core.stage.viewer.server import MAX_PAGES, Viewer
+
+LIMIT = 20.0
+UPGRADE = {
+    "Connection": "Upgrade",
+    "Upgrade": "websocket",
+    "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
+}
+NOBODY: Callable[[], Snapshot] = Snapshot
+
+
+def part(robot: str, start: Pose) -> Part:
+    return Part(robot, series([]), Profile("disc", step=2.0), start, f"/{robot}/cmd_vel")
+
+
+@pytest.fixture
+def commands() -> queue.SimpleQueue[dict[str, Any]]:
+    return queue.SimpleQueue()
+
+
+@pytest.fixture
+def simulator() -> Simulator:
+    return Simulator()
+
+
+@pytest.fixture
+def viewer(simulator: Simulator, commands: queue.SimpleQueue[dict[str, Any]]) -> Iterator[Viewer]:
+    viewer = Viewer(0, simulator.snapshot, commands.put)
+    yield viewer
+    viewer.close()
+
+
+def ask(viewer: Viewer, path: str, **headers: str) -> http.client.HTTPResponse:
+    """The answer to a request with exactly these headers; `_` in their names is `-`."""
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(viewer.url).port or 0, timeout=LIMIT)
+    connection.putrequest("GET", path, skip_host="Host" in headers)
+    for name, value in headers.items():
+        connection.putheader(name, value)
+    connection.endheaders()
+    return connection.getresponse()
+
+
+def own(viewer: Viewer) -> tuple[str, str]:
+    """The server's own host and token."""
+    where = urlsplit(viewer.url)
+    return where.netloc, where.query
+
+
+def test_the_page_needs_the_token(viewer: Viewer) -> None:
+    _, token = own(viewer)
+    assert ask(viewer, f"/?{token}").status == 200
+    assert ask(viewer, "/").status == 403
+    assert ask(viewer, "/?token=guess").status == 403
+    assert ask(viewer, "/?token=%C3%A9").status == 403
+
+
+def test_only_hosts_of_this_machine_are_answered(viewer: Viewer) -> None:
+    host, token = own(viewer)
+    local = host.replace("127.0.0.1", "localhost")
+    assert ask(viewer, f"/?{token}", Host=local).status == 200
+    for stranger in ("evil.example", f"evil.example:{local.split(':')[1]}", "127.0.0.1", ""):
+        assert ask(viewer, f"/?{token}", Host=stranger).status == 403
+        assert ask(viewer, "/page.js", Host=stranger).status == 403
+
+
+def test_the_websocket_needs_the_token_and_our_own_origin(viewer: Viewer) -> None:
+    host, token = own(viewer)
+    assert ask(viewer, f"/live?{token}", **UPGRADE, Origin=f"http://{host}").status == 101
+    assert ask(viewer, "/live", **UPGRADE, Origin=f"http://{host}").status == 403
+    assert ask(viewer, f"/live?{token}", **UPGRADE).status == 403
+    for origin in ("http://evil.example", "null", f"https://{host}", f"http://{host}.evil.example"):
+        assert ask(viewer, f"/live?{token}", **UPGRADE, Origin=origin).status == 403
+
+
+def test_only_the_files_of_the_page_are_served(viewer: Viewer) -> None:
+    _, token = own(viewer)
+    assert ask(viewer, "/motion.js").getheader("Content-Type") == "text/javascript; charset=utf-8"
+    for path in ("/server.py", "/index.html", "/../server.py", "/%2e%2e/server.py", "//etc/passwd", f"/stage?{token}"):
+        assert ask(viewer, path).status == 404
+
+
+def test_the_page_may_load_nothing_from_elsewhere_but_may_be_framed(viewer: Viewer) -> None:
+    answer = ask(viewer, f"/?{own(viewer)[1]}")
+    policy = answer.getheader("Content-Security-Policy") or ""
+    assert "default-src 'none'" in policy
+    assert "script-src 'self'" in policy
+    assert "frame-ancestors" not in policy
+    assert answer.getheader("X-Frame-Options") is None
+    assert answer.getheader("Referrer-Policy") == "no-referrer"
+
+
+def test_a_taken_port_is_a_plain_error(viewer: Viewer) -> None:
+    with pytest.raises(OSError, match="in use"):
+        Viewer(urlsplit(viewer.url).port or 0, NOBODY, lambda command: None)
+
+
+# What travels over the WebSocket
+
+
+async def connected(viewer: Viewer, session: aiohttp.ClientSession) -> aiohttp.ClientWebSocketResponse:
+    host, token = own(viewer)
+    return await session.ws_connect(f"http://{host}/live?{token}", origin=f"http://{host}")
+
+
+async def until(socket: aiohttp.ClientWebSocketResponse, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    while True:
+        message: dict[str, Any] = await socket.receive_json(timeout=LIMIT)
+        if wanted(message):
+            return message
+
+
+def test_a_new_page_gets_what_was_published_and_who_is_there(viewer: Viewer, simulator: Simulator) -> None:
+    simulator.prepare({"ada": part("ada", Pose(1.0, 2.0))}, restart=True)
+    simulator.send("ada", Twist(y=1 / 3), 0.0)
+    simulator.advance(1.0)
+    viewer.publish({"type": "transport", "generation": 1})
+    viewer.publish({"type": "transport", "generation": 2})
+
+    async def check() -> dict[str, dict[str, Any]]:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            messages = [await socket.receive_json(timeout=LIMIT) for _ in range(3)]
+            return {message["type"]: message for message in messages}
+
+    messages = asyncio.run(check())
+    assert messages["transport"]["generation"] == 2
+    assert messages["robots"] == {"type": "robots", "robots": {"ada": {"radius": 0.3}}}
+    assert messages["poses"] == {"type": "poses", "at": 1.0, "poses": {"ada": [1.0, 2.3333, 0.0, 0.0]}}
+
+
+def test_nothing_is_sent_while_nothing_changes(viewer: Viewer, simulator: Simulator) -> None:
+    simulator.prepare({"ada": part("ada", Pose())}, restart=True)
+
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            await until(socket, lambda message: message["type"] == "poses")
+            simulator.send("ada", STILL, 0.0)
+            simulator.advance(1.0)
+            with pytest.raises(asyncio.TimeoutError):
+                await socket.receive(timeout=0.2)
+            simulator.send("ada", Twist(z=1.0), 1.0)
+            simulator.advance(2.0)
+            assert (await socket.receive_json(timeout=LIMIT))["poses"] == {"ada": [0.0, 0.0, 1.0, 0.0]}
+
+    asyncio.run(check())
+
+
+def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.SimpleQueue[dict[str, Any]]) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            for text in ("", "{", "[" * 4000, "7", "[]", "{}", '{"type": 7}', '{"type": ["hush"]}', '{"type": "load"}'):
+                await socket.send_str(text)
+            await socket.send_bytes(b'{"type": "hush"}')
+            await socket.send_str(json.dumps({"type": "hush", "more": 1}))
+            assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "watched"}
+            assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "hush"}
+            await socket.send_str("x" * 5000)
+            async for _ in socket:
+                pass
+            assert socket.close_code == aiohttp.WSCloseCode.MESSAGE_TOO_BIG
+
+    asyncio.run(check())
+    assert commands.empty()
+
+
+def test_a_page_that_does_not_read_holds_nobody_back(viewer: Viewer) -> None:
+    host, token = own(viewer)
+    stuck = socket.socket()
+    stuck.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    stuck.connect(("127.0.0.1", urlsplit(viewer.url).port))
+    headers = "".join(f"{name}: {value}\r\n" for name, value in UPGRADE.items())
+    stuck.sendall(f"GET /live?{token} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n{headers}\r\n".encode())
+    assert b" 101 " in stuck.recv(1024)
+
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            for number in range(2000):  # far more than the system buffers for the stuck page
+                viewer.publish({"type": "transport", "generation": number, "filling": "x" * 10_000})
+            await until(socket, lambda message: message.get("generation") == 1999)
+
+    asyncio.run(check())
+    viewer.close()  # at once, although the stuck page still has not read
+    stuck.close()
+
+
+def test_the_number_of_pages_is_bounded(viewer: Viewer) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as session:
+            sockets = [await connected(viewer, session) for _ in range(MAX_PAGES)]
+            with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+                await connected(viewer, session)
+            assert refused.value.status == 503
+            await sockets.pop().close()
+            viewer.publish({"type": "transport", "generation": 5})
+            for each in sockets:
+                await until(each, lambda message: message.get("generation") == 5)
+            await connected(viewer, session)
+
+    asyncio.run(check())
+
+
+def test_publishing_and_closing_after_the_end_do_nothing(viewer: Viewer) -> None:
+    viewer.close()
+    viewer.publish({"type": "transport", "generation": 1})
+    viewer.close()

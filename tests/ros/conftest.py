@@ -1,0 +1,91 @@
+"""A ROS 2 of the test's own: its interpreter, an environment nobody else shares, and real subscribers."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.needs import lacking
+
+LIMIT = 60.0
+"""Seconds to wait for anything: discovery alone may take several on a busy machine."""
+
+LISTENER = Path(__file__).parent / "listener.py"
+OWN = Path(__file__).parents[2] / ".cache" / "ros" / "bin" / "python"
+
+
+class Listener:
+    """A subscriber in a process of its own, and what it has heard: dicts of topic, at, x, y, z, yaw."""
+
+    def __init__(self, python: str, env: Mapping[str, str], *arguments: str) -> None:
+        self.heard: list[dict[str, Any]] = []
+        self._inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+        self._process = subprocess.Popen(
+            [python, LISTENER, *arguments], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+        threading.Thread(target=self._read, daemon=True).start()
+        self._inbox.get(timeout=LIMIT)
+
+    def wait(self, fits: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        """The next message that fits, which may be one heard before this call."""
+        end = time.monotonic() + LIMIT
+        while True:
+            try:
+                message = self._inbox.get(timeout=max(end - time.monotonic(), 0))
+            except queue.Empty:
+                raise AssertionError(f"not heard within {LIMIT} s; heard {self.heard[-5:]}") from None
+            self.heard.append(message)
+            if fits(message):
+                return message
+
+    def close(self) -> None:
+        self._process.communicate(timeout=LIMIT)
+
+    def _read(self) -> None:
+        assert self._process.stdout
+        for line in self._process.stdout:
+            self._inbox.put(json.loads(line))
+
+
+@pytest.fixture(scope="session")
+def ros_python() -> str:
+    """A Python that imports rclpy."""
+    python = os.environ.get("IMPROV_ROS_PYTHON") or (str(OWN) if OWN.exists() else "")
+    if not python:
+        lacking("no ROS 2: set IMPROV_ROS_PYTHON, or make .cache/ros (see CONTRIBUTING.md)")
+    return python
+
+
+@pytest.fixture(scope="session")
+def ros_env(ros_python: str) -> dict[str, str]:
+    """An environment in which our server finds ROS 2, on this machine only, in a domain of this run's own."""
+    return {
+        **os.environ,
+        "IMPROV_ROS_PYTHON": ros_python,
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        # The domains that are safe beside Linux's ephemeral ports end at 101.
+        "ROS_DOMAIN_ID": str(1 + os.getpid() % 100),
+    }
+
+
+@pytest.fixture
+def listen(ros_python: str, ros_env: dict[str, str]) -> Iterator[Callable[..., Listener]]:
+    """Starts subscribers: `listen("/r/cmd_vel")`, with `--stamped` for TwistStamped."""
+    listeners: list[Listener] = []
+
+    def start(*arguments: str) -> Listener:
+        listeners.append(Listener(ros_python, ros_env, *arguments))
+        return listeners[-1]
+
+    yield start
+    for listener in listeners:
+        listener.close()

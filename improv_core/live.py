@@ -24,6 +24,8 @@ from improv_core.stage.client import Message, Options, Playback
 
 BROWSER_LIMIT = 5.0
 """Seconds to wait for a browser to show the page, so that nobody misses the first beat."""
+LOOK_AGAIN = 500
+"""Milliseconds between two looks at a watched file when the system tells of no change."""
 WRONG_PROGRAM, CANNOT, INTERRUPTED = 1, 2, 130
 
 
@@ -53,11 +55,12 @@ async def _follow(show: _Show, path: Path, text: str) -> None:
     from watchfiles import awatch
 
     await _play_if_right(show, path, text)
-    # The folder is watched, since many editors save by putting a new file in the old one's place.
-    async for _ in awatch(path.parent, recursive=False):
+    # The folder is watched, since many editors save by putting a new file in the old one's place. A look now and then
+    # finds what the system did not tell: the save before it was asked to, and those over a network.
+    async for _ in awatch(path.parent, recursive=False, yield_on_timeout=True, rust_timeout=LOOK_AGAIN):
         with contextlib.suppress(ReadError):  # between the old file and the new one there is none
             latest = read_program(path)
-            if latest != text:
+            if latest not in ("", text):  # some editors empty the file before they write it
                 text = latest
                 await _play_if_right(show, path, text)
 

@@ -36,8 +36,8 @@ def complete(analysis: Analysis, offset: int) -> list[Item]:
     if not tokens or begin + start + tokens[-1].end != offset + len(_MARK):
         return []  # in a comment
     *before, last = tokens
-    if last.type == "NUMBER" or not last.text.endswith(_MARK):
-        return []
+    if before and before[-1].type == "NUMBER" and before[-1].end == last.start:
+        return []  # in a number
     span = Span(offset - len(last.text) + len(_MARK), offset)
     current = index - 1 if start + begin == begin and index else index
     return [Item(label, kind, detail, span) for label, kind, detail in _words(analysis, before, current)]

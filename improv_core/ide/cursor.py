@@ -30,6 +30,8 @@ def cursor(analysis: Analysis, offset: int) -> Cursor | None:
     if not touching:
         return None
     token = touching[-1]
+    # A head may be made of several tokens that touch, such as my-robot.
+    token = next((head for head in placed.statement.heads if head.span.holds(place)), token)
     return Cursor(placed, token, _owner(placed.statement, token))
 
 

@@ -86,7 +86,9 @@ def _bracket(node: nodes.Bracket) -> str:
         return "**( )**: a group"
     voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
     counts = [len(voice.items) if isinstance(voice, nodes.Series) else 1 for voice in voices]
-    each = " and ".join(f"{count} item{'' if count == 1 else 's'}, {count} times as fast" for count in counts)
+    each = " and ".join(
+        "1 item, at its own speed" if count == 1 else f"{count} items, {count} times as fast" for count in counts
+    )
     return f"**[ ]**: squeezed: {each}"
 
 

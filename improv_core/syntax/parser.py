@@ -203,11 +203,19 @@ def _feed(parser: Any, token: Token) -> set[str] | None:
     except UnexpectedToken:
         wanted: set[str] = parser.accepts()
         trial = parser.copy()
-        if _mend(trial, token.start) and token.type in trial.accepts():
-            _mend(parser, token.start)
-            parser.feed_token(token)
+        for mends in range(1, _MOST_MENDS + 1):
+            if not _mend(trial, token.start):
+                break
+            if token.type in trial.accepts():
+                for _ in range(mends):
+                    _mend(parser, token.start)
+                parser.feed_token(token)
+                break
         return wanted
     return None
+
+
+_MOST_MENDS = 2  # `fast ||` lacks a number and a movement
 
 
 def _mend(parser: Any, place: int) -> bool:

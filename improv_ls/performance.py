@@ -99,7 +99,8 @@ class Performance:
         token = f"improv-{uuid4()}"
         create = self._session.window_work_done_progress_create_async(types.WorkDoneProgressCreateParams(token))
         try:
-            await asyncio.wait_for(create, ANSWER_LIMIT)
+            # Shielded: a late answer to a request that was given up would be an error to pygls.
+            await asyncio.wait_for(asyncio.shield(create), ANSWER_LIMIT)
         except Exception:  # no answer, or a refusal: then there is no progress to show
             return
         loop = asyncio.get_running_loop()

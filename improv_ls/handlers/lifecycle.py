@@ -48,7 +48,7 @@ async def _pull(ls: Session) -> None:
         return
     asked = types.ConfigurationParams([types.ConfigurationItem(section="improv")])
     try:
-        answer = await asyncio.wait_for(ls.workspace_configuration_async(asked), ANSWER_LIMIT)
+        answer = await asyncio.wait_for(asyncio.shield(ls.workspace_configuration_async(asked)), ANSWER_LIMIT)
     except Exception:  # no answer, or a refusal: the settings stay as they are
         return
     if answer and answer[0]:

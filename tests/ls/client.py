@@ -31,6 +31,7 @@ class Client:
         capabilities: Mapping[str, Any] = CAPABILITIES,
         env: Mapping[str, str] | None = None,
         configuration: Mapping[str, Any] | None = None,
+        answers: bool = True,
     ) -> None:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "improv_ls.server"],
@@ -42,6 +43,9 @@ class Client:
         self.notifications: list[Message] = []
         self.shown: list[str] = []
         self._configuration = configuration
+        self._answers = answers
+        self._unanswered: list[Message] = []
+        self._writing = threading.Lock()
         self._inbox: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
         self._next_id = 0
         threading.Thread(target=self._read, daemon=True).start()
@@ -103,6 +107,12 @@ class Client:
         assert "\n" not in params["message"]
         return str(params["message"])
 
+    def wait_for_page(self) -> list[str]:
+        """The URLs that the server has asked to show, once there is one."""
+        if not self.shown:
+            self._wait_for(lambda message: message.get("method") == "window/showDocument", "page")
+        return self.shown
+
     def _wait_for(self, fits: Callable[[Message], bool], what: str) -> Message:
         end = time.monotonic() + LIMIT
         while True:
@@ -110,15 +120,20 @@ class Client:
                 message = self._inbox.get(timeout=max(end - time.monotonic(), 0))
             except queue.Empty:
                 raise AssertionError(f"no {what} within {LIMIT} s; so far: {self.notifications}") from None
+            if message is not None and message.get("method") == "error":
+                raise AssertionError(message["params"])
             if message is None:
                 log = self.process.stderr.read() if self.process.stderr else b""
                 raise AssertionError(f"the server ended before {what}: {log.decode()}")
-            if "method" in message and "id" in message:
-                self._answer(message)
-            elif "method" in message:
+            if "method" in message:
                 self.notifications.append(message)
             if fits(message):
                 return message
+
+    def answer_late(self) -> None:
+        """Answer every request that has been left waiting."""
+        while self._unanswered:
+            self._answer(self._unanswered.pop())
 
     def _answer(self, request: Message) -> None:
         method = request["method"]
@@ -130,14 +145,16 @@ class Client:
         elif method in ("client/registerCapability", "window/workDoneProgress/create"):
             result = None
         else:
-            raise AssertionError(f"the client never said that it takes {method}")
+            self._inbox.put({"method": "error", "params": f"the client never said that it takes {method}"})
+            return
         self._write({"id": request["id"], "result": result})
 
     def _write(self, message: Message) -> None:
         body = json.dumps({"jsonrpc": "2.0", **message}).encode()
-        assert self.process.stdin
-        self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
-        self.process.stdin.flush()
+        with self._writing:
+            assert self.process.stdin
+            self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+            self.process.stdin.flush()
 
     def _read(self) -> None:
         stream = self.process.stdout
@@ -149,5 +166,8 @@ class Client:
                 if name.lower() == b"content-length":
                     length = int(value)
                 header = stream.readline()
-            self._inbox.put(json.loads(stream.read(length)))
+            message = json.loads(stream.read(length))
+            if "method" in message and "id" in message:
+                (self._answer if self._answers else self._unanswered.append)(message)
+            self._inbox.put(message)
         self._inbox.put(None)

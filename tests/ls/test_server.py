@@ -107,6 +107,20 @@ def test_client_without_capabilities_is_never_asked_anything() -> None:
         client.wait_for_line("▶")
 
 
+def test_client_that_never_answers_is_not_waited_for_and_a_late_answer_does_no_harm() -> None:
+    with Client(QUIET, answers=False) as client:
+        client.open(URI, "beat 240\nr $ forward left left left\n")
+        client.save(URI)
+        client.wait_for_line("▶")
+        client.wait("window/workDoneProgress/create")
+        client.save(URI)
+        client.wait_for_line("▶")
+        client.wait("window/workDoneProgress/create")
+        client.answer_late()
+        client.request("workspace/executeCommand", {"command": "improv.hush"})
+        assert not any(message["method"] == "window/showMessage" for message in client.notifications)
+
+
 def test_settings_come_from_anywhere_and_wrong_ones_are_told_once() -> None:
     with Client({"improv": {**QUIET, "onSave": "sometimes"}}, configuration={"switchAt": 7}) as client:
         assert client.wait_for_line("improv.onSave") == (

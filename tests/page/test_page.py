@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import queue
 import time
 from collections.abc import Iterator
@@ -12,7 +11,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 
 from improv_core.motion import Pose, Twist
 from improv_core.movement import series
@@ -20,19 +19,7 @@ from improv_core.profiles import Profile
 from improv_core.score import Part
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.needs import need
-
-FLAGS = [
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
-LIMIT = 20.0
+from tests.page.conftest import LIMIT, wait
 
 
 def part(robot: str, start: Pose) -> Part:
@@ -68,52 +55,6 @@ def viewer(simulator: Simulator, commands: queue.SimpleQueue[dict[str, Any]]) ->
     viewer = Viewer(0, simulator.snapshot, commands.put)
     yield viewer
     viewer.close()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    chromium = need("chromium")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def page(browser: Browser) -> Iterator[Page]:
-    """A page on which nothing may go wrong unnoticed."""
-    wrong: list[str] = []
-
-    def listen(message: ConsoleMessage) -> None:
-        # A server that went away is an error to the browser, not to us.
-        if message.type in ("error", "warning") and "ERR_CONNECTION_REFUSED" not in message.text:
-            wrong.append(message.text)
-
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.set_default_timeout(LIMIT * 1000)
-    page.on("console", listen)
-    page.on("pageerror", lambda error: wrong.append(str(error)))
-    yield page
-    page.close()
-    assert wrong == []
-
-
-@pytest.fixture
-def artifacts() -> Path:
-    folder = Path(os.environ.get("IMPROV_ARTIFACTS") or Path(__file__).parents[2] / ".artifacts")
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
-
-
-def wait(page: Page, condition: str) -> None:
-    """Look at every frame until the condition holds. (Playwright's own waiting needs eval, which the page forbids.)"""
-    page.evaluate(
-        f"""() => new Promise((done, fail) => {{
-          const look = () => ({condition}) ? done() : requestAnimationFrame(look)
-          setTimeout(() => fail(new Error("too late")), {LIMIT * 1000})
-          look()
-        }})"""
-    )
 
 
 def open_page(page: Page, viewer: Viewer) -> None:
@@ -166,7 +107,7 @@ def test_the_page_shows_a_dance_and_stop_sends_hush(
     stop.click()
     page.keyboard.press("Space")  # while the button has the focus: once, not twice
     page.keyboard.press("Escape")
-    assert [commands.get(timeout=LIMIT) for _ in range(3)] == [{"type": "hush"}] * 3
+    assert [commands.get(timeout=LIMIT) for _ in range(4)] == [{"type": "watched"}] + [{"type": "hush"}] * 3
     viewer.publish(transport(1, "stopped", beat=2.5))
     expect(page.locator("#state")).to_have_text("stopped")
     assert commands.empty()

@@ -33,7 +33,7 @@ def test_save_moves_the_robot_and_stop_stops_it(page: Page, artifacts: Path) -> 
 
         client.change(URI, 2, {"text": "beat 120\nada $ forward\n"})
         client.save(URI)
-        expect(page.locator("#state")).to_have_text("ended")
+        expect(page.locator("#state")).to_have_text("finished")
         wait(page, "Math.abs(improv.robots.ada.x - 2) < 1e-3 && !improv.robots.bo")
 
 

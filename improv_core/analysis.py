@@ -2,68 +2,66 @@
 
 from __future__ import annotations
 
-import re
-from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from bisect import bisect_left, bisect_right, insort
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from fractions import Fraction
+from functools import cached_property
+from heapq import heapify, heappop, heappush
+from itertools import count
 
 from improv_core import movement
-from improv_core.diagnostics import Diagnostic, Severity
-from improv_core.movement import ENDLESS, SAME, Movement, all_by
+from improv_core.diagnostics import Diagnostic, Edit, Fix, Related, Severity, replace
+from improv_core.meaning import Definition, Meaning, Scope, movement_of, understand
+from improv_core.movement import Movement, Place
 from improv_core.syntax import nodes
-from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
-from improv_core.syntax.vocabulary import WORDS, Kind, of_kind
+from improv_core.syntax.vocabulary import Kind, of_kind
 from improv_core.text import LineIndex, Span
 
 DEFAULT_TEMPO = Fraction(60)
-LONGEST_NUMBER = 30
-"""How many characters a number may have."""
-MOST_BITS = 4096
-"""How long the exact fractions of a movement may get: nested odd factors multiply."""
-DEEPEST_VOICES = 200
-"""How many levels of `||` may stand within `||` through names: each costs a level of recursion when walked."""
 
-_ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_MOVING = of_kind(Kind.PRIMITIVE, Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR)
+_numbers = count()  # every statement of every document gets one of its own, and keeps it where it moves
 
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A statement and where it stands: its offset and its number in the document."""
+    """A statement, its place among the others and its offset in the text."""
 
-    start: int
     index: int
+    start: int
     statement: Statement
+    meaning: Meaning
 
     @property
     def span(self) -> Span:
         return Span(self.start, self.start + len(self.statement.text))
 
 
-@dataclass(frozen=True, slots=True)
-class Definition:
-    """A name and the movement it stands for after statement `index`; `span` is the name where it is defined."""
-
-    name: str
-    span: Span
-    index: int
-    movement: Movement
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Analysis:
-    """One version of a document, understood. `robots` maps each robot to what it plays, in order of appearance."""
+    """One version of a document, understood. Made by `analyze`, and by `edited` from the version before.
+
+    The lists run side by side, one entry a statement. `defined` and `used` have the indices of the statements that
+    define and use a name, `beats` those with a tempo, `wrong` those about which something is to be said, `unused`
+    those that define a name nobody uses.
+    """
 
     lines: LineIndex
-    statements: tuple[Placed, ...]
-    definitions: Mapping[str, Sequence[Definition]]
-    tempo: Fraction
-    robots: Mapping[str, Movement]
-    diagnostics: tuple[Diagnostic, ...]
+    starts: list[int]
+    statements: list[Statement]
+    numbers: list[int]
+    meanings: list[Meaning]
+    defined: dict[str, list[int]]
+    used: dict[str, list[int]]
+    beats: list[int]
+    wrong: set[int]
+    unused: set[int]
+    nearest: dict[str, str | None]  # the known word nearest to an unknown one, as far as that has been asked
 
     @property
     def text(self) -> str:
@@ -73,223 +71,294 @@ class Analysis:
     def ok(self) -> bool:
         return all(diagnostic.severity is not Severity.ERROR for diagnostic in self.diagnostics)
 
+    @property
+    def tempo(self) -> Fraction:
+        """Beats per minute."""
+        return (self.beats and self.meanings[self.beats[0]].tempo) or DEFAULT_TEMPO
+
+    @cached_property
+    def robots(self) -> Mapping[str, Movement]:
+        """What each robot plays, in order of appearance."""
+        plays: dict[str, list[Movement]] = {}
+        for number, meaning in zip(self.numbers, self.meanings, strict=True):
+            for robot in meaning.robots:
+                plays.setdefault(robot, []).append(movement.use(meaning.movement, None, number))
+        return {robot: movement.series(parts) for robot, parts in plays.items()}
+
+    @cached_property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """All that is to be said about the program, in the order of the text."""
+        found: list[Diagnostic] = []
+        for index in sorted(self.wrong.union(self.unused, self.beats[1:])):
+            found += (each.shifted(self.starts[index]) for each in self._said_of(index))
+        return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
+
     def statement_at(self, offset: int) -> Placed | None:
         """The statement that a cursor at `offset` touches."""
-        index = bisect_right(self.statements, offset, key=lambda placed: placed.start) - 1
-        placed = self.statements[index] if index >= 0 else None
+        index = bisect_right(self.starts, offset) - 1
+        placed = self.placed(index) if index >= 0 else None
         return placed if placed and placed.span.holds(offset) else None
 
+    def placed(self, index: int) -> Placed:
+        return Placed(index, self.starts[index], self.statements[index], self.meanings[index])
+
     def definition(self, name: str, before: int) -> Definition | None:
-        """What a name stands for in statement `before`."""
-        return _latest(self.definitions.get(name, ()), before)
+        """What a name stands for where the statement with this index stands."""
+        index = self.defining(name, before)
+        return None if index is None else self.meanings[index].definition
+
+    def defining(self, name: str, before: int) -> int | None:
+        """The index of the statement that defines what a name stands for in the statement `before`."""
+        definers = self.defined.get(name, ())
+        place = bisect_left(definers, before)
+        return definers[place - 1] if place else None
 
     def movement(self, placed: Placed, node: Node) -> Movement:
         """What a part of a statement means where it stands."""
-        return _Reading(placed, self.definitions, self.lines, lambda diagnostic: None).movement(node)
+        return movement_of(node, self._scope(placed.index))
+
+    def spans(self, places: Sequence[Place]) -> list[Span]:
+        """Where the places of a moment are in the text."""
+        starts = dict(zip(self.numbers, self.starts, strict=True))
+        return [place.span.shifted(starts[place.statement]) for place in places]
+
+    def edited(self, start: int, end: int, text: str) -> Analysis:
+        """The analysis after the text from `start` to `end` has been replaced; costs what the edit touches."""
+        lines = self.lines.edited(start, end, text)
+        growth = len(text) - (end - start)
+        # The statement before the first one touched may lack a bracket, and go on into what now stands there.
+        first = max(bisect_right(self.starts, start) - 2, 0)
+        begin = lines.start(lines.position(self.starts[first]).line) if self.starts[first:] else 0
+        after, starts, pieces = len(self.starts), [], []
+        for offset, piece in split(lines.text, begin if first else 0):
+            # Where a statement begins behind the edit as one did before, all goes on as before.
+            if offset >= start + len(text):
+                known = bisect_left(self.starts, offset - growth)
+                if offset - growth > end and known < after and self.starts[known] == offset - growth:
+                    after = known
+                    break
+            starts.append(offset)
+            pieces.append(piece)
+        rest = [offset + growth for offset in self.starts[after:]] if growth else self.starts[after:]
+        all_starts = self.starts[:first] + starts + rest
+        statements = [parse_statement(piece) for piece in pieces]
+        while statements and first < after and statements[0] is self.statements[first]:
+            del statements[0]
+            first += 1
+        while statements and first < after and statements[-1] is self.statements[after - 1]:
+            del statements[-1]
+            after -= 1
+        if len(statements) == after - first:
+            return _with_others(self, lines, all_starts, first, statements)
+        # Statements came or went: every index changes, but what is as it was is not understood again.
+        return _assembled(
+            lines,
+            all_starts,
+            self.statements[:first] + statements + self.statements[after:],
+            self.numbers[:first] + [next(_numbers) for _ in statements] + self.numbers[after:],
+            dict(zip(self.numbers, self.meanings, strict=True)),
+        )
+
+    def _scope(self, index: int) -> Scope:
+        return {name: self.definition(name, index) for name in self.statements[index].uses}
+
+    def _said_of(self, index: int) -> Iterator[Diagnostic]:
+        """The diagnostics of one statement; spans count from its start."""
+        statement, meaning = self.statements[index], self.meanings[index]
+        yield from meaning.diagnostics
+        if index in self.unused:
+            head = statement.heads[0]
+            message = f"use `{head.text}` below, or remove this line: nothing plays it"
+            line = self._whole_line(index)
+            yield Diagnostic("unused-name", head.span, message, (Fix("Remove the definition", (Edit(line, ""),)),))
+        if statement.sign and statement.sign.type == "BEAT" and index != self.beats[0]:
+            first = self.starts[self.beats[0]]
+            message = f"remove this `beat`: line {self._line(self.beats[0])} has one already"
+            related = Related(self._relative(Span(first, first + len("beat")), index), "the first `beat`")
+            fixes = (Fix("Remove it", (Edit(self._whole_line(index), ""),)),)
+            yield Diagnostic("duplicate-beat", Span(0, len(statement.text)), message, fixes, (related,))
+        for node in meaning.unresolved:
+            yield self._unresolved(index, node)
+
+    def _unresolved(self, index: int, node: nodes.Name) -> Diagnostic:
+        name = node.text
+        if name not in self.defined:
+            return self._unknown(node)
+        later = self.defined[name][0]
+        head = self.statements[later].heads[0].span.shifted(self.starts[later])
+        related = Related(self._relative(head, index), f"`{name}` is defined here")
+        line = self._line(later)
+        if later == index:
+            message = f"define `{name}` above this line (line {line}) before using it in its own definition"
+            return Diagnostic("used-before-definition", node.span, message, (), (related,))
+        message = f"move the definition of `{name}` (line {line}) above this line"
+        here = self._relative(Span(self.starts[index], self.starts[index]), index)
+        moved = (Edit(here, self.statements[later].text + "\n"), Edit(self._whole_line(later, index), ""))
+        fixes = (Fix(f"Move the definition of {name} up", moved),)
+        return Diagnostic("used-before-definition", node.span, message, fixes, (related,))
+
+    def _unknown(self, node: nodes.Name) -> Diagnostic:
+        name = node.text
+        if name not in self.nearest:
+            self.nearest[name] = _nearest(name, self.defined)
+        near = self.nearest[name]
+        if near is None:
+            return Diagnostic("unknown-name", node.span, f"`{name}` is not known: define it above: `{name} = …`")
+        message = f"`{name}` is not known: did you mean `{near}`?"
+        return Diagnostic("unknown-name", node.span, message, replace(f"Write {near}", node.span, near))
+
+    def _line(self, index: int) -> int:
+        """The line a statement begins in, as people count."""
+        return self.lines.position(self.starts[index]).line + 1
+
+    def _whole_line(self, index: int, seen_from: int | None = None) -> Span:
+        """The lines of a statement with their end, to be removed; counted from the start of a statement."""
+        start = self.starts[index]
+        first = self.lines.position(start).line
+        last = self.lines.position(start + len(self.statements[index].text)).line
+        whole = Span(self.lines.start(first), self.lines.start(last + 1))
+        return self._relative(whole, index if seen_from is None else seen_from)
+
+    def _relative(self, span: Span, index: int) -> Span:
+        return span.shifted(-self.starts[index])
 
 
 def analyze(text: str) -> Analysis:
-    """Read a whole program. Never raises; what is wrong is in `diagnostics`, in the order of the text."""
-    lines = LineIndex(text)
-    statements = tuple(Placed(start, index, parse_statement(piece)) for index, (start, piece) in enumerate(split(text)))
-    diagnostics: list[Diagnostic] = []
-    definitions: dict[str, list[Definition]] = {}
-    later = _first_definitions(statements)
-    plays: dict[str, list[Movement]] = {}
-    tempo: Fraction | None = None
-    first_beat: Placed | None = None
-    for placed in statements:
-        statement = placed.statement
-        diagnostics += [diagnostic.shifted(placed.start) for diagnostic in statement.diagnostics]
-        if not statement.sign:
-            continue  # one mistake, one message: what it lacks has been said
-        reading = _Reading(placed, definitions, lines, diagnostics.append, later)
-        meaning = reading.movement(statement.body) if statement.body else movement.series(())
-        if statement.sign.type == "BEAT":
-            if first_beat:
-                line = lines.position(first_beat.start).line + 1
-                message = f"remove this `beat`: line {line} has one already"
-                diagnostics.append(Diagnostic("duplicate-beat", placed.span, message))
-                continue
-            first_beat = placed
-            tempo = reading.number(statement.number, "the tempo") if statement.number else None
-        elif statement.sign.type == "EQUAL":
-            for head in reading.names():
-                known = definitions.setdefault(head.text, [])
-                known.append(Definition(head.text, head.span.shifted(placed.start), placed.index, meaning))
-        else:
-            for robot in reading.robots():
-                plays.setdefault(robot, []).append(meaning)
-    return Analysis(
-        lines,
-        statements,
-        definitions,
-        tempo or DEFAULT_TEMPO,
-        {robot: movement.series(parts) for robot, parts in plays.items()},
-        tuple(sorted(diagnostics, key=lambda diagnostic: diagnostic.span)),
-    )
+    """Read a whole program. Never raises."""
+    starts, statements = [], []
+    for start, piece in split(text):
+        starts.append(start)
+        statements.append(parse_statement(piece))
+    return _assembled(LineIndex(text), starts, statements, [next(_numbers) for _ in statements], {})
 
 
-def _first_definitions(statements: Sequence[Placed]) -> dict[str, Placed]:
-    first: dict[str, Placed] = {}
-    for placed in statements:
-        if placed.statement.sign and placed.statement.sign.type == "EQUAL":
-            for head in placed.statement.heads:
-                first.setdefault(head.text, placed)
-    return first
+def _assembled(
+    lines: LineIndex,
+    starts: list[int],
+    statements: list[Statement],
+    numbers: list[int],
+    known: Mapping[int, Meaning],
+) -> Analysis:
+    """All statements in their order; `known` meanings, by number, are kept where their scope is what it was."""
+    current: dict[str, Definition] = {}
+    meanings: list[Meaning] = []
+    defined: dict[str, list[int]] = {}
+    used: dict[str, list[int]] = {}
+    for index, (statement, number) in enumerate(zip(statements, numbers, strict=True)):
+        scope = {name: current.get(name) for name in statement.uses}
+        meaning = known.get(number)
+        if meaning is None or meaning.scope != tuple(scope.values()):
+            meaning = understand(statement, number, scope)
+        meanings.append(meaning)
+        for name in statement.uses:
+            used.setdefault(name, []).append(index)
+        if meaning.definition:
+            current[meaning.definition.name] = meaning.definition
+            defined.setdefault(meaning.definition.name, []).append(index)
+    beats = [index for index, statement in enumerate(statements) if _is_beat(statement)]
+    wrong = {index for index, meaning in enumerate(meanings) if meaning.diagnostics or meaning.unresolved}
+    unused = {index for name in defined for index in _unused(name, defined, used)}
+    return Analysis(lines, starts, statements, numbers, meanings, defined, used, beats, wrong, unused, {})
 
 
-def _latest(definitions: Sequence[Definition], before: int) -> Definition | None:
-    place = bisect_left(definitions, before, key=lambda definition: definition.index)
-    return definitions[place - 1] if place else None
+def _with_others(
+    old: Analysis, lines: LineIndex, starts: list[int], first: int, others: Sequence[Statement]
+) -> Analysis:
+    """The analysis with as many other statements from `first` on: no index changes, and only what depends is read."""
+    changed = {first + place: statement for place, statement in enumerate(others)}
+    statements, numbers, meanings = old.statements.copy(), old.numbers.copy(), old.meanings.copy()
+    defined, used = old.defined.copy(), old.used.copy()
+    names: set[str] = set()  # whose definitions or uses have changed
+    for index, statement in changed.items():
+        for table, before, now in (
+            (defined, _defines(statements[index]), _defines(statement)),
+            (used, statements[index].uses, statement.uses),
+        ):
+            names.update(before, now)
+            for name in set(before) - set(now):
+                _take_out(table, name, index)
+            for name in set(now) - set(before):
+                _put_in(table, name, index)
+        statements[index], numbers[index] = statement, next(_numbers)
+    beats = old.beats
+    if any(_is_beat(statement) or index in beats for index, statement in changed.items()):
+        beats = [index for index, statement in enumerate(statements) if _is_beat(statement)]
+    unused = old.unused
+    if names:
+        unused = {index for index in unused if names.isdisjoint(_defines(old.statements[index]))}
+        unused.update(*(_unused(name, defined, used) for name in names if name in defined))
+    nearest = old.nearest if defined.keys() == old.defined.keys() else {}
+    wrong = old.wrong.copy()
+    new = Analysis(lines, starts, statements, numbers, meanings, defined, used, beats, wrong, unused, nearest)
+    _understand_again(new, changed)
+    return new
 
 
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """Reads one statement in the scope it stands in, and reports what is wrong with it."""
-
-    placed: Placed
-    definitions: Mapping[str, Sequence[Definition]]
-    lines: LineIndex
-    report_to: Callable[[Diagnostic], None]
-    later: Mapping[str, Placed] | None = None
-
-    def report(self, code: str, span: Span, message: str) -> None:
-        self.report_to(Diagnostic(code, span.shifted(self.placed.start), message))
-
-    def names(self) -> Sequence[Token]:
-        """The names this definition defines: one, or none if it can't be."""
-        heads = [head for head in self.placed.statement.heads if head.text]
-        return [head for head in heads if not self._reserved(head)]
-
-    def robots(self) -> Sequence[str]:
-        """The robots this statement is for, each once, without those that can't be."""
-        robots: dict[str, None] = {}
-        for head in self.placed.statement.heads:
-            if not head.text or self._reserved(head):
-                continue
-            if not _ROBOT_NAME.fullmatch(head.text):
-                message = f"`{head.text}` can't name a robot: use the letters a to z, digits and `_`, a letter first"
-                self.report("bad-robot-name", head.span, message)
-                continue
-            robots[head.text] = None
-        return list(robots)
-
-    def _reserved(self, head: Token) -> bool:
-        if head.text in WORDS:
-            self.report("reserved-name", head.span, f"choose another name: `{head.text}` is a word of the language")
-        return head.text in WORDS
-
-    def number(self, token: Token, what: str) -> Fraction | None:
-        """The exact value of a number above zero; None, reported, if it is not one."""
-        if not token.text:
-            return None
-        if len(token.text) > LONGEST_NUMBER:
-            self.report("bad-number", token.span, f"write {what} with at most {LONGEST_NUMBER} characters")
-            return None
-        try:
-            above, _, below = token.text.partition("/")
-            value = Fraction(above) / Fraction(below or 1)
-        except ZeroDivisionError:
-            self.report("bad-number", token.span, f"write {what} without dividing by 0")
-            return None
-        if value <= 0:
-            self.report("bad-number", token.span, f"write {what} as a number above 0")
-            return None
-        return value
-
-    def movement(self, node: Node) -> Movement:
-        """The movement of a part of the statement; what is wrong with it counts as nothing at all."""
-        made = self._made(node)
-        length = 0 if made.duration == ENDLESS else movement.bits(Fraction(made.duration))
-        if made.bits + length > MOST_BITS:
-            span = node.argument.span if isinstance(node, nodes.Apply) and node.argument else node.span
-            self.report("bad-number", span, "use simpler numbers: together they make a fraction too long to keep exact")
-            return movement.series(())
-        return made
-
-    def _made(self, node: Node) -> Movement:
-        if isinstance(node, nodes.Primitive):
-            return movement.hold(node.word.velocity, span=node.span.shifted(self.placed.start))
-        if isinstance(node, nodes.Name):
-            return self._named(node)
-        if isinstance(node, nodes.Series):
-            return movement.series([self.movement(item) for item in node.items])
-        if isinstance(node, nodes.Parallel):
-            made = movement.parallel([self.movement(voice) for voice in node.voices])
-            if made.depth > DEEPEST_VOICES:
-                message = f"use fewer names within names: voices nest deeper than {DEEPEST_VOICES} levels here"
-                self.report("too-deep", node.span, message)
-                return movement.series(())
-            return made
-        if isinstance(node, nodes.Bracket):
-            return self._bracketed(node)
-        if isinstance(node, nodes.Apply):
-            return self._applied(node)
-        return movement.series(())
-
-    def _named(self, node: nodes.Name) -> Movement:
-        found = _latest(self.definitions.get(node.text, ()), self.placed.index)
-        if found:
-            return movement.use(found.movement, node.span.shifted(self.placed.start))
-        if self.later is None:
-            return movement.series(())
-        if node.text in self.later:
-            line = self.lines.position(self.later[node.text].start).line + 1
-            message = f"move the definition of `{node.text}` (line {line}) above this line"
-            if self.later[node.text].index == self.placed.index:
-                message = f"define `{node.text}` above this line (line {line}) before using it in its own definition"
-            self.report("used-before-definition", node.span, message)
-        else:
-            known = [*of_kind(Kind.PRIMITIVE, Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR), *self.definitions]
-            near = get_close_matches(node.text, known, n=1) or get_close_matches(node.text.lower(), known, n=1)
-            hint = f"did you mean `{near[0]}`?" if near else f"define it above: `{node.text} = …`"
-            self.report("unknown-name", node.span, f"`{node.text}` is not known: {hint}")
-        return movement.series(())
-
-    def _bracketed(self, node: nodes.Bracket) -> Movement:
-        if node.body is None:
-            signs = "[]" if node.squeezes else "()"
-            self.report("empty-group", node.span, f"write a movement in `{signs}`: it does nothing")
-            return movement.series(())
-        if not node.squeezes:
-            return self.movement(node.body)
-        voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
-        return movement.parallel([movement.pace(self.movement(voice), _items(voice)) for voice in voices])
-
-    def _applied(self, node: nodes.Apply) -> Movement:
-        body, word, argument = self.movement(node.body), node.word.text, node.argument
-        if word in ("reverse", "retrograde"):
-            if body.duration == ENDLESS:
-                message = f"give the `repeat` inside a number: `{word}` can't begin at the end of what has none"
-                self.report("endless-reverse", node.word.span, message)
-                return movement.series(())
-            backward = movement.reverse(body)
-            return backward if word == "reverse" else movement.gain(backward, all_by(Fraction(-1)))
-        if word == "repeat":
-            return self._repeated(body, argument)
-        if word == "reflect":
-            return movement.gain(body, node.plane.velocity if node.plane else SAME)
-        factor = self.number(argument, f"the number of `{word}`") if argument else None
-        if factor is None:
-            return body
-        if word == "scale":
-            return movement.gain(body, all_by(factor))
-        return movement.pace(body, factor if word == "fast" else 1 / factor)
-
-    def _repeated(self, body: Movement, argument: Token | None) -> Movement:
-        if argument is None:
-            return movement.repeat(body)
-        if re.fullmatch("0+", argument.text):
-            return movement.repeat(body, 0)
-        count = self.number(argument, "the count of `repeat`")
-        if count is None:
-            return body
-        if count.denominator != 1:
-            self.report("bad-number", argument.span, "repeat a whole number of times: 0, 1, 2, …")
-            return body
-        return movement.repeat(body, int(count))
+def _understand_again(new: Analysis, changed: Mapping[int, Statement]) -> None:
+    """Understand what has changed, and in the order of the text all that depends on it."""
+    waiting = list(changed)
+    heapify(waiting)
+    done = -1
+    while waiting:
+        index = heappop(waiting)
+        if index == done:
+            continue
+        done = index
+        before = new.meanings[index]
+        scope = new._scope(index)
+        if index not in changed and before.scope == tuple(scope.values()):
+            continue
+        meaning = understand(new.statements[index], new.numbers[index], scope)
+        new.meanings[index] = meaning
+        (new.wrong.add if meaning.diagnostics or meaning.unresolved else new.wrong.discard)(index)
+        for definition in (before.definition, meaning.definition):
+            if definition:
+                for user in _users_behind(new, definition.name, index):
+                    heappush(waiting, user)
 
 
-def _items(voice: Node) -> Fraction:
-    return Fraction(len(voice.items) if isinstance(voice, nodes.Series) else 1)
+def _users_behind(analysis: Analysis, name: str, index: int) -> Sequence[int]:
+    """The statements that use a name as the statement `index` leaves it."""
+    users, definers = analysis.used.get(name, []), analysis.defined.get(name, [])
+    following = bisect_right(definers, index)
+    last = definers[following] if following < len(definers) else len(analysis.statements)
+    return users[bisect_right(users, index) : bisect_right(users, last)]
+
+
+def _unused(name: str, defined: Mapping[str, list[int]], used: Mapping[str, list[int]]) -> Iterator[int]:
+    """The definitions of a name that nothing uses before the next one (which may use it itself) has come."""
+    definers, users = defined[name], used.get(name, [])
+    for place, definer in enumerate(definers):
+        user = bisect_right(users, definer)
+        if user == len(users) or (place + 1 < len(definers) and users[user] > definers[place + 1]):
+            yield definer
+
+
+def _nearest(name: str, names: Iterable[str]) -> str | None:
+    """The known word that is most like an unknown one."""
+    # Comparing all of thousands of names in full would be felt at every key.
+    known = [*_MOVING, *(each for each in names if len(set(each) ^ set(name)) < 4)]
+    near = get_close_matches(name, known, n=1) or get_close_matches(name.lower(), known, n=1)
+    return near[0] if near else None
+
+
+def _defines(statement: Statement) -> tuple[str, ...]:
+    return (statement.defines,) if statement.defines else ()
+
+
+def _is_beat(statement: Statement) -> bool:
+    return bool(statement.sign and statement.sign.type == "BEAT")
+
+
+def _put_in(table: dict[str, list[int]], name: str, index: int) -> None:
+    indices = table.get(name, []).copy()
+    insort(indices, index)
+    table[name] = indices
+
+
+def _take_out(table: dict[str, list[int]], name: str, index: int) -> None:
+    indices = [each for each in table[name] if each != index]
+    if indices:
+        table[name] = indices
+    else:
+        del table[name]

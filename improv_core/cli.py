@@ -1,4 +1,4 @@
-"""The command line: `improv check`, `compile`, `play` and `watch`."""
+"""The command line: `improv check`, `compile`, `format`, `play` and `watch`."""
 
 from __future__ import annotations
 
@@ -68,6 +68,17 @@ def compile_(files: tuple[Path, ...], layout: str, max_segments: int) -> None:
         _print_json({"file": str(path), **compiled(analysis, max_segments), "diagnostics": as_json(analysis)})
 
     _each(files, tell)
+
+
+@improv.command("format")
+@_files
+@click.option("--check", is_flag=True, help="Write nothing; name the files that would change: exit code 1 if any.")
+@click.option("--diff", is_flag=True, help="Write nothing; show what would change.")
+def format_(files: tuple[Path, ...], check: bool, diff: bool) -> None:
+    """Give programs their one layout: in files, in folders, and in the code blocks of Markdown files."""
+    from improv_core.formatting import format_files
+
+    sys.exit(format_files(files, check=check, diff=diff))
 
 
 _backend = click.option(

@@ -28,20 +28,68 @@ SEVERITIES = {
     "endless-reverse": Severity.ERROR,
     "too-deep": Severity.ERROR,
     "empty-group": Severity.WARNING,
+    "robots": Severity.ERROR,
+    "never-performed": Severity.HINT,
+    "unused-name": Severity.HINT,
+    "bracket-not-a-beat": Severity.INFORMATION,
 }
+
+
+FADED = frozenset({"never-performed", "unused-name"})
+"""Codes of what does nothing; editors draw it faded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """A text to put in place of what stands at `span`."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """Edits that mend a mistake, and what they do in a few words."""
+
+    title: str
+    edits: tuple[Edit, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Related:
+    """Another place that has to do with a mistake, and how."""
+
+    span: Span
+    message: str
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One mistake, at its exact place, in one line."""
+    """One mistake, at its exact place, in one line; how to mend it, where that is obvious."""
 
     code: str
     span: Span
     message: str
+    fixes: tuple[Fix, ...] = ()
+    related: tuple[Related, ...] = ()
 
     @property
     def severity(self) -> Severity:
         return SEVERITIES[self.code]
 
     def shifted(self, by: int) -> Diagnostic:
-        return Diagnostic(self.code, self.span.shifted(by), self.message)
+        return Diagnostic(
+            self.code,
+            self.span.shifted(by),
+            self.message,
+            tuple(
+                Fix(fix.title, tuple(Edit(edit.span.shifted(by), edit.text) for edit in fix.edits))
+                for fix in self.fixes
+            ),
+            tuple(Related(other.span.shifted(by), other.message) for other in self.related),
+        )
+
+
+def replace(title: str, span: Span, text: str) -> tuple[Fix, ...]:
+    """The one fix that puts a text in place of another."""
+    return (Fix(title, (Edit(span, text),)),)

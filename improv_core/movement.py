@@ -46,13 +46,23 @@ def all_by(factor: Fraction) -> Velocity:
     return Velocity(factor, factor, factor, factor)
 
 
+class Place(NamedTuple):
+    """A span that counts from the start of the statement it is written in, and that statement's number.
+
+    Movements are kept while statements before them grow and shrink; so they know no offsets in the document.
+    """
+
+    statement: int
+    span: Span
+
+
 class Moment(NamedTuple):
-    """A stretch of constant velocity: start and duration in beats, and the source spans that are playing in it."""
+    """A stretch of constant velocity: start and duration in beats, and the words that are playing in it."""
 
     start: Fraction
     duration: Fraction
     velocity: Velocity
-    spans: tuple[Span, ...]
+    places: tuple[Place, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +122,8 @@ class Reverse(Movement):
 @dataclass(frozen=True, slots=True, eq=False)
 class Use(Movement):
     body: Movement
-    span: Span
+    span: Span | None
+    statement: int
 
 
 def hold(velocity: Velocity, duration: Fraction = ONE, span: Span | None = None) -> Movement:
@@ -178,9 +189,9 @@ def reverse(body: Movement) -> Movement:
     return Reverse(body.duration, body.uniform, body.depth, body.bits, body)
 
 
-def use(body: Movement, span: Span) -> Movement:
-    """The movement behind a name, used at `span`."""
-    return Use(body.duration, body.uniform, body.depth, body.bits, body, span)
+def use(body: Movement, span: Span | None, statement: int) -> Movement:
+    """A movement that is written in another statement, by that one's number; the name for it stands at `span`."""
+    return Use(body.duration, body.uniform, body.depth, body.bits, body, span, statement)
 
 
 def bits(number: Fraction) -> int:
@@ -191,14 +202,15 @@ def bits(number: Fraction) -> int:
 def walk(movement: Movement, start: Fraction = ZERO, *, merge: bool = False) -> Iterator[Moment]:
     """The moments of a movement from beat `start` on, in order, without gaps, each longer than zero.
 
-    With `merge`, a finite part of one velocity comes as one moment, however often it repeats, and without its spans.
+    With `merge`, a finite part of one velocity comes as one moment, however often it repeats, and without its places.
     """
-    for duration, velocity, spans in _moments(movement, start, False, merge):
-        yield Moment(start, duration, velocity, spans)
+    for duration, velocity, places in _moments(movement, start, False, merge, _NOWHERE):
+        yield Moment(start, duration, velocity, places)
         start += duration
 
 
-_Piece = tuple[Fraction, Velocity, tuple[Span, ...]]
+_NOWHERE = -1  # the number of the statement of what is in none
+_Piece = tuple[Fraction, Velocity, tuple[Place, ...]]
 _Visit = tuple[Movement, Duration, bool]  # a part, where in its own time to begin, whether to go backward from there
 
 
@@ -206,14 +218,15 @@ class _Frame(NamedTuple):
     visits: Iterator[_Visit]
     rate: Fraction
     gain: Velocity
-    spans: tuple[Span, ...]
+    statement: int
+    places: tuple[Place, ...]
 
 
-def _moments(movement: Movement, at: Duration, backward: bool, merge: bool) -> Iterator[_Piece]:
+def _moments(movement: Movement, at: Duration, backward: bool, merge: bool, statement: int) -> Iterator[_Piece]:
     """An explicit stack, so that long chains of names cost no recursion; only voices within voices recurse."""
-    stack = [_Frame(iter(((movement, at, backward),)), ONE, SAME, ())]
+    stack = [_Frame(iter(((movement, at, backward),)), ONE, SAME, statement, ())]
     while stack:
-        visits, rate, gain, spans = stack[-1]
+        visits, rate, gain, statement, places = stack[-1]
         visit = next(visits, None)
         if visit is None:
             stack.pop()
@@ -225,23 +238,28 @@ def _moments(movement: Movement, at: Duration, backward: bool, merge: bool) -> I
         if isinstance(part, Hold) or (merge and part.uniform is not None and left != ENDLESS):
             assert part.uniform is not None
             assert isinstance(left, Fraction)
-            own = (*spans, part.span) if isinstance(part, Hold) and part.span else spans
+            own = (*places, Place(statement, part.span)) if isinstance(part, Hold) and part.span else places
             yield left / rate, part.uniform.times(gain).times(all_by(rate)), own
         elif isinstance(part, Parallel):
-            for duration, velocity, inner in _together(part, at, backward, merge):
-                yield duration / rate, velocity.times(gain).times(all_by(rate)), spans + inner
+            for duration, velocity, inner in _together(part, at, backward, merge, statement):
+                yield duration / rate, velocity.times(gain).times(all_by(rate)), places + inner
         elif isinstance(part, Pace):
-            stack.append(_Frame(iter(((part.body, at * part.rate, backward),)), rate * part.rate, gain, spans))
+            inside = iter(((part.body, at * part.rate, backward),))
+            stack.append(_Frame(inside, rate * part.rate, gain, statement, places))
         elif isinstance(part, Gain):
-            stack.append(_Frame(iter(((part.body, at, backward),)), rate, gain.times(part.gain), spans))
+            inside = iter(((part.body, at, backward),))
+            stack.append(_Frame(inside, rate, gain.times(part.gain), statement, places))
         elif isinstance(part, Reverse):
-            stack.append(_Frame(iter(((part.body, part.duration - at, not backward),)), rate, gain, spans))
+            inside = iter(((part.body, part.duration - at, not backward),))
+            stack.append(_Frame(inside, rate, gain, statement, places))
         elif isinstance(part, Use):
-            stack.append(_Frame(iter(((part.body, at, backward),)), rate, gain, (*spans, part.span)))
+            inside = iter(((part.body, at, backward),))
+            here = (*places, Place(statement, part.span)) if part.span else places
+            stack.append(_Frame(inside, rate, gain, part.statement, here))
         elif isinstance(part, Repeat):
-            stack.append(_Frame(_turns(part, at, backward), rate, gain, spans))
+            stack.append(_Frame(_turns(part, at, backward), rate, gain, statement, places))
         elif isinstance(part, Series):
-            stack.append(_Frame(_items(part, at, backward), rate, gain, spans))
+            stack.append(_Frame(_items(part, at, backward), rate, gain, statement, places))
 
 
 def _items(part: Series, at: Duration, backward: bool) -> Iterator[_Visit]:
@@ -276,19 +294,19 @@ def _turns(part: Repeat, at: Duration, backward: bool) -> Iterator[_Visit]:
         yield body, body.duration if backward else ZERO, backward
 
 
-def _together(part: Parallel, at: Duration, backward: bool, merge: bool) -> Iterator[_Piece]:
+def _together(part: Parallel, at: Duration, backward: bool, merge: bool, statement: int) -> Iterator[_Piece]:
     """Voices side by side: each piece ends where the first voice changes."""
-    voices = [_moments(voice, at, backward, merge) for voice in part.voices]
+    voices = [_moments(voice, at, backward, merge, statement) for voice in part.voices]
     pieces = [next(voice, None) for voice in voices]
     # Forward, the shortest voice ends first and cuts the others; backward, all arrive at their beginning together.
     while all(pieces):
         step = min(piece[0] for piece in pieces if piece)
         velocity = STILL
-        spans: tuple[Span, ...] = ()
+        places: tuple[Place, ...] = ()
         for piece in pieces:
             assert piece
-            velocity, spans = velocity.plus(piece[1]), spans + piece[2]
-        yield step, velocity, spans
+            velocity, places = velocity.plus(piece[1]), places + piece[2]
+        yield step, velocity, places
         for index, piece in enumerate(pieces):
             assert piece
             rest = piece[0] - step

@@ -111,7 +111,7 @@ def _row(part: Movement, inner: list[int]) -> list[Any]:
     if isinstance(part, algebra.Gain):
         return ["gain", inner[0], [str(value) for value in part.gain]]
     if isinstance(part, algebra.Use):
-        return ["use", inner[0], part.span]
+        return ["use", inner[0], part.span, part.statement]
     return ["reverse", inner[0]]
 
 
@@ -131,7 +131,7 @@ def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
     if kind == "gain":
         return algebra.gain(body, Velocity(*map(Fraction, rest[1])))
     if kind == "use":
-        return algebra.use(body, Span(*rest[1]))
+        return algebra.use(body, Span(*rest[1]) if rest[1] else None, rest[2])
     if kind == "reverse":
         return algebra.reverse(body)
     raise ValueError(f"no movement is called {kind!r}")

@@ -37,6 +37,24 @@ class LineIndex:
         self.text = text
         self.starts = [0, *(end.end() for end in LINE_END.finditer(text))]
 
+    def edited(self, start: int, end: int, text: str) -> LineIndex:
+        """The index of the text in which what stands from `start` to `end` has been replaced."""
+        whole = self.text[:start] + text + self.text[end:]
+        # A \r before the edit or a \n behind it may join with what is put between them.
+        first = max(bisect_right(self.starts, start) - 2, 0)
+        last = bisect_right(self.starts, end + 1)
+        begin = self.starts[first]
+        stop = self.starts[last] if last < len(self.starts) else len(self.text)
+        growth = len(text) - (end - start)
+        edited = LineIndex.__new__(LineIndex)
+        edited.text = whole
+        edited.starts = [
+            *self.starts[: first + 1],
+            *(match.end() for match in LINE_END.finditer(whole, begin, stop + growth)),
+            *(offset + growth for offset in self.starts[last + 1 :]),
+        ]
+        return edited
+
     def position(self, offset: int) -> Position:
         """The position of an offset; one beyond the text counts as its end."""
         offset = min(max(offset, 0), len(self.text))

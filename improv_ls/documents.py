@@ -36,11 +36,11 @@ def changed(
     encoding: types.PositionEncodingKind | str,
 ) -> Document:
     """The document after the editor's changes, each of which applies to the text the one before has left."""
-    lines = document.lines
+    analysis = document.analysis
     for change in changes:
         if isinstance(change, types.TextDocumentContentChangePartial):
-            start, end = to_span(lines, change.range, encoding)
-            lines = LineIndex(lines.text[:start] + change.text + lines.text[end:])
+            start, end = to_span(analysis.lines, change.range, encoding)
+            analysis = analysis.edited(start, end, change.text)
         else:
-            lines = LineIndex(change.text)
-    return opened(document.uri, version, lines.text)
+            analysis = analyze(change.text)
+    return Document(document.uri, version, analysis)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from improv_core.diagnostics import Severity
+from improv_core.diagnostics import FADED, Severity
 from improv_core.ide.completion import Item
 from improv_core.ide.hover import Hover
 from improv_ls.documents import Document
@@ -37,6 +37,14 @@ def diagnostics(document: Document, encoding: Encoding | str) -> types.PublishDi
                 severity=_SEVERITIES[diagnostic.severity],
                 code=diagnostic.code,
                 source="improv",
+                tags=[types.DiagnosticTag.Unnecessary] if diagnostic.code in FADED else None,
+                related_information=[
+                    types.DiagnosticRelatedInformation(
+                        types.Location(document.uri, to_range(document.lines, other.span, encoding)), other.message
+                    )
+                    for other in diagnostic.related
+                ]
+                or None,
             )
             for diagnostic in document.analysis.diagnostics
         ],

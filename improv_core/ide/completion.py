@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from improv_core.analysis import Analysis
 from improv_core.ide.timing import beats
+from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.parser import may_come_next
 from improv_core.syntax.statements import split
 from improv_core.syntax.vocabulary import WORDS, Kind
 from improv_core.text import Span
@@ -28,8 +29,8 @@ class Item:
 
 def complete(analysis: Analysis, offset: int) -> list[Item]:
     """The words that may stand at the cursor; none in comments and where only a number may come."""
-    index = sum(placed.start < offset for placed in analysis.statements)
-    begin = analysis.statements[index - 1].start if index else 0
+    index = bisect_left(analysis.starts, offset)
+    begin = analysis.starts[index - 1] if index else 0
     pieces = list(split(analysis.text[begin:offset] + _MARK))
     start, piece = pieces[-1] if pieces else (0, "")
     tokens = lex(piece)
@@ -52,13 +53,12 @@ def _words(analysis: Analysis, before: list[Token], index: int) -> Iterator[tupl
             for robot, movement in analysis.robots.items():
                 yield robot, "robot", beats(movement.duration)
         return
-    heads = [token._replace(type="HEAD") for token in before[:sign]]
-    accepted = may_come_next([*heads, *before[sign:]])
+    accepted = may_come_next(["HEAD"] * sign + [token.type for token in before[sign:]])
     for word in WORDS.values():
         if word.kind.value in accepted and word.kind is not Kind.BEAT:
             kind = {Kind.PRIMITIVE: "movement", Kind.PLANE: "plane"}.get(word.kind, "keyword")
             yield word.text, kind, word.about
     if "NAME" in accepted:
-        for name in analysis.definitions:
+        for name in analysis.defined:
             if found := analysis.definition(name, index):
                 yield name, "name", beats(found.movement.duration)

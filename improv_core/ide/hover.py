@@ -73,10 +73,10 @@ def _head(analysis: Analysis, placed: Placed, token: Token) -> str:
 
 
 def _name(analysis: Analysis, placed: Placed, node: nodes.Name, meaning: Movement) -> str:
-    found = analysis.definition(node.text, placed.index)
-    if not found:
+    found = analysis.defining(node.text, placed.index)
+    if found is None:
         return ""
-    line = analysis.lines.position(found.span.start).line
+    line = analysis.lines.position(analysis.starts[found]).line
     source = analysis.lines.line(line).strip()
     return _said(f"**{node.text}** (name, line {line + 1})\n```improv\n{source}\n```", meaning, analysis)
 

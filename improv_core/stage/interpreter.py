@@ -79,7 +79,7 @@ def _sourced(setup: Path) -> dict[str, str] | None:
         done = subprocess.run(command, capture_output=True, timeout=PROBE_LIMIT, stdin=subprocess.DEVNULL, check=True)
     except (OSError, subprocess.SubprocessError):
         return None
-    pairs = (entry.partition("=") for entry in done.stdout.decode(errors="replace").split("\0") if entry)
+    pairs = (entry.partition("=") for entry in os.fsdecode(done.stdout).split("\0") if entry)
     return {name: value for name, _, value in pairs}
 
 

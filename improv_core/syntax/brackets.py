@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from improv_core.diagnostics import Diagnostic
+from improv_core.diagnostics import Diagnostic, replace
 from improv_core.syntax.lexer import Token
+from improv_core.text import Span
 
 _CLOSER = {"LPAR": "RPAR", "LSQB": "RSQB"}
 _TEXT = {"LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]"}
@@ -20,7 +21,8 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
     def close(opener: Token, place: int) -> None:
         closer = _CLOSER[opener.type]
         message = f"close this bracket with `{_TEXT[closer]}`"
-        diagnostics.append(Diagnostic("unclosed-bracket", opener.span, message))
+        fixes = replace(f"Write {_TEXT[closer]}", Span(place, place), _TEXT[closer])
+        diagnostics.append(Diagnostic("unclosed-bracket", opener.span, message, fixes))
         mended.append(Token(closer, "", place, place))
 
     for token in tokens:
@@ -29,7 +31,8 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
         elif token.type in _CLOSER.values():
             if not opened:
                 message = f"remove this `{token.text}`, or write the bracket it should close"
-                diagnostics.append(Diagnostic("unmatched-bracket", token.span, message))
+                fixes = replace("Remove it", token.span, "")
+                diagnostics.append(Diagnostic("unmatched-bracket", token.span, message, fixes))
                 continue
             if any(_CLOSER[opener.type] == token.type for opener in opened):
                 while _CLOSER[opened[-1].type] != token.type:
@@ -37,7 +40,8 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
             else:
                 wanted = _CLOSER[opened[-1].type]
                 message = f"write `{_TEXT[wanted]}` here: the bracket it closes is `{opened[-1].text}`"
-                diagnostics.append(Diagnostic("unmatched-bracket", token.span, message))
+                fixes = replace(f"Write {_TEXT[wanted]}", token.span, _TEXT[wanted])
+                diagnostics.append(Diagnostic("unmatched-bracket", token.span, message, fixes))
                 token = token._replace(type=wanted)
             opened.pop()
         mended.append(token)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from improv_core.diagnostics import Diagnostic
-from improv_core.syntax.lexer import Token
+from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.vocabulary import WORDS, Word
 from improv_core.text import Span
 
@@ -71,19 +71,26 @@ Node: TypeAlias = Primitive | Name | Missing | Series | Parallel | Bracket | App
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """A statement's tokens, tree and mistakes of form.
+    """A statement's tree and mistakes of form.
 
     `sign` is the `beat`, `=` or `$` that makes it a tempo, a definition or a play; None if it has none of them.
-    `heads` are the names before the sign. `body` is the movement, `number` the tempo.
+    `heads` are the names before the sign. `body` is the movement, `number` the tempo. `defines` is the name that it
+    defines, if it may; `uses` are the names in the movement, each once.
     """
 
     text: str
-    tokens: tuple[Token, ...]
     diagnostics: tuple[Diagnostic, ...]
     sign: Token | None
     heads: tuple[Token, ...] = ()
     body: Node | None = None
     number: Token | None = None
+    defines: str | None = None
+    uses: tuple[str, ...] = ()
+
+    @property
+    def tokens(self) -> list[Token]:
+        """All its tokens, made anew: many statements are kept, and few of them asked."""
+        return lex(self.text)
 
 
 def children(node: Node) -> tuple[Node, ...]:
@@ -104,3 +111,13 @@ def nodes(node: Node) -> Iterator[Node]:
     yield node
     for child in children(node):
         yield from nodes(child)
+
+
+def names(node: Node) -> Iterator[Name]:
+    """The names inside a node, in the order of the text."""
+    return (each for each in nodes(node) if isinstance(each, Name))
+
+
+def items(voice: Node) -> int:
+    """How many items a bracket counts in one of its voices."""
+    return len(voice.items) if isinstance(voice, Series) else 1

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache, lru_cache
-from importlib.resources import files
-from typing import Any, cast
+from functools import lru_cache
 
-from lark import Lark, Transformer, UnexpectedToken
-from lark.lexer import Lexer
+from lark import Tree
 
-from improv_core.diagnostics import Diagnostic
+from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import close_brackets
+from improv_core.syntax.derivation import Leaf, derive
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import Apply, Bracket, Missing, Name, Node, Parallel, Primitive, Series, Statement
 from improv_core.syntax.vocabulary import WORDS
@@ -24,83 +22,20 @@ DEEPEST = 200
 @lru_cache(maxsize=50_000)
 def parse_statement(text: str) -> Statement:
     """The tree of one statement, and what is wrong with its form."""
-    all_tokens = tuple(lex(text))
+    all_tokens = lex(text)
     if too_deep := _too_deep(all_tokens):
-        return Statement(text, all_tokens, (too_deep,), _sign(all_tokens))
+        return Statement(text, (too_deep,), _sign(all_tokens))
     tokens, diagnostics = close_brackets(all_tokens)
     heads, sign, rest, wrong_heads = _heads(text, tokens)
     diagnostics += wrong_heads
     feed = [*heads, sign, *rest] if sign and sign.type != "BEAT" else rest
-    tree, wrong_form = _parse(feed)
+    body, wrong_form = _parse(feed)
     if not diagnostics:  # one mistake, one message: a bracket or a head that is wrong makes the rest look wrong too
         diagnostics += wrong_form
-    number = tree if isinstance(tree, Token) else None
-    body = None if isinstance(tree, Token) else tree
-    return Statement(text, all_tokens, tuple(diagnostics), sign, tuple(heads), body, number)
-
-
-@cache
-def _lark() -> Lark:
-    grammar = files("improv_core.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
-    return Lark(grammar, start="statement", parser="lalr", lexer=_TokensAsTheyAre, transformer=_Build())
-
-
-def _start() -> Any:
-    """An interactive parser (which lark leaves untyped), ready for the first token."""
-    return _lark().parse_interactive()
-
-
-def may_come_next(tokens: Sequence[Token]) -> frozenset[str]:
-    """The terminals the grammar accepts after these tokens, which are mended first where they are wrong."""
-    parser = _start()
-    for token in tokens:
-        _feed(parser, token)
-    return frozenset(parser.accepts())
-
-
-class _TokensAsTheyAre(Lexer):
-    """Our lexer has done the work; lark only asks for one."""
-
-    def __init__(self, lexer_conf: Any) -> None: ...
-
-    def lex(self, lexer_state: Any, parser_state: Any) -> Any:
-        return iter(())
-
-
-def _span(pieces: Sequence[Token | Node]) -> Span:
-    return Span(pieces[0].span.start, pieces[-1].span.end)
-
-
-class _Build(Transformer[Any, Any]):
-    """Makes our nodes while lark parses; one method for each rule of the grammar."""
-
-    def word(self, parts: list[Any]) -> Node:
-        return Primitive(parts[0].span, WORDS[parts[0].text])
-
-    def name(self, parts: list[Any]) -> Node:
-        return Name(parts[0].span, parts[0].text)
-
-    def missing(self, parts: list[Any]) -> Node:
-        return Missing(parts[0].span)
-
-    def bracket(self, parts: list[Any]) -> Node:
-        body = parts[1] if len(parts) == 3 else None
-        return Bracket(_span(parts), parts[0].type == "LSQB", body)
-
-    def apply(self, parts: list[Any]) -> Node:
-        argument = parts[1] if isinstance(parts[1], Token) else None
-        return Apply(_span(parts), parts[0], argument, parts[-1])
-
-    def series(self, parts: list[Any]) -> Node:
-        return cast(Node, parts[0]) if len(parts) == 1 else Series(_span(parts), tuple(parts))
-
-    def movement(self, parts: list[Any]) -> Node:
-        return Parallel(_span(parts), tuple(part for part in parts if not isinstance(part, Token)))
-
-    def tempo(self, parts: list[Any]) -> Any:
-        return parts[-1]
-
-    definition = play = loose = tempo
+    number = next((token for token in rest if token.type == "NUMBER"), None) if body is None else None
+    names = dict.fromkeys(token.text for token in rest if token.type == "NAME")
+    defines = heads[0].text if sign and sign.type == "EQUAL" and heads[0].text not in ("", *WORDS) else None
+    return Statement(text, tuple(diagnostics), sign, tuple(heads), body, number, defines, tuple(names))
 
 
 def _heads(text: str, tokens: Sequence[Token]) -> tuple[list[Token], Token | None, list[Token], list[Diagnostic]]:
@@ -119,6 +54,7 @@ def _heads(text: str, tokens: Sequence[Token]) -> tuple[list[Token], Token | Non
         return [nothing], sign, rest, [Diagnostic("syntax", sign.span, f"write {what} before `{sign.text}`")]
     if len(names) < len(before):
         wrong = next(token for token in before if token.type in ("LPAR", "RPAR", "LSQB", "RSQB"))
+        names = names[:1] if sign.type == "EQUAL" else names
         return names, sign, rest, [Diagnostic("syntax", wrong.span, f"write {what} without brackets")]
     if sign.type == "EQUAL":
         wrong_name = [token for token in names if not (token.text[0].isalpha() or token.text[0] == "_")]
@@ -141,7 +77,8 @@ def _without_sign(tokens: Sequence[Token]) -> list[Diagnostic]:
     whole = Span(tokens[0].start, tokens[-1].end) if tokens else Span(0, 0)
     first = tokens[0] if tokens else None
     if first and first.type == "NAME" and len(tokens) > 1 and tokens[1].type not in ("NAME", "STRAY", "NUMBER"):
-        return [Diagnostic("syntax", first.span, f"write `$` after the robot's name: `{first.text} $ …`")]
+        fixes = replace("Write $", Span(first.end, first.end), " $")
+        return [Diagnostic("syntax", first.span, f"write `$` after the robot's name: `{first.text} $ …`", fixes)]
     if first and first.type not in ("NAME", "STRAY", "NUMBER"):
         return [Diagnostic("syntax", whole, "say which robot moves, or name the movement: `turtle1 $ …` or `name = …`")]
     return [Diagnostic("syntax", whole, "write `robot $ movement`, `name = movement` or `beat 60`")]
@@ -178,79 +115,71 @@ def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
     return None
 
 
-def _parse(tokens: Sequence[Token]) -> tuple[Any, list[Diagnostic]]:
-    parser = _start()
-    diagnostics: list[Diagnostic] = []
-    last = None
-    for token in tokens:
-        if mistake := _feed(parser, token):
-            diagnostics.append(Diagnostic("syntax", token.span, _wanted(last, token, mistake)))
-        last = token
-    place = last.end if last else 0
-    while True:
-        try:
-            return parser.feed_token(Token("$END", "", place, place)), diagnostics[:1]
-        except UnexpectedToken:
-            if last:
-                diagnostics.append(Diagnostic("syntax", last.span, _wanted(last, None, parser.accepts())))
-            _mend(parser, place)
+def _parse(tokens: Sequence[Token]) -> tuple[Node | None, list[Diagnostic]]:
+    """The movement of a statement, and what is wrong with its form: the first mistake, since others may follow from it."""
+    derivation = derive(tuple(token.type for token in tokens))
+    diagnostics = []
+    for mistake in derivation.mistakes[:1]:
+        last = tokens[mistake.at - 1] if mistake.at else None
+        found = tokens[mistake.at] if mistake.at < len(tokens) else None
+        if marked := found or last:
+            diagnostics.append(Diagnostic("syntax", marked.span, *_wanted(last, found, mistake.wanted)))
+    statement = derivation.tree
+    movement = statement.children[-1] if statement and statement.data != "tempo" else None
+    return _node(movement, tokens) if isinstance(movement, Tree) else None, diagnostics
 
 
-def _feed(parser: Any, token: Token) -> set[str] | None:
-    """Feed a token; where it does not fit, put in what is missing before it, or leave it out. None if it fitted."""
-    try:
-        parser.feed_token(token)
-    except UnexpectedToken:
-        wanted: set[str] = parser.accepts()
-        trial = parser.copy()
-        for mends in range(1, _MOST_MENDS + 1):
-            if not _mend(trial, token.start):
-                break
-            if token.type in trial.accepts():
-                for _ in range(mends):
-                    _mend(parser, token.start)
-                parser.feed_token(token)
-                break
-        return wanted
-    return None
+def _node(tree: Tree[Leaf], tokens: Sequence[Token]) -> Node:
+    """The node of a derivation, read with these tokens."""
+    parts = [_node(part, tokens) if isinstance(part, Tree) else _token(part, tokens) for part in tree.children if part]
+    first, last = parts[0], parts[-1]
+    span = Span(first.span.start, last.span.end)
+    if isinstance(first, Token):
+        if tree.data == "word":
+            return Primitive(span, WORDS[first.text])
+        if tree.data == "name":
+            return Name(span, first.text)
+        if tree.data == "missing":
+            return Missing(span)
+    nodes = tuple(part for part in parts if not isinstance(part, Token))
+    if tree.data == "series":
+        return nodes[0] if len(nodes) == 1 else Series(span, nodes)
+    if tree.data == "bracket":
+        return Bracket(span, first.type == "LSQB" if isinstance(first, Token) else False, nodes[0] if nodes else None)
+    if tree.data == "apply" and isinstance(first, Token):
+        argument = parts[1] if isinstance(parts[1], Token) else None
+        return Apply(span, first, argument, nodes[0])
+    return Parallel(span, nodes)
 
 
-_MOST_MENDS = 2  # `fast ||` lacks a number and a movement
+def _token(leaf: Leaf, tokens: Sequence[Token]) -> Token:
+    if not leaf.put_in:
+        return tokens[leaf.at]
+    place = tokens[leaf.at].start if leaf.at < len(tokens) else tokens[-1].end if tokens else 0
+    return Token(leaf.type, "", place, place)
 
 
-def _mend(parser: Any, place: int) -> bool:
-    """Put in the one thing that is missing here, if there is one."""
-    wanted = parser.accepts()
-    for kind in ("MISSING", "NUMBER", "PLANE"):
-        if kind in wanted:
-            parser.feed_token(Token(kind, "", place, place))
-            return True
-    return False
-
-
-def _wanted(last: Token | None, found: Token | None, accepts: set[str]) -> str:
-    """What to write instead of `found` (None at the statement's end), after `last`."""
+def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) -> tuple[str, tuple[Fix, ...]]:
+    """What to write instead of `found` (None at the statement's end), after `last`; and how to mend it."""
     after = f" after `{last.text}`" if last else ""
     if accepts == {"PLANE"}:
-        return f"write a plane{after}: YZ, XZ or XY"
+        return f"write a plane{after}: YZ, XZ or XY", ()
     if accepts == {"NUMBER"}:
         example = f", such as `{WORDS[last.text].usage}`" if last and last.text in WORDS else ""
-        return f"write a number{after}{example}"
+        return f"write a number{after}{example}", ()
     if found is None or found.type in ("BAR", "RPAR", "RSQB"):
-        return f"write a movement{after}"
-    if found.type == "NUMBER":
-        return f"remove `{found.text}`: a number stands only after `repeat`, `fast`, `slow` or `scale`"
+        return f"write a movement{after}", ()
     if found.type == "PLANE":
-        return f"write `reflect` before `{found.text}`"
+        before = Span(found.start, found.start)
+        return f"write `reflect` before `{found.text}`", replace("Write reflect", before, "reflect ")
+    remove = replace(f"Remove {found.text}", found.span, "")
+    if found.type == "NUMBER":
+        return f"remove `{found.text}`: a number stands only after `repeat`, `fast`, `slow` or `scale`", remove
+    if found.text == "|":
+        return "write `||` between movements that play in parallel", replace("Write ||", found.span, "||")
+    if found.text == ",":
+        return "remove `,`: movements follow one another with only a blank between them", remove
     if found.type == "STRAY":
-        return _STRAYS.get(found.text, f"remove `{found.text}`: it is not part of the language")
-    return f"remove `{found.text}`, or begin a new line before it"
-
-
-_STRAYS = {
-    "|": "write `||` between movements that play in parallel",
-    ",": "remove `,`: movements follow one another with only a blank between them",
-    "}": "write `)` or `]` instead of `}`",
-    "{": "write `(` or `[` instead of `{`",
-    "\0": "remove the invisible character here",
-}
+        written = found.text if found.text.isprintable() else f"U+{ord(found.text):04X}"
+        return f"remove `{written}`: it is not part of the language", remove
+    return f"remove `{found.text}`, or begin a new line before it", remove

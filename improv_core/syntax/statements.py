@@ -13,10 +13,13 @@ _BEGINS = re.compile(rf"\s*(?:beat[ \t]+[-+.0-9]|{NAME}[ \t]*=|{NAME}[^()\[\]$=|
 _BLANKS = " \t\r\n\ufeff"
 
 
-def split(text: str) -> Iterator[tuple[int, str]]:
-    """Each statement's offset and text, without the blanks around it; lines of comment alone belong to none."""
+def split(text: str, begin: int = 0) -> Iterator[tuple[int, str]]:
+    """Each statement's offset and text, without the blanks around it; lines of comment alone belong to none.
+
+    `begin` is the start of a line in which no statement goes on.
+    """
     start, open_brackets = None, 0
-    for match in _LINE.finditer(text):
+    for match in _LINE.finditer(text, begin):
         line = match[1]
         code = line.strip(_BLANKS)
         if start is not None and (not open_brackets or (code and _BEGINS.match(line))):

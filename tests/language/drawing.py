@@ -6,20 +6,25 @@ import re
 from textwrap import dedent
 
 from improv_core.analysis import Analysis, analyze
+from improv_core.diagnostics import Severity
 
+_LOUD = (Severity.ERROR, Severity.WARNING)
 _CARETS = re.compile(r" *\^+ [a-z-]+: ")
 
 
-def check(expected: str) -> Analysis:
-    """Analyze the lines without carets; the diagnostics drawn under them must be the lines with carets."""
+def check(expected: str, *, hints: bool = False) -> Analysis:
+    """Analyze the lines without carets; what is drawn under them must be the lines with carets.
+
+    Errors and warnings, and with `hints` all else too.
+    """
     expected = dedent(expected).strip("\n")
     source = "\n".join(line for line in expected.split("\n") if not _CARETS.match(line))
     analysis = analyze(source)
-    assert drawn(analysis) == expected
+    assert drawn(analysis, hints=hints) == expected
     return analysis
 
 
-def drawn(analysis: Analysis) -> str:
+def drawn(analysis: Analysis, *, hints: bool) -> str:
     """The source, and under each line the diagnostics that begin in it: `^^^^ code: message`."""
     rows = []
     for number in range(len(analysis.lines.starts)):
@@ -27,7 +32,7 @@ def drawn(analysis: Analysis) -> str:
         for diagnostic in analysis.diagnostics:
             start = analysis.lines.position(diagnostic.span.start)
             end = min(diagnostic.span.end, analysis.lines.end(number))
-            if start.line == number:
+            if start.line == number and (hints or diagnostic.severity in _LOUD):
                 carets = "^" * max(end - diagnostic.span.start, 1)
                 rows.append(f"{' ' * start.column}{carets} {diagnostic.code}: {diagnostic.message}")
     return "\n".join(rows)

@@ -5,8 +5,14 @@ from __future__ import annotations
 import pytest
 
 from improv_core.analysis import analyze
+from improv_core.diagnostics import Severity
 from improv_core.movement import ENDLESS
 from tests.language.drawing import check
+
+
+def errors(text: str) -> list[str]:
+    """The codes of the errors in a program."""
+    return [each.code for each in analyze(text).diagnostics if each.severity is Severity.ERROR]
 
 
 def test_right_program_has_no_diagnostics() -> None:
@@ -155,15 +161,14 @@ def test_too_deep_is_said_and_never_raised(wrap: str) -> None:
     def nested(levels: int) -> str:
         return "r $ " + wrap.split("%s")[0] * levels + "left" + wrap.split("%s")[1] * levels
 
-    assert [diagnostic.code for diagnostic in analyze(nested(200)).diagnostics] == []
-    assert [diagnostic.code for diagnostic in analyze(nested(201)).diagnostics] == ["too-deep"]
-    assert [diagnostic.code for diagnostic in analyze(nested(100_000)).diagnostics] == ["too-deep"]
+    assert errors(nested(200)) == []
+    assert errors(nested(201)) == ["too-deep"]
+    assert errors(nested(100_000)) == ["too-deep"]
 
 
 def test_voices_within_voices_through_names_are_bounded() -> None:
     text = "x = forward left\n" + "x = x || left right\n" * 1000
-    codes = [diagnostic.code for diagnostic in analyze(text).diagnostics]
-    assert set(codes) == {"too-deep"}
+    assert set(errors(text)) == {"too-deep"}
 
 
 def test_fractions_can_not_be_blown_up() -> None:
@@ -172,16 +177,71 @@ def test_fractions_can_not_be_blown_up() -> None:
     assert diagnostic.code == "bad-number"
     assert diagnostic.message == "use simpler numbers: together they make a fraction too long to keep exact"
     doubled = "x = left\n" + "x = x x\n" * 5000
-    assert {diagnostic.code for diagnostic in analyze(doubled).diagnostics} == {"bad-number"}
+    assert set(errors(doubled)) == {"bad-number"}
 
 
 def test_a_mistake_takes_nothing_else_down() -> None:
     analysis = analyze("x = (forward\ny = left left\nr $ y\nr2 $ repeat\nr3 $ repeat y ]\n")
-    assert [diagnostic.code for diagnostic in analysis.diagnostics] == [
-        "unclosed-bracket",
-        "syntax",
-        "unmatched-bracket",
-    ]
+    assert errors(analysis.text) == ["unclosed-bracket", "syntax", "unmatched-bracket"]
     assert analysis.robots["r"].duration == 2
     assert analysis.robots["r3"].duration == ENDLESS
-    assert analysis.definitions["x"][0].movement.duration == 1
+    assert analysis.meanings[0].movement.duration == 1
+
+
+def test_what_is_cut_off_is_never_performed() -> None:
+    check(
+        """
+        r $ forward left || right
+                    ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ (repeat left) forward [right right]
+                          ^^^^^^^^^^^^^^^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ reverse (forward left || right)
+                             ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ reverse (forward left) || right
+                     ^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ [forward left right || slow 2 left]
+        r $ fast 2 (forward left right rest) || rest
+                                 ^^^^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ repeat 3 (forward left) || rest rest rest
+        r $ repeat 3 (forward left) || rest
+                              ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ forward || () || []
+                       ^^ empty-group: write a movement in `()`: it does nothing
+                             ^^ empty-group: write a movement in `[]`: it does nothing
+        r $ slow 2 (left (forward right || slow 3/2 left))
+        r $ slow 2 (left repeat 2 forward left) || repeat 4 rest
+                                          ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ repeat left
+        r $ right
+        """,
+        hints=True,
+    )
+
+
+def test_names_that_nothing_uses_are_told() -> None:
+    check(
+        """
+        x = forward
+        ^ unused-name: use `x` below, or remove this line: nothing plays it
+        x = left
+        x = x right
+        y = left
+        ^ unused-name: use `y` below, or remove this line: nothing plays it
+        r $ x
+        """,
+        hints=True,
+    )
+
+
+def test_brackets_that_are_not_a_beat_say_how_long_they_are() -> None:
+    check(
+        """
+        r $ [forward [left left] forward]
+        r $ [(forward left) right]
+            ^^^^^^^^^^^^^^^^^^^^^^ bracket-not-a-beat: this bracket takes 3/2 beats, not one
+        r $ [rest || slow 2 rest]
+        r $ [repeat rest]
+            ^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
+        """,
+        hints=True,
+    )

@@ -162,6 +162,7 @@ def test_long_chains_of_names_need_no_recursion() -> None:
 
 def test_moments_know_the_words_they_come_from() -> None:
     text = "x = forward left\nr $ x || rest rest"
-    (first, second) = walk(analyze(text).robots["r"])
-    assert [text[span.start : span.end] for span in first.spans] == ["x", "forward", "rest"]
-    assert [text[span.start : span.end] for span in second.spans] == ["x", "left", "rest"]
+    analysis = analyze(text)
+    playing = [analysis.spans(moment.places) for moment in walk(analysis.robots["r"])]
+    words = [[text[start:end] for start, end in spans] for spans in playing]
+    assert words == [["x", "forward", "rest"], ["x", "left", "rest"]]

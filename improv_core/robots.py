@@ -1,0 +1,248 @@
+"""What an `improv.toml` says: which robots there are, of what kind, where they start and where they listen."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from improv_core.diagnostics import Diagnostic, Severity
+from improv_core.motion import Pose
+from improv_core.profiles import BUILT_IN, DEFAULT, MESSAGES, MOTIONS, Profile
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.text import Span
+from improv_core.toml_text import Entry, Keys, read_toml
+
+FILE_NAME = "improv.toml"
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """One robot: its kind, its pose at beat 0 (None: next to the others), its topic and the message it takes there."""
+
+    profile: Profile
+    start: Pose | None
+    topic: str
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Robots:
+    """What an `improv.toml` says, as far as it is right; `profiles` are its own and the built-in ones."""
+
+    robots: Mapping[str, Robot] = field(default_factory=dict)
+    profiles: Mapping[str, Profile] = field(default_factory=lambda: BUILT_IN)
+    path: Path | None = None
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether robots may play: with a mistake in the file, one could be moved as if it were of another kind."""
+        return all(diagnostic.severity is not Severity.ERROR for diagnostic in self.diagnostics)
+
+    def robot(self, name: str) -> Robot:
+        """A robot, listed or not; nothing limits one that is not."""
+        return self.robots.get(name) or Robot(DEFAULT, None, _topic(name), DEFAULT.message)
+
+
+def read_robots(text: str, path: Path | None = None) -> Robots:
+    """Read the text of an `improv.toml`. Never raises; what is wrong is in `diagnostics`, in the order of the text."""
+    toml = read_toml(text)
+    reading = _Reading(toml.entries, list(toml.diagnostics))
+    sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.data, _SECTIONS).items()}
+    profiles = reading.profiles(sections.get("profiles", {}))
+    robots = reading.robots(sections.get("robots", {}), profiles)
+    return Robots(robots, profiles, path, tuple(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
+
+
+def find_robots_file(folder: Path) -> Path | None:
+    """The `improv.toml` in a folder, or in its nearest parent that has one."""
+    folder = folder.absolute()
+    for place in (folder, *folder.parents):
+        with suppress(OSError):  # where we may not look, there is none for us
+            if (place / FILE_NAME).is_file():
+                return place / FILE_NAME
+    return None
+
+
+def _topic(robot: str) -> str:
+    return f"/{robot}/cmd_vel"
+
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
+_TOPIC = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # as in rmw's validate_full_topic_name.c
+_LONGEST_TOPIC = 247  # also there: 255, less 8 for prefixes
+
+# Of each number its unit and its range, which keeps out slips: 0, millimetres, an angle in radians.
+_Range = tuple[str, float, float]
+_START: Mapping[str, _Range] = {
+    "x": ("metres", -1000, 1000),
+    "y": ("metres", -1000, 1000),
+    "heading": ("degrees", -360, 360),
+}
+_MEASURES: Mapping[str, _Range] = {
+    "step": ("metres", 0.001, 100),
+    "quarter_turn": ("degrees", 45, 135),
+    "max_linear": ("m/s", 0.001, 100),
+    "max_angular": ("rad/s", 0.001, 100),
+    "max_linear_acceleration": ("m/s²", 0.001, 1000),
+    "max_angular_acceleration": ("rad/s²", 0.001, 1000),
+    "command_rate": ("Hz", 1, 200),
+    "radius": ("metres", 0.001, 100),
+}
+_SECTIONS = ("robots", "profiles", "world")  # the world belongs to the simulator: nothing in it is for us
+_ROBOT_KEYS = ("profile", "start", "topic", "message")
+_PROFILE_KEYS = ("base", *_MEASURES, "motions", "message")
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """Reads values by the keys that lead to them. What can't be used is reported and counts as not written."""
+
+    entries: Mapping[Keys, Entry]
+    diagnostics: list[Diagnostic]
+
+    def robots(self, tables: Mapping[str, Any], profiles: Mapping[str, Profile]) -> dict[str, Robot]:
+        made = {}
+        for name, value in tables.items():
+            robot = self.robot(name, self.table(("robots", name), value, _ROBOT_KEYS), profiles)
+            if not _NAME.fullmatch(name):
+                message = f"`{name}` can't name a robot: use the letters a to z, digits and `_`, a letter first"
+                self.at_key(("robots", name), message)
+            elif name in WORDS:
+                self.at_key(("robots", name), f"choose another name: `{name}` is a word of the language")
+            else:
+                made[name] = robot
+        return made
+
+    def robot(self, name: str, table: Mapping[str, Any], profiles: Mapping[str, Profile]) -> Robot:
+        keys = ("robots", name)
+        kind = self.one_of((*keys, "profile"), table, profiles)
+        profile = profiles[kind] if kind else DEFAULT
+        start = self.start((*keys, "start"), table["start"]) if "start" in table else None
+        message = self.one_of((*keys, "message"), table, MESSAGES) or profile.message
+        return Robot(profile, start, self.topic((*keys, "topic"), table) or _topic(name), message)
+
+    def start(self, keys: Keys, value: Any) -> Pose | None:
+        if not isinstance(value, dict):
+            self.at_value(keys, "write `start` in metres and degrees: `{ x = 1.5, y = 0, heading = 90 }`")
+            return None
+        found = self.numbers(keys, self.table(keys, value, tuple(_START)), _START)
+        return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
+
+    def topic(self, keys: Keys, table: Mapping[str, Any]) -> str | None:
+        topic = self.text(keys, table)
+        if topic is None or (_TOPIC.fullmatch(topic) and len(topic) <= _LONGEST_TOPIC):
+            return topic
+        if len(topic) > _LONGEST_TOPIC:
+            self.at_value(keys, f"write at most {_LONGEST_TOPIC} characters: ROS 2 takes no longer topic")
+        elif not topic.startswith("/"):
+            self.at_value(keys, f"write the whole topic, from its first `/` on: `/{topic}`")
+        else:
+            self.at_value(keys, "write after each `/` the letters a to z, digits and `_`, no digit first")
+        return None
+
+    def profiles(self, tables: Mapping[str, Any]) -> dict[str, Profile]:
+        """All profiles, the built-in ones too, each made after the one it is based on."""
+        own = {name: self.table(("profiles", name), value, _PROFILE_KEYS) for name, value in tables.items()}
+        known = dict.fromkeys([*BUILT_IN, *own])
+        made = dict(BUILT_IN)
+        for first in own:
+            if first in BUILT_IN:
+                message = f"choose another name: `{first}` is built in, and can be the `base` of yours"
+                self.at_key(("profiles", first), message)
+            chain: list[str] = []
+            name: str | None = first
+            while name and name not in made and name not in chain:
+                chain.append(name)
+                name = self.base(name, own[name], known)
+            if name in chain:
+                message = f"choose another base: with `{name}`, `{chain[-1]}` is based on itself"
+                self.at_value(("profiles", chain[-1], "base"), message)
+                name = None
+            profile = made[name] if name else DEFAULT
+            for link in reversed(chain):
+                profile = made[link] = self.profile(link, own[link], profile)
+        return made
+
+    def base(self, name: str, table: Mapping[str, Any], known: Collection[str]) -> str | None:
+        if "base" not in table and "step" not in table:
+            message = "add `step`, in metres, or `base`, the profile that says what this one does not"
+            self.at_key(("profiles", name), message)
+        return self.one_of(("profiles", name, "base"), table, known)
+
+    def profile(self, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
+        keys = ("profiles", name)
+        changes: dict[str, Any] = self.numbers(keys, table, _MEASURES)
+        if "quarter_turn" in changes:
+            changes["quarter_turn"] = math.radians(changes["quarter_turn"])
+        motions = self.motions((*keys, "motions"), table["motions"]) if "motions" in table else ()
+        message = self.one_of((*keys, "message"), table, MESSAGES)
+        return replace(base, name=name, motions=motions or base.motions, message=message or base.message, **changes)
+
+    def motions(self, keys: Keys, value: Any) -> tuple[str, ...]:
+        if not isinstance(value, list) or not value:
+            self.at_value(keys, f"write `motions` as a list of some of {_listed(MOTIONS)}")
+            return ()
+        for place, item in enumerate(value):
+            if item not in MOTIONS:
+                self.at_value((*keys, place), f"write one of {_listed(MOTIONS)} here")
+        return tuple(motion for motion in MOTIONS if motion in value)
+
+    def numbers(self, keys: Keys, table: Mapping[str, Any], ranges: Mapping[str, _Range]) -> dict[str, float]:
+        found = {}
+        for name in ranges.keys() & table.keys():
+            value, (unit, least, most) = table[name], ranges[name]
+            if isinstance(value, int | float) and not isinstance(value, bool) and least <= value <= most:
+                found[name] = float(value)
+            else:
+                self.at_value((*keys, name), f"write `{name}` in {unit}, from {least} to {most}")
+        return found
+
+    def one_of(self, keys: Keys, table: Mapping[str, Any], known: Collection[str]) -> str | None:
+        word = self.text(keys, table)
+        if word is None or word in known:
+            return word
+        self.at_value(keys, _unknown(word, known))
+        return None
+
+    def text(self, keys: Keys, table: Mapping[str, Any]) -> str | None:
+        value = table.get(str(keys[-1]))
+        if value is None or isinstance(value, str):
+            return value
+        self.at_value(keys, f"write `{keys[-1]}` as text, in quotes")
+        return None
+
+    def table(self, keys: Keys, value: Any, known: Collection[str] = ()) -> dict[str, Any]:
+        """The entries of a table: those that are known, or all if none is said to be."""
+        if not isinstance(value, dict):
+            self.at_value(keys, f"write `{keys[-1]}` as a section: `[{'.'.join(map(str, keys))}]`")
+            return {}
+        unknown = [key for key in value if known and key not in known]
+        for key in unknown:
+            self.at_key((*keys, key), _unknown(key, known))
+        return {key: inner for key, inner in value.items() if key not in unknown}
+
+    def at_key(self, keys: Keys, message: str) -> None:
+        self._report(self.entries[keys].key, message)
+
+    def at_value(self, keys: Keys, message: str) -> None:
+        self._report(self.entries[keys].value, message)
+
+    def _report(self, span: Span, message: str) -> None:
+        self.diagnostics.append(Diagnostic("robots", span, " ".join(message.splitlines())))
+
+
+def _unknown(word: str, known: Collection[str]) -> str:
+    near = get_close_matches(word, known, n=1) or get_close_matches(word.lower(), known, n=1)
+    hint = f"did you mean `{near[0]}`?" if near else f"write one of {_listed(known)}"
+    return f"`{word}` is not known here: {hint}"
+
+
+def _listed(words: Collection[str]) -> str:
+    return ", ".join(f"`{word}`" for word in words)

@@ -1,0 +1,230 @@
+"""The one layout of programs: where blanks, line ends and comments go. What a program means never changes."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import NamedTuple
+
+from improv_core.diagnostics import Severity
+from improv_core.syntax.lexer import Token, lex
+from improv_core.syntax.parser import parse_statement
+from improv_core.syntax.statements import split
+from improv_core.text import LINE_END, Span
+
+WIDTH = 100
+"""The columns that code may take before its brackets are broken over lines; comments may stand beyond."""
+
+_INDENT = "  "
+_OPENERS, _CLOSERS = ("LPAR", "LSQB"), ("RPAR", "RSQB")
+# What a term may begin with: these and the token that follows are never parted, but by a comment.
+_LEADS = ("MIRROR", "REPEAT", "REFLECT", "FACTOR", "NUMBER", "PLANE")
+_COMMENT = re.compile(r"#[^\r\n]*")
+_BLANKS = " \t\ufeff"
+_BOM = "\ufeff"
+
+
+class Edit(NamedTuple):
+    """A place in a text, and what belongs there."""
+
+    span: Span
+    text: str
+
+
+def format_text(text: str) -> str:
+    """The program in its one layout; statements with errors of form stay as they are."""
+    pieces, place = [], 0
+    for edit in edits(text):
+        pieces += [text[place : edit.span.start], edit.text]
+        place = edit.span.end
+    return "".join([*pieces, text[place:]])
+
+
+def edits(text: str) -> list[Edit]:
+    """What to write in place of what, so that a program has its one layout; in the order of the text, none overlap."""
+    parts = [_Part(start, source, _lines(source)) for start, source in _parts(text)]
+    line_end = _line_end(text, [part for part in parts if part.lines is None])
+    mark = _BOM if text.startswith(_BOM) else ""
+    made: list[Edit] = []
+    place = 0
+    for part in parts:
+        blank = len(LINE_END.findall(text, place, part.start)) > 1
+        made.append(Edit(Span(place, part.start), line_end * (1 + blank) if made else mark))
+        place = part.start + len(part.source)
+        made.append(Edit(Span(part.start, place), part.source if part.lines is None else line_end.join(part.lines)))
+    made.append(Edit(Span(place, len(text)), line_end if parts else mark))
+    return [edit for edit in made if edit.text != text[slice(*edit.span)]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A statement or a line of comment, and the lines that it becomes: None if it stays as it is."""
+
+    start: int
+    source: str
+    lines: Sequence[str] | None
+
+
+def _parts(text: str) -> Iterator[tuple[int, str]]:
+    """The offset and text of each statement and each line of comment alone; between them are blanks and line ends."""
+    place = 0
+    for start, source in [*split(text), (len(text), "")]:
+        for comment in _COMMENT.finditer(text, place, start):
+            yield comment.start(), comment.group().rstrip(_BLANKS)
+        if source:
+            yield start, source
+        place = start + len(source)
+
+
+def _line_end(text: str, kept: Sequence[_Part]) -> str:
+    """The most common line end, the first of equals. One in a part that stays counts only if there is no other."""
+    others, place = [], 0
+    for part in kept:
+        others += LINE_END.findall(text, place, part.start)
+        place = part.start + len(part.source)
+    others += LINE_END.findall(text, place)
+    return next(iter(Counter(others or LINE_END.findall(text)).most_common(1)), ("\n", 1))[0]
+
+
+def _lines(source: str) -> Sequence[str] | None:
+    if source.startswith("#"):
+        return [source]
+    if any(diagnostic.severity is Severity.ERROR for diagnostic in parse_statement(source).diagnostics):
+        return None
+    return _broken(_flat(source, lex(source)))
+
+
+class _Comment(NamedTuple):
+    """A comment, whether it has its line to itself, and whether a blank line sets it off."""
+
+    text: str
+    alone: bool
+    set_off: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Flat:
+    """A statement on one line, without its comments.
+
+    For each token: where it starts and ends in that line, the comments behind it, and how many comments stand before
+    it. For each opening bracket: the token that closes it.
+    """
+
+    line: str
+    tokens: Sequence[Token]
+    starts: Sequence[int]
+    ends: Sequence[int]
+    comments: Sequence[Sequence[_Comment]]
+    comments_before: Sequence[int]
+    closers: dict[int, int]
+
+    def width(self, first: int, last: int) -> int:
+        return self.ends[last] - self.starts[first]
+
+    def commented(self, first: int, last: int) -> bool:
+        return self.comments_before[last] > self.comments_before[first]
+
+    def breakable(self, index: int) -> bool:
+        """Whether a token is an opening bracket that something stands in."""
+        closer = self.closers.get(index, 0)
+        return closer > index + 1 or self.commented(index, closer)
+
+    def term_end(self, index: int) -> int:
+        """The last token of the term that begins here."""
+        while self.tokens[index].type in _LEADS:
+            index += 1
+        return self.closers.get(index, index)
+
+    def line_end(self, index: int) -> int:
+        """The last token that must share the line of a token outside all brackets: the next bracket can be broken."""
+        last = len(self.tokens) - 1
+        return next((later for later in range(index + 1, last) if self.breakable(later)), last)
+
+
+def _flat(source: str, tokens: Sequence[Token]) -> _Flat:
+    sign = next((index for index, token in enumerate(tokens) if token.type in ("EQUAL", "DOLLAR")), 0)
+    line = ""
+    starts, ends, opened = [], [], []
+    closers: dict[int, int] = {}
+    for index, token in enumerate(tokens):
+        last = tokens[index - 1] if index else None
+        # What touches before the sign is one name, such as `my-robot`, though not a right one.
+        touches = last is not None and index < sign and last.end == token.start
+        if last and not (touches or last.type in _OPENERS or token.type in _CLOSERS):
+            line += " "
+        starts.append(len(line))
+        line += token.text
+        ends.append(len(line))
+        if token.type in _OPENERS:
+            opened.append(index)
+        elif token.type in _CLOSERS:
+            closers[opened.pop()] = index
+    places = [token.start for token in tokens[1:]] + [len(source)]
+    comments = [_comments(token, source[token.end : place]) for token, place in zip(tokens, places, strict=True)]
+    before = [0, *accumulate(map(len, comments))]
+    return _Flat(line, tokens, starts, ends, comments, before, closers)
+
+
+def _comments(token: Token, gap: str) -> list[_Comment]:
+    """The comments between a token and the next."""
+    found: list[_Comment] = []
+    place = 0
+    for match in _COMMENT.finditer(gap):
+        line_ends = len(LINE_END.findall(gap, place, match.start()))
+        opens = not found and token.type in _OPENERS
+        found.append(_Comment(match.group().rstrip(_BLANKS), line_ends > 0, line_ends > 1 and not opens))
+        place = match.end()
+    return found
+
+
+def _broken(flat: _Flat) -> list[str]:
+    """The lines of a statement: brackets that do not fit, or hold a comment, are broken over lines, outermost first."""
+    lines: list[str] = []
+    line = ""
+    open_until: list[int] = []  # the closing tokens of the broken brackets around
+    index, closed = 0, -1
+
+    def end_line() -> str:
+        if line:
+            lines.append(line)
+        return ""
+
+    while index < len(flat.tokens):
+        if open_until and index == open_until[-1]:
+            line, closed = end_line(), open_until.pop()
+        elif open_until and line and _begins_line(flat, index, len(line), after_broken=closed == index - 1):
+            line = end_line()
+        line += flat.line[flat.ends[index - 1] : flat.starts[index]] if line else _INDENT * len(open_until)
+        last, breaks = flat.closers.get(index, index), False
+        if flat.breakable(index):
+            until = last if open_until else flat.line_end(last)
+            breaks = flat.commented(index, last) or len(line) + flat.width(index, until) > WIDTH
+        if breaks:
+            open_until.append(last)
+            last = index
+        line += flat.line[flat.starts[index] : flat.ends[last]]
+        for comment in flat.comments[last]:
+            if comment.alone:
+                line = end_line()
+                lines += [""] * comment.set_off + [_INDENT * len(open_until) + comment.text]
+            else:
+                line += "  " + comment.text
+        if breaks or flat.comments[last]:
+            line = end_line()
+        index = last + 1
+    end_line()
+    return lines
+
+
+def _begins_line(flat: _Flat, index: int, column: int, *, after_broken: bool) -> bool:
+    """Whether a token begins a new line in a broken bracket: voices do, and terms that the line has no room for."""
+    before = flat.tokens[index - 1].type
+    if flat.tokens[index].type == "BAR":
+        return True
+    if before == "BAR" or before in _LEADS:
+        return False
+    end = flat.term_end(index)
+    return after_broken or flat.commented(index, end) or column + 1 + flat.width(index, end) > WIDTH

@@ -1,0 +1,186 @@
+"""A TOML text, and where its keys and values stand: the standard library reads TOML, but does not say where from."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import tomllib
+
+from improv_core.diagnostics import Diagnostic
+from improv_core.text import LineIndex, Span
+
+Keys = tuple[str | int, ...]
+"""The keys that lead to a value; for an item of an array its number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Where a key and its value stand. A table that is only named in headers has its first name as both."""
+
+    key: Span
+    value: Span
+
+
+@dataclass(frozen=True, slots=True)
+class TomlText:
+    """What a text says and where; nothing if it is not TOML, which `diagnostics` then say."""
+
+    data: Mapping[str, Any] = field(default_factory=dict)
+    entries: Mapping[Keys, Entry] = field(default_factory=dict)
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def read_toml(text: str) -> TomlText:
+    """Read a text. Never raises; what is no TOML is a diagnostic `syntax` at its place."""
+    text = re.sub("^\ufeff", " ", text)  # a byte order mark; the blank keeps the offsets
+    try:
+        data = tomllib.loads(text)
+        scanner = _Scanner(text)
+        scanner.document()
+    except (ValueError, RecursionError) as error:
+        return TomlText(diagnostics=(_unreadable(text, str(error)),))
+    return TomlText(data, scanner.found)
+
+
+_BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
+_STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|' r"'''.*?'{3,5}|" r'"(?:\\.|[^"\\])*"|' r"'[^']*'", re.DOTALL)
+_BARE_KEY = re.compile(r"[\w-]+")
+_BARE_VALUE = re.compile(r"[^,\]}#\r\n]*[^,\]}#\s]")  # between a date and its time there may be a blank
+
+
+@dataclass(slots=True)
+class _Scanner:
+    """Finds all entries of a text, from left to right. The text is valid, so that it need not look for mistakes."""
+
+    text: str
+    at: int = 0
+    found: dict[Keys, Entry] = field(default_factory=dict)
+    last: dict[Keys, int] = field(default_factory=dict)  # of each array of tables, the number of the table last begun
+
+    def document(self) -> None:
+        table: Keys = ()
+        self.skip(_BLANK)
+        while self.at < len(self.text):
+            if self.text[self.at] == "[":
+                table = self.header()
+            else:
+                self.pair(table)
+            self.skip(_BLANK)
+
+    def header(self) -> Keys:
+        """`[a.b]` or `[[a.b]]`."""
+        brackets = 2 if self.text.startswith("[[", self.at) else 1
+        self.at += brackets
+        table: Keys = ()
+        keys = self.keys()
+        for place, (name, span) in enumerate(keys, 1):
+            table = (*table, name)
+            self.found.setdefault(table, Entry(span, span))
+            if brackets == 2 and place == len(keys):
+                self.last[table] = self.last.get(table, -1) + 1
+            if table in self.last:
+                table = (*table, self.last[table])
+                self.found.setdefault(table, Entry(span, span))
+        self.at += brackets
+        return table
+
+    def pair(self, table: Keys) -> None:
+        """`a.b = value`."""
+        for name, span in self.keys():
+            table = (*table, name)
+            self.found.setdefault(table, Entry(span, span))
+        self.at += len("=")
+        self.skip(_BLANK)
+        self.found[table] = Entry(self.found[table].key, self.value(table))
+
+    def keys(self) -> list[tuple[str, Span]]:
+        """`a . "b"`, and the blanks around it."""
+        found = []
+        while True:
+            self.skip(_BLANK)
+            quoted = self.text[self.at] in "\"'"
+            span = self.skip(_STRING if quoted else _BARE_KEY)
+            name = self.text[slice(*span)]
+            found.append((tomllib.loads(f"name = {name}")["name"] if quoted else name, span))
+            self.skip(_BLANK)
+            if self.text[self.at] != ".":
+                return found
+            self.at += len(".")
+
+    def value(self, keys: Keys) -> Span:
+        first = self.text[self.at]
+        if first not in "[{":
+            return self.skip(_STRING if first in "\"'" else _BARE_VALUE)
+        start, place = self.at, 0
+        self.at += len(first)
+        self.skip(_BLANK)
+        while self.text[self.at] not in "]}":
+            if first == "{":
+                self.pair(keys)
+            else:
+                item = (*keys, place)
+                span = self.value(item)
+                self.found[item] = Entry(span, span)
+                place += 1
+            self.skip(_BLANK)
+            if self.text[self.at] == ",":
+                self.at += len(",")
+                self.skip(_BLANK)
+        self.at += len("]")
+        return Span(start, self.at)
+
+    def skip(self, pattern: re.Pattern[str]) -> Span:
+        found = pattern.match(self.text, self.at)
+        assert found, "the text is valid"
+        self.at = found.end()
+        return Span(*found.span())
+
+
+# What to do about the messages of tomllib, by how they begin.
+_ADVICE = {
+    "Invalid value": 'write a value: a number, "text", [a list] or { a table }',
+    "Invalid statement": "write `key = value` or `[section]`",
+    "Invalid initial character": "write a key here, or remove the comma before",
+    "Expected '='": "write `=` and a value after the key",
+    "Expected newline": "remove this, or begin a new line with it",
+    "Expected ']": "close the name of the section with `]`",
+    "Illegal character '\\n'": "close the text with a quote like the one it begins with",
+    "Unterminated string": "close the text with quotes like those it begins with",
+    "Unclosed array": "close the list with `]`",
+    "Unclosed inline table": "close the table with `}`, in the line where it begins",
+    "Cannot overwrite": "remove this: the key has a value already",
+    "Duplicate inline table key": "remove this: the key has a value already",
+    "Cannot declare": "put this where the same section is above: it can be there only once",
+    "Unescaped": r"write `\\` for one backslash",
+}
+_MESSAGE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
+_WORD = re.compile(r"[^\s,\]}]+|\S?")
+# These are noticed behind what they are about; so it begins in the same line.
+_BEFORE = {
+    "Cannot": re.compile(r"\S.*$"),
+    "Duplicate": re.compile(r"[^\s,{][^,{]*$"),
+    "Unescaped": re.compile(r"\\.?$"),
+}
+
+
+def _unreadable(text: str, error: str) -> Diagnostic:
+    lines = LineIndex(text)
+    found = _MESSAGE.fullmatch(error)
+    if not found:  # not from the reader itself but from Python's bounds
+        message = "use fewer brackets within one another and shorter numbers: this file can't be read"
+        return Diagnostic("syntax", Span(lines.start(0), lines.end(0)), message)
+    what, line, column = found.groups()
+    advice = next((advice for start, advice in _ADVICE.items() if what.startswith(start)), None)
+    # Lines of TOML end with \n or \r\n, never with \r alone. At the end it is the last word that lacks something.
+    starts = [0, *(end.end() for end in re.finditer("\n", text))]
+    at = starts[int(line) - 1] + int(column) - 1 if line else len(text.rstrip())
+    word = _WORD.match(text, at)
+    span = Span(*word.span()) if word else Span(at, at)
+    before = _BEFORE.get(what.split()[0])
+    begin = before and before.search(text, lines.start(lines.position(at).line), at)
+    if begin:
+        span = Span(begin.start(), at)
+    return Diagnostic("syntax", span, advice or f"TOML can't read this: {what[:1].lower()}{what[1:]}")

@@ -1,0 +1,94 @@
+"""What is written and never performed: cut off by the shorter side of `||`, or after what never ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from improv_core.diagnostics import Diagnostic, replace
+from improv_core.movement import ENDLESS, ZERO, Duration, Movement
+from improv_core.syntax import nodes
+from improv_core.syntax.nodes import Node
+from improv_core.text import Span
+
+_Lasts = Callable[[Node], Duration]
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """What is performed of a movement, in beats of its own: from `start` up to `end`."""
+
+    start: Duration
+    end: Duration
+
+    def times(self, rate: Fraction) -> _Window:
+        return _Window(self.start * rate, self.end * rate)
+
+
+def unperformed(body: Node, made: Mapping[int, Movement]) -> Iterator[Diagnostic]:
+    """A hint for each longest stretch that is never reached; `made` has the movement of each node by its id."""
+    if made[id(body)].duration != ENDLESS and not any(isinstance(node, nodes.Parallel) for node in nodes.nodes(body)):
+        return  # whatever ends and is alone is performed
+    for span in _cut(body, _Window(ZERO, ENDLESS), lambda node: made[id(node)].duration):
+        message = "this is never reached: remove it, or make what runs beside it last longer"
+        yield Diagnostic("never-performed", span, message, replace("Remove it", span, ""))
+
+
+def _cut(node: Node, window: _Window, lasts: _Lasts) -> Iterator[Span]:
+    if isinstance(node, nodes.Series):
+        yield from _cut_series(node, window, lasts)
+    elif isinstance(node, nodes.Parallel):
+        end = min(window.end, lasts(node))
+        for voice in node.voices:
+            yield from _cut(voice, _Window(window.start, end), lasts)
+    elif isinstance(node, nodes.Bracket) and node.body:
+        if not node.squeezes:
+            yield from _cut(node.body, window, lasts)
+            return
+        end = min(window.end, lasts(node))
+        for voice in node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,):
+            yield from _cut(voice, _Window(window.start, end).times(Fraction(nodes.items(voice))), lasts)
+    elif isinstance(node, nodes.Apply):
+        inside = _inside(node, window, lasts)
+        if inside:
+            yield from _cut(node.body, inside, lasts)
+
+
+def _cut_series(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[Span]:
+    begin: Duration = ZERO
+    lost: list[Node] = []
+    for item in node.items:
+        end = begin + lasts(item)
+        if begin == ENDLESS or (end > begin and (begin >= window.end or end <= window.start)):
+            lost.append(item)
+        else:
+            if lost and end > begin:
+                yield Span(lost[0].span.start, lost[-1].span.end)
+                lost = []
+            if end > begin:
+                inner = _Window(max(window.start - begin, ZERO), min(window.end, end) - begin)
+                yield from _cut(item, inner, lasts)
+        begin = end
+    if lost:
+        yield Span(lost[0].span.start, lost[-1].span.end)
+
+
+def _inside(node: nodes.Apply, window: _Window, lasts: _Lasts) -> _Window | None:
+    """The window in the time of the body; None where there is nothing to perform."""
+    whole, body = lasts(node), lasts(node.body)
+    if not whole or not body:
+        return None
+    end = min(window.end, whole)
+    word = node.word.text
+    if word in ("reverse", "retrograde"):
+        return _Window(whole - end, whole - window.start)
+    if word == "repeat" and body != ENDLESS:
+        into = window.start % body
+        # A window that goes on into the next turn shows all of the body, or two ends of it.
+        return _Window(into, into + end - window.start) if into + end - window.start <= body else _Window(ZERO, body)
+    if word in ("fast", "slow"):
+        if whole == ENDLESS:
+            return _Window(ZERO, ENDLESS)  # how far into it we come is not worth knowing
+        return _Window(window.start, end).times(Fraction(body) / Fraction(whole))
+    return _Window(window.start, end)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from bisect import bisect_left, bisect_right, insort
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,9 +13,11 @@ from heapq import heapify, heappop, heappush
 from itertools import count
 
 from improv_core import movement
+from improv_core.casting import check_casting
 from improv_core.diagnostics import Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.meaning import Definition, Meaning, Scope, movement_of, understand
 from improv_core.movement import Movement, Place
+from improv_core.robots import Robots
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.syntax.parser import parse_statement
@@ -23,6 +26,7 @@ from improv_core.syntax.vocabulary import Kind, of_kind
 from improv_core.text import LineIndex, Span
 
 DEFAULT_TEMPO = Fraction(60)
+NO_ROBOTS = Robots()
 
 _MOVING = of_kind(Kind.PRIMITIVE, Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR)
 _numbers = count()  # every statement of every document gets one of its own, and keeps it where it moves
@@ -62,6 +66,8 @@ class Analysis:
     wrong: set[int]
     unused: set[int]
     nearest: dict[str, str | None]  # the known word nearest to an unknown one, as far as that has been asked
+    cast: Robots  # what improv.toml says
+    checked: dict[int, tuple[Meaning, Fraction, tuple[Diagnostic, ...]]]  # what that means for statements, by number
 
     @property
     def text(self) -> str:
@@ -69,7 +75,8 @@ class Analysis:
 
     @property
     def ok(self) -> bool:
-        return all(diagnostic.severity is not Severity.ERROR for diagnostic in self.diagnostics)
+        """Whether it may play: neither it nor `improv.toml` has an error."""
+        return self.cast.ok and all(each.severity is not Severity.ERROR for each in self.diagnostics)
 
     @property
     def tempo(self) -> Fraction:
@@ -91,6 +98,10 @@ class Analysis:
         found: list[Diagnostic] = []
         for index in sorted(self.wrong.union(self.unused, self.beats[1:])):
             found += (each.shifted(self.starts[index]) for each in self._said_of(index))
+        tempo = self.tempo
+        for index, meaning in enumerate(self.meanings):
+            if meaning.robots and (said := self._check_casting(index, meaning, tempo)):
+                found += (each.shifted(self.starts[index]) for each in said)
         return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
 
     def statement_at(self, offset: int) -> Placed | None:
@@ -157,7 +168,21 @@ class Analysis:
             self.statements[:first] + statements + self.statements[after:],
             self.numbers[:first] + [next(_numbers) for _ in statements] + self.numbers[after:],
             dict(zip(self.numbers, self.meanings, strict=True)),
+            self.cast,
         )
+
+    def with_robots(self, robots: Robots) -> Analysis:
+        """The same program for other robots."""
+        return dataclasses.replace(self, cast=robots, checked={})
+
+    def _check_casting(self, index: int, meaning: Meaning, tempo: Fraction) -> tuple[Diagnostic, ...]:
+        number = self.numbers[index]
+        known = self.checked.get(number)
+        if known and known[0] is meaning and known[1] == tempo:
+            return known[2]
+        said = check_casting(self.statements[index], meaning, self.cast, tempo)
+        self.checked[number] = (meaning, tempo, said)
+        return said
 
     def _scope(self, index: int) -> Scope:
         return {name: self.definition(name, index) for name in self.statements[index].uses}
@@ -223,13 +248,13 @@ class Analysis:
         return span.shifted(-self.starts[index])
 
 
-def analyze(text: str) -> Analysis:
-    """Read a whole program. Never raises."""
+def analyze(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
+    """Read a whole program, for these robots. Never raises."""
     starts, statements = [], []
     for start, piece in split(text):
         starts.append(start)
         statements.append(parse_statement(piece))
-    return _assembled(LineIndex(text), starts, statements, [next(_numbers) for _ in statements], {})
+    return _assembled(LineIndex(text), starts, statements, [next(_numbers) for _ in statements], {}, robots)
 
 
 def _assembled(
@@ -238,6 +263,7 @@ def _assembled(
     statements: list[Statement],
     numbers: list[int],
     known: Mapping[int, Meaning],
+    cast: Robots,
 ) -> Analysis:
     """All statements in their order; `known` meanings, by number, are kept where their scope is what it was."""
     current: dict[str, Definition] = {}
@@ -258,7 +284,7 @@ def _assembled(
     beats = [index for index, statement in enumerate(statements) if _is_beat(statement)]
     wrong = {index for index, meaning in enumerate(meanings) if meaning.diagnostics or meaning.unresolved}
     unused = {index for name in defined for index in _unused(name, defined, used)}
-    return Analysis(lines, starts, statements, numbers, meanings, defined, used, beats, wrong, unused, {})
+    return Analysis(lines, starts, statements, numbers, meanings, defined, used, beats, wrong, unused, {}, cast, {})
 
 
 def _with_others(
@@ -289,7 +315,21 @@ def _with_others(
         unused.update(*(_unused(name, defined, used) for name in names if name in defined))
     nearest = old.nearest if defined.keys() == old.defined.keys() else {}
     wrong = old.wrong.copy()
-    new = Analysis(lines, starts, statements, numbers, meanings, defined, used, beats, wrong, unused, nearest)
+    new = Analysis(
+        lines,
+        starts,
+        statements,
+        numbers,
+        meanings,
+        defined,
+        used,
+        beats,
+        wrong,
+        unused,
+        nearest,
+        old.cast,
+        old.checked,
+    )
     _understand_again(new, changed)
     return new
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from improv_core import __version__
-from improv_core.analysis import Analysis, analyze
-from improv_core.program import ReadError, read_program
+from improv_core.analysis import Analysis
+from improv_core.program import ReadError, analyze_file
 from improv_core.report import as_json, told
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def check(files: tuple[Path, ...], layout: str) -> None:
         if layout == "json":
             _print_json({"file": str(path), "ok": analysis.ok, "diagnostics": as_json(analysis)})
         else:
-            for line in told(str(path), analysis):
+            for line in told(path, analysis):
                 click.echo(line)
 
     _each(files, tell)
@@ -148,7 +148,7 @@ def _each(files: tuple[Path, ...], tell: Callable[[Path, Analysis], None]) -> No
     code = 0
     for path in files:
         try:
-            analysis = analyze(read_program(path))
+            analysis = analyze_file(path)
         except ReadError as problem:
             CannotError(str(problem)).show()
             code = CANNOT

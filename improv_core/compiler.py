@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import islice
 from typing import Any
 
 from improv_core.analysis import Analysis
 from improv_core.motion import Pose
 from improv_core.movement import ENDLESS, walk
-from improv_core.profiles import TURTLESIM
 from improv_core.score import Part, Score, twist
 
 MOST_SEGMENTS = 10_000
+APART = 3.0
+"""Metres between robots that nobody has placed."""
 _MOMENTS_PER_SEGMENT = 2
 """Neighbours that merge are walked one by one; a part that never ends and never changes must still come to an end."""
 
 
 def score_of(analysis: Analysis) -> Score:
-    """What the robots of a program play, with the default profile, side by side one and a half steps apart."""
-    profile = TURTLESIM
-    parts = {
-        robot: Part(robot, movement, profile, Pose(y=-1.5 * profile.step * place), f"/{robot}/cmd_vel")
-        for place, (robot, movement) in enumerate(analysis.robots.items())
-    }
+    """What the robots of a program play; those without a start pose stand side by side, three metres apart."""
+    parts = {}
+    for place, (name, movement) in enumerate(analysis.robots.items()):
+        robot = analysis.cast.robot(name)
+        profile = replace(robot.profile, message=robot.message)
+        parts[name] = Part(name, movement, profile, robot.start or Pose(y=-APART * place), robot.topic)
     return Score(analysis.tempo, parts)
 
 

@@ -18,7 +18,7 @@ import click
 from improv_core.analysis import Analysis, analyze
 from improv_core.compiler import score_of
 from improv_core.ide.hover import summary
-from improv_core.program import ReadError, read_program
+from improv_core.program import ReadError, analyze_file, read_program, robots_near
 from improv_core.report import told
 from improv_core.stage.client import Message, Options, Playback
 
@@ -31,7 +31,7 @@ WRONG_PROGRAM, CANNOT, INTERRUPTED = 1, 2, 130
 
 async def play(path: Path, options: Options, *, browser: bool, report: bool) -> int:
     """Play a program once; the exit code. Raises ReadError and StageError."""
-    analysis = analyze(read_program(path))
+    analysis = analyze_file(path)
     _tell_diagnostics(path, analysis)
     if not analysis.ok:
         return WRONG_PROGRAM
@@ -66,14 +66,14 @@ async def _follow(show: _Show, path: Path, text: str) -> None:
 
 
 async def _play_if_right(show: _Show, path: Path, text: str) -> None:
-    analysis = analyze(text)
+    analysis = analyze(text, robots_near(path.parent))
     _tell_diagnostics(path, analysis)
     if analysis.ok:
         await show.play(analysis)
 
 
 def _tell_diagnostics(path: Path, analysis: Analysis) -> None:
-    for line in told(str(path), analysis):
+    for line in told(path, analysis):
         click.echo(line, err=True)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import accumulate, count
@@ -65,18 +65,37 @@ class Moment(NamedTuple):
     places: tuple[Place, ...]
 
 
+class Peak(NamedTuple):
+    """Bounds: the components of the velocity are at most so large, and no item is shorter than so many beats."""
+
+    x: float
+    y: float
+    z: float
+    yaw: float
+    shortest: float
+
+    def times(self, gain: Velocity) -> Peak:
+        x, y, z, yaw = (abs(float(factor)) for factor in gain)
+        return Peak(self.x * x, self.y * y, self.z * z, self.yaw * yaw, self.shortest)
+
+
+_NO_PEAK = Peak(0.0, 0.0, 0.0, 0.0, math.inf)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Movement:
     """A movement. Made by the functions below, never directly.
 
     `uniform` is its velocity where that never changes; `depth` is how many levels of voices stand within voices;
-    `bits` is how long the fractions of its moments may get from the factors around them.
+    `bits` is how long the fractions of its moments may get from the factors around them; `peak` is what none of its
+    moments exceeds.
     """
 
     duration: Duration
     uniform: Velocity | None
     depth: int
     bits: int
+    peak: Peak
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,7 +147,8 @@ class Use(Movement):
 
 def hold(velocity: Velocity, duration: Fraction = ONE, span: Span | None = None) -> Movement:
     """One velocity for `duration` beats, written at `span`."""
-    return Hold(duration, velocity, 0, 0, velocity, span)
+    x, y, z, yaw = (abs(float(value)) for value in velocity)
+    return Hold(duration, velocity, 0, 0, Peak(x, y, z, yaw, float(duration)), velocity, span)
 
 
 def series(items: Sequence[Movement]) -> Movement:
@@ -140,7 +160,16 @@ def series(items: Sequence[Movement]) -> Movement:
     uniform = velocities.pop() if len(velocities) == 1 else None
     depth = max((item.depth for item in items), default=0)
     bits = max((item.bits for item in items), default=0)
-    return Series(ends[-1] if ends else ZERO, uniform, depth, bits, tuple(items), ends)
+    peak = _bound([item.peak for item in items], max)
+    return Series(ends[-1] if ends else ZERO, uniform, depth, bits, peak, tuple(items), ends)
+
+
+def _bound(peaks: Sequence[Peak], together: Callable[[Sequence[float]], float]) -> Peak:
+    """The peak of what is made of several: the highest of them in series, their sum in parallel."""
+    if not peaks:
+        return _NO_PEAK
+    x, y, z, yaw, shortest = zip(*peaks, strict=True)
+    return Peak(together(x), together(y), together(z), together(yaw), min(shortest))
 
 
 def parallel(voices: Sequence[Movement]) -> Movement:
@@ -153,7 +182,8 @@ def parallel(voices: Sequence[Movement]) -> Movement:
         uniform = uniform.plus(voice.uniform) if uniform and voice.uniform else None
     depth = 1 + max(voice.depth for voice in voices)
     bits = max(voice.bits for voice in voices)
-    return Parallel(min(voice.duration for voice in voices), uniform, depth, bits, tuple(voices))
+    peak = _bound([voice.peak for voice in voices], sum)
+    return Parallel(min(voice.duration for voice in voices), uniform, depth, bits, peak, tuple(voices))
 
 
 def repeat(body: Movement, times: int | None = None) -> Movement:
@@ -161,7 +191,7 @@ def repeat(body: Movement, times: int | None = None) -> Movement:
     if not body.duration or times == 0:
         return series(())
     duration = ENDLESS if times is None else body.duration * times
-    return Repeat(duration, body.uniform, body.depth, body.bits, body, times)
+    return Repeat(duration, body.uniform, body.depth, body.bits, body.peak, body, times)
 
 
 def pace(body: Movement, rate: Fraction) -> Movement:
@@ -170,7 +200,8 @@ def pace(body: Movement, rate: Fraction) -> Movement:
         return body
     duration = body.duration / rate if body.duration != ENDLESS else ENDLESS
     uniform = body.uniform and body.uniform.times(all_by(rate))
-    return Pace(duration, uniform, body.depth, body.bits + bits(rate), body, rate)
+    faster = body.peak.times(all_by(rate))._replace(shortest=body.peak.shortest / float(rate))
+    return Pace(duration, uniform, body.depth, body.bits + bits(rate), faster, body, rate)
 
 
 def gain(body: Movement, factors: Velocity) -> Movement:
@@ -179,19 +210,19 @@ def gain(body: Movement, factors: Velocity) -> Movement:
         return body
     uniform = body.uniform and body.uniform.times(factors)
     longer = max(bits(factor) for factor in factors)
-    return Gain(body.duration, uniform, body.depth, body.bits + longer, body, factors)
+    return Gain(body.duration, uniform, body.depth, body.bits + longer, body.peak.times(factors), body, factors)
 
 
 def reverse(body: Movement) -> Movement:
     """What is performed, in reverse order. Raises ValueError if it is endless."""
     if body.duration == ENDLESS:
         raise ValueError("an endless movement has no end to start from")
-    return Reverse(body.duration, body.uniform, body.depth, body.bits, body)
+    return Reverse(body.duration, body.uniform, body.depth, body.bits, body.peak, body)
 
 
 def use(body: Movement, span: Span | None, statement: int) -> Movement:
     """A movement that is written in another statement, by that one's number; the name for it stands at `span`."""
-    return Use(body.duration, body.uniform, body.depth, body.bits, body, span, statement)
+    return Use(body.duration, body.uniform, body.depth, body.bits, body.peak, body, span, statement)
 
 
 def bits(number: Fraction) -> int:

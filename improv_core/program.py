@@ -4,9 +4,23 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from improv_core.analysis import Analysis, analyze
+from improv_core.robots import Robots, find_robots_file, read_robots
+
 
 class ReadError(Exception):
     """A file can't be read as a program; one plain line that says why."""
+
+
+def analyze_file(path: Path) -> Analysis:
+    """The program in a file, for the robots of the nearest `improv.toml`. Raises ReadError."""
+    return analyze(read_program(path), robots_near(path.parent))
+
+
+def robots_near(folder: Path) -> Robots:
+    """What the nearest `improv.toml` says, in a folder or its parents. Raises ReadError if it can't be read."""
+    found = find_robots_file(folder)
+    return read_robots(read_program(found), found) if found else Robots()
 
 
 def read_program(path: Path) -> str:

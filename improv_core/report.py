@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from improv_core.analysis import Analysis
@@ -10,14 +11,20 @@ from improv_core.diagnostics import Diagnostic
 from improv_core.text import LineIndex, Position
 
 
-def told(path: str, analysis: Analysis) -> list[str]:
-    """`path:line:column: severity[code] message`, one line each, counted from 1."""
-    lines = []
-    for diagnostic in analysis.diagnostics:
-        at = analysis.lines.position(diagnostic.span.start)
-        where = f"{path}:{at.line + 1}:{at.column + 1}"
-        lines.append(f"{where}: {diagnostic.severity.value}[{diagnostic.code}] {diagnostic.message}")
+def told(path: Path, analysis: Analysis) -> list[str]:
+    """`path:line:column: severity[code] message`, one line each, counted from 1; those of `improv.toml` come after."""
+    robots = analysis.cast
+    lines = [_told(path, diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
+    if robots.path and robots.diagnostics:
+        toml = LineIndex(robots.text)
+        lines += [_told(robots.path, diagnostic, toml) for diagnostic in robots.diagnostics]
     return lines
+
+
+def _told(path: Path, diagnostic: Diagnostic, lines: LineIndex) -> str:
+    at = lines.position(diagnostic.span.start)
+    where = f"{path}:{at.line + 1}:{at.column + 1}"
+    return f"{where}: {diagnostic.severity.value}[{diagnostic.code}] {diagnostic.message}"
 
 
 def as_json(analysis: Analysis) -> list[Mapping[str, Any]]:

@@ -38,6 +38,7 @@ class Robots:
     robots: Mapping[str, Robot] = field(default_factory=dict)
     profiles: Mapping[str, Profile] = field(default_factory=lambda: BUILT_IN)
     path: Path | None = None
+    text: str = ""
     diagnostics: tuple[Diagnostic, ...] = ()
 
     @property
@@ -57,7 +58,9 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.data, _SECTIONS).items()}
     profiles = reading.profiles(sections.get("profiles", {}))
     robots = reading.robots(sections.get("robots", {}), profiles)
-    return Robots(robots, profiles, path, tuple(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
+    return Robots(
+        robots, profiles, path, text, tuple(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span))
+    )
 
 
 def find_robots_file(folder: Path) -> Path | None:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from lsprotocol import types
+from pygls.uris import to_fs_path
 
 from improv_core.analysis import Analysis, analyze
+from improv_core.program import ReadError, robots_near
+from improv_core.robots import Robots
 from improv_core.text import LineIndex
 from improv_ls.positions import to_span
 
@@ -26,7 +30,16 @@ class Document:
 
 
 def opened(uri: str, version: int | None, text: str) -> Document:
-    return Document(uri, version, analyze(text))
+    return Document(uri, version, analyze(text, robots_of(uri)))
+
+
+def robots_of(uri: str) -> Robots:
+    """What the `improv.toml` near a document says; nothing if the document is not a file, or there is none."""
+    path = to_fs_path(uri) if uri.startswith("file:") else None
+    try:
+        return robots_near(Path(path).parent) if path else Robots()
+    except ReadError:
+        return Robots()
 
 
 def changed(
@@ -42,5 +55,5 @@ def changed(
             start, end = to_span(analysis.lines, change.range, encoding)
             analysis = analysis.edited(start, end, change.text)
         else:
-            analysis = analyze(change.text)
+            analysis = analyze(change.text, analysis.cast)
     return Document(document.uri, version, analysis)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from lsprotocol import types
+from pygls.uris import from_fs_path
 
-from improv_core.diagnostics import FADED, Severity
+from improv_core.diagnostics import FADED, Diagnostic, Severity
 from improv_core.ide.completion import Item
 from improv_core.ide.hover import Hover
+from improv_core.robots import Robots
+from improv_core.text import LineIndex
 from improv_ls.documents import Document
 from improv_ls.positions import Encoding, to_range
 
@@ -27,27 +30,33 @@ _KINDS = {
 
 
 def diagnostics(document: Document, encoding: Encoding | str) -> types.PublishDiagnosticsParams:
-    return types.PublishDiagnosticsParams(
-        uri=document.uri,
-        version=document.version,
-        diagnostics=[
-            types.Diagnostic(
-                range=to_range(document.lines, diagnostic.span, encoding),
-                message=diagnostic.message,
-                severity=_SEVERITIES[diagnostic.severity],
-                code=diagnostic.code,
-                source="improv",
-                tags=[types.DiagnosticTag.Unnecessary] if diagnostic.code in FADED else None,
-                related_information=[
-                    types.DiagnosticRelatedInformation(
-                        types.Location(document.uri, to_range(document.lines, other.span, encoding)), other.message
-                    )
-                    for other in diagnostic.related
-                ]
-                or None,
-            )
-            for diagnostic in document.analysis.diagnostics
-        ],
+    found = document.analysis.diagnostics
+    converted = [_diagnostic(document.uri, document.lines, each, encoding) for each in found]
+    return types.PublishDiagnosticsParams(document.uri, converted, document.version)
+
+
+def robots_diagnostics(robots: Robots, encoding: Encoding | str) -> types.PublishDiagnosticsParams | None:
+    """What is wrong with an `improv.toml`, in that file; None if there is no such file."""
+    uri = from_fs_path(str(robots.path)) if robots.path else None
+    if not uri:
+        return None
+    lines = LineIndex(robots.text)
+    return types.PublishDiagnosticsParams(uri, [_diagnostic(uri, lines, each, encoding) for each in robots.diagnostics])
+
+
+def _diagnostic(uri: str, lines: LineIndex, diagnostic: Diagnostic, encoding: Encoding | str) -> types.Diagnostic:
+    related = [
+        types.DiagnosticRelatedInformation(types.Location(uri, to_range(lines, other.span, encoding)), other.message)
+        for other in diagnostic.related
+    ]
+    return types.Diagnostic(
+        range=to_range(lines, diagnostic.span, encoding),
+        message=diagnostic.message,
+        severity=_SEVERITIES[diagnostic.severity],
+        code=diagnostic.code,
+        source="improv",
+        tags=[types.DiagnosticTag.Unnecessary] if diagnostic.code in FADED else None,
+        related_information=related or None,
     )
 
 

@@ -9,7 +9,7 @@ from improv_core.compiler import score_of
 from improv_core.ide.cursor import Cursor, cursor
 from improv_core.ide.timing import beats, lasting, number, timing, way
 from improv_core.movement import Movement
-from improv_core.profiles import TURTLESIM
+from improv_core.profiles import DEFAULT, Profile
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.vocabulary import WORDS
@@ -67,7 +67,12 @@ def _head(analysis: Analysis, placed: Placed, token: Token) -> str:
         part = score_of(analysis).parts.get(token.text)
         if not part:
             return ""
-        return _said(f"**{token.text}** (robot, profile {part.profile.name}): all it plays", part.movement, analysis)
+        return _said(
+            f"**{token.text}** (robot, profile {part.profile.name}): all it plays",
+            part.movement,
+            analysis,
+            part.profile,
+        )
     assert placed.statement.body
     return _said(f"**{token.text}** (name)", analysis.movement(placed, placed.statement.body), analysis)
 
@@ -92,8 +97,8 @@ def _bracket(node: nodes.Bracket) -> str:
     return f"**[ ]**: squeezed: {each}"
 
 
-def _said(title: str, meaning: Movement, analysis: Analysis) -> str:
-    return f"{title}\n\n{timing(meaning, analysis.tempo)} · {way(meaning, TURTLESIM)}"
+def _said(title: str, meaning: Movement, analysis: Analysis, profile: Profile = DEFAULT) -> str:
+    return f"{title}\n\n{timing(meaning, analysis.tempo)} · {way(meaning, profile)}"
 
 
 def summary(analysis: Analysis) -> str:

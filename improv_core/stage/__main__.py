@@ -151,7 +151,10 @@ def _obey(player: Player, message: Message, tell: Tell) -> None:
 
 def _read(inbox: queue.SimpleQueue[Message]) -> None:
     """Every line of standard input is a message; its end, also in the middle of a line, ends the stage."""
-    for line in sys.stdin.buffer:
+    # A file of our own: at its end Python waits for the lock of its own, which a thread that reads never lets go.
+    for line in open(0, "rb", closefd=False):  # noqa: SIM115
+        if not line.endswith(b"\n"):
+            break
         try:
             message = json.loads(line)
             inbox.put(message if isinstance(message, dict) and "type" in message else {"type": "no message"})

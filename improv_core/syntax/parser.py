@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from functools import lru_cache
 
@@ -17,6 +18,9 @@ from improv_core.text import Span
 
 DEEPEST = 200
 """How many brackets and transformers may stand within one another."""
+
+# Each level costs those who read a tree up to ten frames of recursion, more than Python's thousand allow in all.
+sys.setrecursionlimit(max(sys.getrecursionlimit(), 5_000))
 
 
 @lru_cache(maxsize=50_000)
@@ -116,7 +120,7 @@ def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
 
 
 def _parse(tokens: Sequence[Token]) -> tuple[Node | None, list[Diagnostic]]:
-    """The movement of a statement, and what is wrong with its form: the first mistake, since others may follow from it."""
+    """The movement of a statement, and the first mistake of its form, from which others may follow."""
     derivation = derive(tuple(token.type for token in tokens))
     diagnostics = []
     for mistake in derivation.mistakes[:1]:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 
 from lsprotocol import types
 
 from improv_ls import to_lsp
-from improv_ls.documents import Document, changed, opened
+from improv_ls.documents import Document, changed, opened, robots_of
 from improv_ls.session import Session
 
 
 async def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
     given = params.text_document
-    _keep(ls, opened(given.uri, given.version, given.text))
+    document = opened(given.uri, given.version, given.text)
+    _keep(ls, document)
+    _publish_robots(ls, document)
     if ls.settings.on_save != "off":
         await asyncio.sleep(0)  # the diagnostics go first
         await ls.performance.warm_up()
@@ -31,6 +34,23 @@ def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
     ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri=uri, diagnostics=[]))
 
 
+def refresh_robots(ls: Session, document: Document) -> Document:
+    """The document with the robots that the nearest `improv.toml` has now."""
+    robots = robots_of(document.uri)
+    if robots != document.analysis.cast:
+        if old := to_lsp.robots_diagnostics(replace(document.analysis.cast, diagnostics=()), ls.encoding):
+            ls.text_document_publish_diagnostics(old)
+        document = replace(document, analysis=document.analysis.with_robots(robots))
+        _keep(ls, document)
+        _publish_robots(ls, document)
+    return document
+
+
 def _keep(ls: Session, document: Document) -> None:
     ls.documents[document.uri] = document
     ls.text_document_publish_diagnostics(to_lsp.diagnostics(document, ls.encoding))
+
+
+def _publish_robots(ls: Session, document: Document) -> None:
+    if params := to_lsp.robots_diagnostics(document.analysis.cast, ls.encoding):
+        ls.text_document_publish_diagnostics(params)

@@ -8,6 +8,7 @@ from lsprotocol import types
 
 from improv_core.diagnostics import Severity
 from improv_ls.documents import Document
+from improv_ls.handlers.documents import refresh_robots
 from improv_ls.session import Session
 
 PLAY, HUSH = "improv.play", "improv.hush"
@@ -34,6 +35,10 @@ def hush(ls: Session, *arguments: Any) -> None:
 
 
 async def _play(ls: Session, document: Document) -> None:
+    document = refresh_robots(ls, document)
+    if not document.analysis.cast.ok:
+        ls.say("✗ improv.toml has errors; what plays goes on", types.MessageType.Warning)
+        return
     errors = [each for each in document.analysis.diagnostics if each.severity is Severity.ERROR]
     if errors:
         first = errors[0]

@@ -156,7 +156,7 @@ def test_empty_groups_do_nothing() -> None:
     """)
 
 
-@pytest.mark.parametrize("wrap", ["(%s)", "[%s]", "reverse %s", "repeat 2 %s"])
+@pytest.mark.parametrize("wrap", ["(%s)", "[%s]", "reverse %s", "repeat 2 %s", "(left %s || rest)", "[left %s right]"])
 def test_too_deep_is_said_and_never_raised(wrap: str) -> None:
     def nested(levels: int) -> str:
         return "r $ " + wrap.split("%s")[0] * levels + "left" + wrap.split("%s")[1] * levels

@@ -48,12 +48,19 @@ class Listener:
                 return message
 
     def close(self) -> None:
-        self._process.communicate(timeout=LIMIT)
+        assert self._process.stdin
+        self._process.stdin.close()
+        try:
+            self._process.wait(timeout=LIMIT)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            raise
 
     def _read(self) -> None:
         assert self._process.stdout
-        for line in self._process.stdout:
-            self._inbox.put(json.loads(line))
+        with self._process.stdout as lines:
+            for line in lines:
+                self._inbox.put(json.loads(line))
 
 
 @pytest.fixture(scope="session")
@@ -61,7 +68,7 @@ def ros_python() -> str:
     """A Python that imports rclpy."""
     python = os.environ.get("IMPROV_ROS_PYTHON") or (str(OWN) if OWN.exists() else "")
     if not python:
-        lacking("no ROS 2: set IMPROV_ROS_PYTHON, or make .cache/ros (see CONTRIBUTING.md)")
+        lacking("no ROS 2: run `sh tests/ros/fetch.sh`, or set IMPROV_ROS_PYTHON to a Python with rclpy")
     return python
 
 

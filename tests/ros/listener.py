@@ -31,6 +31,10 @@ for topic in options.topics:
     node.create_subscription(
         TwistStamped if options.stamped else Twist, topic, lambda message, topic=topic: hear(topic, message), 100
     )
-threading.Thread(target=rclpy.spin, args=(node,), daemon=True).start()
+spinning = threading.Thread(target=rclpy.spin, args=(node,))
+spinning.start()
 say(ready=True)
 sys.stdin.read()
+# A thread still inside rclpy when Python ends would abort the process.
+rclpy.try_shutdown()
+spinning.join()

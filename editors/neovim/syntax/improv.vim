@@ -1,0 +1,27 @@
+" The colors of an Improv program. tests/editors/test_vocabulary.py keeps the words those of the language.
+if exists('b:current_syntax')
+  finish
+endif
+
+syntax keyword improvBeat beat
+syntax keyword improvPrimitive forward backward left right halfleft halfright rest strafeleft straferight up down
+syntax keyword improvTransformer reverse retrograde repeat reflect fast slow scale
+syntax keyword improvPlane YZ XZ XY sagittal frontal transverse
+
+syntax match improvName '\v\K\k*\ze\s*\='
+syntax match improvRobot '\v\K\k*\ze%(\s+\K\k*)*\s*\$'
+syntax match improvNumber '\v<\d*\.?\d+%(/\d*\.?\d+)?>'
+syntax match improvOperator '||\|[=$]'
+syntax match improvComment '#.*' contains=@Spell
+
+highlight default link improvBeat Keyword
+highlight default link improvPrimitive Function
+highlight default link improvTransformer Statement
+highlight default link improvPlane Constant
+highlight default link improvName Identifier
+highlight default link improvRobot Type
+highlight default link improvNumber Number
+highlight default link improvOperator Operator
+highlight default link improvComment Comment
+
+let b:current_syntax = 'improv'

@@ -1,0 +1,52 @@
+"""Where the editors are, and what they have started."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from uuid import uuid4
+
+from tests.needs import lacking
+from tests.processes import wait_until_gone
+
+ROOT = Path(__file__).parents[2]
+LIMIT = 240.0
+"""Seconds a whole session in an editor may take, on a busy machine."""
+END_LIMIT = 20.0
+"""Seconds after which nothing that an editor has started may run any more."""
+
+
+def find(variable: str, fetched: str) -> str:
+    """The editor that the environment names, or that fetch.sh has unpacked."""
+    path = os.environ.get(variable) or str(ROOT / ".cache" / fetched)
+    if not Path(path).is_file():
+        lacking(f"no {path}: run tests/editors/fetch.sh {fetched.split('/')[0]}, or set {variable}")
+    return path
+
+
+@contextmanager
+def nothing_left() -> Iterator[dict[str, str]]:
+    """An environment for an editor; on leaving, the editor and all it has started must come to an end."""
+    env = {**os.environ, "IMPROV_TEST": str(uuid4())}
+    yield env
+    processes = {}
+    for pid in started_from(env):
+        with suppress(ProcessLookupError):
+            processes[pid] = os.pidfd_open(pid)
+    wait_until_gone(processes, END_LIMIT)
+
+
+def started_from(env: Mapping[str, str]) -> dict[int, dict[str, str]]:
+    """The processes that have inherited this environment, each with its own environment."""
+    found = {}
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            lines = os.fsdecode((process / "environ").read_bytes()).split("\0")
+        except OSError:  # gone meanwhile, or another person's
+            continue
+        its = dict(line.split("=", 1) for line in lines if "=" in line)
+        if its.get("IMPROV_TEST") == env["IMPROV_TEST"]:
+            found[int(process.name)] = its
+    return found

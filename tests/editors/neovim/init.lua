@@ -1,0 +1,12 @@
+-- A user's init.lua, as editors/neovim/README.md has it, with the server of the environment under test.
+vim.opt.runtimepath:prepend(vim.env.IMPROV_PLUGIN)
+require("improv").setup {
+  cmd = { vim.env.IMPROV_PYTHON, "-m", "improv_ls.server" },
+  settings = { backend = "sim" },
+}
+
+-- The person's browser: it only notes the address.
+vim.ui.open = function(url)
+  vim.g.page = url
+  return { wait = function() return { code = 0 } end }
+end

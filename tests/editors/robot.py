@@ -1,0 +1,64 @@
+"""Watches the simulated robots as their page does: `python -m tests.editors.robot URL moves|stands`."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import sys
+from collections.abc import AsyncIterator, Mapping, Sequence
+from contextlib import asynccontextmanager
+from urllib.parse import urlsplit
+
+from aiohttp import ClientSession, ClientWebSocketResponse
+
+LIMIT = 30.0
+"""Seconds a robot may take to do what is waited for, on a busy machine."""
+AWAY = 0.5
+"""A robot so many metres from where it was first seen has moved."""
+STILL = 1.0
+"""A robot that keeps its pose for so many seconds stands; a page hears of every change within 1/60 s."""
+
+
+async def moves(url: str) -> None:
+    """Return once a robot is away from where it was."""
+    async with asyncio.timeout(LIMIT), _live(url) as live:
+        start: dict[str, Sequence[float]] = {}
+        async for poses in _poses(live):
+            for name, pose in poses.items():
+                if math.dist(pose[:3], start.setdefault(name, pose)[:3]) >= AWAY:
+                    return
+
+
+async def stands(url: str) -> None:
+    """Return once no robot moves any more."""
+    async with asyncio.timeout(LIMIT), _live(url) as live:
+        poses = _poses(live)
+        assert await anext(poses), "there is no robot"
+        while True:
+            try:
+                await asyncio.wait_for(anext(poses), STILL)
+            except TimeoutError:
+                return
+
+
+@asynccontextmanager
+async def _live(url: str) -> AsyncIterator[ClientWebSocketResponse]:
+    page = urlsplit(url)
+    address = f"{page.scheme}://{page.netloc}"
+    async with (
+        ClientSession() as session,
+        session.ws_connect(f"{address}/live?{page.query}", headers={"Origin": address}) as live,
+    ):
+        yield live
+
+
+async def _poses(live: ClientWebSocketResponse) -> AsyncIterator[Mapping[str, Sequence[float]]]:
+    """x, y, z and heading of each robot, whenever one has changed."""
+    while True:
+        message = await live.receive_json()
+        if message["type"] == "poses":
+            yield message["poses"]
+
+
+if __name__ == "__main__":
+    asyncio.run({"moves": moves, "stands": stands}[sys.argv[2]](sys.argv[1]))

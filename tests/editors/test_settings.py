@@ -1,0 +1,24 @@
+"""VS Code offers the settings that the server knows, with the same defaults."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from pathlib import Path
+
+from improv_ls.settings import Settings, read_settings
+
+MANIFEST = Path(__file__).parents[2] / "editors/vscode/package.json"
+
+
+def test_settings_are_the_servers() -> None:
+    offered = json.loads(MANIFEST.read_text(encoding="utf-8"))["contributes"]["configuration"]["properties"]
+    settings = {name.removeprefix("improv."): about for name, about in offered.items()}
+    del settings["server.path"]  # the only one that is the extension's own
+    assert len(settings) == len(fields(Settings))
+    for name, about in settings.items():
+        unknown_to_the_server = read_settings({name: ["neither"]}, Settings()) == (Settings(), [])
+        assert not unknown_to_the_server, name
+        assert read_settings({name: about["default"]}, Settings()) == (Settings(), []), name
+        for value in about.get("enum", []):
+            assert read_settings({name: value}, Settings())[1] == [], name

@@ -1,0 +1,33 @@
+"""improv.toml as an editor sees it: its mistakes are its own, and what it says is held against the program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.ls.client import Client
+
+QUIET = {"backend": "sim", "page": {"open": False}}
+BURGER = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
+
+
+def codes(client: Client, path: Path) -> list[str]:
+    published = client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == path.as_uri())
+    return [each["code"] for each in published["diagnostics"]]
+
+
+def test_robots_and_limits_are_those_of_the_file(tmp_path: Path) -> None:
+    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
+    robots.write_text(BURGER)
+    with Client(QUIET) as client:
+        client.open(program.as_uri(), "beat 120\nburger $ forward strafeleft\nbruger $ rest\n")
+        assert codes(client, program) == ["too-fast", "unsupported-direction", "unknown-robot"]
+        assert codes(client, robots) == []
+
+        # A mistake in the file is told in the file, and stops every new dance until it is mended.
+        robots.write_text(BURGER.replace("burger", "brger"))
+        client.save(program.as_uri())
+        assert client.wait_for_line("✗") == "✗ improv.toml has errors; what plays goes on"
+        robots.write_text(BURGER + '[robots.bruger]\nprofile = "holonomic"\n')
+        client.change(program.as_uri(), 2, {"text": "beat 30\nburger $ forward left\nbruger $ strafeleft\n"})
+        client.save(program.as_uri())
+        assert client.wait_for_line("▶") == "▶ burger 2 beats · bruger 1 beat, 4.0 s at beat 30, simulator"

@@ -184,11 +184,11 @@ async def _count(transport: Message) -> None:
     loop = asyncio.get_running_loop()
     period = 60 / transport["tempo"]
     zero = transport["monotonic"] - transport["beat"] * period
-    whole = "∞" if transport["beats"] is None else f"{transport['beats']:g}"
+    whole = "∞" if transport["beats"] is None else str(math.ceil(transport["beats"]))
     while True:
-        beat = max(int((loop.time() - zero) / period), 0)
-        click.echo(f"\rbeat {beat}/{whole} ", nl=False)
-        await asyncio.sleep(zero + (beat + 1) * period - loop.time())
+        passed = max(int((loop.time() - zero) / period), 0)
+        click.echo(f"\rbeat {passed + 1}/{whole} ", nl=False)
+        await asyncio.sleep(zero + (passed + 1) * period - loop.time())
 
 
 def _places(poses: Message) -> dict[str, dict[str, float]]:

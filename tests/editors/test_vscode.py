@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import socket
 import subprocess
@@ -17,10 +16,9 @@ from urllib.request import urlopen
 import pytest
 from playwright.sync_api import Locator, Page, expect, sync_playwright
 
-from tests.editors.editors import LIMIT, ROOT, nothing_left, started_from
+from tests.editors.editors import LIMIT, ROOT, find, nothing_left, started_from
 from tests.needs import need
 
-CODE_SERVER = os.environ.get("CODE_SERVER")
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
 FLAGS += ["--disable-background-networking", "--disable-component-update", "--disable-sync"]
 PROGRAM = "beat 120\n\nturtle1 $ repeat (forward lft)\n"
@@ -28,16 +26,16 @@ PATIENCE = 60.0
 """Seconds that anything on the screen may take to come."""
 
 
-@pytest.mark.skipif(not CODE_SERVER, reason="CODE_SERVER does not name code-server's entry.js")
 @pytest.mark.timeout(2 * LIMIT)
 def test_session(tmp_path: Path) -> None:
+    code_server = find("CODE_SERVER", "code-server/node_modules/code-server/out/node/entry.js")
     work, user = tmp_path / "work", tmp_path / "user"
     work.mkdir()
     (work / "dance.improv").write_text(PROGRAM)
     (user / "User").mkdir(parents=True)
     settings = {"improv.server.path": str(Path(sys.executable).with_name("improv-ls")), "improv.backend": "sim"}
     (user / "User" / "settings.json").write_text(json.dumps(settings))
-    with nothing_left() as env, _vscode(tmp_path, work, env) as address, sync_playwright() as playwright:
+    with nothing_left() as env, _vscode(code_server, tmp_path, work, env) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=need("chromium"), args=FLAGS)
         page = browser.new_page()
         page.set_default_timeout(PATIENCE * 1000)
@@ -99,13 +97,12 @@ def _robot(url: str, does: str) -> None:
 
 
 @contextmanager
-def _vscode(folder: Path, work: Path, env: Mapping[str, str]) -> Iterator[str]:
+def _vscode(code_server: str, folder: Path, work: Path, env: Mapping[str, str]) -> Iterator[str]:
     """code-server with our extension; its address."""
     package = [need("npm"), "run", "package", "--", "--out", str(folder / "improv.vsix")]
     subprocess.run(package, cwd=ROOT / "editors" / "vscode", check=True, capture_output=True)
     (folder / "config.yaml").touch()
-    assert CODE_SERVER
-    command = [need("node"), CODE_SERVER, "--config", str(folder / "config.yaml")]
+    command = [need("node"), code_server, "--config", str(folder / "config.yaml")]
     command += ["--user-data-dir", str(folder / "user"), "--extensions-dir", str(folder / "extensions")]
     command += ["--disable-telemetry", "--disable-update-check"]
     subprocess.run([*command, "--install-extension", str(folder / "improv.vsix")], check=True, capture_output=True)

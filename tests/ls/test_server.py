@@ -63,7 +63,7 @@ def test_save_plays_and_says_so_in_one_line(client: Client) -> None:
     client.save(URI)
     assert client.wait_for_line("▶") == "▶ r1 2 beats · r2 1 beat, 0.20 s at beat 600, simulator"
     begin = client.wait("$/progress", lambda params: params["value"]["kind"] == "begin")
-    assert begin["value"]["message"] == "beat 0/2"
+    assert begin["value"]["message"] == "beat 1/2"
     client.wait("$/progress", lambda params: params["value"]["kind"] == "end")
 
 
@@ -75,7 +75,7 @@ def test_a_wrong_save_says_why_and_what_plays_goes_on(client: Client) -> None:
     client.save(URI)
     line = client.wait_for_line("✗")
     assert line == "✗ line 1: `lft` is not known: did you mean `left`? (and 1 more); what plays goes on"
-    client.wait("$/progress", lambda params: params["value"].get("message", "").startswith("beat 1/"))
+    client.wait("$/progress", lambda params: params["value"].get("message", "").startswith("beat 2/"))
 
 
 def test_hush_and_play_are_commands(client: Client) -> None:

@@ -40,7 +40,7 @@ def page(browser: Browser) -> Iterator[Page]:
 
     def listen(message: ConsoleMessage) -> None:
         # A server that went away is an error to the browser, not to us.
-        if message.type in ("error", "warning") and "ERR_CONNECTION_REFUSED" not in message.text:
+        if message.type in ("error", "warning") and "net::ERR_CONNECTION" not in message.text:
             wrong.append(message.text)
 
     page = browser.new_page(viewport={"width": 1280, "height": 800})

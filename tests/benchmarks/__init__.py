@@ -1,0 +1,1 @@
+"""Benchmarks: they print tables, and no test depends on their times."""

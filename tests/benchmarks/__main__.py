@@ -1,0 +1,26 @@
+"""Run one benchmark, or list them: `python -m tests.benchmarks [NAME] [--quick]`."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser
+
+from tests.benchmarks import keystroke
+
+BENCHMARKS = {"keystroke": (keystroke.run, "from a keystroke to its diagnostics, beside ruff and bare pygls")}
+
+
+def main() -> None:
+    parser = ArgumentParser(prog="python -m tests.benchmarks", description="Benchmarks: each prints its table.")
+    names = parser.add_subparsers(dest="name", metavar="NAME")
+    for name, (_, about) in BENCHMARKS.items():
+        names.add_parser(name, help=about).add_argument("--quick", action="store_true", help="fewer rounds")
+    chosen = parser.parse_args()
+    if chosen.name:
+        run, _ = BENCHMARKS[chosen.name]
+        run(chosen.quick)
+    else:
+        parser.print_help()
+
+
+if __name__ == "__main__":
+    main()

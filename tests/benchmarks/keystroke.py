@@ -1,0 +1,129 @@
+"""From a line changed to its diagnostics read, start, and memory: our server, ruff and a bare pygls, side by side."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from importlib.metadata import version
+from itertools import islice
+from statistics import median, quantiles
+
+from tests.benchmarks.documents import SHARED_LINE, edits
+from tests.benchmarks.servers import ALL, BARE, OURS, RUFF, Kind, Seen, Server
+
+Samples = dict[Kind, list[float]]
+"""What was measured of each server: milliseconds, or MB."""
+
+LONG = 10_000
+AT_ONCE = 20
+"""How many edits one server gets before it is the next one's turn: what disturbs the machine disturbs all three."""
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """How much our median may be: so many times that of another server, or so many units."""
+
+    limit: float
+    against: Kind | None = None
+    unit: str = ""
+
+    def __str__(self) -> str:
+        return f"≤ {self.limit:g} × {self.against.name}" if self.against else f"≤ {self.limit:g} {self.unit}"
+
+    def verdict(self, samples: Samples) -> str:
+        ours = median(samples[OURS])
+        return "met" if ours <= self.limit * (median(samples[self.against]) if self.against else 1) else "not met"
+
+
+def run(quick: bool) -> None:
+    """Measure and print; `quick` measures the same with fewer rounds."""
+    rounds, opens, starts = (2, 2, 4) if quick else (10, 5, 10)
+    cores = len(os.sched_getaffinity(0))
+    versions = f"pygls {version('pygls')}, ruff {version('ruff')}"
+    print(f"{cores} cores, {platform.system()}, Python {platform.python_version()}, {versions}\n")
+    print(f"didChange written → publishDiagnostics read, milliseconds, {rounds * AT_ONCE} edits each\n")
+    _print_row("lines", *(f"{kind.name} {part}" for kind in ALL for part in ("p50", "p99")), "ours / ruff", "goal", "")
+    _print_row(*["---:"] * 8, "---", "---")
+    for lines, goal in ((100, 2), (1_000, 1), (LONG, 0.5)):
+        _print_keystrokes(f"{lines:,}", _keystrokes(lines, False, rounds), Goal(goal, RUFF))
+    _print_keystrokes(f"{LONG:,}, a third use one name", _keystrokes(LONG, True, rounds), Goal(0.5, RUFF))
+    print(f"\nOther medians; memory is the resident set with {LONG:,} lines open and after 50 edits\n")
+    _print_row("what", *(kind.name for kind in ALL), "goal", "")
+    _print_row("---", *["---:"] * 3, "---", "---")
+    _print_other(f"first diagnostics of {LONG:,} lines, ms", _repeated(opens, _first), Goal(1000, unit="ms"))
+    _print_other("process start → `initialize` answered, ms", _repeated(starts, _start), Goal(1.1, BARE))
+    memories = {kind: _memory(kind) for kind in ALL}
+    _print_other("memory, MB", {kind: [now] for kind, (now, _) in memories.items()}, Goal(80, unit="MB"))
+    _print_other("memory at most, MB", {kind: [most] for kind, (_, most) in memories.items()}, None)
+
+
+def _keystrokes(lines: int, shared: bool, rounds: int) -> Samples:
+    """Edits of a document of so many lines; with `shared`, of the definition that a third of them use."""
+    samples: Samples = {kind: [] for kind in ALL}
+    with ExitStack() as stack:
+        change = {kind: _opened(stack.enter_context(Server(kind)), kind, lines, shared) for kind in ALL}
+        for turn in range(rounds + 1):
+            for kind in ALL:
+                times = [seen.seconds * 1000 for seen in islice(change[kind], AT_ONCE)]
+                if turn:  # the first one warms up
+                    samples[kind] += times
+    return samples
+
+
+def _opened(server: Server, kind: Kind, lines: int, shared: bool = False) -> Iterator[Seen]:
+    """Opens a document and edits it once for every step. Raises if mistakes are not found, or others are."""
+    text = kind.language.write(lines, shared)
+    if server.open(text).mistakes:
+        raise RuntimeError(f"{kind.name} finds a mistake where none is")
+    for edit in edits(kind.language, text, SHARED_LINE if shared else None):
+        seen = server.change(edit)
+        if kind.finds_mistakes and bool(seen.mistakes) != edit.wrong:
+            raise RuntimeError(f"{kind.name} gives {seen.mistakes} mistakes after {edit}")
+        yield seen
+
+
+def _repeated(times: int, measure: Callable[[Kind], float]) -> Samples:
+    samples: Samples = {kind: [] for kind in ALL}
+    for _ in range(times):
+        for kind in ALL:
+            samples[kind].append(measure(kind))
+    return samples
+
+
+def _first(kind: Kind) -> float:
+    with Server(kind) as server:
+        return server.open(kind.language.write(LONG, False)).seconds * 1000
+
+
+def _start(kind: Kind) -> float:
+    with Server(kind) as server:
+        return server.start_seconds * 1000
+
+
+def _memory(kind: Kind) -> tuple[float, float]:
+    with Server(kind) as server:
+        for _ in islice(_opened(server, kind, LONG), 50):
+            pass
+        return server.memory()
+
+
+def _print_keystrokes(what: str, samples: Samples, goal: Goal) -> None:
+    times = (f"{value:.2f}" for kind in ALL for value in (median(samples[kind]), _p99(samples[kind])))
+    ratio = median(samples[OURS]) / median(samples[RUFF])
+    _print_row(what, *times, f"{ratio:.2f}", str(goal), goal.verdict(samples))
+
+
+def _p99(values: Sequence[float]) -> float:
+    return quantiles(values, n=100, method="inclusive")[-1]
+
+
+def _print_other(what: str, samples: Samples, goal: Goal | None) -> None:
+    values = (f"{median(samples[kind]):.1f}" for kind in ALL)
+    _print_row(what, *values, str(goal or ""), goal.verdict(samples) if goal else "")
+
+
+def _print_row(*cells: str) -> None:
+    print("|", " | ".join(cells), "|", flush=True)

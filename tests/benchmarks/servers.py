@@ -1,0 +1,205 @@
+"""A language client for measuring: one thread that writes a message and reads until the answer is there."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import select
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import Any
+
+from tests.benchmarks.documents import IMPROV, PYTHON, Edit, Language
+
+Message = dict[str, Any]
+LIMIT = 60.0
+"""Seconds to wait for anything, on a busy machine."""
+
+# No pull diagnostics: ruff then publishes them after every change, as our server does.
+_CAPABILITIES: Mapping[str, Any] = {
+    "general": {"positionEncodings": ["utf-16"]},
+    "textDocument": {"publishDiagnostics": {"versionSupport": True}},
+    "window": {"workDoneProgress": True},
+    "workspace": {"configuration": True, "didChangeConfiguration": {"dynamicRegistration": True}},
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kind:
+    """A language server: how it is started, with which options, and what it reads."""
+
+    name: str
+    command: tuple[str, ...]
+    language: Language
+    options: Mapping[str, Any]
+    finds_mistakes: bool = True
+
+
+OURS = Kind(
+    "improv-ls",
+    (sys.executable, "-m", "improv_ls.server"),
+    IMPROV,
+    {"backend": "sim", "page": {"open": False}, "onSave": "off"},  # no stage starts
+)
+RUFF = Kind(
+    "ruff",
+    (str(Path(sysconfig.get_path("scripts")) / "ruff"), "server"),
+    PYTHON,
+    # Its default rules, whatever configuration lies around.
+    {
+        "settings": {
+            "configurationPreference": "editorOnly",
+            "logLevel": "error",
+            "lint": {"enable": True, "select": ["E4", "E7", "E9", "F"]},
+        }
+    },
+)
+BARE = Kind(
+    "bare pygls",
+    (sys.executable, str(Path(__file__).with_name("bare_server.py"))),
+    IMPROV,
+    {},
+    finds_mistakes=False,
+)
+ALL = (OURS, RUFF, BARE)
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """How long it took until diagnostics were there, and how many of them are errors or warnings."""
+
+    seconds: float
+    mistakes: int
+
+
+class Server:
+    """A running server with one document; use as a context manager."""
+
+    def __init__(self, kind: Kind) -> None:
+        self._version = 0
+        self._next_id = 0
+        self._bytes = bytearray()
+        self._folder = TemporaryDirectory()
+        root = Path(self._folder.name).as_uri()
+        self._uri = f"{root}/document.{'py' if kind.language is PYTHON else 'improv'}"
+        self._language = kind.language.name
+        begin = perf_counter()
+        self._process = subprocess.Popen(
+            kind.command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=self._folder.name, bufsize=0
+        )
+        folders = [{"uri": root, "name": "benchmark"}]
+        common = {"processId": os.getpid(), "rootUri": root, "workspaceFolders": folders}
+        self._request("initialize", {**common, "capabilities": _CAPABILITIES, "initializationOptions": kind.options})
+        self.start_seconds = perf_counter() - begin
+        self._notify("initialized", {})
+
+    def __enter__(self) -> Server:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        try:
+            if failure[0] is None:
+                self._request("shutdown", None)
+                self._notify("exit", None)
+                self._process.wait(LIMIT)
+        finally:
+            self._process.kill()
+            self._process.communicate()
+            self._folder.cleanup()
+
+    def open(self, text: str) -> Seen:
+        """Open the document."""
+        document = {"uri": self._uri, "languageId": self._language, "version": self._version, "text": text}
+        return self._see("textDocument/didOpen", {"textDocument": document})
+
+    def change(self, edit: Edit) -> Seen:
+        """Replace one line of the document."""
+        self._version += 1
+        place = {
+            "start": {"line": edit.line, "character": 0},
+            "end": {"line": edit.line, "character": edit.length},
+        }
+        document = {"uri": self._uri, "version": self._version}
+        changes = [{"range": place, "text": edit.text}]
+        return self._see("textDocument/didChange", {"textDocument": document, "contentChanges": changes})
+
+    def memory(self) -> tuple[float, float]:
+        """What it has in memory, now and at most so far, in MB (10^6 bytes; Linux)."""
+        status = Path(f"/proc/{self._process.pid}/status").read_text(encoding="utf-8")
+        now, most = (int(re.findall(rf"{name}:\s+(\d+) kB", status)[0]) for name in ("VmRSS", "VmHWM"))
+        return now * 1024 / 1e6, most * 1024 / 1e6
+
+    def _see(self, method: str, params: Message) -> Seen:
+        message = _framed({"method": method, "params": params})
+        begin = perf_counter()
+        self._write(message)
+        while True:
+            body, end = self._read()
+            found = self._take(body)
+            if found.get("method") != "textDocument/publishDiagnostics":
+                continue
+            published = found["params"]
+            if published["uri"] == self._uri and published.get("version") == self._version:
+                return Seen(end - begin, sum(each["severity"] <= 2 for each in published["diagnostics"]))
+
+    def _request(self, method: str, params: Any) -> None:
+        self._next_id += 1
+        self._write(_framed({"id": self._next_id, "method": method, "params": params}))
+        while True:
+            answer = self._take(self._read()[0])
+            if answer.get("id") == self._next_id and "method" not in answer:
+                if "error" in answer:
+                    raise RuntimeError(f"{method}: {answer['error']}")
+                return
+
+    def _notify(self, method: str, params: Any) -> None:
+        self._write(_framed({"method": method, "params": params}))
+
+    def _take(self, body: bytes) -> Message:
+        """A message, answered if it is a request."""
+        message: Message = json.loads(body)
+        if "method" in message and "id" in message:
+            result = (
+                [None for _ in message["params"]["items"]] if message["method"] == "workspace/configuration" else None
+            )
+            self._write(_framed({"id": message["id"], "result": result}))
+        return message
+
+    def _write(self, message: bytes) -> None:
+        assert self._process.stdin
+        rest = memoryview(message)
+        while rest:
+            rest = rest[self._process.stdin.write(rest) :]
+
+    def _read(self) -> tuple[bytes, float]:
+        """The body of the next message, and when its last byte was there."""
+        while True:
+            head, mark, rest = self._bytes.partition(b"\r\n\r\n")
+            if mark:
+                length = int(re.findall(rb"(?i)content-length: *(\d+)", head)[0])
+                if len(rest) >= length:
+                    end = perf_counter()
+                    del self._bytes[: len(head) + len(mark) + length]
+                    return bytes(rest[:length]), end
+            self._bytes += self._more()
+
+    def _more(self) -> bytes:
+        assert self._process.stdout
+        if not select.select([self._process.stdout], [], [], LIMIT)[0]:
+            raise RuntimeError(f"nothing from the server within {LIMIT} s")
+        more = os.read(self._process.stdout.fileno(), 1 << 20)
+        if not more:
+            raise RuntimeError("the server has ended")
+        return more
+
+
+def _framed(message: Message) -> bytes:
+    body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+    return b"Content-Length: %d\r\n\r\n%s" % (len(body), body)

@@ -99,7 +99,7 @@ class _Reader:
     def movement(self, node: Node) -> Movement:
         """The movement of a node; what is wrong with it counts as nothing at all."""
         made = self._made(node)
-        length = 0 if made.duration == ENDLESS else movement.bits(Fraction(made.duration))
+        length = movement.bits(made.duration) if isinstance(made.duration, Fraction) else 0
         if made.bits + length > MOST_BITS:
             span = node.argument.span if isinstance(node, nodes.Apply) and node.argument else node.span
             message = "use simpler numbers: together they make a fraction too long to keep exact"

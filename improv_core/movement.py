@@ -11,6 +11,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from itertools import accumulate, count
 from typing import NamedTuple, TypeAlias
 
@@ -147,8 +148,13 @@ class Use(Movement):
 
 def hold(velocity: Velocity, duration: Fraction = ONE, span: Span | None = None) -> Movement:
     """One velocity for `duration` beats, written at `span`."""
+    return Hold(duration, velocity, 0, 0, _peak(velocity, duration), velocity, span)
+
+
+@lru_cache(maxsize=256)
+def _peak(velocity: Velocity, duration: Fraction) -> Peak:
     x, y, z, yaw = (abs(float(value)) for value in velocity)
-    return Hold(duration, velocity, 0, 0, Peak(x, y, z, yaw, float(duration)), velocity, span)
+    return Peak(x, y, z, yaw, float(duration))
 
 
 def series(items: Sequence[Movement]) -> Movement:
@@ -156,8 +162,8 @@ def series(items: Sequence[Movement]) -> Movement:
     if len(items) == 1:
         return items[0]
     ends = tuple(accumulate((item.duration for item in items), initial=ZERO))[1:]
-    velocities = {item.uniform for item in items if item.duration}
-    uniform = velocities.pop() if len(velocities) == 1 else None
+    lasting = [item.uniform for item in items if item.duration]
+    uniform = lasting[0] if lasting and all(each == lasting[0] for each in lasting) else None
     depth = max((item.depth for item in items), default=0)
     bits = max((item.bits for item in items), default=0)
     peak = _bound([item.peak for item in items], max)

@@ -33,12 +33,8 @@ def create_server() -> Session:
     return server
 
 
-def main() -> None:
-    """The `improv-ls` command: serve one editor over standard input and output."""
+def serve() -> None:
+    """Serve one editor over standard input and output."""
     # Editors show standard error as errors, and every message that matters reaches the person through LSP.
     logging.basicConfig(level=logging.CRITICAL)
     create_server().start_io()
-
-
-if __name__ == "__main__":
-    main()

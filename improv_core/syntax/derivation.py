@@ -1,7 +1,7 @@
 """How the grammar reads a sequence of terminals, and what it would accept. The only room that knows lark.
 
 A derivation depends on the kinds of the tokens alone, and people write the same few shapes again and again: it is
-kept, and read with other tokens the next time.
+kept, and read with other tokens the next time. lark is imported when the first statement is read, not before.
 """
 
 from __future__ import annotations
@@ -9,14 +9,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from importlib.resources import files
-from typing import Any, NamedTuple
-
-from lark import Lark, Tree, UnexpectedToken
-from lark.lexer import Lexer
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
 
 MOST_MENDS = 2
 """How many things in a row may be put in: `fast ||` lacks a number and a movement."""
+MOST_MISTAKES = 20
+"""After so many in one statement, what does not fit is only left out: mending is slow, and only the first is told."""
+NEVER = frozenset({"STRAY", "DOLLAR", "EQUAL", "BEAT"})
+"""Terminals that no movement has: after a first mistake they need no trial."""
+LONGEST_SHAPE = 1_000
+"""How many terminals a shape that is kept may have."""
 
 
 class Leaf(NamedTuple):
@@ -25,6 +28,16 @@ class Leaf(NamedTuple):
     type: str
     at: int
     put_in: bool = False
+
+
+class Branch(NamedTuple):
+    """What a rule of the grammar has made of its parts."""
+
+    rule: str
+    parts: tuple[Shape, ...]
+
+
+Shape: TypeAlias = Leaf | Branch
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,72 +50,94 @@ class Mistake:
 
 @dataclass(frozen=True, slots=True)
 class Derivation:
-    """The tree that the grammar makes, with leaves at its ends, and what had to be mended for it."""
+    """What the grammar makes of the terminals, and where that had to be mended first."""
 
-    tree: Tree[Leaf] | None
-    mistakes: tuple[Mistake, ...]
+    statement: Branch | None
+    mistake: Mistake | None
 
 
-@lru_cache(maxsize=10_000)
 def derive(terminals: tuple[str, ...]) -> Derivation:
     """Read the terminals of a statement. Never raises: what is missing is put in, what is too much left out."""
-    parser = _start()
-    mistakes = [mistake for at, kind in enumerate(terminals) if (mistake := _feed(parser, Leaf(kind, at)))]
-    end = len(terminals)
-    while True:
-        try:
-            return Derivation(parser.feed_token(Leaf("$END", end)), tuple(mistakes))
-        except UnexpectedToken:
-            mistakes.append(Mistake(end, frozenset(parser.accepts())))
-            if not _mend(parser, end):
-                return Derivation(None, tuple(mistakes))
+    return _kept(terminals) if len(terminals) <= LONGEST_SHAPE else _derived(terminals)
 
 
 def may_come_next(terminals: Sequence[str]) -> frozenset[str]:
     """The terminals that the grammar accepts behind these, which are mended first where they are wrong."""
-    parser = _start()
-    for at, kind in enumerate(terminals):
-        _feed(parser, Leaf(kind, at))
+    parser, _ = _fed(terminals)
     return frozenset(parser.accepts())
 
 
-class _TokensAsTheyAre(Lexer):
-    """Our lexer has done the work; lark only asks for one."""
+@cache
+def _lark() -> Any:
+    from lark import Lark
+    from lark.lexer import Lexer
 
-    def __init__(self, lexer_conf: Any) -> None: ...
+    class TokensAsTheyAre(Lexer):
+        """Our lexer has done the work; lark only asks for one."""
 
-    def lex(self, lexer_state: Any, parser_state: Any) -> Any:
-        return iter(())
+        def __init__(self, lexer_conf: Any) -> None: ...
+
+        def lex(self, lexer_state: Any, parser_state: Any) -> Any:
+            return iter(())
+
+    grammar = Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8")
+    return Lark(grammar, start="statement", parser="lalr", lexer=TokensAsTheyAre)
 
 
 @cache
-def _lark() -> Lark:
-    grammar = files("improv_core.syntax").joinpath("grammar.lark").read_text(encoding="utf-8")
-    return Lark(grammar, start="statement", parser="lalr", lexer=_TokensAsTheyAre)
+def _unexpected() -> type[Exception]:
+    from lark import UnexpectedToken
+
+    return UnexpectedToken
 
 
-def _start() -> Any:
-    """An interactive parser (which lark leaves untyped), ready for the first terminal."""
-    return _lark().parse_interactive()
+@lru_cache(maxsize=10_000)
+def _kept(terminals: tuple[str, ...]) -> Derivation:
+    return _derived(terminals)
 
 
-def _feed(parser: Any, leaf: Leaf) -> Mistake | None:
-    """Feed a leaf; where it does not fit, put in what is missing before it, or leave it out. None if it fitted."""
-    try:
-        parser.feed_token(leaf)
-    except UnexpectedToken:
-        mistake = Mistake(leaf.at, frozenset(parser.accepts()))
-        trial = parser.copy()
-        for mends in range(1, MOST_MENDS + 1):
-            if not _mend(trial, leaf.at):
-                break
-            if leaf.type in trial.accepts():
-                for _ in range(mends):
-                    _mend(parser, leaf.at)
-                parser.feed_token(leaf)
-                break
-        return mistake
-    return None
+def _derived(terminals: Sequence[str]) -> Derivation:
+    parser, mistakes = _fed(terminals)
+    end = len(terminals)
+    while True:
+        try:
+            tree = parser.feed_token(Leaf("$END", end))
+        except _unexpected():
+            mistakes.append(Mistake(end, frozenset(parser.accepts())))
+            if not _mend(parser, end):
+                return Derivation(None, mistakes[0])
+        else:
+            shape = _shape(tree)
+            return Derivation(shape if isinstance(shape, Branch) else None, mistakes[0] if mistakes else None)
+
+
+def _fed(terminals: Sequence[str]) -> tuple[Any, list[Mistake]]:
+    """A parser that has read these terminals, and the mistakes in them."""
+    parser = _lark().parse_interactive()
+    mistakes: list[Mistake] = []
+    for at, kind in enumerate(terminals):
+        if mistakes and kind in NEVER:
+            continue
+        try:
+            parser.feed_token(Leaf(kind, at))
+        except _unexpected():
+            if len(mistakes) < MOST_MISTAKES:
+                mistakes.append(Mistake(at, frozenset(parser.accepts())))
+                _mend_before(parser, Leaf(kind, at))
+    return parser, mistakes
+
+
+def _mend_before(parser: Any, leaf: Leaf) -> None:
+    """Put in what is missing before a leaf that does not fit; if that does not help, the leaf is left out."""
+    trial = parser.copy()
+    for mends in range(1, MOST_MENDS + 1):
+        if not _mend(trial, leaf.at):
+            return
+        if leaf.type in trial.accepts():
+            for _ in range(mends):
+                _mend(parser, leaf.at)
+            parser.feed_token(leaf)
+            return
 
 
 def _mend(parser: Any, at: int) -> bool:
@@ -113,3 +148,10 @@ def _mend(parser: Any, at: int) -> bool:
             parser.feed_token(Leaf(kind, at, put_in=True))
             return True
     return False
+
+
+def _shape(tree: Any) -> Shape:
+    """lark's tree as ours; optional parts that are not there are left out."""
+    if isinstance(tree, Leaf):
+        return tree
+    return Branch(str(tree.data), tuple(_shape(part) for part in tree.children if part is not None))

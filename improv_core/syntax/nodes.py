@@ -11,6 +11,9 @@ from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.vocabulary import WORDS, Word
 from improv_core.text import Span
 
+LONGEST = 100_000
+"""How many characters a statement may have to be read: a wrong paste must not stop the editor."""
+
 
 @dataclass(frozen=True, slots=True)
 class Primitive:
@@ -89,8 +92,8 @@ class Statement:
 
     @property
     def tokens(self) -> list[Token]:
-        """All its tokens, made anew: many statements are kept, and few of them asked."""
-        return lex(self.text)
+        """All its tokens, made anew: many statements are kept, and few of them asked. None if it is too long."""
+        return lex(self.text) if len(self.text) <= LONGEST else []
 
 
 def children(node: Node) -> tuple[Node, ...]:

@@ -6,13 +6,22 @@ import sys
 from collections.abc import Sequence
 from functools import lru_cache
 
-from lark import Tree
-
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import close_brackets
-from improv_core.syntax.derivation import Leaf, derive
+from improv_core.syntax.derivation import Branch, Leaf, derive
 from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.nodes import Apply, Bracket, Missing, Name, Node, Parallel, Primitive, Series, Statement
+from improv_core.syntax.nodes import (
+    LONGEST,
+    Apply,
+    Bracket,
+    Missing,
+    Name,
+    Node,
+    Parallel,
+    Primitive,
+    Series,
+    Statement,
+)
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
@@ -23,9 +32,24 @@ DEEPEST = 200
 sys.setrecursionlimit(max(sys.getrecursionlimit(), 5_000))
 
 
-@lru_cache(maxsize=50_000)
+LONGEST_KEPT = 10_000
+"""How many characters a statement may have whose tree is kept, so that edits of a huge line do not pile up."""
+
+
 def parse_statement(text: str) -> Statement:
     """The tree of one statement, and what is wrong with its form."""
+    return _kept(text) if len(text) <= LONGEST_KEPT else _parsed(text)
+
+
+@lru_cache(maxsize=20_000)
+def _kept(text: str) -> Statement:
+    return _parsed(text)
+
+
+def _parsed(text: str) -> Statement:
+    if len(text) > LONGEST:
+        message = f"write shorter statements: this one has more than {LONGEST:,} characters"
+        return Statement(text, (Diagnostic("syntax", Span(0, len(text)), message),), None)
     all_tokens = lex(text)
     if too_deep := _too_deep(all_tokens):
         return Statement(text, (too_deep,), _sign(all_tokens))
@@ -123,34 +147,34 @@ def _parse(tokens: Sequence[Token]) -> tuple[Node | None, list[Diagnostic]]:
     """The movement of a statement, and the first mistake of its form, from which others may follow."""
     derivation = derive(tuple(token.type for token in tokens))
     diagnostics = []
-    for mistake in derivation.mistakes[:1]:
+    if mistake := derivation.mistake:
         last = tokens[mistake.at - 1] if mistake.at else None
         found = tokens[mistake.at] if mistake.at < len(tokens) else None
         if marked := found or last:
             diagnostics.append(Diagnostic("syntax", marked.span, *_wanted(last, found, mistake.wanted)))
-    statement = derivation.tree
-    movement = statement.children[-1] if statement and statement.data != "tempo" else None
-    return _node(movement, tokens) if isinstance(movement, Tree) else None, diagnostics
+    statement = derivation.statement
+    movement = statement.parts[-1] if statement and statement.rule != "tempo" else None
+    return _node(movement, tokens) if isinstance(movement, Branch) else None, diagnostics
 
 
-def _node(tree: Tree[Leaf], tokens: Sequence[Token]) -> Node:
-    """The node of a derivation, read with these tokens."""
-    parts = [_node(part, tokens) if isinstance(part, Tree) else _token(part, tokens) for part in tree.children if part]
-    first, last = parts[0], parts[-1]
-    span = Span(first.span.start, last.span.end)
+def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
+    """The node of a shape, read with these tokens."""
+    parts = [_node(part, tokens) if isinstance(part, Branch) else _token(part, tokens) for part in shape.parts]
+    first, rule = parts[0], shape.rule
+    span = Span(first.span.start, parts[-1].span.end)
     if isinstance(first, Token):
-        if tree.data == "word":
+        if rule == "word":
             return Primitive(span, WORDS[first.text])
-        if tree.data == "name":
+        if rule == "name":
             return Name(span, first.text)
-        if tree.data == "missing":
+        if rule == "missing":
             return Missing(span)
     nodes = tuple(part for part in parts if not isinstance(part, Token))
-    if tree.data == "series":
+    if rule == "series":
         return nodes[0] if len(nodes) == 1 else Series(span, nodes)
-    if tree.data == "bracket":
-        return Bracket(span, first.type == "LSQB" if isinstance(first, Token) else False, nodes[0] if nodes else None)
-    if tree.data == "apply" and isinstance(first, Token):
+    if rule == "bracket":
+        return Bracket(span, isinstance(first, Token) and first.type == "LSQB", nodes[0] if nodes else None)
+    if rule == "apply" and isinstance(first, Token):
         argument = parts[1] if isinstance(parts[1], Token) else None
         return Apply(span, first, argument, nodes[0])
     return Parallel(span, nodes)

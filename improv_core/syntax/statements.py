@@ -10,6 +10,7 @@ from improv_core.syntax.lexer import NAME
 _LINE = re.compile(r"([^\r\n#]*)(#[^\r\n]*)?(?:\r\n|\n|\r|$)")
 # A line that begins like a statement always starts one, so that one missing bracket never swallows the rest.
 _BEGINS = re.compile(rf"\s*(?:beat[ \t]+[-+.0-9]|{NAME}[ \t]*=|{NAME}[^()\[\]$=|]*\$)")
+_BRACKET = re.compile(r"[()\[\]]")
 _BLANKS = " \t\r\n\ufeff"
 
 
@@ -29,10 +30,10 @@ def split(text: str, begin: int = 0) -> Iterator[tuple[int, str]]:
             continue
         if start is None:
             start = match.start()
-        for sign in code:
-            if sign in "([":
+        for bracket in _BRACKET.finditer(code):
+            if bracket[0] in "([":
                 open_brackets += 1
-            elif sign in ")]" and open_brackets:
+            elif open_brackets:
                 open_brackets -= 1
     if start is not None:
         yield _trimmed(text, start, len(text))

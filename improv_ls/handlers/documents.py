@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from dataclasses import replace
 
 from lsprotocol import types
@@ -12,14 +11,13 @@ from improv_ls.documents import Document, changed, opened, robots_of
 from improv_ls.session import Session
 
 
-async def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
+def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
     given = params.text_document
     document = opened(given.uri, given.version, given.text)
     _keep(ls, document)
     _publish_robots(ls, document)
     if ls.settings.on_save != "off":
-        await asyncio.sleep(0)  # the diagnostics go first
-        await ls.performance.warm_up()
+        ls.soon(ls.performance.warm_up())
 
 
 def did_change(ls: Session, params: types.DidChangeTextDocumentParams) -> None:

@@ -14,10 +14,11 @@ from improv_ls.session import Session
 PLAY, HUSH = "improv.play", "improv.hush"
 
 
-async def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
+def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
+    # What was saved is what plays, whatever is typed from here on.
     document = ls.documents.get(params.text_document.uri)
     if document and ls.settings.on_save != "off":
-        await _play(ls, document)
+        ls.soon(_play(ls, document))
 
 
 async def play(ls: Session, *arguments: Any) -> None:

@@ -44,7 +44,7 @@ class Kind:
 
 OURS = Kind(
     "improv-ls",
-    (sys.executable, "-m", "improv_ls.server"),
+    (sys.executable, "-m", "improv_ls"),
     IMPROV,
     {"backend": "sim", "page": {"open": False}, "onSave": "off"},  # no stage starts
 )

@@ -34,7 +34,7 @@ class Client:
         answers: bool = True,
     ) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "improv_ls.server"],
+            [sys.executable, "-m", "improv_ls"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -13,7 +13,24 @@ from improv_ls.positions import Encoding, to_offset, to_position
 
 URI = "untitled:dance"
 ENCODINGS = [Encoding.Utf8, Encoding.Utf16, Encoding.Utf32]
-CHARACTERS = ["a", "(", " ", "é", "ß", "語", "😀", "👩‍🚀", "\n", "\r", "\r\n", "\f", "\v", "\u2028", "\x85", "\x1c", "\ufeff"]
+CHARACTERS = [
+    "a",
+    "(",
+    " ",
+    "é",
+    "語",
+    "😀",
+    "👩‍🚀",
+    "\n",
+    "\r",
+    "\r\n",
+    "\f",
+    "\v",
+    "\u2028",
+    "\x85",
+    "\x1c",
+    "\ufeff",
+]
 texts = st.lists(st.sampled_from(CHARACTERS), max_size=25).map("".join)
 
 

@@ -68,7 +68,8 @@ def understand(statement: Statement, number: int, scope: Scope) -> Meaning:
     robots: tuple[str, ...] = ()
     if statement.body:
         meant = reader.movement(statement.body)
-        diagnostics += unperformed(statement.body, reader.made)
+        if meant.duration == ENDLESS or statement.has_voices:  # else all of it is performed
+            diagnostics += unperformed(statement.body, reader.made)
     if statement.number:
         tempo = reader.number(statement.number, "the tempo")
     if statement.sign.type == "DOLLAR":
@@ -152,7 +153,8 @@ class _Reader:
 
     def _made(self, node: Node) -> Movement:
         if isinstance(node, nodes.Primitive):
-            return movement.hold(node.word.velocity, span=node.span)
+            assert node.word.movement
+            return movement.held(node.word.movement, node.span)
         if isinstance(node, nodes.Name):
             found = self.scope.get(node.text)
             return movement.use(found.movement, node.span, found.statement) if found else NOTHING

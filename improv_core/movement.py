@@ -11,7 +11,6 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
 from itertools import accumulate, count
 from typing import NamedTuple, TypeAlias
 
@@ -148,20 +147,20 @@ class Use(Movement):
 
 def hold(velocity: Velocity, duration: Fraction = ONE, span: Span | None = None) -> Movement:
     """One velocity for `duration` beats, written at `span`."""
-    return Hold(duration, velocity, 0, 0, _peak(velocity, duration), velocity, span)
-
-
-@lru_cache(maxsize=256)
-def _peak(velocity: Velocity, duration: Fraction) -> Peak:
     x, y, z, yaw = (abs(float(value)) for value in velocity)
-    return Peak(x, y, z, yaw, float(duration))
+    return Hold(duration, velocity, 0, 0, Peak(x, y, z, yaw, float(duration)), velocity, span)
+
+
+def held(like: Movement, span: Span) -> Movement:
+    """The same as another that holds one velocity, written at `span`; quicker than to make it anew."""
+    return Hold(like.duration, like.uniform, 0, 0, like.peak, like.uniform or STILL, span)
 
 
 def series(items: Sequence[Movement]) -> Movement:
     """One after the other; what follows an endless item is never reached."""
     if len(items) == 1:
         return items[0]
-    ends = tuple(accumulate((item.duration for item in items), initial=ZERO))[1:]
+    ends = tuple(accumulate(item.duration for item in items))
     lasting = [item.uniform for item in items if item.duration]
     uniform = lasting[0] if lasting and all(each == lasting[0] for each in lasting) else None
     depth = max((item.depth for item in items), default=0)

@@ -28,8 +28,6 @@ class _Window:
 
 def unperformed(body: Node, made: Mapping[int, Movement]) -> Iterator[Diagnostic]:
     """A hint for each longest stretch that is never reached; `made` has the movement of each node by its id."""
-    if made[id(body)].duration != ENDLESS and not any(isinstance(node, nodes.Parallel) for node in nodes.nodes(body)):
-        return  # whatever ends and is alone is performed
     for span in _cut(body, _Window(ZERO, ENDLESS), lambda node: made[id(node)].duration):
         message = "this is never reached: remove it, or make what runs beside it last longer"
         yield Diagnostic("never-performed", span, message, replace("Remove it", span, ""))

@@ -7,7 +7,6 @@ import math
 import os
 import sys
 import webbrowser
-from typing import TYPE_CHECKING
 from uuid import uuid4
 
 from lsprotocol import types
@@ -16,12 +15,7 @@ from improv_core.analysis import Analysis
 from improv_core.compiler import score_of
 from improv_core.ide.hover import summary
 from improv_core.stage.client import Message, Options, Playback, StageError
-
-if TYPE_CHECKING:
-    from improv_ls.session import Session
-
-ANSWER_LIMIT = 2.0
-"""Seconds to wait for a client's answer: some never answer."""
+from improv_ls.session import ANSWER_LIMIT, Session
 
 
 class Performance:

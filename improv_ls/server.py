@@ -3,33 +3,39 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
 
 from lsprotocol import types
 
-from improv_ls.handlers import documents, language, lifecycle, playback
 from improv_ls.session import Session
+
+FEATURES = {
+    types.INITIALIZE: "lifecycle.initialize",
+    types.INITIALIZED: "lifecycle.initialized",
+    types.WORKSPACE_DID_CHANGE_CONFIGURATION: "lifecycle.did_change_configuration",
+    types.TEXT_DOCUMENT_DID_OPEN: "documents.did_open",
+    types.TEXT_DOCUMENT_DID_CHANGE: "documents.did_change",
+    types.TEXT_DOCUMENT_DID_CLOSE: "documents.did_close",
+    types.TEXT_DOCUMENT_HOVER: "language.hover",
+    types.TEXT_DOCUMENT_COMPLETION: "language.completion",
+    types.TEXT_DOCUMENT_DID_SAVE: "playback.did_save",
+}
+COMMANDS = {
+    "improv.play": "playback.play",
+    "improv.hush": "playback.hush",
+}
 
 
 def create_server() -> Session:
     """A server with every feature; it waits for a client."""
     server = Session()
-    feature, command = server.feature, server.command
-
-    feature(types.INITIALIZE)(lifecycle.initialize)
-    feature(types.INITIALIZED)(lifecycle.initialized)
-    feature(types.WORKSPACE_DID_CHANGE_CONFIGURATION)(lifecycle.did_change_configuration)
-    feature(types.SHUTDOWN)(lifecycle.shutdown)
-
-    feature(types.TEXT_DOCUMENT_DID_OPEN)(documents.did_open)
-    feature(types.TEXT_DOCUMENT_DID_CHANGE)(documents.did_change)
-    feature(types.TEXT_DOCUMENT_DID_CLOSE)(documents.did_close)
-
-    feature(types.TEXT_DOCUMENT_HOVER)(language.hover)
-    feature(types.TEXT_DOCUMENT_COMPLETION)(language.completion)
-
-    feature(types.TEXT_DOCUMENT_DID_SAVE)(playback.did_save)
-    command(playback.PLAY)(playback.play)
-    command(playback.HUSH)(playback.hush)
+    for method, place in FEATURES.items():
+        server.feature(method)(_handler(place))
+    for name, place in COMMANDS.items():
+        server.command(name)(_handler(place))
+    server.feature(types.SHUTDOWN)(_shutdown)
     return server
 
 
@@ -38,3 +44,18 @@ def serve() -> None:
     # Editors show standard error as errors, and every message that matters reaches the person through LSP.
     logging.basicConfig(level=logging.CRITICAL)
     create_server().start_io()
+
+
+def _handler(place: str) -> Callable[..., Any]:
+    """A handler whose room is entered when it is first needed: an editor waits for nothing but `initialize`."""
+    room, name = place.split(".")
+
+    def handle(ls: Session, *arguments: Any) -> Any:
+        return getattr(import_module(f"improv_ls.handlers.{room}"), name)(ls, *arguments)
+
+    return handle
+
+
+async def _shutdown(ls: Session, params: None) -> None:
+    """The answer waits until the robots stand."""
+    await ls.close()

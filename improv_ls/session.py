@@ -8,7 +8,8 @@ import sys
 import threading
 from collections.abc import Coroutine
 from contextlib import suppress
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types
 from pygls.io_ import StdoutWriter, run_async
@@ -16,9 +17,14 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol, lsp_method
 
 from improv_core import __version__
-from improv_ls.documents import Document
-from improv_ls.performance import Performance
 from improv_ls.settings import Settings
+
+if TYPE_CHECKING:
+    from improv_ls.documents import Document
+    from improv_ls.performance import Performance
+
+ANSWER_LIMIT = 2.0
+"""Seconds to wait for a client's answer: some never answer."""
 
 
 class Session(LanguageServer):
@@ -33,10 +39,21 @@ class Session(LanguageServer):
         )
         self.settings = Settings()
         self.documents: dict[str, Document] = {}
-        self.performance = Performance(self)
         self.page_shown = False
         self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps none of them alive
         self.wrong_settings: list[str] = []
+
+    @cached_property
+    def performance(self) -> Performance:
+        """What plays. Made when something is to play: it brings much along."""
+        from improv_ls.performance import Performance
+
+        return Performance(self)
+
+    async def close(self) -> None:
+        """Stop the robots, if any have been moved, and end the stages."""
+        if "performance" in self.__dict__:
+            await self.performance.close()
 
     @property
     def encoding(self) -> types.PositionEncodingKind | str:

@@ -78,7 +78,7 @@ class Statement:
 
     `sign` is the `beat`, `=` or `$` that makes it a tempo, a definition or a play; None if it has none of them.
     `heads` are the names before the sign. `body` is the movement, `number` the tempo. `defines` is the name that it
-    defines, if it may; `uses` are the names in the movement, each once.
+    defines, if it may; `uses` are the names in the movement, each once; `has_voices` says whether it has a `||`.
     """
 
     text: str
@@ -89,6 +89,7 @@ class Statement:
     number: Token | None = None
     defines: str | None = None
     uses: tuple[str, ...] = ()
+    has_voices: bool = False
 
     @property
     def tokens(self) -> list[Token]:

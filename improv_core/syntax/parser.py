@@ -63,7 +63,8 @@ def _parsed(text: str) -> Statement:
     number = next((token for token in rest if token.type == "NUMBER"), None) if body is None else None
     names = dict.fromkeys(token.text for token in rest if token.type == "NAME")
     defines = heads[0].text if sign and sign.type == "EQUAL" and heads[0].text not in ("", *WORDS) else None
-    return Statement(text, tuple(diagnostics), sign, tuple(heads), body, number, defines, tuple(names))
+    voices = any(token.type == "BAR" for token in rest)
+    return Statement(text, tuple(diagnostics), sign, tuple(heads), body, number, defines, tuple(names), voices)
 
 
 def _heads(text: str, tokens: Sequence[Token]) -> tuple[list[Token], Token | None, list[Token], list[Diagnostic]]:

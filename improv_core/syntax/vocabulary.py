@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 
-from improv_core.movement import ONE, SAME, ZERO, Velocity
+from improv_core.movement import ONE, SAME, ZERO, Movement, Velocity, hold
 
 HALF = Fraction(1, 2)
 
@@ -32,10 +32,12 @@ class Word:
     usage: str
     about: str
     velocity: Velocity = SAME
+    movement: Movement | None = None  # what a primitive does
 
 
 def _primitive(text: str, about: str, **velocity: Fraction) -> Word:
-    return Word(text, Kind.PRIMITIVE, text, about, Velocity(**velocity))
+    moving = Velocity(**velocity)
+    return Word(text, Kind.PRIMITIVE, text, about, moving, hold(moving))
 
 
 def _plane(text: str, about: str, gain: Velocity) -> Word:

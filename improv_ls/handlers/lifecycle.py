@@ -1,14 +1,14 @@
-"""initialize, settings and shutdown."""
+"""initialize, and the settings."""
 
 from __future__ import annotations
 
 import asyncio
+from importlib import import_module
 from typing import Any
 
 from lsprotocol import types
 
-from improv_ls.performance import ANSWER_LIMIT
-from improv_ls.session import Session
+from improv_ls.session import ANSWER_LIMIT, Session
 from improv_ls.settings import read_settings
 
 
@@ -17,7 +17,9 @@ def initialize(ls: Session, params: types.InitializeParams) -> None:
     ls.settings, ls.wrong_settings = read_settings(params.initialization_options, ls.settings)
 
 
-async def initialized(ls: Session, params: types.InitializedParams) -> None:
+def initialized(ls: Session, params: types.InitializedParams) -> None:
+    # What the first document will need is brought in now, while the person at the editor still looks for it.
+    asyncio.get_running_loop().call_soon(import_module, "improv_ls.handlers.documents")
     _tell(ls, ls.wrong_settings)
     workspace = ls.client_capabilities.workspace
     if not workspace:
@@ -27,18 +29,14 @@ async def initialized(ls: Session, params: types.InitializedParams) -> None:
         method = types.WORKSPACE_DID_CHANGE_CONFIGURATION
         registration = types.Registration(id=method, method=method, register_options=options)
         ls.client_register_capability(types.RegistrationParams([registration]))
-    await _pull(ls)
+    ls.soon(_pull(ls))
 
 
-async def did_change_configuration(ls: Session, params: types.DidChangeConfigurationParams) -> None:
+def did_change_configuration(ls: Session, params: types.DidChangeConfigurationParams) -> None:
     if params.settings:
         _take(ls, params.settings)
     else:
-        await _pull(ls)
-
-
-async def shutdown(ls: Session, params: None) -> None:
-    await ls.performance.close()
+        ls.soon(_pull(ls))
 
 
 async def _pull(ls: Session) -> None:

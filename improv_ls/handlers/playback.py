@@ -11,8 +11,6 @@ from improv_ls.documents import Document
 from improv_ls.handlers.documents import refresh_robots
 from improv_ls.session import Session
 
-PLAY, HUSH = "improv.play", "improv.hush"
-
 
 def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
     # What was saved is what plays, whatever is typed from here on.
@@ -21,14 +19,14 @@ def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
         ls.soon(_play(ls, document))
 
 
-async def play(ls: Session, *arguments: Any) -> None:
+def play(ls: Session, *arguments: Any) -> None:
     """Play the document whose URI is the first argument, or the only one that is open."""
     uris = list(arguments[:1]) or list(ls.documents)
     document = ls.documents.get(str(uris[0])) if len(uris) == 1 else None
     if document:
-        await _play(ls, document)
+        ls.soon(_play(ls, document))
     else:
-        ls.say(f"{PLAY}: say which open document to play, by its URI", types.MessageType.Warning)
+        ls.say("improv.play: say which open document to play, by its URI", types.MessageType.Warning)
 
 
 def hush(ls: Session, *arguments: Any) -> None:

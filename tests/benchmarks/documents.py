@@ -47,7 +47,7 @@ class Language:
 def improv(lines: int, shared: bool = False, seed: int = 1) -> str:
     """An Improv program of so many lines (100 or more give no hint either); with `shared`, a third use `SHARED`."""
     dance = _Dance(Random(seed))
-    made = ["# A dance for eight robots.", "beat 96", "", f"{SHARED} = forward [left right] scale 1/2 backward"]
+    made = ["# A dance for eight robots.", "beat 30", "", f"{SHARED} = forward [left right] scale 1/2 backward"]
     made += _thirds(lines - len(made), shared, dance.lines, _improv_user)
     return "".join(f"{line}\n" for line in made)
 

@@ -368,6 +368,8 @@ def _users_behind(analysis: Analysis, name: str, index: int) -> Sequence[int]:
 def _unused(name: str, defined: Mapping[str, list[int]], used: Mapping[str, list[int]]) -> Iterator[int]:
     """The definitions of a name that nothing uses before the next one (which may use it itself) has come."""
     definers, users = defined[name], used.get(name, [])
+    if users and users[0] <= definers[0]:
+        return  # it is wanted further up: that has been said
     for place, definer in enumerate(definers):
         user = bisect_right(users, definer)
         if user == len(users) or (place + 1 < len(definers) and users[user] > definers[place + 1]):

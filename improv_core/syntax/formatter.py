@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import NamedTuple
 
-from improv_core.diagnostics import Severity
+from improv_core.diagnostics import Edit, Severity
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -25,13 +25,6 @@ _LEADS = ("MIRROR", "REPEAT", "REFLECT", "FACTOR", "NUMBER", "PLANE")
 _COMMENT = re.compile(r"#[^\r\n]*")
 _BLANKS = " \t\ufeff"
 _BOM = "\ufeff"
-
-
-class Edit(NamedTuple):
-    """A place in a text, and what belongs there."""
-
-    span: Span
-    text: str
 
 
 def format_text(text: str) -> str:

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from improv_core.analysis import analyze
 from improv_core.compiler import score_of
+from improv_core.diagnostics import Edit
 from improv_core.score import to_json
 from improv_core.syntax.formatter import WIDTH, edits, format_text
 from improv_core.syntax.parser import parse_statement
@@ -228,7 +229,7 @@ def test_what_is_wrong_stays_as_it_is() -> None:
 
 def test_edits_are_where_something_changes() -> None:
     assert edits("beat 60\n") == []
-    assert edits("beat 60\nx=left\n\n") == [(Span(8, 14), "x = left"), (Span(14, 16), "\n")]
+    assert edits("beat 60\nx=left\n\n") == [Edit(Span(8, 14), "x = left"), Edit(Span(14, 16), "\n")]
 
 
 def test_deepest_and_longest() -> None:

@@ -100,8 +100,12 @@ class _Reader:
     def movement(self, node: Node) -> Movement:
         """The movement of a node; what is wrong with it counts as nothing at all."""
         made = self._made(node)
-        length = movement.bits(made.duration) if isinstance(made.duration, Fraction) else 0
-        if made.bits + length > MOST_BITS:
+        duration = made.duration
+        if duration is movement.ONE and not made.bits:
+            length = 0
+        else:
+            length = made.bits + (movement.bits(duration) if isinstance(duration, Fraction) else 0)
+        if length > MOST_BITS:
             span = node.argument.span if isinstance(node, nodes.Apply) and node.argument else node.span
             message = "use simpler numbers: together they make a fraction too long to keep exact"
             self.report(Diagnostic("bad-number", span, message))

@@ -19,6 +19,7 @@ from improv_core.text import Span
 ENDLESS = math.inf
 Duration: TypeAlias = Fraction | float  # the only float is ENDLESS
 ZERO, ONE = Fraction(0), Fraction(1)
+_WHOLE_BEATS = (ONE, *map(Fraction, range(2, 33)))
 
 
 class Velocity(NamedTuple):
@@ -33,8 +34,13 @@ class Velocity(NamedTuple):
         return Velocity(self.x + other.x, self.y + other.y, self.z + other.z, self.yaw + other.yaw)
 
     def times(self, other: Velocity) -> Velocity:
-        """Each component times the same component of `other`."""
-        return Velocity(self.x * other.x, self.y * other.y, self.z * other.z, self.yaw * other.yaw)
+        """Each component times the same component of `other`. Most are zero, and need no arithmetic."""
+        return Velocity(
+            self.x and self.x * other.x,
+            self.y and self.y * other.y,
+            self.z and self.z * other.z,
+            self.yaw and self.yaw * other.yaw,
+        )
 
 
 STILL = Velocity()
@@ -160,7 +166,10 @@ def series(items: Sequence[Movement]) -> Movement:
     """One after the other; what follows an endless item is never reached."""
     if len(items) == 1:
         return items[0]
-    ends = tuple(accumulate(item.duration for item in items))
+    if all(item.duration is ONE for item in items) and len(items) < len(_WHOLE_BEATS):
+        ends: tuple[Duration, ...] = _WHOLE_BEATS[: len(items)]  # shared: most series are of plain words
+    else:
+        ends = tuple(accumulate(item.duration for item in items))
     lasting = [item.uniform for item in items if item.duration]
     uniform = lasting[0] if lasting and all(each == lasting[0] for each in lasting) else None
     depth = max((item.depth for item in items), default=0)

@@ -91,7 +91,7 @@ def _unexpected() -> type[Exception]:
     return UnexpectedToken
 
 
-@lru_cache(maxsize=10_000)
+@lru_cache(maxsize=2_000)
 def _kept(terminals: tuple[str, ...]) -> Derivation:
     return _derived(terminals)
 

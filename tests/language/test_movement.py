@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -143,6 +144,79 @@ def test_pace_keeps_the_path(m: Movement, rate: Fraction) -> None:
     fast = algebra.pace(m, rate)
     assert fast.duration == (m.duration / rate if m.duration != ENDLESS else ENDLESS)
     assert same(algebra.pace(fast, 1 / rate), m)
+
+
+@given(movements)
+def test_reflections_and_scale_multiply_velocities(m: Movement) -> None:
+    mirrored = algebra.gain(m, SAGITTAL)
+    assert mirrored.duration == m.duration
+    assert sampled(mirrored) == [Velocity(v.x, -v.y, v.z, -v.yaw) for v in sampled(m)]
+    assert same(algebra.gain(mirrored, SAGITTAL), m)
+
+
+@given(finite_movements, st.integers(0, 4))
+def test_repeat_is_as_often_written_out(m: Movement, times: int) -> None:
+    assert same(algebra.repeat(m, times), algebra.series([m] * times))
+
+
+@given(st.lists(finite_movements, min_size=1, max_size=4))
+def test_a_bracket_plays_each_item_as_many_times_as_fast(items: list[Movement]) -> None:
+    squeezed = algebra.pace(algebra.series(items), Fraction(len(items)))
+    assert same(squeezed, algebra.series([algebra.pace(item, Fraction(len(items))) for item in items]))
+    assert squeezed.duration == sum((Fraction(item.duration) for item in items), Fraction(0)) / len(items)
+
+
+@given(finite_movements)
+def test_retrograde_leads_back_and_repeat_forever_is_repeat(m: Movement) -> None:
+    there_and_back = algebra.series([m, algebra.gain(algebra.reverse(m), all_by(Fraction(-1)))])
+    net = [
+        sum((moment.velocity[axis] * moment.duration for moment in walk(there_and_back)), Fraction(0))
+        for axis in range(4)
+    ]
+    assert net == [0, 0, 0, 0]
+    if m.duration:
+        assert same(
+            algebra.parallel([algebra.repeat(m), algebra.repeat(m, 3)]),
+            algebra.gain(algebra.repeat(m, 3), all_by(Fraction(2))),
+        )
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("retrograde (forward right left)", "right left backward"),
+        ("reverse (forward right left)", "left right forward"),
+        ("reflect YZ right", "left"),
+        ("reflect XZ forward", "backward"),
+        ("reflect XY up", "down"),
+        ("left || right", "rest"),
+        ("(forward right) || forward", "scale 2 forward"),
+        ("reverse (forward left || right)", "forward || right"),
+        ("[a b || c]", "[a b] || [c]"),
+        ("fast 3/2 (forward left)", "(fast 3/2 forward) fast 3/2 left"),
+        ("[forward left right]", "fast 3 (forward left right)"),
+        ("slow 2 fast 2 forward", "forward"),
+        ("repeat 2 reverse (forward left)", "left forward left forward"),
+        ("reverse forward left", "(reverse forward) left"),
+        ("forward () left", "forward left"),
+        ("forward || ()", "forward"),
+    ],
+)
+def test_what_means_the_same(one: str, other: str) -> None:
+    text = f"a = forward left\nb = slow 3/2 right\nc = halfleft up\nr1 $ {one}\nr2 $ {other}\n"
+    robots = analyze(text).robots
+    assert _segments(robots["r1"]) == _segments(robots["r2"])
+
+
+def _segments(movement: Movement) -> list[tuple[Fraction, Velocity]]:
+    """Durations and velocities, with equal neighbors merged."""
+    merged: list[tuple[Fraction, Velocity]] = []
+    for moment in walk(movement):
+        if merged and merged[-1][1] == moment.velocity:
+            merged[-1] = (merged[-1][0] + moment.duration, moment.velocity)
+        else:
+            merged.append((moment.duration, moment.velocity))
+    return merged
 
 
 def test_durations_are_computed_not_expanded() -> None:

@@ -17,8 +17,9 @@ from improv_core.movement import ENDLESS, walk
 from improv_core.score import Part, Score, twist
 from improv_core.stage.sinks import Sink
 
-PATIENCE = 3.0
-"""Seconds to wait for a new robot's listener before beat 0: ROS 2 discovery took up to 2.64 s where it was measured."""
+PATIENCE = 5.0
+"""Seconds to wait for a new robot's listener before beat 0: ROS 2 discovery took up to 2.64 s where it was measured on
+a quiet machine, and more than 3 s on a busy one."""
 LOOK_AGAIN = 0.01
 """Seconds between two looks for listeners."""
 LAST_ZEROS = 3

@@ -305,6 +305,7 @@ def _with_others(
                 _take_out(table, name, index)
             for name in set(now) - set(before):
                 _put_in(table, name, index)
+        old.checked.pop(numbers[index], None)  # shared by all versions; this number never comes again
         statements[index], numbers[index] = statement, next(_numbers)
     beats = old.beats
     if any(_is_beat(statement) or index in beats for index, statement in changed.items()):

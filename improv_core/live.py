@@ -20,7 +20,7 @@ from improv_core.compiler import score_of
 from improv_core.ide.hover import summary
 from improv_core.program import ReadError, analyze_file, read_program, robots_near
 from improv_core.report import told
-from improv_core.stage.client import Message, Options, Playback
+from improv_core.stage.client import Message, Options, Playback, each_beat
 
 BROWSER_LIMIT = 5.0
 """Seconds to wait for a browser to show the page, so that nobody misses the first beat."""
@@ -180,15 +180,9 @@ class _Show:
 
 
 async def _count(transport: Message) -> None:
-    """`beat 3/8`, once a beat, in place, until cancelled."""
-    loop = asyncio.get_running_loop()
-    period = 60 / transport["tempo"]
-    zero = transport["monotonic"] - transport["beat"] * period
-    whole = "∞" if transport["beats"] is None else str(math.ceil(transport["beats"]))
-    while True:
-        passed = max(int((loop.time() - zero) / period), 0)
-        click.echo(f"\rbeat {passed + 1}/{whole} ", nl=False)
-        await asyncio.sleep(zero + (passed + 1) * period - loop.time())
+    """The beat, in place, until cancelled."""
+    async for beat in each_beat(transport):
+        click.echo(f"\r{beat} ", nl=False)
 
 
 def _places(poses: Message) -> dict[str, dict[str, float]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
 import os
 import sys
 import webbrowser
@@ -14,7 +13,7 @@ from lsprotocol import types
 from improv_core.analysis import Analysis
 from improv_core.compiler import score_of
 from improv_core.ide.hover import summary
-from improv_core.stage.client import Message, Options, Playback, StageError
+from improv_core.stage.client import Message, Options, Playback, StageError, each_beat, whole_beats
 from improv_ls.session import ANSWER_LIMIT, Session
 
 
@@ -87,7 +86,7 @@ class Performance:
             self._progress = None
 
     async def _show_progress(self, transport: Message) -> None:
-        """`beat 3/8`, once a beat, until cancelled. `transport` says when beat 0 was."""
+        """The beat, until cancelled."""
         window = self._session.client_capabilities.window
         if not (window and window.work_done_progress):
             return
@@ -98,18 +97,11 @@ class Performance:
             await asyncio.wait_for(asyncio.shield(create), ANSWER_LIMIT)
         except Exception:  # no answer, or a refusal: then there is no progress to show
             return
-        loop = asyncio.get_running_loop()
-        period = 60 / transport["tempo"]
-        # The loop's clock is the one the stage plays by: time.monotonic.
-        zero = transport["monotonic"] - transport["beat"] * period
-        beats = transport["beats"]
-        whole = "∞" if beats is None else str(math.ceil(beats))
-        self._report(token, types.WorkDoneProgressBegin(title="Improv", message=f"beat 1/{whole}", cancellable=False))
+        first = f"beat 1/{whole_beats(transport)}"
+        self._report(token, types.WorkDoneProgressBegin(title="Improv", message=first, cancellable=False))
         try:
-            while True:
-                passed = int((loop.time() - zero) / period)
-                self._report(token, types.WorkDoneProgressReport(message=f"beat {passed + 1}/{whole}"))
-                await asyncio.sleep(zero + (passed + 1) * period - loop.time())
+            async for beat in each_beat(transport):
+                self._report(token, types.WorkDoneProgressReport(message=beat))
         finally:
             self._report(token, types.WorkDoneProgressEnd())
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import os
 import secrets
 import sys
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,22 @@ class Options:
     port: int = 0
     ros_python: str | None = None
     discovery: str | None = None
+
+
+def whole_beats(transport: Message) -> str:
+    """How many beats a transport message speaks of, for people: `8`, `∞`."""
+    return "∞" if transport["beats"] is None else str(math.ceil(transport["beats"]))
+
+
+async def each_beat(transport: Message) -> AsyncIterator[str]:
+    """`beat 3/8` as each beat begins, from the one that plays now on, without end. Counts from 1, as people do."""
+    # The loop's clock is the one the stage plays by: time.monotonic.
+    loop, period, whole = asyncio.get_running_loop(), 60 / transport["tempo"], whole_beats(transport)
+    zero = transport["monotonic"] - transport["beat"] * period
+    while True:
+        passed = max(int((loop.time() - zero) / period), 0)
+        yield f"beat {passed + 1}/{whole}"
+        await asyncio.sleep(zero + (passed + 1) * period - loop.time())
 
 
 class Playback:

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import os
+import queue
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 
+from improv_core.motion import Pose
+from improv_core.movement import series
+from improv_core.profiles import Profile
+from improv_core.score import Part
+from improv_core.stage.sinks.simulator import Simulator
+from improv_core.stage.viewer.server import Viewer
 from tests.needs import need
 
 FLAGS = [
@@ -22,6 +30,27 @@ FLAGS = [
     "--disable-sync",
 ]
 LIMIT = 20.0
+
+
+def part(robot: str, start: Pose) -> Part:
+    return Part(robot, series([]), Profile("disc", step=2.0), start, f"/{robot}/cmd_vel")
+
+
+@pytest.fixture
+def commands() -> queue.SimpleQueue[dict[str, Any]]:
+    return queue.SimpleQueue()
+
+
+@pytest.fixture
+def simulator() -> Simulator:
+    return Simulator()
+
+
+@pytest.fixture
+def viewer(simulator: Simulator, commands: queue.SimpleQueue[dict[str, Any]]) -> Iterator[Viewer]:
+    viewer = Viewer(0, simulator.snapshot, commands.put)
+    yield viewer
+    viewer.close()
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import queue
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -14,16 +13,9 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from improv_core.motion import Pose, Twist
-from improv_core.movement import series
-from improv_core.profiles import Profile
-from improv_core.score import Part
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.page.conftest import LIMIT, wait
-
-
-def part(robot: str, start: Pose) -> Part:
-    return Part(robot, series([]), Profile("disc", step=2.0), start, f"/{robot}/cmd_vel")
+from tests.page.conftest import LIMIT, part, wait
 
 
 def transport(generation: int, state: str, beats: float | None = 8.0, beat: float = 0.0) -> dict[str, Any]:
@@ -38,23 +30,6 @@ def transport(generation: int, state: str, beats: float | None = 8.0, beat: floa
         "monotonic": time.monotonic(),
         "backend": "simulator",
     }
-
-
-@pytest.fixture
-def commands() -> queue.SimpleQueue[dict[str, Any]]:
-    return queue.SimpleQueue()
-
-
-@pytest.fixture
-def simulator() -> Simulator:
-    return Simulator()
-
-
-@pytest.fixture
-def viewer(simulator: Simulator, commands: queue.SimpleQueue[dict[str, Any]]) -> Iterator[Viewer]:
-    viewer = Viewer(0, simulator.snapshot, commands.put)
-    yield viewer
-    viewer.close()
 
 
 def open_page(page: Page, viewer: Viewer) -> None:

@@ -7,7 +7,7 @@ import http.client
 import json
 import queue
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -15,11 +15,9 @@ import aiohttp
 import pytest
 
 from improv_core.motion import STILL, Pose, Twist
-from improv_core.movement import series
-from improv_core.profiles import Profile
-from improv_core.score import Part
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
 from improv_core.stage.viewer.server import MAX_PAGES, Viewer
+from tests.page.conftest import part
 
 LIMIT = 20.0
 UPGRADE = {
@@ -29,27 +27,6 @@ UPGRADE = {
     "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
 }
 NOBODY: Callable[[], Snapshot] = Snapshot
-
-
-def part(robot: str, start: Pose) -> Part:
-    return Part(robot, series([]), Profile("disc", step=2.0), start, f"/{robot}/cmd_vel")
-
-
-@pytest.fixture
-def commands() -> queue.SimpleQueue[dict[str, Any]]:
-    return queue.SimpleQueue()
-
-
-@pytest.fixture
-def simulator() -> Simulator:
-    return Simulator()
-
-
-@pytest.fixture
-def viewer(simulator: Simulator, commands: queue.SimpleQueue[dict[str, Any]]) -> Iterator[Viewer]:
-    viewer = Viewer(0, simulator.snapshot, commands.put)
-    yield viewer
-    viewer.close()
 
 
 def ask(viewer: Viewer, path: str, **headers: str) -> http.client.HTTPResponse:

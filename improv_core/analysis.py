@@ -52,7 +52,7 @@ class Analysis:
 
     The lists run side by side, one entry a statement. `defined` and `used` have the indices of the statements that
     define and use a name, `beats` those with a tempo, `wrong` those about which something is to be said, `unused`
-    those that define a name nobody uses.
+    those that define a name nobody uses; `casting` has what their robots can't do, by index.
     """
 
     lines: LineIndex
@@ -67,7 +67,7 @@ class Analysis:
     unused: set[int]
     nearest: dict[str, str | None]  # the known word nearest to an unknown one, as far as that has been asked
     cast: Robots  # what improv.toml says
-    checked: dict[int, tuple[Meaning, Fraction, tuple[Diagnostic, ...]]]  # what that means for statements, by number
+    casting: dict[int, tuple[Diagnostic, ...]]
 
     @property
     def text(self) -> str:
@@ -96,12 +96,8 @@ class Analysis:
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All that is to be said about the program, in the order of the text."""
         found: list[Diagnostic] = []
-        for index in sorted(self.wrong.union(self.unused, self.beats[1:])):
+        for index in self.wrong.union(self.unused, self.beats[1:], self.casting):
             found += (each.shifted(self.starts[index]) for each in self._said_of(index))
-        tempo = self.tempo
-        for index, meaning in enumerate(self.meanings):
-            if meaning.robots and (said := self._check_casting(index, meaning, tempo)):
-                found += (each.shifted(self.starts[index]) for each in said)
         return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
 
     def statement_at(self, offset: int) -> Placed | None:
@@ -167,22 +163,15 @@ class Analysis:
             all_starts,
             self.statements[:first] + statements + self.statements[after:],
             self.numbers[:first] + [next(_numbers) for _ in statements] + self.numbers[after:],
-            dict(zip(self.numbers, self.meanings, strict=True)),
             self.cast,
+            self,
         )
 
     def with_robots(self, robots: Robots) -> Analysis:
         """The same program for other robots."""
-        return dataclasses.replace(self, cast=robots, checked={})
-
-    def _check_casting(self, index: int, meaning: Meaning, tempo: Fraction) -> tuple[Diagnostic, ...]:
-        number = self.numbers[index]
-        known = self.checked.get(number)
-        if known and known[0] is meaning and known[1] == tempo:
-            return known[2]
-        said = check_casting(self.statements[index], meaning, self.cast, tempo)
-        self.checked[number] = (meaning, tempo, said)
-        return said
+        new = dataclasses.replace(self, cast=robots, casting={})
+        _cast_again(new, range(len(self.statements)))
+        return new
 
     def _scope(self, index: int) -> Scope:
         return {name: self.definition(name, index) for name in self.statements[index].uses}
@@ -191,6 +180,7 @@ class Analysis:
         """The diagnostics of one statement; spans count from its start."""
         statement, meaning = self.statements[index], self.meanings[index]
         yield from meaning.diagnostics
+        yield from self.casting.get(index, ())
         if index in self.unused:
             head = statement.heads[0]
             message = f"use `{head.text}` below, or remove this line: nothing plays it"
@@ -254,7 +244,7 @@ def analyze(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
     for start, piece in split(text):
         starts.append(start)
         statements.append(parse_statement(piece))
-    return _assembled(LineIndex(text), starts, statements, [next(_numbers) for _ in statements], {}, robots)
+    return _assembled(LineIndex(text), starts, statements, [next(_numbers) for _ in statements], robots)
 
 
 def _assembled(
@@ -262,10 +252,11 @@ def _assembled(
     starts: list[int],
     statements: list[Statement],
     numbers: list[int],
-    known: Mapping[int, Meaning],
     cast: Robots,
+    old: Analysis | None = None,
 ) -> Analysis:
-    """All statements in their order; `known` meanings, by number, are kept where their scope is what it was."""
+    """All statements in their order; what `old` knows of them, by number, is kept where their scope is what it was."""
+    known = dict(zip(old.numbers, old.meanings, strict=True)) if old else {}
     current: dict[str, Definition] = {}
     meanings: list[Meaning] = []
     defined: dict[str, list[int]] = {}
@@ -284,7 +275,15 @@ def _assembled(
     beats = [index for index, statement in enumerate(statements) if _is_beat(statement)]
     wrong = {index for index, meaning in enumerate(meanings) if meaning.diagnostics or meaning.unresolved}
     unused = {index for name in defined for index in _unused(name, defined, used)}
-    return Analysis(lines, starts, statements, numbers, meanings, defined, used, beats, wrong, unused, {}, cast, {})
+    new = Analysis(lines, starts, statements, numbers, meanings, defined, used, beats, wrong, unused, {}, cast, {})
+    if old and old.tempo == new.tempo:
+        said = {old.numbers[index]: diagnostics for index, diagnostics in old.casting.items()}
+        new.casting.update((index, said[number]) for index, number in enumerate(numbers) if number in said)
+        others = (index for index, number in enumerate(numbers) if known.get(number) is not meanings[index])
+        _cast_again(new, others)
+    else:
+        _cast_again(new, range(len(statements)))
+    return new
 
 
 def _with_others(
@@ -305,7 +304,6 @@ def _with_others(
                 _take_out(table, name, index)
             for name in set(now) - set(before):
                 _put_in(table, name, index)
-        old.checked.pop(numbers[index], None)  # shared by all versions; this number never comes again
         statements[index], numbers[index] = statement, next(_numbers)
     beats = old.beats
     if any(_is_beat(statement) or index in beats for index, statement in changed.items()):
@@ -329,14 +327,28 @@ def _with_others(
         unused,
         nearest,
         old.cast,
-        old.checked,
+        old.casting.copy(),
     )
-    _understand_again(new, changed)
+    again = _understand_again(new, changed)
+    _cast_again(new, again if new.tempo == old.tempo else range(len(statements)))
     return new
 
 
-def _understand_again(new: Analysis, changed: Mapping[int, Statement]) -> None:
-    """Understand what has changed, and in the order of the text all that depends on it."""
+def _cast_again(new: Analysis, indices: Iterable[int]) -> None:
+    """Look again at what the robots of some statements can do."""
+    tempo = new.tempo
+    for index in indices:
+        meaning = new.meanings[index]
+        said = check_casting(new.statements[index], meaning, new.cast, tempo) if meaning.robots else ()
+        if said:
+            new.casting[index] = said
+        else:
+            new.casting.pop(index, None)
+
+
+def _understand_again(new: Analysis, changed: Mapping[int, Statement]) -> list[int]:
+    """Understand what has changed, and in the order of the text all that depends on it; their indices."""
+    again = []
     waiting = list(changed)
     heapify(waiting)
     done = -1
@@ -351,11 +363,13 @@ def _understand_again(new: Analysis, changed: Mapping[int, Statement]) -> None:
             continue
         meaning = understand(new.statements[index], new.numbers[index], scope)
         new.meanings[index] = meaning
+        again.append(index)
         (new.wrong.add if meaning.diagnostics or meaning.unresolved else new.wrong.discard)(index)
         for definition in (before.definition, meaning.definition):
             if definition:
                 for user in _users_behind(new, definition.name, index):
                     heappush(waiting, user)
+    return again
 
 
 def _users_behind(analysis: Analysis, name: str, index: int) -> Sequence[int]:

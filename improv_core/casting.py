@@ -10,7 +10,7 @@ from itertools import islice
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.limits import excess, unsupported
 from improv_core.meaning import Meaning
-from improv_core.movement import Moment, Peak, Velocity, walk
+from improv_core.movement import Moment, Peak, walk
 from improv_core.profiles import Profile
 from improv_core.robots import Robots
 from improv_core.syntax.nodes import Statement
@@ -50,12 +50,11 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
     per_second = float(tempo) / 60
     linear = (peak.x + peak.y + peak.z) * profile.step * per_second
     angular = peak.yaw * profile.quarter_turn * per_second
-    bound = Velocity(*map(Fraction, (bool(peak.x), bool(peak.y), bool(peak.z), bool(peak.yaw))))
     return (
         (profile.max_linear is not None and linear * SLACK > profile.max_linear)
         or (profile.max_angular is not None and angular * SLACK > profile.max_angular)
         or peak.shortest / per_second < SLACK / profile.command_rate
-        or bool(unsupported(bound, profile))
+        or bool(unsupported(peak, profile))
     )
 
 

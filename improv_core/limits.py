@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-from improv_core.movement import Velocity
+from improv_core.movement import Peak, Velocity
 from improv_core.profiles import MOTIONS, Profile
 
 _LONGEST_FRACTION = 4
@@ -60,7 +60,7 @@ def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | No
     return Excess(kind, _root(square), limit, _root(ratio), fitting or None, slow)
 
 
-def unsupported(velocity: Velocity, profile: Profile) -> tuple[str, ...]:
+def unsupported(velocity: Velocity | Peak, profile: Profile) -> tuple[str, ...]:
     """The motions of a velocity that a robot of this kind can't make, in the order of `MOTIONS`."""
     asked = zip(MOTIONS, (velocity.x, velocity.yaw, velocity.y, velocity.z), strict=True)
     return tuple(motion for motion, value in asked if value and motion not in profile.motions)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 from improv_core import movement
 from improv_core.diagnostics import Diagnostic, replace
@@ -69,7 +70,7 @@ def understand(statement: Statement, number: int, scope: Scope) -> Meaning:
     if statement.body:
         meant = reader.movement(statement.body)
         if meant.duration == ENDLESS or statement.has_voices:  # else all of it is performed
-            diagnostics += unperformed(statement.body, reader.made)
+            diagnostics += unperformed(statement.body, reader.movement_made)
     if statement.number:
         tempo = reader.number(statement.number, "the tempo")
     if statement.sign.type == "DOLLAR":
@@ -91,7 +92,7 @@ def movement_of(node: Node, scope: Scope) -> Movement:
 
 @dataclass(frozen=True, slots=True)
 class _Reader:
-    """Reads the nodes of one statement, and reports what is wrong with them; `made` keeps each node's by its id."""
+    """Reads the nodes of one statement, and reports what is wrong with them; `made` keeps those of all nodes but primitives, by id."""
 
     scope: Scope
     report: Callable[[Diagnostic], None]
@@ -99,12 +100,15 @@ class _Reader:
 
     def movement(self, node: Node) -> Movement:
         """The movement of a node; what is wrong with it counts as nothing at all."""
+        if isinstance(node, nodes.Primitive):
+            return node.movement
+        if isinstance(node, nodes.Name):
+            found = self.scope.get(node.text)
+            self.made[id(node)] = made = movement.use(found.movement, node.span, found.statement) if found else NOTHING
+            return made
         made = self._made(node)
         duration = made.duration
-        if duration is movement.ONE and not made.bits:
-            length = 0
-        else:
-            length = made.bits + (movement.bits(duration) if isinstance(duration, Fraction) else 0)
+        length = made.bits + (movement.bits(duration) if not isinstance(duration, float) else 0)
         if length > MOST_BITS:
             span = node.argument.span if isinstance(node, nodes.Apply) and node.argument else node.span
             message = "use simpler numbers: together they make a fraction too long to keep exact"
@@ -112,6 +116,10 @@ class _Reader:
             made = NOTHING
         self.made[id(node)] = made
         return made
+
+    def movement_made(self, node: Node) -> Movement:
+        """The movement of a node that has been read."""
+        return node.movement if isinstance(node, nodes.Primitive) else self.made[id(node)]
 
     def robots(self, heads: Sequence[Token]) -> tuple[str, ...]:
         """The robots of a play statement, each once, without those that can't be."""
@@ -139,29 +147,13 @@ class _Reader:
         """The exact value of a number above zero; None, reported, if it is not one."""
         if not token.text:
             return None
-        problem = None
-        value = Fraction(0)
-        if len(token.text) > LONGEST_NUMBER:
-            problem = f"with at most {LONGEST_NUMBER} characters"
-        else:
-            above, _, below = token.text.partition("/")
-            if below and not Fraction(below):
-                problem = "without dividing by 0"
-            else:
-                value = Fraction(above) / Fraction(below or 1)
-                problem = "as a number above 0" if value <= 0 else None
-        if problem:
-            self.report(Diagnostic("bad-number", token.span, f"write {what} {problem}"))
-            return None
-        return value
+        value = _value(token.text)
+        if isinstance(value, Fraction):
+            return value
+        self.report(Diagnostic("bad-number", token.span, f"write {what} {value}"))
+        return None
 
     def _made(self, node: Node) -> Movement:
-        if isinstance(node, nodes.Primitive):
-            assert node.word.movement
-            return movement.held(node.word.movement, node.span)
-        if isinstance(node, nodes.Name):
-            found = self.scope.get(node.text)
-            return movement.use(found.movement, node.span, found.statement) if found else NOTHING
         if isinstance(node, nodes.Series):
             return movement.series([self.movement(item) for item in node.items])
         if isinstance(node, nodes.Parallel):
@@ -218,7 +210,7 @@ class _Reader:
     def _repeated(self, body: Movement, argument: Token | None) -> Movement:
         if argument is None:
             return movement.repeat(body)
-        if re.fullmatch("0+", argument.text):
+        if not argument.text.strip("0") and argument.text:
             return movement.repeat(body, 0)
         count = self.number(argument, "the count of `repeat`")
         if count is None:
@@ -228,3 +220,15 @@ class _Reader:
             self.report(Diagnostic("bad-number", argument.span, message))
             return body
         return movement.repeat(body, int(count))
+
+
+@lru_cache(maxsize=1_000)
+def _value(text: str) -> Fraction | str:
+    """The exact value of a number above zero; how to write one, if it is none."""
+    if len(text) > LONGEST_NUMBER:
+        return f"with at most {LONGEST_NUMBER} characters"
+    above, _, below = text.partition("/")
+    if below and not Fraction(below):
+        return "without dividing by 0"
+    value = Fraction(above) / Fraction(below or 1)
+    return value if value > 0 else "as a number above 0"

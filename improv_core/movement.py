@@ -8,27 +8,29 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import accumulate, count
+from functools import lru_cache
+from itertools import count
 from typing import NamedTuple, TypeAlias
 
 from improv_core.text import Span
 
 ENDLESS = math.inf
-Duration: TypeAlias = Fraction | float  # the only float is ENDLESS
-ZERO, ONE = Fraction(0), Fraction(1)
-_WHOLE_BEATS = (ONE, *map(Fraction, range(2, 33)))
+Exact: TypeAlias = Fraction | int  # whole numbers come as int where they can: most are, and it is many times faster
+Duration: TypeAlias = Fraction | int | float  # the only float is ENDLESS
+NORMAL = Fraction(1)
+"""The rate of what is not paced. A fraction: two integers would divide to a float."""
 
 
 class Velocity(NamedTuple):
     """Forward, leftward and upward steps per beat; counter-clockwise quarter turns per beat."""
 
-    x: Fraction = ZERO
-    y: Fraction = ZERO
-    z: Fraction = ZERO
-    yaw: Fraction = ZERO
+    x: Exact = 0
+    y: Exact = 0
+    z: Exact = 0
+    yaw: Exact = 0
 
     def plus(self, other: Velocity) -> Velocity:
         return Velocity(self.x + other.x, self.y + other.y, self.z + other.z, self.yaw + other.yaw)
@@ -44,10 +46,15 @@ class Velocity(NamedTuple):
 
 
 STILL = Velocity()
-SAME = Velocity(ONE, ONE, ONE, ONE)
+SAME = Velocity(1, 1, 1, 1)
 
 
-def all_by(factor: Fraction) -> Velocity:
+def exact(number: Fraction) -> Exact:
+    """The same number, as an int where it is whole."""
+    return number if number.denominator != 1 else number.numerator
+
+
+def all_by(factor: Exact) -> Velocity:
     """The gain that multiplies every component by `factor`."""
     return Velocity(factor, factor, factor, factor)
 
@@ -65,8 +72,8 @@ class Place(NamedTuple):
 class Moment(NamedTuple):
     """A stretch of constant velocity: start and duration in beats, and the words that are playing in it."""
 
-    start: Fraction
-    duration: Fraction
+    start: Exact
+    duration: Exact
     velocity: Velocity
     places: tuple[Place, ...]
 
@@ -82,9 +89,13 @@ class Peak(NamedTuple):
 
     def times(self, gain: Velocity) -> Peak:
         x, y, z, yaw = (abs(float(factor)) for factor in gain)
-        return Peak(self.x * x, self.y * y, self.z * z, self.yaw * yaw, self.shortest)
+        return _peak(self.x * x, self.y * y, self.z * z, self.yaw * yaw, self.shortest)
+
+    def sped_up(self, rate: float) -> Peak:
+        return _peak(self.x * rate, self.y * rate, self.z * rate, self.yaw * rate, self.shortest / rate)
 
 
+_peak = lru_cache(maxsize=10_000)(Peak)  # thousands of movements share a few
 _NO_PEAK = Peak(0.0, 0.0, 0.0, 0.0, math.inf)
 
 
@@ -151,39 +162,42 @@ class Use(Movement):
     statement: int
 
 
-def hold(velocity: Velocity, duration: Fraction = ONE, span: Span | None = None) -> Movement:
+def hold(velocity: Velocity, duration: Exact = 1, span: Span | None = None) -> Movement:
     """One velocity for `duration` beats, written at `span`."""
     x, y, z, yaw = (abs(float(value)) for value in velocity)
-    return Hold(duration, velocity, 0, 0, Peak(x, y, z, yaw, float(duration)), velocity, span)
-
-
-def held(like: Movement, span: Span) -> Movement:
-    """The same as another that holds one velocity, written at `span`; quicker than to make it anew."""
-    return Hold(like.duration, like.uniform, 0, 0, like.peak, like.uniform or STILL, span)
+    return Hold(duration, velocity, 0, 0, _peak(x, y, z, yaw, float(duration)), velocity, span)
 
 
 def series(items: Sequence[Movement]) -> Movement:
     """One after the other; what follows an endless item is never reached."""
     if len(items) == 1:
         return items[0]
-    if all(item.duration is ONE for item in items) and len(items) < len(_WHOLE_BEATS):
-        ends: tuple[Duration, ...] = _WHOLE_BEATS[: len(items)]  # shared: most series are of plain words
-    else:
-        ends = tuple(accumulate(item.duration for item in items))
-    lasting = [item.uniform for item in items if item.duration]
-    uniform = lasting[0] if lasting and all(each == lasting[0] for each in lasting) else None
-    depth = max((item.depth for item in items), default=0)
-    bits = max((item.bits for item in items), default=0)
-    peak = _bound([item.peak for item in items], max)
-    return Series(ends[-1] if ends else ZERO, uniform, depth, bits, peak, tuple(items), ends)
+    end: Duration = 0
+    ends = []
+    depth = bits = 0
+    velocities = set()
+    peaks = set()
+    for item in items:  # one loop: most of what is understood at a keystroke passes here
+        if item.duration:
+            end += item.duration
+            velocities.add(item.uniform)
+        ends.append(end)
+        peaks.add(item.peak)
+        if item.depth > depth:
+            depth = item.depth
+        if item.bits > bits:
+            bits = item.bits
+    uniform = velocities.pop() if len(velocities) == 1 else None
+    peak = peaks.pop() if len(peaks) == 1 else _bound(peaks, max)
+    return Series(end, uniform, depth, bits, peak, tuple(items), tuple(ends))
 
 
-def _bound(peaks: Sequence[Peak], together: Callable[[Sequence[float]], float]) -> Peak:
+def _bound(peaks: Collection[Peak], together: Callable[[Sequence[float]], float]) -> Peak:
     """The peak of what is made of several: the highest of them in series, their sum in parallel."""
     if not peaks:
         return _NO_PEAK
     x, y, z, yaw, shortest = zip(*peaks, strict=True)
-    return Peak(together(x), together(y), together(z), together(yaw), min(shortest))
+    return _peak(together(x), together(y), together(z), together(yaw), min(shortest))
 
 
 def parallel(voices: Sequence[Movement]) -> Movement:
@@ -213,9 +227,8 @@ def pace(body: Movement, rate: Fraction) -> Movement:
     if not body.duration:
         return body
     duration = body.duration / rate if body.duration != ENDLESS else ENDLESS
-    uniform = body.uniform and body.uniform.times(all_by(rate))
-    faster = body.peak.times(all_by(rate))._replace(shortest=body.peak.shortest / float(rate))
-    return Pace(duration, uniform, body.depth, body.bits + bits(rate), faster, body, rate)
+    uniform = body.uniform and body.uniform.times(all_by(exact(rate)))
+    return Pace(duration, uniform, body.depth, body.bits + bits(rate), body.peak.sped_up(float(rate)), body, rate)
 
 
 def gain(body: Movement, factors: Velocity) -> Movement:
@@ -239,12 +252,12 @@ def use(body: Movement, span: Span | None, statement: int) -> Movement:
     return Use(body.duration, body.uniform, body.depth, body.bits, body.peak, body, span, statement)
 
 
-def bits(number: Fraction) -> int:
+def bits(number: Exact) -> int:
     """How long an exact number is; 1 and -1 count as nothing."""
     return abs(number.numerator).bit_length() + number.denominator.bit_length() - 2
 
 
-def walk(movement: Movement, start: Fraction = ZERO, *, merge: bool = False) -> Iterator[Moment]:
+def walk(movement: Movement, start: Exact = 0, *, merge: bool = False) -> Iterator[Moment]:
     """The moments of a movement from beat `start` on, in order, without gaps, each longer than zero.
 
     With `merge`, a finite part of one velocity comes as one moment, however often it repeats, and without its places.
@@ -255,7 +268,7 @@ def walk(movement: Movement, start: Fraction = ZERO, *, merge: bool = False) -> 
 
 
 _NOWHERE = -1  # the number of the statement of what is in none
-_Piece = tuple[Fraction, Velocity, tuple[Place, ...]]
+_Piece = tuple[Exact, Velocity, tuple[Place, ...]]
 _Visit = tuple[Movement, Duration, bool]  # a part, where in its own time to begin, whether to go backward from there
 
 
@@ -269,7 +282,7 @@ class _Frame(NamedTuple):
 
 def _moments(movement: Movement, at: Duration, backward: bool, merge: bool, statement: int) -> Iterator[_Piece]:
     """An explicit stack, so that long chains of names cost no recursion; only voices within voices recurse."""
-    stack = [_Frame(iter(((movement, at, backward),)), ONE, SAME, statement, ())]
+    stack = [_Frame(iter(((movement, at, backward),)), NORMAL, SAME, statement, ())]
     while stack:
         visits, rate, gain, statement, places = stack[-1]
         visit = next(visits, None)
@@ -282,7 +295,7 @@ def _moments(movement: Movement, at: Duration, backward: bool, merge: bool, stat
             continue
         if isinstance(part, Hold) or (merge and part.uniform is not None and left != ENDLESS):
             assert part.uniform is not None
-            assert isinstance(left, Fraction)
+            assert not isinstance(left, float)
             own = (*places, Place(statement, part.span)) if isinstance(part, Hold) and part.span else places
             yield left / rate, part.uniform.times(gain).times(all_by(rate)), own
         elif isinstance(part, Parallel):
@@ -311,14 +324,14 @@ def _items(part: Series, at: Duration, backward: bool) -> Iterator[_Visit]:
     index = (bisect_left if backward else bisect_right)(part.ends, at)
     if index == len(part.items):
         return
-    begin = part.ends[index - 1] if index else ZERO
+    begin = part.ends[index - 1] if index else 0
     yield part.items[index], at - begin, backward
     if backward:
         for item in reversed(part.items[:index]):
             yield item, item.duration, True
     else:
         for item in part.items[index + 1 :]:
-            yield item, ZERO, False
+            yield item, 0, False
 
 
 def _turns(part: Repeat, at: Duration, backward: bool) -> Iterator[_Visit]:
@@ -336,7 +349,7 @@ def _turns(part: Repeat, at: Duration, backward: bool) -> Iterator[_Visit]:
     else:
         rest = range(int(turns) + 1, part.times)
     for _ in rest:
-        yield body, body.duration if backward else ZERO, backward
+        yield body, body.duration if backward else 0, backward
 
 
 def _together(part: Parallel, at: Duration, backward: bool, merge: bool, statement: int) -> Iterator[_Piece]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from typing import Any
@@ -16,13 +16,19 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One robot's part: what it plays, what kind of robot it is, where it starts and where it listens."""
+    """One robot's part: what it plays, what kind of robot it is, where it starts and where it listens.
+
+    `reset` names the service that puts it at its start, if there is one. With `use_sim_time` what it is sent is stamped
+    with the time on /clock.
+    """
 
     robot: str
     movement: Movement
     profile: Profile
     start: Pose
     topic: str
+    reset: str | None = None
+    use_sim_time: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +41,7 @@ class Score:
     @property
     def beats(self) -> algebra.Duration:
         """How long the longest part lasts."""
-        return max((part.movement.duration for part in self.parts.values()), default=algebra.ZERO)
+        return max((part.movement.duration for part in self.parts.values()), default=0)
 
     def seconds(self, beats: algebra.Duration) -> float:
         """The time these beats take."""
@@ -63,6 +69,8 @@ def to_json(score: Score) -> dict[str, Any]:
             "profile": asdict(part.profile),
             "start": asdict(part.start),
             "topic": part.topic,
+            "reset": part.reset,
+            "use_sim_time": part.use_sim_time,
         }
         for name, part in score.parts.items()
     }
@@ -75,7 +83,15 @@ def from_json(data: Mapping[str, Any]) -> Score:
     for kind, *rest in data["movements"]:
         made.append(_read(kind, rest, made))
     parts = {
-        name: Part(name, made[part["movement"]], Profile(**part["profile"]), Pose(**part["start"]), part["topic"])
+        name: Part(
+            name,
+            made[part["movement"]],
+            Profile(**part["profile"]),
+            Pose(**part["start"]),
+            part["topic"],
+            part["reset"],
+            part["use_sim_time"],
+        )
         for name, part in data["parts"].items()
     }
     return Score(Fraction(data["tempo"]), parts)
@@ -115,10 +131,14 @@ def _row(part: Movement, inner: list[int]) -> list[Any]:
     return ["reverse", inner[0]]
 
 
+def _velocity(texts: Sequence[str]) -> Velocity:
+    return Velocity(*(algebra.exact(Fraction(text)) for text in texts))
+
+
 def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
     if kind == "hold":
         velocity, duration, span = rest
-        return algebra.hold(Velocity(*map(Fraction, velocity)), Fraction(duration), Span(*span) if span else None)
+        return algebra.hold(_velocity(velocity), algebra.exact(Fraction(duration)), Span(*span) if span else None)
     if kind == "series":
         return algebra.series([made[place] for place in rest[0]])
     if kind == "parallel":
@@ -129,7 +149,7 @@ def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
     if kind == "pace":
         return algebra.pace(body, Fraction(rest[1]))
     if kind == "gain":
-        return algebra.gain(body, Velocity(*map(Fraction, rest[1])))
+        return algebra.gain(body, _velocity(rest[1]))
     if kind == "use":
         return algebra.use(body, Span(*rest[1]) if rest[1] else None, rest[2])
     if kind == "reverse":

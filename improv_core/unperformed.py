@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, replace
-from improv_core.movement import ENDLESS, ZERO, Duration, Movement
+from improv_core.movement import ENDLESS, Duration, Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
 from improv_core.text import Span
@@ -26,9 +26,9 @@ class _Window:
         return _Window(self.start * rate, self.end * rate)
 
 
-def unperformed(body: Node, made: Mapping[int, Movement]) -> Iterator[Diagnostic]:
-    """A hint for each longest stretch that is never reached; `made` has the movement of each node by its id."""
-    for span in _cut(body, _Window(ZERO, ENDLESS), lambda node: made[id(node)].duration):
+def unperformed(body: Node, movement: Callable[[Node], Movement]) -> Iterator[Diagnostic]:
+    """A hint for each longest stretch that is never reached, given the movement of each node."""
+    for span in _cut(body, _Window(0, ENDLESS), lambda node: movement(node).duration):
         message = "this is never reached: remove it, or make what runs beside it last longer"
         yield Diagnostic("never-performed", span, message, replace("Remove it", span, ""))
 
@@ -54,7 +54,7 @@ def _cut(node: Node, window: _Window, lasts: _Lasts) -> Iterator[Span]:
 
 
 def _cut_series(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[Span]:
-    begin: Duration = ZERO
+    begin: Duration = 0
     lost: list[Node] = []
     for item in node.items:
         end = begin + lasts(item)
@@ -65,7 +65,7 @@ def _cut_series(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[
                 yield Span(lost[0].span.start, lost[-1].span.end)
                 lost = []
             if end > begin:
-                inner = _Window(max(window.start - begin, ZERO), min(window.end, end) - begin)
+                inner = _Window(max(window.start - begin, 0), min(window.end, end) - begin)
                 yield from _cut(item, inner, lasts)
         begin = end
     if lost:
@@ -84,9 +84,9 @@ def _inside(node: nodes.Apply, window: _Window, lasts: _Lasts) -> _Window | None
     if word == "repeat" and body != ENDLESS:
         into = window.start % body
         # A window that goes on into the next turn shows all of the body, or two ends of it.
-        return _Window(into, into + end - window.start) if into + end - window.start <= body else _Window(ZERO, body)
+        return _Window(into, into + end - window.start) if into + end - window.start <= body else _Window(0, body)
     if word in ("fast", "slow"):
         if whole == ENDLESS:
-            return _Window(ZERO, ENDLESS)  # how far into it we come is not worth knowing
+            return _Window(0, ENDLESS)  # how far into it we come is not worth knowing
         return _Window(window.start, end).times(Fraction(body) / Fraction(whole))
     return _Window(window.start, end)

@@ -6,7 +6,7 @@ kept, and read with other tokens the next time. lark is imported when the first 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
@@ -28,6 +28,9 @@ class Leaf(NamedTuple):
     type: str
     at: int
     put_in: bool = False
+
+
+_leaf = lru_cache(maxsize=10_000)(Leaf)  # thousands of shapes share a few hundred
 
 
 class Branch(NamedTuple):
@@ -80,8 +83,17 @@ def _lark() -> Any:
         def lex(self, lexer_state: Any, parser_state: Any) -> Any:
             return iter(())
 
+    class Branches:
+        """What lark calls with the parts of each rule; so it makes branches at once, and no tree of its own."""
+
+        def __getattr__(self, rule: str) -> Callable[[list[Shape]], Branch]:
+            if rule.startswith("_") or not rule.islower():
+                raise AttributeError(rule)  # what lark makes of `+`, and takes apart again; a terminal
+            return lambda parts: Branch(rule, tuple(parts))
+
     grammar = Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8")
-    return Lark(grammar, start="statement", parser="lalr", lexer=TokensAsTheyAre)
+    options = {"lexer": TokensAsTheyAre, "transformer": Branches(), "maybe_placeholders": False}
+    return Lark(grammar, start="statement", parser="lalr", **options)
 
 
 @cache
@@ -101,13 +113,12 @@ def _derived(terminals: Sequence[str]) -> Derivation:
     end = len(terminals)
     while True:
         try:
-            tree = parser.feed_token(Leaf("$END", end))
+            shape = parser.feed_token(_leaf("$END", end))
         except _unexpected():
             mistakes.append(Mistake(end, frozenset(parser.accepts())))
             if not _mend(parser, end):
                 return Derivation(None, mistakes[0])
         else:
-            shape = _shape(tree)
             return Derivation(shape if isinstance(shape, Branch) else None, mistakes[0] if mistakes else None)
 
 
@@ -119,11 +130,11 @@ def _fed(terminals: Sequence[str]) -> tuple[Any, list[Mistake]]:
         if mistakes and kind in NEVER:
             continue
         try:
-            parser.feed_token(Leaf(kind, at))
+            parser.feed_token(_leaf(kind, at))
         except _unexpected():
             if len(mistakes) < MOST_MISTAKES:
                 mistakes.append(Mistake(at, frozenset(parser.accepts())))
-                _mend_before(parser, Leaf(kind, at))
+                _mend_before(parser, _leaf(kind, at))
     return parser, mistakes
 
 
@@ -145,13 +156,6 @@ def _mend(parser: Any, at: int) -> bool:
     wanted = parser.accepts()
     for kind in ("MISSING", "NUMBER", "PLANE"):
         if kind in wanted:
-            parser.feed_token(Leaf(kind, at, put_in=True))
+            parser.feed_token(_leaf(kind, at, True))
             return True
     return False
-
-
-def _shape(tree: Any) -> Shape:
-    """lark's tree as ours; optional parts that are not there are left out."""
-    if isinstance(tree, Leaf):
-        return tree
-    return Branch(str(tree.data), tuple(_shape(part) for part in tree.children if part is not None))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from sys import intern
 from typing import NamedTuple
 
 from improv_core.syntax.vocabulary import WORDS
@@ -12,14 +13,16 @@ NAME = r"[^\W\d]\w*"
 NUMBER = r"[+-]?[0-9]*\.?[0-9]+(?:/[+-]?[0-9]*\.?[0-9]+)?"
 
 _TOKEN = re.compile(
-    rf"""(?P<BLANK> [ \t\r\n\ufeff]+ | \#[^\r\n]*)
-      | (?P<NAME> {NAME})
+    rf"""(?> (?: [ \t\r\n\ufeff]+ | \#[^\r\n]*)*) (?:
+        (?P<NAME> {NAME})
       | (?P<NUMBER> {NUMBER})
       | (?P<BAR> \|\|) | (?P<EQUAL> =) | (?P<DOLLAR> \$)
       | (?P<LPAR> \() | (?P<RPAR> \)) | (?P<LSQB> \[) | (?P<RSQB> \])
-      | (?P<STRAY> .)""",
+      | (?P<END> \Z) | (?P<STRAY> .))""",
     re.VERBOSE | re.DOTALL,
 )
+
+_TERMINALS = {word.text: word.kind.value for word in WORDS.values()}
 
 
 class Token(NamedTuple):
@@ -39,11 +42,13 @@ def lex(text: str) -> list[Token]:
     """The tokens of a text, without blanks and comments; what belongs to no token is a `STRAY` of one character."""
     tokens = []
     for match in _TOKEN.finditer(text):
-        kind, piece = match.lastgroup, match.group()
-        if kind == "BLANK":
-            continue
-        if kind == "NAME" and piece in WORDS:
-            kind = WORDS[piece].kind.value
+        kind = match.lastgroup
         assert kind
-        tokens.append(Token(kind, piece, match.start(), match.end()))
+        if kind == "END":
+            break
+        start, end = match.span(kind)
+        piece = intern(text[start:end])
+        if kind == "NAME":
+            kind = _TERMINALS.get(piece, kind)
+        tokens.append(Token(kind, piece, start, end))
     return tokens

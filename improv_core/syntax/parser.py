@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
+from improv_core.movement import hold
 from improv_core.syntax.brackets import close_brackets
 from improv_core.syntax.derivation import Branch, Leaf, derive
 from improv_core.syntax.lexer import Token, lex
@@ -160,25 +161,43 @@ def _parse(tokens: Sequence[Token]) -> tuple[Node | None, list[Diagnostic]]:
 
 def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
     """The node of a shape, read with these tokens."""
-    parts = [_node(part, tokens) if isinstance(part, Branch) else _token(part, tokens) for part in shape.parts]
-    first, rule = parts[0], shape.rule
-    span = Span(first.span.start, parts[-1].span.end)
-    if isinstance(first, Token):
-        if rule == "word":
-            return Primitive(span, WORDS[first.text])
-        if rule == "name":
-            return Name(span, first.text)
-        if rule == "missing":
-            return Missing(span)
-    nodes = tuple(part for part in parts if not isinstance(part, Token))
+    rule, parts = shape.rule, shape.parts
     if rule == "series":
-        return nodes[0] if len(nodes) == 1 else Series(span, nodes)
-    if rule == "bracket":
-        return Bracket(span, isinstance(first, Token) and first.type == "LSQB", nodes[0] if nodes else None)
-    if rule == "apply" and isinstance(first, Token):
-        argument = parts[1] if isinstance(parts[1], Token) else None
-        return Apply(span, first, argument, nodes[0])
-    return Parallel(span, nodes)
+        items = tuple([_node(part, tokens) for part in parts if isinstance(part, Branch)])
+        return items[0] if len(items) == 1 else Series(_span(items[0].span.start, items[-1].span.end), items)
+    if rule == "movement":
+        voices = tuple([_node(part, tokens) for part in parts if isinstance(part, Branch)])
+        return Parallel(_span(voices[0].span.start, voices[-1].span.end), voices)
+    first, last = parts[0], parts[-1]
+    assert isinstance(first, Leaf)
+    token = _token(first, tokens)
+    if rule == "word":
+        return _primitive(token.text, token.start)
+    if rule == "name":
+        return _name(token.text, token.start)
+    if rule == "missing":
+        return Missing(token.span)
+    if isinstance(last, Leaf):
+        body = _node(parts[1], tokens) if isinstance(parts[1], Branch) else None
+        return Bracket(_span(token.start, _token(last, tokens).end), token.type == "LSQB", body)
+    term = _node(last, tokens)
+    argument = _token(parts[1], tokens) if isinstance(parts[1], Leaf) else None
+    return Apply(_span(token.start, term.span.end), token, argument, term)
+
+
+_span = lru_cache(maxsize=20_000)(Span)
+
+
+@lru_cache(maxsize=20_000)
+def _primitive(text: str, start: int) -> Primitive:
+    """Shared by all statements with that word in that place: most of every tree is primitives."""
+    span, word = _span(start, start + len(text)), WORDS[text]
+    return Primitive(span, word, hold(word.velocity, span=span))
+
+
+@lru_cache(maxsize=20_000)
+def _name(text: str, start: int) -> Name:
+    return Name(_span(start, start + len(text)), text)
 
 
 def _token(leaf: Leaf, tokens: Sequence[Token]) -> Token:

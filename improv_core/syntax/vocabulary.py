@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 
-from improv_core.movement import ONE, SAME, ZERO, Movement, Velocity, hold
+from improv_core.movement import SAME, Exact, Velocity
 
 HALF = Fraction(1, 2)
 
@@ -32,37 +32,35 @@ class Word:
     usage: str
     about: str
     velocity: Velocity = SAME
-    movement: Movement | None = None  # what a primitive does
 
 
-def _primitive(text: str, about: str, **velocity: Fraction) -> Word:
-    moving = Velocity(**velocity)
-    return Word(text, Kind.PRIMITIVE, text, about, moving, hold(moving))
+def _primitive(text: str, about: str, **velocity: Exact) -> Word:
+    return Word(text, Kind.PRIMITIVE, text, about, Velocity(**velocity))
 
 
 def _plane(text: str, about: str, gain: Velocity) -> Word:
     return Word(text, Kind.PLANE, f"reflect {text} movement", about, gain)
 
 
-_SAGITTAL = Velocity(ONE, -ONE, ONE, -ONE)
-_FRONTAL = Velocity(-ONE, ONE, ONE, ONE)
-_TRANSVERSE = Velocity(ONE, ONE, -ONE, ONE)
+_SAGITTAL = Velocity(1, -1, 1, -1)
+_FRONTAL = Velocity(-1, 1, 1, 1)
+_TRANSVERSE = Velocity(1, 1, -1, 1)
 
 WORDS = {
     word.text: word
     for word in (
         Word("beat", Kind.BEAT, "beat 60", "The tempo: so many beats per minute."),
-        _primitive("forward", "One step forward.", x=ONE),
-        _primitive("backward", "One step backward.", x=-ONE),
-        _primitive("left", "A quarter turn to the left.", yaw=ONE),
-        _primitive("right", "A quarter turn to the right.", yaw=-ONE),
+        _primitive("forward", "One step forward.", x=1),
+        _primitive("backward", "One step backward.", x=-1),
+        _primitive("left", "A quarter turn to the left.", yaw=1),
+        _primitive("right", "A quarter turn to the right.", yaw=-1),
         _primitive("halfleft", "An eighth of a turn to the left.", yaw=HALF),
         _primitive("halfright", "An eighth of a turn to the right.", yaw=-HALF),
-        _primitive("rest", "Stands still for a beat.", x=ZERO),
-        _primitive("strafeleft", "One step sideways to the left.", y=ONE),
-        _primitive("straferight", "One step sideways to the right.", y=-ONE),
-        _primitive("up", "One step up.", z=ONE),
-        _primitive("down", "One step down.", z=-ONE),
+        _primitive("rest", "Stands still for a beat.", x=0),
+        _primitive("strafeleft", "One step sideways to the left.", y=1),
+        _primitive("straferight", "One step sideways to the right.", y=-1),
+        _primitive("up", "One step up.", z=1),
+        _primitive("down", "One step down.", z=-1),
         Word("reverse", Kind.MIRROR, "reverse movement", "What is performed, in reverse order."),
         Word("retrograde", Kind.MIRROR, "retrograde movement", "The path retraced backwards."),
         Word("repeat", Kind.REPEAT, "repeat 4 movement", "So many times; without a number, for ever."),

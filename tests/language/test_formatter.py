@@ -42,10 +42,18 @@ def meaning(text: str) -> Any:
     """All that a program says, but for where it says it."""
     analysis = analyze(text)
     score = to_json(score_of(analysis))
-    without_places = {"hold": 3, "use": 2}
-    movements = [row[: without_places.get(row[0])] for row in score["movements"]]
+    movements: list[str] = []  # each as text; only at the same place is one shared by statements
+    for kind, *rest in score["movements"]:
+        if kind == "hold":
+            said = rest[:2]
+        elif kind in ("series", "parallel"):
+            said = [movements[place] for place in rest[0]]
+        else:
+            said = [movements[rest[0]], *rest[1 : 1 if kind == "use" else None]]
+        movements.append(f"{kind} {hash(str(said))}")
+    parts = [(robot, {**part, "movement": movements[part["movement"]]}) for robot, part in score["parts"].items()]
     codes = [diagnostic.code for diagnostic in analysis.diagnostics]
-    return len(analysis.statements), codes, score["tempo"], list(score["parts"].items()), movements
+    return len(analysis.statements), codes, score["tempo"], parts
 
 
 def comments(text: str) -> list[str]:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from improv_core import movement as algebra
 from improv_core.analysis import analyze
-from improv_core.movement import ENDLESS, SAME, Movement, Velocity, all_by, walk
+from improv_core.movement import ENDLESS, SAME, Exact, Movement, Velocity, all_by, walk
 
 NOTHING = algebra.series(())
 SAGITTAL = Velocity(SAME.x, -SAME.y, SAME.z, -SAME.yaw)
@@ -25,14 +25,14 @@ def velocity_at(movement: Movement, beat: Fraction) -> Velocity:
         for item in movement.items:
             if beat < item.duration:
                 return velocity_at(item, beat)
-            beat -= item.duration if isinstance(item.duration, Fraction) else 0
+            beat -= Fraction(item.duration)
         raise AssertionError("beyond the end")
     if isinstance(movement, algebra.Parallel):
         voices = [velocity_at(voice, beat) for voice in movement.voices]
         return Velocity(*(sum(values, Fraction(0)) for values in zip(*voices, strict=True)))
     if isinstance(movement, algebra.Repeat):
         turn = movement.body.duration
-        return velocity_at(movement.body, beat % turn if isinstance(turn, Fraction) else beat)
+        return velocity_at(movement.body, beat % Fraction(turn) if turn != ENDLESS else beat)
     if isinstance(movement, algebra.Pace):
         return Velocity(*(value * movement.rate for value in velocity_at(movement.body, beat * movement.rate)))
     if isinstance(movement, algebra.Gain):
@@ -208,9 +208,9 @@ def test_what_means_the_same(one: str, other: str) -> None:
     assert _segments(robots["r1"]) == _segments(robots["r2"])
 
 
-def _segments(movement: Movement) -> list[tuple[Fraction, Velocity]]:
+def _segments(movement: Movement) -> list[tuple[Exact, Velocity]]:
     """Durations and velocities, with equal neighbors merged."""
-    merged: list[tuple[Fraction, Velocity]] = []
+    merged: list[tuple[Exact, Velocity]] = []
     for moment in walk(movement):
         if merged and merged[-1][1] == moment.velocity:
             merged[-1] = (merged[-1][0] + moment.duration, moment.velocity)

@@ -92,7 +92,10 @@ def movement_of(node: Node, scope: Scope) -> Movement:
 
 @dataclass(frozen=True, slots=True)
 class _Reader:
-    """Reads the nodes of one statement, and reports what is wrong with them; `made` keeps those of all nodes but primitives, by id."""
+    """Reads the nodes of one statement, and reports what is wrong with them.
+
+    `made` keeps the movements of all nodes but primitives, by their id.
+    """
 
     scope: Scope
     report: Callable[[Diagnostic], None]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -22,7 +24,7 @@ def framed(body: bytes) -> bytes:
 def test_it_does_not_matter_where_bytes_are_cut(bodies: list[bytes], cuts: list[int]) -> None:
     whole = b"".join(framed(body) for body in bodies)
     places = [0, *sorted(min(cut, len(whole)) for cut in cuts), len(whole)]
-    check([whole[start:end] for start, end in zip(places, places[1:], strict=False)], *bodies)
+    check([whole[start:end] for start, end in pairwise(places)], *bodies)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The command line: `improv check`, `compile`, `format`, `play` and `watch`."""
+"""The command line: `improv check`, `compile`, `format`, `play`, `watch`, `record`, `doctor` and `ros setup`."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ from improv_core.report import as_json, told
 if TYPE_CHECKING:
     from improv_core.stage.client import Options
 
-WRONG_PROGRAM, CANNOT = 1, 2
-"""Exit codes: the program has errors; the command could not be carried out."""
+WRONG_PROGRAM, CANNOT, INTERRUPTED = 1, 2, 130
+"""Exit codes: the program has errors; the command could not be carried out; Ctrl-C."""
+BROKEN = 1
+"""Exit code of `improv doctor`: something does not work."""
 
 
 def main() -> None:
@@ -81,9 +83,10 @@ def format_(files: tuple[Path, ...], check: bool, diff: bool) -> None:
     sys.exit(format_files(files, check=check, diff=diff))
 
 
+BACKENDS = ["auto", "sim", "ros", "both"]
 _backend = click.option(
     "--backend",
-    type=click.Choice(["auto", "sim", "ros", "both"]),
+    type=click.Choice(BACKENDS),
     default="auto",
     show_default=True,
     help="The simulator, ROS 2, or both; auto takes ROS 2 where it can be had.",
@@ -117,6 +120,59 @@ def watch(file: Path, backend: str, port: int, no_browser: bool) -> None:
     _run(live.watch(file, _options(backend, port), browser=not no_browser))
 
 
+@improv.command()
+@_file
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The MCAP file to write.")
+@click.option("--for", "seconds", type=click.FloatRange(0, min_open=True), help="Seconds at most.")
+@click.option("--backend", type=click.Choice(BACKENDS), help="Play it now, and record that.")
+@_port
+@_browser
+def record(file: Path, output: Path, seconds: float | None, backend: str | None, port: int, no_browser: bool) -> None:
+    """Record what robots are told, for `ros2 bag play` and Foxglove."""
+    from improv_core import recording
+
+    try:
+        if not backend:
+            sys.exit(recording.record(file, output, seconds))
+        if seconds:
+            raise CannotError("--for goes without --backend: end what is played with Ctrl-C")
+        _run(recording.record_live(file, output, _options(backend, port), browser=not no_browser))
+    except (ReadError, recording.RecordError) as problem:
+        raise CannotError(str(problem)) from None
+
+
+@improv.command()
+@click.argument("file", required=False, type=click.Path(path_type=Path))
+def doctor(file: Path | None) -> None:
+    """Say what is there to play with, and what to do about what is not. Exit code 1 if something is broken."""
+    from improv_core.doctor import Mark, examine
+
+    marks = set()
+    for finding in examine(file):
+        click.echo(finding)
+        marks.add(finding.mark)
+    sys.exit(BROKEN if Mark.BROKEN in marks else 0)
+
+
+@improv.group()
+def ros() -> None:
+    """ROS 2, where there is none of your own."""
+
+
+@ros.command()
+def setup() -> None:
+    """Get ROS 2's Python packages, and prove that they work."""
+    from improv_core.ros_setup import SetupError, set_up
+
+    try:
+        set_up(click.echo)
+    except SetupError as problem:
+        raise CannotError(str(problem)) from None
+    except KeyboardInterrupt:
+        CannotError("interrupted: run `improv ros setup` again").show()
+        sys.exit(INTERRUPTED)
+
+
 def _options(backend: str, port: int) -> Options:
     from improv_core.stage.client import Options
 
@@ -126,7 +182,7 @@ def _options(backend: str, port: int) -> Options:
 def _run(command: Coroutine[Any, Any, int]) -> None:
     import asyncio
 
-    from improv_core.stage.client import StageError
+    from improv_core.stage.process import StageError
 
     try:
         sys.exit(asyncio.run(command))

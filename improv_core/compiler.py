@@ -13,6 +13,8 @@ from improv_core.movement import ENDLESS, walk
 from improv_core.score import Part, Score, twist
 
 MOST_SEGMENTS = 10_000
+LONGEST_TEXT = 200_000
+"""Characters of a program that goes along with its score, to be shown while it plays."""
 APART = 3.0
 """Metres between robots that nobody has placed."""
 _MOMENTS_PER_SEGMENT = 2
@@ -25,8 +27,13 @@ def score_of(analysis: Analysis) -> Score:
     for place, (name, movement) in enumerate(analysis.robots.items()):
         robot = analysis.cast.robot(name)
         profile = replace(robot.profile, message=robot.message)
-        parts[name] = Part(name, movement, profile, robot.start or Pose(y=-APART * place), robot.topic)
-    return Score(analysis.tempo, parts)
+        start = robot.start or Pose(y=-APART * place)
+        use_sim_time = analysis.cast.use_sim_time
+        parts[name] = Part(name, movement, profile, start, robot.topic, robot.reset, use_sim_time)
+    if len(analysis.text) > LONGEST_TEXT:
+        return Score(analysis.tempo, parts)
+    starts = dict(zip(analysis.numbers, analysis.starts, strict=True))
+    return Score(analysis.tempo, parts, analysis.text, starts)
 
 
 def compiled(analysis: Analysis, most_segments: int = MOST_SEGMENTS) -> Mapping[str, Any]:

@@ -18,9 +18,12 @@ import click
 from improv_core.analysis import Analysis, analyze
 from improv_core.compiler import score_of
 from improv_core.ide.hover import summary
+from improv_core.motion import Twist
 from improv_core.program import ReadError, analyze_file, read_program, robots_near
 from improv_core.report import told
-from improv_core.stage.client import Message, Options, Playback, each_beat
+from improv_core.stage.client import Options, Playback, each_beat
+from improv_core.stage.process import Message
+from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
 """Seconds to wait for a browser to show the page, so that nobody misses the first beat."""
@@ -29,13 +32,15 @@ LOOK_AGAIN = 500
 WRONG_PROGRAM, CANNOT, INTERRUPTED = 1, 2, 130
 
 
-async def play(path: Path, options: Options, *, browser: bool, report: bool) -> int:
-    """Play a program once; the exit code. Raises ReadError and StageError."""
+async def play(
+    path: Path, options: Options, *, browser: bool, report: bool = False, recorder: Recorder | None = None
+) -> int:
+    """Play a program once; the exit code. Raises ReadError and StageError; OSError and ValueError if unrecorded."""
     analysis = analyze_file(path)
-    _tell_diagnostics(path, analysis)
+    tell_diagnostics(path, analysis)
     if not analysis.ok:
         return WRONG_PROGRAM
-    async with _on_stage(options, browser=browser, quiet=report) as show:
+    async with _on_stage(options, browser=browser, quiet=report, recorder=recorder) as show:
         await show.play(analysis)
         await _first(show.finished.wait(), show.interrupted.wait())
     if report:
@@ -67,19 +72,21 @@ async def _follow(show: _Show, path: Path, text: str) -> None:
 
 async def _play_if_right(show: _Show, path: Path, text: str) -> None:
     analysis = analyze(text, robots_near(path.parent))
-    _tell_diagnostics(path, analysis)
+    tell_diagnostics(path, analysis)
     if analysis.ok:
         await show.play(analysis)
 
 
-def _tell_diagnostics(path: Path, analysis: Analysis) -> None:
+def tell_diagnostics(path: Path, analysis: Analysis) -> None:
     for line in told(path, analysis):
         click.echo(line, err=True)
 
 
 @contextlib.asynccontextmanager
-async def _on_stage(options: Options, *, browser: bool, quiet: bool) -> AsyncIterator[_Show]:
-    show = _Show(options, quiet)
+async def _on_stage(
+    options: Options, *, browser: bool, quiet: bool, recorder: Recorder | None = None
+) -> AsyncIterator[_Show]:
+    show = _Show(options, quiet, recorder)
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError):  # Windows raises KeyboardInterrupt instead
             asyncio.get_running_loop().add_signal_handler(number, show.interrupted.set)
@@ -104,9 +111,11 @@ async def _first(*several: Awaitable[Any]) -> None:
 class _Show:
     """What plays, shown in a terminal: its status, the beat, and what goes wrong."""
 
-    def __init__(self, options: Options, quiet: bool) -> None:
+    def __init__(self, options: Options, quiet: bool, recorder: Recorder | None) -> None:
         self._playback = Playback(options, self._hear)
         self._quiet = quiet
+        self._recorder = recorder
+        self._unwritten: OSError | ValueError | None = None
         self._counter: asyncio.Task[None] | None = None
         self._poses: Message = {}  # the latest transport message that has poses
         self._seconds = 0.0
@@ -127,13 +136,18 @@ class _Show:
 
     async def play(self, analysis: Analysis) -> None:
         self.finished.clear()
-        await self._playback.play(score_of(analysis))
+        score = score_of(analysis)
+        if self._recorder:
+            self._recorder.prepare(score.parts, restart=True)
+        await self._playback.play(score)
         self._say(f"▶ {summary(analysis)}, {self._playback.status}")
 
     async def close(self) -> None:
-        """Stop the robots, then the stages."""
+        """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
         self._stop_counter()
         await self._playback.close()
+        if self._unwritten:
+            raise self._unwritten
 
     def report(self) -> dict[str, Any]:
         """Where the simulated robots were at beat 0 and at the end (metres, radians), and how long it took."""
@@ -146,6 +160,8 @@ class _Show:
     def _hear(self, message: Message, leads: bool) -> None:
         if message["type"] == "transport":
             self._follow(message, leads)
+        elif message["type"] == "sent" and leads:
+            self._record(message)
         elif message["type"] in ("warning", "error", "gone"):
             if not self.interrupted.is_set():
                 click.echo(f"improv: {message['message']}", err=True)
@@ -166,6 +182,15 @@ class _Show:
             if transport["state"] == "playing" and not self._quiet and sys.stdout.isatty():
                 self._counter = asyncio.create_task(_count(transport))
         if not self._playing and transport["state"] in ("ended", "stopped"):
+            self.finished.set()
+
+    def _record(self, sent: Message) -> None:
+        if not self._recorder or self._unwritten:
+            return
+        try:
+            self._recorder.record(sent["robot"], Twist(*sent["twist"]), sent["wall"])
+        except (OSError, ValueError) as problem:  # not from here, or no more would be heard of the stage
+            self._unwritten = problem
             self.finished.set()
 
     def _stop_counter(self) -> None:

@@ -15,6 +15,24 @@ class Twist:
     z: float = 0.0
     yaw: float = 0.0
 
+    def within(self, max_linear: float | None, max_angular: float | None) -> Twist:
+        """This twist, or a slower one where it is over a limit (m/s in any direction, rad/s; None: no limit).
+
+        One factor scales all of it, so that a curve keeps its shape.
+        """
+        slower, factor = self, 1.0
+        while (over := _times_over(slower, max_linear, max_angular)) > 1:
+            # Rounding may leave it a hair over the limit, where dividing by `over` would change nothing.
+            factor = min(factor / over, math.nextafter(factor, 0))
+            slower = Twist(self.x * factor, self.y * factor, self.z * factor, self.yaw * factor)
+        return slower
+
+
+def _times_over(twist: Twist, max_linear: float | None, max_angular: float | None) -> float:
+    linear = math.hypot(twist.x, twist.y, twist.z) / max_linear if max_linear is not None else 0.0
+    angular = abs(twist.yaw) / max_angular if max_angular is not None else 0.0
+    return max(linear, angular)
+
 
 STILL = Twist()
 

@@ -23,23 +23,32 @@ FILE_NAME = "improv.toml"
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """One robot: its kind, its pose at beat 0 (None: next to the others), its topic and the message it takes there."""
+    """One robot: its kind, its pose at beat 0 (None: next to the others), its topic and the message it takes there.
+
+    `reset` names the service that puts it back at its start, if it has one.
+    """
 
     profile: Profile
     start: Pose | None
     topic: str
     message: str
+    reset: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Robots:
-    """What an `improv.toml` says, as far as it is right; `profiles` are its own and the built-in ones."""
+    """What an `improv.toml` says, as far as it is right; `profiles` are its own and the built-in ones.
+
+    `namespace` is where ROS names without a first `/` begin: "" or as "/lab".
+    """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
     profiles: Mapping[str, Profile] = field(default_factory=lambda: BUILT_IN)
     path: Path | None = None
     text: str = ""
     diagnostics: tuple[Diagnostic, ...] = ()
+    namespace: str = ""
+    use_sim_time: bool = False
 
     @property
     def ok(self) -> bool:
@@ -48,7 +57,7 @@ class Robots:
 
     def robot(self, name: str) -> Robot:
         """A robot, listed or not; nothing limits one that is not."""
-        return self.robots.get(name) or Robot(DEFAULT, None, _topic(name), DEFAULT.message)
+        return self.robots.get(name) or Robot(DEFAULT, None, _topic(self.namespace, name), DEFAULT.message)
 
 
 def read_robots(text: str, path: Path | None = None) -> Robots:
@@ -57,10 +66,12 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     reading = _Reading(toml.entries, list(toml.diagnostics))
     sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.data, _SECTIONS).items()}
     profiles = reading.profiles(sections.get("profiles", {}))
-    robots = reading.robots(sections.get("robots", {}), profiles)
-    return Robots(
-        robots, profiles, path, text, tuple(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span))
-    )
+    ros = reading.table(("ros",), sections.get("ros", {}), _ROS_KEYS)
+    namespace = reading.ros_name(("ros", "namespace"), ros, "") or ""
+    use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
+    robots = reading.robots(sections.get("robots", {}), profiles, namespace)
+    diagnostics = tuple(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span))
+    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time)
 
 
 def find_robots_file(folder: Path) -> Path | None:
@@ -73,13 +84,13 @@ def find_robots_file(folder: Path) -> Path | None:
     return None
 
 
-def _topic(robot: str) -> str:
-    return f"/{robot}/cmd_vel"
+def _topic(namespace: str, robot: str) -> str:
+    return f"{namespace}/{robot}/cmd_vel"
 
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
-_TOPIC = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # as in rmw's validate_full_topic_name.c
-_LONGEST_TOPIC = 247  # also there: 255, less 8 for prefixes
+_ROS_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # as in rmw's validate_full_topic_name.c
+_LONGEST_ROS_NAME = 247  # also there: 255, less 8 for prefixes
 
 # Of each number its unit and its range, which keeps out slips: 0, millimetres, an angle in radians.
 _Range = tuple[str, float, float]
@@ -98,8 +109,9 @@ _MEASURES: Mapping[str, _Range] = {
     "command_rate": ("Hz", 1, 200),
     "radius": ("metres", 0.001, 100),
 }
-_SECTIONS = ("robots", "profiles", "world")  # the world belongs to the simulator: nothing in it is for us
-_ROBOT_KEYS = ("profile", "start", "topic", "message")
+_SECTIONS = ("robots", "profiles", "ros", "world")  # the world belongs to the simulator: nothing in it is for us
+_ROS_KEYS = ("namespace", "use_sim_time")
+_ROBOT_KEYS = ("profile", "start", "topic", "message", "reset")
 _PROFILE_KEYS = ("base", *_MEASURES, "motions", "message")
 
 
@@ -110,10 +122,10 @@ class _Reading:
     entries: Mapping[Keys, Entry]
     diagnostics: list[Diagnostic]
 
-    def robots(self, tables: Mapping[str, Any], profiles: Mapping[str, Profile]) -> dict[str, Robot]:
+    def robots(self, tables: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str) -> dict[str, Robot]:
         made = {}
         for name, value in tables.items():
-            robot = self.robot(name, self.table(("robots", name), value, _ROBOT_KEYS), profiles)
+            robot = self.robot(name, self.table(("robots", name), value, _ROBOT_KEYS), profiles, namespace)
             if not _NAME.fullmatch(name):
                 message = f"`{name}` can't name a robot: use the letters a to z, digits and `_`, a letter first"
                 self.at_key(("robots", name), message)
@@ -123,13 +135,14 @@ class _Reading:
                 made[name] = robot
         return made
 
-    def robot(self, name: str, table: Mapping[str, Any], profiles: Mapping[str, Profile]) -> Robot:
+    def robot(self, name: str, table: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str) -> Robot:
         keys = ("robots", name)
         kind = self.one_of((*keys, "profile"), table, profiles)
         profile = profiles[kind] if kind else DEFAULT
         start = self.start((*keys, "start"), table["start"]) if "start" in table else None
         message = self.one_of((*keys, "message"), table, MESSAGES) or profile.message
-        return Robot(profile, start, self.topic((*keys, "topic"), table) or _topic(name), message)
+        topic = self.ros_name((*keys, "topic"), table, namespace) or _topic(namespace, name)
+        return Robot(profile, start, topic, message, self.ros_name((*keys, "reset"), table, namespace))
 
     def start(self, keys: Keys, value: Any) -> Pose | None:
         if not isinstance(value, dict):
@@ -138,17 +151,26 @@ class _Reading:
         found = self.numbers(keys, self.table(keys, value, tuple(_START)), _START)
         return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
 
-    def topic(self, keys: Keys, table: Mapping[str, Any]) -> str | None:
-        topic = self.text(keys, table)
-        if topic is None or (_TOPIC.fullmatch(topic) and len(topic) <= _LONGEST_TOPIC):
-            return topic
-        if len(topic) > _LONGEST_TOPIC:
-            self.at_value(keys, f"write at most {_LONGEST_TOPIC} characters: ROS 2 takes no longer topic")
-        elif not topic.startswith("/"):
-            self.at_value(keys, f"write the whole topic, from its first `/` on: `/{topic}`")
+    def ros_name(self, keys: Keys, table: Mapping[str, Any], namespace: str) -> str | None:
+        """The whole name of a topic or a service: what is written, in the namespace unless it begins with `/`."""
+        written = self.text(keys, table)
+        if written is None:
+            return None
+        whole = written if written.startswith("/") else f"{namespace}/{written}"
+        if len(whole) > _LONGEST_ROS_NAME:
+            self.at_value(keys, f"write a name of at most {_LONGEST_ROS_NAME} characters: ROS 2 takes no longer one")
+        elif not _ROS_NAME.fullmatch(whole):
+            self.at_value(keys, "write the letters a to z, digits and `_` between the `/`, no digit first")
         else:
-            self.at_value(keys, "write after each `/` the letters a to z, digits and `_`, no digit first")
+            return whole
         return None
+
+    def flag(self, keys: Keys, table: Mapping[str, Any]) -> bool:
+        value = table.get(str(keys[-1]), False)
+        if isinstance(value, bool):
+            return value
+        self.at_value(keys, f"write `{keys[-1]}` as `true` or `false`")
+        return False
 
     def profiles(self, tables: Mapping[str, Any]) -> dict[str, Profile]:
         """All profiles, the built-in ones too, each made after the one it is based on."""

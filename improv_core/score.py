@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -33,10 +33,15 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """All parts, played together from beat 0 at `tempo` beats per minute."""
+    """All parts, played together from beat 0 at `tempo` beats per minute.
+
+    `text` is the program, for those who watch, and `starts` where each of its statements begins, by number.
+    """
 
     tempo: Fraction
     parts: Mapping[str, Part]
+    text: str = ""
+    starts: Mapping[int, int] = field(default_factory=dict)
 
     @property
     def beats(self) -> algebra.Duration:
@@ -74,7 +79,8 @@ def to_json(score: Score) -> dict[str, Any]:
         }
         for name, part in score.parts.items()
     }
-    return {"tempo": str(score.tempo), "movements": rows, "parts": parts}
+    program = {"text": score.text, "starts": list(score.starts.items())}
+    return {"tempo": str(score.tempo), "movements": rows, "parts": parts, **program}
 
 
 def from_json(data: Mapping[str, Any]) -> Score:
@@ -94,7 +100,7 @@ def from_json(data: Mapping[str, Any]) -> Score:
         )
         for name, part in data["parts"].items()
     }
-    return Score(Fraction(data["tempo"]), parts)
+    return Score(Fraction(data["tempo"]), parts, data["text"], dict(data["starts"]))
 
 
 def _add(whole: Movement, rows: list[list[Any]], places: dict[int, int]) -> int:

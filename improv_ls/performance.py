@@ -13,7 +13,8 @@ from lsprotocol import types
 from improv_core.analysis import Analysis
 from improv_core.compiler import score_of
 from improv_core.ide.hover import summary
-from improv_core.stage.client import Message, Options, Playback, StageError, each_beat, whole_beats
+from improv_core.stage.client import Options, Playback, each_beat, whole_beats
+from improv_core.stage.process import Message, StageError
 from improv_ls.session import ANSWER_LIMIT, Session
 
 
@@ -45,10 +46,18 @@ class Performance:
             self._session.page_shown = True
             await self._show_page(playback.page)
 
-    def hush(self) -> None:
-        """Stop every robot at once."""
+    def conduct(self, kind: str, **values: object) -> None:
+        """Have what plays do something: a message of the stage's protocol, such as hush."""
         if self._playback:
-            self._playback.hush()
+            self._playback.conduct(kind, **values)
+
+    def toggle(self, command: str, robot: str) -> None:
+        """Mute or solo a robot, or end that."""
+        if self._playback:
+            muted, soloed = self._playback.muted, self._playback.soloed
+            self._playback.silence(
+                muted ^ {robot} if command == "mute" else muted, soloed ^ {robot} if command == "solo" else soloed
+            )
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""

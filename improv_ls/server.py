@@ -25,6 +25,12 @@ FEATURES = {
 COMMANDS = {
     "improv.play": "playback.play",
     "improv.hush": "playback.hush",
+    "improv.pause": "playback.pause",
+    "improv.resume": "playback.resume",
+    "improv.seek": "playback.seek",
+    "improv.speed": "playback.speed",
+    "improv.mute": "playback.mute",
+    "improv.solo": "playback.solo",
 }
 
 

@@ -12,9 +12,14 @@ import pytest
 ROOT = Path(__file__).parent.parent
 CORE = sorted((ROOT / "improv_core").rglob("*.py"))
 STAGE = [path for path in CORE if "stage" in path.parts]
-BARE = [ROOT / "improv_core" / name for name in ("__init__.py", "movement.py", "score.py", *("motion.py", "text.py"))]
+BARE = [ROOT / "improv_core" / name for name in ("__init__.py", "movement.py", "score.py", *("motion.py", "path.py", "text.py"))]
 BARE += [ROOT / "improv_core" / "profiles.py", *STAGE]
-SINKS = {"pymunk": "stage/sinks/simulator.py", "rclpy": "stage/sinks/ros.py", "aiohttp": "stage/viewer/server.py"}
+LIBRARIES = {
+    "pymunk": ["stage/sinks/simulator.py"],
+    "rclpy": ["stage/graph.py", "stage/sinks/ros.py"],
+    "aiohttp": ["stage/viewer/server.py"],
+    "mcap": ["stage/sinks/recorder.py"],
+}
 
 
 def name(path: Path) -> str:
@@ -50,17 +55,21 @@ def test_the_core_knows_nothing_of_lsp(path: Path) -> None:
     assert packages(path).isdisjoint({"pygls", "lsprotocol", "improv_ls"})
 
 
-@pytest.mark.parametrize("library", SINKS)
-def test_a_sinks_library_is_imported_in_one_file_and_lazily(library: str) -> None:
+@pytest.mark.parametrize("library", LIBRARIES)
+def test_a_stages_library_is_imported_in_its_place_and_lazily(library: str) -> None:
     importers = [path for path in CORE if library in packages(path)]
-    assert [name(path) for path in importers] == [f"improv_core/{SINKS[library]}"]
-    assert library not in at_import(importers[0])
+    assert [name(path) for path in importers] == [f"improv_core/{place}" for place in LIBRARIES[library]]
+    assert all(library not in at_import(path) for path in importers)
+
+
+def test_who_looks_at_the_graph_sends_nothing() -> None:
+    assert "publish(" not in (ROOT / "improv_core" / "stage" / "graph.py").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("path", BARE, ids=name)
 def test_the_stage_needs_only_the_standard_library(path: Path) -> None:
     libraries = packages(path) - set(sys.stdlib_module_names) - {"improv_core"}
-    assert libraries <= {"pymunk", "aiohttp", "rclpy", "geometry_msgs"}
+    assert libraries <= {"pymunk", "aiohttp", "rclpy", "geometry_msgs", "std_srvs", "mcap"}
 
 
 @pytest.mark.parametrize("path", BARE, ids=name)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import queue
 import signal
@@ -15,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +27,16 @@ if __name__ == "__main__":
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
     sys.path.append(str(here.parent.parent))
 
-from improv_core.score import from_json
+from improv_core.motion import Twist
+from improv_core.score import Score, from_json
 from improv_core.stage.player import Player
 from improv_core.stage.sinks import Sink
 
 VERSION = 1
 """The protocol's version: docs/protocol.md."""
+
+SILENCE_LIMIT = 0.5
+"""Seconds without a ping after which the parent counts as hung: nobody could stop what moves any more."""
 
 Message = Mapping[str, Any]
 Tell = Callable[[dict[str, Any]], None]
@@ -46,14 +52,16 @@ def main() -> int:
     writer = threading.Thread(target=_write, args=(outbox,), daemon=True)
     writer.start()
     try:
-        sink, ready, tell = _open(options, outbox.put)
+        opened = _open(options, outbox.put)
     except Exception as error:  # whatever a sink's libraries raise, the one line that says so must get out
         outbox.put({"type": "error", "message": _one_line(error)})
         code = 2
     else:
+        if options.report_sent:
+            _report_sent(opened.sink, outbox.put)
         threading.Thread(target=_read, args=(inbox,), daemon=True).start()
-        tell(ready)
-        code = _play(sink, inbox, tell)
+        opened.tell(opened.ready)
+        code = _play(opened, inbox)
     outbox.put(None)
     writer.join(timeout=1)  # a parent that no longer reads must not keep us alive
     return code
@@ -64,17 +72,27 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--sink", choices=["simulator", "ros"], required=True)
     parser.add_argument("--port", type=int, default=0, help="the page's port; 0 for any free one")
     parser.add_argument("--discovery", help="ROS_AUTOMATIC_DISCOVERY_RANGE, where the environment does not say")
+    parser.add_argument("--report-sent", action="store_true", help="tell of every velocity that is sent")
     return parser.parse_args()
 
 
-def _open(options: argparse.Namespace, put: Tell) -> tuple[Sink, dict[str, Any], Tell]:
-    """The sink, what to say once it is ready, and where everything said goes."""
+@dataclass(frozen=True, slots=True)
+class _Opened:
+    """A sink, what to say once it is ready, where everything said goes, and who is shown what is to be played."""
+
+    sink: Sink
+    ready: dict[str, Any]
+    tell: Tell
+    show: Callable[[Score, int], None] = lambda score, generation: None
+
+
+def _open(options: argparse.Namespace, put: Tell) -> _Opened:
     ready = {"type": "ready", "protocol": VERSION}
     if options.sink == "ros":
         from improv_core.stage.sinks.ros import Ros
 
         ros = Ros(options.discovery)
-        return ros, {**ready, "sink": ros.description}, put
+        return _Opened(ros, {**ready, "sink": ros.description}, put)
 
     from improv_core.stage.sinks.simulator import Simulator
     from improv_core.stage.viewer.server import Viewer
@@ -94,23 +112,43 @@ def _open(options: argparse.Namespace, put: Tell) -> tuple[Sink, dict[str, Any],
         viewer.publish(message)
         put(message)
 
-    return simulator, {**ready, "sink": simulator.name, "page": viewer.url}, tell
+    return _Opened(simulator, {**ready, "sink": simulator.name, "page": viewer.url}, tell, viewer.show)
 
 
-def _play(sink: Sink, inbox: queue.SimpleQueue[Message], tell: Tell) -> int:
+def _report_sent(sink: Sink, put: Tell) -> None:
+    """Have a sink tell of everything it sends, also by itself; the time is taken just before."""
+    send = sink.send
+
+    def send_and_tell(robot: str, twist: Twist, at: float) -> None:
+        wall = time.time_ns()
+        send(robot, twist, at)
+        put({"type": "sent", "robot": robot, "twist": [twist.x, twist.y, twist.z, twist.yaw], "wall": wall})
+
+    sink.send = send_and_tell  # type: ignore[method-assign]
+
+
+def _play(opened: _Opened, inbox: queue.SimpleQueue[Message]) -> int:
+    sink, tell = opened.sink, opened.tell
     player = Player(sink, tell, time.time)
+    silent_from = math.inf  # when the parent, if it has pinged at all, counts as hung
     try:
         while True:
             now = time.monotonic()
-            deadline = player.deadline(now)
+            deadline = min(player.deadline(now) or math.inf, silent_from)
             try:
-                message = inbox.get(timeout=None if deadline is None else max(deadline - now, 0))
+                message = inbox.get(timeout=max(deadline - now, 0) if deadline < math.inf else None)
             except queue.Empty:
-                player.advance(time.monotonic())
+                now = time.monotonic()
+                if now >= silent_from:
+                    silent_from = math.inf
+                    _stop_for_silence(player, tell, now)
+                player.advance(now)
                 continue
             if message["type"] == "end":
                 return 0
-            _obey(player, message, tell)
+            if message["type"] == "ping" or silent_from < math.inf:
+                silent_from = time.monotonic() + SILENCE_LIMIT
+            _obey(player, message, opened)
     except Exception as error:
         tell({"type": "error", "message": f"the stage stopped: {_one_line(error)}"})
         return 1
@@ -130,23 +168,45 @@ def _stop(player: Player) -> None:
             player.advance(time.monotonic())
 
 
-def _obey(player: Player, message: Message, tell: Tell) -> None:
-    kind, now = message["type"], time.monotonic()
-    if kind == "load":
-        try:
-            score = from_json(message["score"])
-            generation, when, zero = int(message["generation"]), str(message["when"]), message.get("zero")
-            player.backend = str(message["backend"])
-        except (KeyError, TypeError, ValueError) as error:
-            tell({"type": "error", "message": f"this is no score: {_one_line(error)}"})
-            return
-        player.load(score, generation, when, now, zero)
-    elif kind == "hush":
+def _stop_for_silence(player: Player, tell: Tell, now: float) -> None:
+    if player.state in ("playing", "waiting"):
         player.hush(now)
-    elif kind == "ping":
-        tell({"type": "pong"})
-    else:
-        tell({"type": "error", "message": f"the stage does not know the message {kind!r}"})
+        what = f"the editor's server said nothing for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
+        tell({"type": "error", "message": what})
+
+
+def _obey(player: Player, message: Message, opened: _Opened) -> None:
+    now = time.monotonic()
+    try:
+        # All stages do a thing as of the time it was asked for; what has been sent since can't be taken back.
+        at = max(min(float(message.get("at", now)), now), player.reached)
+        if obey := _OBEYING.get(message["type"]):
+            obey(player, message, at, opened)
+        else:
+            opened.tell({"type": "error", "message": f"the stage does not know the message {message['type']!r}"})
+    except (KeyError, TypeError, ValueError) as error:
+        opened.tell(
+            {"type": "error", "message": f"the stage can't make sense of {message['type']!r}: {_one_line(error)}"}
+        )
+
+
+def _load(player: Player, message: Message, now: float, opened: _Opened) -> None:
+    score, generation = from_json(message["score"]), int(message["generation"])
+    player.backend = str(message["backend"])
+    opened.show(score, generation)
+    player.load(score, generation, str(message["when"]), now, message.get("zero"))
+
+
+_OBEYING: Mapping[str, Callable[[Player, Message, float, _Opened], None]] = {
+    "load": _load,
+    "hush": lambda player, message, at, opened: player.hush(time.monotonic()),
+    "pause": lambda player, message, at, opened: player.pause(at),
+    "resume": lambda player, message, at, opened: player.resume(at),
+    "seek": lambda player, message, at, opened: player.seek(float(message["beat"]), at),
+    "speed": lambda player, message, at, opened: player.set_speed(float(message["factor"]), at),
+    "silence": lambda player, message, at, opened: player.set_silent(message["muted"], message["soloed"], at),
+    "ping": lambda player, message, at, opened: opened.tell({"type": "pong", "number": message.get("number")}),
+}
 
 
 def _read(inbox: queue.SimpleQueue[Message]) -> None:

@@ -1,43 +1,42 @@
-"""The parent's side of stages: starts them, feeds them, and shows several as one. Standard library only."""
+"""The parent's side of stages: starts them, conducts them, and shows several as one. Standard library only."""
 
 from __future__ import annotations
 
 import asyncio
-import json
 import math
 import os
 import secrets
 import sys
-from collections import deque
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import AsyncIterator, Callable, Iterable
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 from urllib.parse import urlsplit
 
+from improv_core.movement import series
 from improv_core.score import Score, to_json
 from improv_core.stage.interpreter import InterpreterError, find_ros_python
+from improv_core.stage.process import Message, Stage, StageError
 
-Message = Mapping[str, Any]
-
-START_LIMIT = 60.0
-"""Seconds a stage may take to say that it is ready, on a busy machine."""
-END_LIMIT = 3.0
-"""Seconds a stage may take to stop its robots and end, before it is killed."""
-
-
-class StageError(Exception):
-    """A stage can't be had; one plain line that says what to do."""
+CONDUCTING = ("hush", "pause", "resume", "seek", "speed", "silence")
+"""The messages by which somebody, at an editor or at the page, has a say in what plays."""
+HALT_LIMIT = 8.0
+"""Seconds a new stage may take to find the robots of one that has died, and to stop them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What to play on: `backend` is auto, sim, ros or both; `ros_python` and `discovery` as in the settings."""
+    """What to play on: `backend` is auto, sim, ros or both; `ros_python` and `discovery` as in the settings.
+
+    With `report_sent`, stages tell of every velocity they send.
+    """
 
     backend: str = "auto"
     port: int = 0
     ros_python: str | None = None
     discovery: str | None = None
+    report_sent: bool = False
 
 
 def whole_beats(transport: Message) -> str:
@@ -67,11 +66,17 @@ class Playback:
         self._listen = listen
         self._leader: Stage | None = None
         self._twin: Stage | None = None
+        self._score: Score | None = None
         self._generation = 0
-        self._loaded: Message = {}
+        self._loaded: Message = {}  # what the twin still has to be told
+        self._kept: dict[str, Message] = {}  # speed and silence, which new stages are told too
         self._opening = asyncio.Lock()
+        self._reviving: set[asyncio.Task[None]] = set()
+        self._still = asyncio.Event()
         self._token = secrets.token_urlsafe()
         self._port = options.port
+        self.muted: frozenset[str] = frozenset()
+        self.soloed: frozenset[str] = frozenset()
         self.watched = asyncio.Event()
         """Set once somebody looks at the page."""
 
@@ -113,39 +118,44 @@ class Playback:
     async def play(self, score: Score, when: str = "restart") -> int:
         """Play a score: `restart`, or take over `now`, at the `beat` or `end`. Its generation. Raises StageError."""
         await self.open()
-        assert self._leader
-        self._generation += 1
-        self._loaded = {
-            "type": "load",
-            "generation": self._generation,
-            "score": to_json(score),
-            "when": when,
-            "backend": self.status,
-        }
-        self._leader.send(self._loaded)
+        self._score = score
+        self._send_score(when)
         return self._generation
+
+    def conduct(self, kind: str, **values: object) -> None:
+        """Have all stages do one thing at one time: a message of `CONDUCTING` (docs/protocol.md)."""
+        message = {"type": kind, **values, "at": time.monotonic()}
+        if kind in ("speed", "silence"):
+            self._kept[kind] = {"type": kind, **values}
+        for stage in (self._leader, self._twin):
+            if stage:
+                stage.send(message)
 
     def hush(self) -> None:
         """Stop every robot at once."""
-        for stage in (self._leader, self._twin):
-            if stage:
-                stage.send({"type": "hush"})
+        self.conduct("hush")
+
+    def silence(self, muted: Iterable[str], soloed: Iterable[str]) -> None:
+        """Have these robots stand still, or all but the soloed ones, now and in what is played later."""
+        self.muted, self.soloed = frozenset(muted), frozenset(soloed)
+        self.conduct("silence", muted=sorted(self.muted), soloed=sorted(self.soloed))
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""
+        await asyncio.gather(*self._reviving)
         async with self._opening:
             await self._close()
 
     async def _close(self) -> None:
-        stages = [stage for stage in (self._leader, self._twin) if stage]
+        await asyncio.gather(*(stage.close() for stage in (self._leader, self._twin) if stage))
         self._leader = self._twin = None
-        await asyncio.gather(*(stage.close() for stage in stages))
 
     async def _start_simulator(self) -> Stage:
-        command = [sys.executable, _STAGE, "--sink", "simulator", "--port", str(self._port)]
+        command = [sys.executable, _STAGE, "--sink", "simulator", "--port", str(self._port), *self._reporting]
         stage = await Stage.start(command, {**os.environ, "IMPROV_PAGE_TOKEN": self._token}, self._hear)
         # A stage that has to be started anew serves the pages that are open already.
         self._port = urlsplit(stage.ready["page"]).port or 0
+        self._tell_kept(stage)
         return stage
 
     async def _start_ros(self) -> Stage | None:
@@ -157,114 +167,109 @@ class Playback:
             if self.options.backend == "auto":
                 return None
             raise StageError(
-                "no Python with rclpy was found: source your ROS 2 (`source /opt/ros/…/setup.bash`), "
-                "or set IMPROV_ROS_PYTHON to one that has it"
+                "no Python with rclpy was found: run `improv ros setup`, source your ROS 2 "
+                "(`source /opt/ros/…/setup.bash`), or set IMPROV_ROS_PYTHON to a Python that has it"
             )
         discovery = ["--discovery", self.options.discovery] if self.options.discovery else []
-        return await Stage.start([found.python, _STAGE, "--sink", "ros", *discovery], found.env, self._hear)
-
-    def _hear(self, stage: Stage, message: Message) -> None:
-        leads = stage is self._leader
-        if message["type"] == "request":
-            self._obey(message["command"]["type"])
-            return
-        if leads and self._twin and message["type"] == "transport":
-            self._lead(message)
-        self._listen(message, leads)
-
-    def _obey(self, request: str) -> None:
-        """What the page asks for goes to all stages by way of here, so that there is one truth."""
-        if request == "hush":
-            self.hush()
-        elif request == "watched":
-            self.watched.set()
-
-    def _lead(self, transport: Message) -> None:
-        """Have the twin begin at the very same time as the stage that leads."""
-        if transport["state"] == "playing" and transport["generation"] == self._loaded.get("generation"):
-            assert self._twin
-            zero = transport["monotonic"] - transport["beat"] * 60 / transport["tempo"]
-            self._twin.send({**self._loaded, "zero": zero})
-
-
-class Stage:
-    """A stage process. Made by `start`; `ready` is its first message."""
-
-    def __init__(self, process: asyncio.subprocess.Process, hear: Callable[[Stage, Message], None]) -> None:
-        self._process = process
-        self._hear = hear
-        self._closing = False
-        self._ready: asyncio.Future[Message] = asyncio.get_running_loop().create_future()
-        self._last_words: deque[str] = deque(maxlen=5)
-        self._tasks = [asyncio.create_task(self._read()), asyncio.create_task(self._read_log())]
-
-    @classmethod
-    async def start(
-        cls, command: Sequence[str], env: Mapping[str, str], hear: Callable[[Stage, Message], None]
-    ) -> Stage:
-        """Start a stage and wait until it is ready. Raises StageError with what it says is wrong."""
-        pipe = asyncio.subprocess.PIPE
-        try:
-            process = await asyncio.create_subprocess_exec(
-                *command, stdin=pipe, stdout=pipe, stderr=pipe, env=env, limit=2**24
-            )
-        except OSError as error:
-            raise StageError(f"{command[0]} can't be started: {error.strerror}") from None
-        stage = cls(process, hear)
-        try:
-            first = await asyncio.wait_for(asyncio.shield(stage._ready), START_LIMIT)
-        except asyncio.TimeoutError:
-            first = {"type": "error", "message": "the stage did not start in time: try again"}
-        if first["type"] != "ready":
-            await stage.close()
-            raise StageError(first["message"])
+        stage = await Stage.start(
+            [found.python, _STAGE, "--sink", "ros", *discovery, *self._reporting], found.env, self._hear
+        )
+        self._tell_kept(stage)
         return stage
 
     @property
-    def ready(self) -> Message:
-        return self._ready.result()
+    def _reporting(self) -> list[str]:
+        return ["--report-sent"] if self.options.report_sent else []
 
-    @property
-    def alive(self) -> bool:
-        return self._process.returncode is None and not self._closing
+    def _tell_kept(self, stage: Stage) -> None:
+        for message in self._kept.values():
+            stage.send(message)
 
-    def send(self, message: Message) -> None:
-        """Send a message; one to a stage that has died is lost, and its end has been told."""
-        assert self._process.stdin
-        if not self._process.stdin.is_closing():
-            self._process.stdin.write(json.dumps(message).encode() + b"\n")
+    def _send_score(self, when: str) -> None:
+        assert self._leader
+        assert self._score
+        self._generation += 1
+        self._loaded = self._load(self._score, when)
+        self._leader.send(self._loaded)
 
-    async def close(self) -> None:
-        """Close its input, which stops the robots and ends it; one that does not end is killed."""
-        self._closing = True
-        assert self._process.stdin
-        self._process.stdin.close()
-        try:
-            await asyncio.wait_for(self._process.wait(), END_LIMIT)
-        except asyncio.TimeoutError:
-            self._process.kill()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+    def _load(self, score: Score, when: str) -> Message:
+        data = to_json(score)
+        return {"type": "load", "generation": self._generation, "score": data, "when": when, "backend": self.status}
 
-    async def _read(self) -> None:
-        assert self._process.stdout
-        async for line in self._process.stdout:
-            message = json.loads(line)
-            if not self._ready.done():
-                self._ready.set_result(message)
-            elif not self._closing:
-                self._hear(self, message)
-        await self._process.wait()
-        why = f"the stage ended: {self._last_words[-1]}" if self._last_words else "the stage ended by itself"
-        gone = {"type": "gone", "message": f"{why}; save again to start it anew"}
-        if not self._ready.done():
-            self._ready.set_result({**gone, "message": why})
-        elif not self._closing:
-            self._hear(self, gone)
+    def _hear(self, stage: Stage, message: Message) -> None:
+        leads = stage is self._leader
+        kind = message["type"]
+        if kind == "request":
+            self._obey(message["command"])
+            return
+        if kind == "gone":
+            message = self._revive(stage, message)
+        elif kind == "transport" and leads:
+            self._lead(message)
+        self._listen(message, leads)
 
-    async def _read_log(self) -> None:
-        assert self._process.stderr
-        async for line in self._process.stderr:
-            self._last_words.append(line.decode(errors="replace").strip())
+    def _obey(self, request: Message) -> None:
+        """What the page asks for goes to all stages by way of here, so that there is one truth."""
+        kind, values = request["type"], {name: value for name, value in request.items() if name != "type"}
+        if kind == "watched":
+            self.watched.set()
+        elif kind == "restart" and self._leader and self._score:
+            self._send_score("restart")
+        elif kind == "silence":
+            self.silence(values["muted"], values["soloed"])
+        elif kind in CONDUCTING:
+            self.conduct(kind, **values)
+
+    def _lead(self, transport: Message) -> None:
+        """Have the twin begin at the very same time as the stage that leads, and stop when that stops by itself."""
+        if transport["state"] in ("stopped", "ended"):
+            self._still.set()
+        if not self._twin:
+            return
+        if transport["state"] == "playing" and transport["generation"] == self._loaded.get("generation"):
+            zero = transport["monotonic"] - transport["beat"] * 60 / transport["tempo"]
+            self._twin.send({**self._loaded, "zero": zero})
+            self._loaded = {}
+        elif transport["state"] == "stopped":
+            self._twin.send({"type": "hush"})
+
+    def _revive(self, dead: Stage, gone: Message) -> Message:
+        """Start a new stage in the place of one that has died; what leads stops the robots first. What to tell."""
+        leads = dead is self._leader
+        if leads and self._twin:
+            self._twin.send({"type": "hush"})
+        self._loaded = {}
+        task = asyncio.create_task(self._replace(dead))
+        self._reviving.add(task)
+        task.add_done_callback(self._reviving.discard)
+        what = "a new one stops the robots; save to play again" if leads else "a new one shows what is played next"
+        return {**gone, "message": f"{gone['message']}: {what}"}
+
+    async def _replace(self, dead: Stage) -> None:
+        async with self._opening:
+            leads = dead is self._leader
+            if not leads and dead is not self._twin:
+                return
+            try:
+                new = await (self._start_simulator() if "page" in dead.ready else self._start_ros())
+            except StageError as error:
+                self._listen({"type": "error", "message": f"no new stage can be started: {error}"}, leads)
+                new = None
+            if not leads:
+                self._twin = new
+                return
+            self._leader = new
+        if new and self._score:
+            self._still.clear()
+            new.send(self._load(_standing(self._score), "restart"))
+            with suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._still.wait(), HALT_LIMIT)
+
+
+def _standing(score: Score) -> Score:
+    """The same robots with nothing to play: all they are told is to stop."""
+    parts = {name: replace(part, movement=series(()), reset=None) for name, part in score.parts.items()}
+    return Score(score.tempo, parts)
 
 
 _STAGE = str(Path(__file__).resolve().parent)

@@ -11,7 +11,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from improv_core.stage.sinks.ros import DISCOVERY, LOCALHOST_ONLY
+
 VARIABLE = "IMPROV_ROS_PYTHON"
+SETUP = "`improv ros setup`"
+PROVEN = "proven"
+"""The file that `improv ros setup` writes last into its environment, which counts only where it is."""
 PROBE = "import rclpy, geometry_msgs.msg"
 PROBE_LIMIT = 30.0
 """Seconds an interpreter may take to import rclpy, from a cold disk."""
@@ -23,10 +28,11 @@ class InterpreterError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Interpreter:
-    """A Python that imports rclpy, and the environment in which it does."""
+    """A Python that imports rclpy, the environment in which it does, and what led to it, in words."""
 
     python: str
     env: Mapping[str, str]
+    origin: str
 
 
 def find_ros_python(setting: str | None) -> Interpreter | None:
@@ -37,7 +43,7 @@ def find_ros_python(setting: str | None) -> Interpreter | None:
     """
     for named, source in ((setting, "the setting improv.ros.python"), (os.environ.get(VARIABLE), VARIABLE)):
         if named:
-            return _asked_for(Interpreter(named, dict(os.environ)), source)
+            return _asked_for(Interpreter(named, dict(os.environ), source))
     return next((each for each in _candidates() if _problem(each) is None), None)
 
 
@@ -47,25 +53,25 @@ def private_environment() -> Path:
     return Path(data) / "improv" / "ros"
 
 
-def _asked_for(asked: Interpreter, source: str) -> Interpreter:
+def _asked_for(asked: Interpreter) -> Interpreter:
     if problem := _problem(asked):
-        raise InterpreterError(f"{asked.python} has no rclpy ({problem}): correct {source}, or leave it empty")
+        raise InterpreterError(f"{asked.python} has no rclpy ({problem}): correct {asked.origin}, or leave it empty")
     return asked
 
 
 def _candidates() -> Iterator[Interpreter]:
     env = dict(os.environ)
     if importlib.util.find_spec("rclpy"):
-        yield Interpreter(sys.executable, env)
+        yield Interpreter(sys.executable, env, "Improv's own Python")
     if "AMENT_PREFIX_PATH" in env:
         for python in dict.fromkeys(filter(None, [shutil.which("python3"), _SYSTEM_PYTHON])):
-            yield Interpreter(python, env)
+            yield Interpreter(python, env, "the ROS that is sourced")
     for setup in sorted(Path(_INSTALLED).glob("*/setup.bash"), reverse=True):
         if sourced := _sourced(setup):
-            yield Interpreter(_SYSTEM_PYTHON, sourced)
-    own = private_environment() / "bin" / "python"
-    if own.exists():
-        yield Interpreter(str(own), env)
+            yield Interpreter(_SYSTEM_PYTHON, sourced, str(setup.parent))
+    own = private_environment()
+    if (own / PROVEN).exists():
+        yield Interpreter(str(own / "bin" / "python"), env, SETUP)
 
 
 _SYSTEM_PYTHON = "/usr/bin/python3"  # the only one that ROS's Debian packages are built for
@@ -73,14 +79,18 @@ _INSTALLED = "/opt/ros"
 
 
 def _sourced(setup: Path) -> dict[str, str] | None:
-    """The environment that sourcing a ROS installation makes."""
+    """The environment that sourcing a ROS installation makes; how far it looks for robots stays as it was."""
     command = ["bash", "-c", 'source "$0" >/dev/null && env -0', str(setup)]
     try:
         done = subprocess.run(command, capture_output=True, timeout=PROBE_LIMIT, stdin=subprocess.DEVNULL, check=True)
     except (OSError, subprocess.SubprocessError):
         return None
     pairs = (entry.partition("=") for entry in os.fsdecode(done.stdout).split("\0") if entry)
-    return {name: value for name, _, value in pairs}
+    # Sourcing sets the subnet (ros_environment, 1.ros_discovery.dsv.in; before Iron 1.ros_localhost_only.dsv.in), as if
+    # somebody had asked for it.
+    reach = {DISCOVERY, LOCALHOST_ONLY}
+    asked_for = {name: os.environ[name] for name in reach & os.environ.keys()}
+    return {name: value for name, _, value in pairs if name not in reach} | asked_for
 
 
 def _problem(candidate: Interpreter) -> str | None:

@@ -1,80 +1,49 @@
-"""Plays scores: what each robot is told, and exactly when. Knows no clock but the times it is given.
+"""Plays scores: sends what is due, and obeys who conducts. Knows no clock but the times it is given.
 
-Two kinds of time: `now` is the clock's, in seconds; performance time counts from beat 0 of the latest restart.
+Three kinds of time: `now` is the clock's, in seconds; performance time counts seconds from the latest restart on, and
+goes on while nothing moves; beats are places in the score, and pass at its tempo times the speed.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from fractions import Fraction
-from heapq import heappop, heappush, heapreplace
-from typing import Any, NamedTuple
+from heapq import heapify, heappop, heappush, heapreplace
+from typing import Any
 
 from improv_core.motion import STILL, Twist
-from improv_core.movement import ENDLESS, walk
-from improv_core.score import Part, Score, twist
+from improv_core.movement import ENDLESS, Exact
+from improv_core.path import pose_at
+from improv_core.score import Score
+from improv_core.stage.commands import LAST_ZEROS, Command, commands, zeros
 from improv_core.stage.sinks import Sink
 
 PATIENCE = 5.0
 """Seconds to wait for a new robot's listener before beat 0: ROS 2 discovery took up to 2.64 s where it was measured on
 a quiet machine, and more than 3 s on a busy one."""
 LOOK_AGAIN = 0.01
-"""Seconds between two looks for listeners."""
-LAST_ZEROS = 3
-"""How many zeros end a robot's motion: one may be lost, and a steady stream of them would fight other publishers."""
-SHORTEST = Fraction(1, 1000)
-"""Seconds. Changes that come faster than this are sampled at this distance, so that no program can swamp a robot."""
+"""Seconds between two looks for listeners before beat 0."""
+LOOK_WHILE_PLAYING = 1.0
+"""Seconds between two looks at whether all are still heard, and alone."""
+LATE = 0.5
+"""Seconds. A live sink that could not send for so long stops: its robots have stopped by themselves, or should have."""
+SLOWEST, FASTEST = 0.1, 4.0
+FINEST = 1_000_000
+"""Parts of a beat at which playing can be taken up again."""
 
 EMPTY = Score(Fraction(60), {})
 
 
-class Command(NamedTuple):
-    """A robot's velocity, from `at` seconds on."""
-
-    at: float
-    twist: Twist
-
-
 @dataclass(frozen=True, slots=True)
 class Swap:
-    """A score that takes over at a performance time, at once if that is None."""
+    """A score that waits to take over: `when` is now, beat or end, `at` the performance time that makes."""
 
     score: Score
     generation: int
+    when: str
     at: float
-
-
-def commands(part: Part, tempo: Fraction) -> Iterator[Command]:
-    """All a robot is told: every change at its time, repeated in between at the profile's rate, zeros at the end."""
-    period = 1 / part.profile.command_rate
-    shortest = SHORTEST * tempo / 60
-    seconds = 60 / tempo
-    moments = walk(part.movement, merge=True)
-    while moment := next(moments, None):
-        end = moment.start + moment.duration
-        if moment.duration < shortest:
-            end = moment.start + shortest
-            if end >= part.movement.duration:
-                end = Fraction(part.movement.duration)
-            moments = walk(part.movement, end, merge=True)
-        moving = twist(moment.velocity, part.profile, tempo)
-        yield from _held(moving, float(moment.start * seconds), float(end * seconds), period)
-    yield from zeros(float(part.movement.duration * seconds), period)
-
-
-def zeros(start: float, period: float) -> Iterator[Command]:
-    """The short burst that stops a robot."""
-    return (Command(start + count * period, STILL) for count in range(LAST_ZEROS))
-
-
-def _held(moving: Twist, start: float, end: float, period: float) -> Iterator[Command]:
-    # Each time is counted from the start, never added up: no error grows however long the velocity is held.
-    count = 0
-    while (at := start + count * period) < end:
-        yield Command(at, moving)
-        count += 1
 
 
 class Player:
@@ -89,16 +58,26 @@ class Player:
         """What everything plays on, in words, for those who watch."""
         self._generation = 0
         self._state = "stopped"
+        self._speed = Fraction(1)
         self._zero = 0.0  # the clock's time of performance time 0
-        self._began = 0.0  # performance time of beat 0 of this score
+        self._since = 0.0  # the performance time at which playing was last taken up,
+        self._from: Exact = 0  # and at which beat
         self._queue: list[tuple[float, str, Twist, Iterator[Command], float]] = []
-        self._met: dict[str, float] = {}  # when each robot was first prepared
         self._next: Swap | None = None
+        self._muted: frozenset[str] = frozenset()
+        self._soloed: frozenset[str] = frozenset()
+        self._wanted: dict[str, Twist] = {}  # what each robot does, or would do if it were not silent
+        self._zeros_left: dict[str, int] = {}  # of each robot that is silent
+        self._met: dict[str, float] = {}  # when each robot was first prepared
+        self._warned: dict[str, str] = {}
+        self._look = math.inf
+        self.reached = 0.0
+        """The clock's time up to which everything has been sent."""
         self._start_poses: dict[str, Any] = {}
 
     @property
     def state(self) -> str:
-        """stopped, waiting (for listeners), playing, or ended."""
+        """stopped, waiting (for listeners), playing, paused or ended."""
         return self._state
 
     def load(self, score: Score, generation: int, when: str, now: float, zero: float | None = None) -> None:
@@ -106,15 +85,202 @@ class Player:
 
         `zero` is the clock's time of beat 0 where another stage has set it.
         """
-        at = self._switch_time(when, now) if self._state == "playing" else None
-        if at is None:
-            self._restart(Swap(score, generation, 0.0), now, zero)
-        else:
-            self._next = Swap(score, generation, at)
+        self._warned = {}
+        if self._state == "playing" and when in ("now", "beat", "end"):
+            at = self._switch_time(when, now - self._zero) if zero is None else zero - self._zero
+            self._next = Swap(score, generation, when, at)
             self.advance(now)
+        else:
+            self._restart(score, generation, now, zero)
 
     def hush(self, now: float) -> None:
         """Stop every robot at once. If one can't be told, the others still are; what went wrong first is raised."""
+        self._stop_all(now, "stopped")
+
+    def pause(self, now: float) -> None:
+        """Stop every robot at once, to go on from here."""
+        if self._state == "playing":
+            self._from = self._beat(now)
+            self._stop_all(now, "paused")
+
+    def resume(self, now: float) -> None:
+        """Go on from where it was paused."""
+        if self._state == "paused":
+            self._play_from(self._from, now - self._zero, now)
+
+    def seek(self, beat: float, now: float) -> None:
+        """Play from another beat on, or be paused there; simulated robots stand where the score has them then."""
+        target = _fine(min(max(beat, 0.0), float(self._score.beats)))
+        if self._state != "waiting":
+            poses = {robot: pose_at(part, target) for robot, part in self._score.parts.items()}
+            self._sink.place({robot: pose for robot, pose in poses.items() if pose})
+        if self._state == "playing":
+            self._play_from(target, now - self._zero, now)
+        elif self._state != "waiting":
+            self._from, self._state = target, "paused"
+            self._tell_transport(now)
+
+    def set_speed(self, factor: float, now: float) -> None:
+        """Play so many times as fast: 0.1 to 4. Kept for what is played later."""
+        beat = self._beat(now)
+        self._speed = Fraction(str(min(max(factor, SLOWEST), FASTEST)))
+        if self._state == "playing":
+            self._play_from(beat, now - self._zero, now)
+        else:
+            self._tell_transport(now)
+
+    def set_silent(self, muted: Collection[str], soloed: Collection[str], now: float) -> None:
+        """These robots stand still while the others play; or all but the soloed ones. Kept for what is played later."""
+        before = {robot for robot in self._score.parts if self._is_silent(robot)}
+        self._muted, self._soloed = frozenset(muted), frozenset(soloed)
+        for robot in self._score.parts if self._state == "playing" else ():
+            if self._is_silent(robot) != (robot in before):
+                self._zeros_left[robot] = LAST_ZEROS
+                self._send(robot, self._wanted.get(robot, STILL), max(now - self._zero, self._since))
+        self._tell_transport(now)
+
+    def advance(self, now: float) -> None:
+        """Send everything that is due."""
+        if self._state == "waiting":
+            self._look_for_listeners(now)
+            if self._state == "waiting":
+                return
+        if self._sink.live and self._state == "playing" and now - self._zero - self._due() > LATE:
+            late = now - self._zero - self._due()
+            self.hush(now)
+            message = f"the stage stood still for {late:.1f} s, so all robots were stopped: save to play again"
+            self._tell({"type": "error", "message": message})
+            return
+        self.reached = now
+        performed = self._performed(now)
+        if self._next and performed >= self._next.at:
+            swap, self._next = self._next, None
+            # What the old score has to say at that very moment, the new one says instead.
+            self._send_due(math.nextafter(swap.at, -math.inf))
+            self._take_over(swap, now)
+        end = self._end()
+        if self._state == "playing" and performed >= end:
+            self._send_due(end)
+            self._from, self._state = self._beat(now), "ended"
+            self._tell_transport(now)
+        self._send_due(performed)
+        if now >= self._look and self._state == "playing":
+            self._look = now + LOOK_WHILE_PLAYING
+            self._warn()
+
+    def deadline(self, now: float) -> float | None:
+        """When `advance` must be called next, by the clock; None if nothing is to come."""
+        if self._state == "waiting":
+            return now + LOOK_AGAIN
+        due = self._due()
+        if due == math.inf:
+            return None
+        return min(due + self._zero, now + self._sink.period) if self._sink.period else due + self._zero
+
+    @property
+    def _tempo(self) -> Fraction:
+        """Beats a minute as they pass."""
+        return self._score.tempo * self._speed
+
+    def _beat(self, now: float) -> Exact:
+        """Where in the score it is."""
+        if self._state == "waiting":
+            return 0
+        if self._state != "playing":
+            return self._from
+        passed = self._from + Fraction(max(now - self._zero - self._since, 0.0)) * self._tempo / 60
+        return _fine(float(min(passed, self._score.beats)))
+
+    def _end(self) -> float:
+        """The performance time at which the longest part ends."""
+        beats = self._score.beats
+        return math.inf if beats == ENDLESS else self._since + float((beats - self._from) * 60 / self._tempo)
+
+    def _due(self) -> float:
+        """The performance time of what comes next."""
+        queued = self._queue[0][0] if self._queue else math.inf
+        swap = self._next.at if self._next else math.inf
+        end = self._end() if self._state == "playing" else math.inf
+        return min(queued, swap, end)
+
+    def _performed(self, now: float) -> float:
+        """Performance time by the clock; never a rounding error before what is due by the clock."""
+        due = self._due()
+        return max(now - self._zero, due) if due + self._zero <= now else now - self._zero
+
+    def _switch_time(self, when: str, performed: float) -> float:
+        """The performance time at which a score takes over."""
+        performed = max(performed, self._since)
+        if when == "end" and self._end() != math.inf:
+            return self._end()
+        if when == "now":
+            return performed
+        beat = float(60 / self._tempo)
+        first = self._since + float(math.ceil(self._from) - self._from) * beat  # the first whole beat since
+        return first + max(math.ceil((performed - first) / beat), 0) * beat
+
+    def _restart(self, score: Score, generation: int, now: float, zero: float | None) -> None:
+        old = self._score.parts
+        leaving = [robot for robot in old if robot not in score.parts]
+        for robot in leaving:
+            self._sink.send(robot, STILL, now - self._zero)
+        self._sink.prepare(score.parts, True)
+        self._start_poses = _as_json(self._sink.poses())
+        self._queue, self._next, self._wanted = [], None, {}
+        for robot in leaving:
+            self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
+        self._zero, self._since, self._from = zero if zero is not None else now, 0.0, 0
+        self._score, self._generation = score, generation
+        for robot in score.parts:
+            self._met.setdefault(robot, now)
+        self._state = "waiting"
+        if zero is not None:
+            self._play_from(0, 0.0, now)
+            return
+        self._look_for_listeners(now)
+        if self._state == "waiting":
+            for robot in old.keys() & score.parts.keys():
+                self._sink.send(robot, STILL, 0.0)  # they must not go on as they were while others are waited for
+            self._tell_transport(now)
+
+    def _look_for_listeners(self, now: float) -> None:
+        missing = self._sink.missing()
+        if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in missing):
+            return
+        self._zero = now
+        self._play_from(0, 0.0, now)
+        self._warn()
+
+    def _take_over(self, swap: Swap, now: float) -> None:
+        old = self._score
+        self._sink.prepare(swap.score.parts, False)
+        self._score, self._generation = swap.score, swap.generation
+        for robot in swap.score.parts:
+            self._met.setdefault(robot, now)
+        for robot in old.parts.keys() - swap.score.parts.keys():
+            self._queue = [entry for entry in self._queue if entry[1] != robot]
+            heapify(self._queue)
+            self._enqueue(robot, zeros(0.0, 1 / old.parts[robot].profile.command_rate), swap.at)
+        self._play_from(0, swap.at, now)
+        self._warn()
+
+    def _play_from(self, beat: Exact, performed: float, now: float) -> None:
+        """Play the score from a beat on, as of this performance time."""
+        self._since, self._from, self._state = performed, beat, "playing"
+        self._queue = [entry for entry in self._queue if entry[1] not in self._score.parts]
+        heapify(self._queue)
+        self._zeros_left = {robot: LAST_ZEROS for robot in self._score.parts if self._is_silent(robot)}
+        for robot, part in self._score.parts.items():
+            self._enqueue(robot, commands(part, self._tempo, beat), performed)
+        if self._next:
+            swap = self._next
+            at = self._switch_time(swap.when, performed)
+            self._next = Swap(swap.score, swap.generation, swap.when, at)
+        self._look = now + LOOK_WHILE_PLAYING
+        self._tell_transport(now)
+        self.advance(now)
+
+    def _stop_all(self, now: float, state: str) -> None:
         performed = now - self._zero
         self._next = None
         self._queue = []
@@ -129,116 +295,12 @@ class Player:
         if problems:
             raise problems[0]
         self._sink.advance(performed)
-        self._state = "stopped"
+        self.reached = now
+        self._state = state
         self._tell_transport(now)
 
-    def advance(self, now: float) -> None:
-        """Send everything that is due."""
-        if self._state == "waiting":
-            self._look_for_listeners(now)
-            if self._state == "waiting":
-                return
-        performed = self._performed(now)
-        if self._next and performed >= self._next.at:
-            swap, self._next = self._next, None
-            # What the old score has to say at that very moment, the new one says instead.
-            self._send_due(math.nextafter(swap.at, -math.inf))
-            self._take_over(swap, now)
-        end = self._end()
-        if self._state == "playing" and performed >= end:
-            self._send_due(end)
-            self._state = "ended"
-            self._tell_transport(now)
-        self._send_due(performed)
-
-    def deadline(self, now: float) -> float | None:
-        """When `advance` must be called next, by the clock; None if nothing is to come."""
-        if self._state == "waiting":
-            return now + LOOK_AGAIN
-        due = self._due()
-        if due == math.inf:
-            return None
-        return min(due + self._zero, now + self._sink.period) if self._sink.period else due + self._zero
-
-    def _due(self) -> float:
-        """The performance time of what comes next."""
-        queued = self._queue[0][0] if self._queue else math.inf
-        swap = self._next.at if self._next else math.inf
-        end = self._end() if self._state == "playing" else math.inf
-        return min(queued, swap, end)
-
-    def _performed(self, now: float) -> float:
-        """Performance time by the clock; never a rounding error before what is due by the clock."""
-        due = self._due()
-        return max(now - self._zero, due) if due + self._zero <= now else now - self._zero
-
-    def _switch_time(self, when: str, now: float) -> float | None:
-        """The performance time at which a new score takes over; None for a restart."""
-        performed = max(now - self._zero, self._began)
-        if when == "now":
-            return performed
-        if when == "end" and self._end() != math.inf:
-            return self._end()
-        if when in ("beat", "end"):
-            beat = float(60 / self._score.tempo)
-            return self._began + math.ceil((performed - self._began) / beat) * beat
-        return None
-
-    def _restart(self, swap: Swap, now: float, zero: float | None) -> None:
-        leaving = {name: part for name, part in self._score.parts.items() if name not in swap.score.parts}
-        self._queue, self._next = [], None
-        for robot in leaving:
-            self._sink.send(robot, STILL, now - self._zero)
-        self._sink.prepare(swap.score.parts, True)
-        self._start_poses = _as_json(self._sink.poses())
-        self._zero, self._began = zero if zero is not None else now, 0.0
-        self._score, self._generation = swap.score, swap.generation
-        for robot in swap.score.parts:
-            self._met.setdefault(robot, now)
-        for robot, part in leaving.items():
-            self._enqueue(robot, zeros(0.0, 1 / part.profile.command_rate), 0.0)
-        self._state = "waiting"
-        if zero is not None:
-            self._begin(now)
-            return
-        self._look_for_listeners(now)
-        if self._state == "waiting":
-            self._tell_transport(now)
-
-    def _look_for_listeners(self, now: float) -> None:
-        missing = self._sink.missing()
-        if missing and any(now < self._met[robot] + PATIENCE for robot in missing):
-            return
-        for problem in missing.values():
-            self._tell({"type": "warning", "message": problem})
-        self._zero = now
-        self._begin(now)
-
-    def _begin(self, now: float) -> None:
-        self._state = "playing"
-        for robot, part in self._score.parts.items():
-            self._enqueue(robot, commands(part, self._score.tempo), 0.0)
-        self._tell_transport(now)
-        self.advance(now)
-
-    def _take_over(self, swap: Swap, now: float) -> None:
-        old = self._score
-        self._sink.prepare(swap.score.parts, False)
-        self._score, self._generation, self._began = swap.score, swap.generation, swap.at
-        self._queue = []
-        for robot, part in swap.score.parts.items():
-            self._met.setdefault(robot, now)
-            self._enqueue(robot, commands(part, swap.score.tempo), swap.at)
-        for robot, part in old.parts.items():
-            if robot not in swap.score.parts:
-                self._enqueue(robot, zeros(0.0, 1 / part.profile.command_rate), swap.at)
-        for problem in self._sink.missing().values():
-            self._tell({"type": "warning", "message": problem})
-        self._tell_transport(now)
-
-    def _end(self) -> float:
-        """The performance time at which the longest part ends."""
-        return self._began + self._score.seconds(self._score.beats)
+    def _is_silent(self, robot: str) -> bool:
+        return robot not in self._soloed if self._soloed else robot in self._muted
 
     def _enqueue(self, robot: str, told: Iterator[Command], offset: float) -> None:
         first = next(told, None)
@@ -249,7 +311,7 @@ class Player:
         queue = self._queue
         while queue and queue[0][0] <= performed:
             at, robot, moving, told, offset = queue[0]
-            self._sink.send(robot, moving, at)
+            self._send(robot, moving, at)
             following = next(told, None)
             if following:
                 heapreplace(queue, (following.at + offset, robot, following.twist, told, offset))
@@ -257,10 +319,25 @@ class Player:
                 heappop(queue)
         self._sink.advance(performed)
 
+    def _send(self, robot: str, moving: Twist, at: float) -> None:
+        self._wanted[robot] = moving
+        if self._state == "playing" and self._is_silent(robot):
+            left = self._zeros_left.get(robot, 0)
+            if not left:
+                return
+            self._zeros_left[robot], moving = left - 1, STILL
+        self._sink.send(robot, moving, at)
+
+    def _warn(self) -> None:
+        """Tell what stands in the way of robots, each line when it comes up."""
+        lines = {**self._sink.warnings(), **self._sink.missing()}
+        for robot, line in lines.items():
+            if self._warned.get(robot) != line:
+                self._tell({"type": "warning", "message": line})
+        self._warned = lines
+
     def _tell_transport(self, now: float) -> None:
         beats = self._score.beats
-        seconds_since_beat_0 = now - self._zero - self._began
-        beat = max(seconds_since_beat_0 * float(self._score.tempo) / 60, 0.0) if self._state != "waiting" else 0.0
         poses = _as_json(self._sink.poses())
         self._tell(
             {
@@ -268,14 +345,22 @@ class Player:
                 "generation": self._generation,
                 "state": self._state,
                 "backend": self.backend,
-                "tempo": float(self._score.tempo),
+                "tempo": float(self._tempo),
+                "speed": float(self._speed),
                 "beats": None if beats == ENDLESS else float(beats),
-                "beat": beat if beats == ENDLESS else min(beat, float(beats)),
+                "beat": float(self._beat(now)),
+                "muted": sorted(self._muted),
+                "soloed": sorted(self._soloed),
                 "monotonic": now,
                 "wall": self._wall(),
                 **({"start": self._start_poses, "poses": poses} if poses else {}),
             }
         )
+
+
+def _fine(beat: float) -> Exact:
+    """A beat as an exact number that is not long."""
+    return Fraction(round(beat * FINEST), FINEST)
 
 
 def _as_json(poses: Mapping[str, Any]) -> dict[str, Any]:

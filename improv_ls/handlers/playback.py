@@ -1,4 +1,4 @@
-"""Saving plays; the commands play and hush."""
+"""Saving plays; the commands conduct."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 from lsprotocol import types
 
 from improv_core.diagnostics import Severity
+from improv_core.stage.player import FASTEST, SLOWEST
 from improv_ls.documents import Document
 from improv_ls.handlers.documents import refresh_robots
 from improv_ls.session import Session
@@ -30,7 +31,53 @@ def play(ls: Session, *arguments: Any) -> None:
 
 
 def hush(ls: Session, *arguments: Any) -> None:
-    ls.performance.hush()
+    ls.performance.conduct("hush")
+
+
+def pause(ls: Session, *arguments: Any) -> None:
+    ls.performance.conduct("pause")
+
+
+def resume(ls: Session, *arguments: Any) -> None:
+    ls.performance.conduct("resume")
+
+
+def seek(ls: Session, *arguments: Any) -> None:
+    """Go on from the beat that is the argument, counted from 0."""
+    if (beat := _number(arguments)) is not None and beat >= 0:
+        ls.performance.conduct("seek", beat=beat)
+    else:
+        ls.say("improv.seek: say a beat, counted from 0", types.MessageType.Warning)
+
+
+def speed(ls: Session, *arguments: Any) -> None:
+    """Play so many times as fast."""
+    if (factor := _number(arguments)) is not None and SLOWEST <= factor <= FASTEST:
+        ls.performance.conduct("speed", factor=factor)
+    else:
+        ls.say(f"improv.speed: say a number from {SLOWEST:g} to {FASTEST:g}", types.MessageType.Warning)
+
+
+def mute(ls: Session, *arguments: Any) -> None:
+    """Have a robot stand still while the others play; once more, and it plays again."""
+    _silence(ls, "mute", arguments)
+
+
+def solo(ls: Session, *arguments: Any) -> None:
+    """Have all robots but this one, and other soloed ones, stand still; once more, and they play again."""
+    _silence(ls, "solo", arguments)
+
+
+def _silence(ls: Session, command: str, arguments: tuple[Any, ...]) -> None:
+    if len(arguments) == 1 and isinstance(arguments[0], str) and arguments[0]:
+        ls.performance.toggle(command, arguments[0])
+    else:
+        ls.say(f"improv.{command}: say a robot's name", types.MessageType.Warning)
+
+
+def _number(arguments: tuple[Any, ...]) -> float | None:
+    """The one argument, if it is a number."""
+    return float(arguments[0]) if len(arguments) == 1 and type(arguments[0]) in (int, float) else None
 
 
 async def _play(ls: Session, document: Document) -> None:

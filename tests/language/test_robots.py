@@ -243,7 +243,7 @@ def test_names_that_robots_cannot_have() -> None:
         [robots.9]
                 ^ robots: `9` can't name a robot: use the letters a to z, digits and `_`, a letter first
         step = 1
-        ^^^^ robots: `step` is not known here: write one of `profile`, `start`, `topic`, `message`
+        ^^^^ robots: `step` is not known here: write one of `profile`, `start`, `topic`, `message`, `reset`
     """)
     assert found.robots == {}
 
@@ -260,17 +260,69 @@ def test_topics_that_ros_refuses(topic: str) -> None:
     assert found.robots["a"].topic == "/a/cmd_vel"
 
 
-def test_topics_are_whole_and_not_too_long() -> None:
+def test_names_of_ros_are_not_too_long() -> None:
     check("""
-        [robots.a]
-        topic = "cmd_vel"
-                ^^^^^^^^^ robots: write the whole topic, from its first `/` on: `/cmd_vel`
         [robots.b]
         topic = "/b/cmd-vel"
-                ^^^^^^^^^^^^ robots: write after each `/` the letters a to z, digits and `_`, no digit first
+                ^^^^^^^^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+        reset = "2nd"
+                ^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
     """)
     (diagnostic,) = read_robots(f'[robots.a]\ntopic = "/{"a" * 247}"').diagnostics
-    assert diagnostic.message == "write at most 247 characters: ROS 2 takes no longer topic"
+    assert diagnostic.message == "write a name of at most 247 characters: ROS 2 takes no longer one"
+
+
+def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> None:
+    found = check("""
+        [ros]
+        namespace = "lab/east"
+        use_sim_time = true
+        [robots.a]
+        topic = "a/nav_vel"
+        reset = "reset"
+        [robots.b]
+        topic = "/cmd_vel"
+        reset = "/reset"
+        [robots.c]
+    """)
+    names = [(robot.topic, robot.reset) for robot in found.robots.values()]
+    assert names == [
+        ("/lab/east/a/nav_vel", "/lab/east/reset"),
+        ("/cmd_vel", "/reset"),
+        ("/lab/east/c/cmd_vel", None),
+    ]
+    assert found.robot("unlisted").topic == "/lab/east/unlisted/cmd_vel"
+    assert found.use_sim_time
+
+
+def test_without_a_namespace_names_begin_at_the_root() -> None:
+    found = check("""
+        [robots.a]
+        topic = "cmd_vel"
+    """)
+    assert found.robots["a"].topic == "/cmd_vel"
+    assert not found.use_sim_time
+    assert check('[ros]\nnamespace = "/lab"').robot("a").topic == "/lab/a/cmd_vel"
+
+
+def test_wrong_keys_and_values_of_ros() -> None:
+    found = check("""
+        [ros]
+        namespace = "lab/"
+                    ^^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+        use_sim_time = "yes"
+                       ^^^^^ robots: write `use_sim_time` as `true` or `false`
+        domain = 3
+        ^^^^^^ robots: `domain` is not known here: write one of `namespace`, `use_sim_time`
+        [robots.a]
+        reset = ["/reset"]
+                ^^^^^^^^^^ robots: write `reset` as text, in quotes
+    """)
+    assert found.robots["a"] == Robot(DEFAULT, None, "/a/cmd_vel", "auto")
+    check("""
+        ros = true
+              ^^^^ robots: write `ros` as a section: `[ros]`
+    """)
 
 
 @pytest.mark.parametrize(
@@ -357,7 +409,26 @@ def test_line_ends_of_other_systems_move_nothing() -> None:
     assert (diagnostic.code, diagnostic.span) == ("robots", (text.index("1"), text.index("1") + 1))
 
 
-keys = st.sampled_from(["robots", "profiles", "world", "a", "b", "base", "step", "motions", "start", "x", "topic", ""])
+keys = st.sampled_from(
+    [
+        "robots",
+        "profiles",
+        "world",
+        "ros",
+        "namespace",
+        "use_sim_time",
+        "reset",
+        "a",
+        "b",
+        "base",
+        "step",
+        "motions",
+        "start",
+        "x",
+        "topic",
+        "",
+    ]
+)
 anything = st.recursive(
     st.sampled_from(["1", "1e999", "-0", "nan", "true", '"a"', '"turtlesim"', '"/a"', "07:32:00", '"\\n"']),
     lambda inner: (
@@ -403,7 +474,8 @@ def test_what_the_page_shows_is_right(block: str) -> None:
 
 
 def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
-    for key in ("profile", "start", "topic", "message", "base", *(set(Profile.__slots__) - {"name"})):
+    ours = ("profile", "start", "topic", "message", "reset", "namespace", "use_sim_time", "base")
+    for key in (*ours, *(set(Profile.__slots__) - {"name"})):
         assert f"| `{key}` |" in PAGE
     for profile in BUILT_IN.values():
         (row,) = re.findall(rf"^\| `{profile.name}`.*$", PAGE, re.MULTILINE)

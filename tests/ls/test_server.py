@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from improv_ls.server import COMMANDS
 from tests.ls.client import Client
 
 URI = "file:///dance.improv"
@@ -79,7 +80,7 @@ def test_a_wrong_save_says_why_and_what_plays_goes_on(client: Client) -> None:
 
 
 def test_hush_and_play_are_commands(client: Client) -> None:
-    assert client.initialized["capabilities"]["executeCommandProvider"]["commands"] == ["improv.play", "improv.hush"]
+    assert client.initialized["capabilities"]["executeCommandProvider"]["commands"] == list(COMMANDS)
     client.open(URI, "r $ repeat left\n")
     client.request("workspace/executeCommand", {"command": "improv.play", "arguments": []})
     client.wait("$/progress", lambda params: params["value"]["kind"] == "begin")
@@ -87,6 +88,53 @@ def test_hush_and_play_are_commands(client: Client) -> None:
     client.wait("$/progress", lambda params: params["value"]["kind"] == "end")
     client.request("workspace/executeCommand", {"command": "improv.play", "arguments": [URI]})
     client.wait_for_line("▶")
+
+
+def command(client: Client, name: str, *arguments: object) -> None:
+    client.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": arguments})
+
+
+def test_what_plays_can_be_conducted(client: Client) -> None:
+    def shows(kind: str, message: str = "") -> None:
+        client.wait(
+            "$/progress",
+            lambda params: params["value"]["kind"] == kind and params["value"].get("message", "").startswith(message),
+        )
+
+    client.open(URI, "r $ repeat left\n")
+    client.save(URI)
+    shows("begin")
+    command(client, "pause")
+    shows("end")
+    command(client, "seek", 41.5)
+    command(client, "resume")
+    shows("begin")
+    shows("report", "beat 42/∞")
+    command(client, "speed", 4)
+    shows("end")
+    shows("report", "beat 44/∞")
+    command(client, "mute", "r")
+    command(client, "solo", "r")
+    command(client, "hush")
+    shows("end")
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "line"),
+    [
+        ("seek", ["three"], "improv.seek: say a beat, counted from 0"),
+        ("seek", [-1], "improv.seek: say a beat, counted from 0"),
+        ("speed", [5], "improv.speed: say a number from 0.1 to 4"),
+        ("speed", [], "improv.speed: say a number from 0.1 to 4"),
+        ("mute", [], "improv.mute: say a robot's name"),
+        ("solo", [7], "improv.solo: say a robot's name"),
+    ],
+)
+def test_a_command_with_wrong_arguments_says_what_it_takes(
+    client: Client, name: str, arguments: list[object], line: str
+) -> None:
+    command(client, name, *arguments)
+    assert client.wait_for_line("improv.") == line
 
 
 def test_page_is_shown_once() -> None:

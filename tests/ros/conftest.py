@@ -19,6 +19,7 @@ from tests.needs import lacking
 LIMIT = 60.0
 """Seconds to wait for anything: discovery alone may take several on a busy machine."""
 
+DRIVER = Path(__file__).parent / "driver.py"
 LISTENER = Path(__file__).parent / "listener.py"
 OWN = Path(__file__).parents[2] / ".cache" / "ros" / "bin" / "python"
 
@@ -63,6 +64,32 @@ class Listener:
                 self._inbox.put(json.loads(line))
 
 
+class Sink:
+    """The sink in a process of its own: `sink("missing")` calls the method and returns its answer."""
+
+    def __init__(self, python: str, env: Mapping[str, str]) -> None:
+        self.process = subprocess.Popen(
+            [python, DRIVER], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self.description = self._answer()
+
+    def __call__(self, method: str, *arguments: Any, **named: Any) -> Any:
+        assert self.process.stdin
+        self.process.stdin.write(json.dumps([method, arguments, named]) + "\n")
+        self.process.stdin.flush()
+        return self._answer()
+
+    def close(self) -> None:
+        self.process.communicate(timeout=LIMIT)
+
+    def _answer(self) -> Any:
+        assert self.process.stdout
+        return json.loads(self.process.stdout.readline())
+
+
+Listen = Callable[..., Listener]
+
+
 @pytest.fixture(scope="session")
 def ros_python() -> str:
     """A Python that imports rclpy."""
@@ -85,8 +112,8 @@ def ros_env(ros_python: str) -> dict[str, str]:
 
 
 @pytest.fixture
-def listen(ros_python: str, ros_env: dict[str, str]) -> Iterator[Callable[..., Listener]]:
-    """Starts subscribers: `listen("/r/cmd_vel")`, with `--stamped` for TwistStamped."""
+def listen(ros_python: str, ros_env: dict[str, str]) -> Iterator[Listen]:
+    """Starts others in ROS: `listen("/r/cmd_vel", "--stamped")`; listener.py says what they can do."""
     listeners: list[Listener] = []
 
     def start(*arguments: str) -> Listener:
@@ -96,3 +123,22 @@ def listen(ros_python: str, ros_env: dict[str, str]) -> Iterator[Callable[..., L
     yield start
     for listener in listeners:
         listener.close()
+
+
+@pytest.fixture
+def start(ros_python: str, ros_env: dict[str, str]) -> Iterator[Callable[..., Sink]]:
+    """Starts sinks, with variables that differ from the environment of all tests."""
+    sinks: list[Sink] = []
+
+    def begin(**variables: str) -> Sink:
+        sinks.append(Sink(ros_python, {**ros_env, **variables}))
+        return sinks[-1]
+
+    yield begin
+    for sink in sinks:
+        sink.close()
+
+
+@pytest.fixture
+def sink(start: Callable[..., Sink]) -> Sink:
+    return start()

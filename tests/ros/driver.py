@@ -1,4 +1,4 @@
-"""Drives the ROS sink alone, in ROS's interpreter: each line of input is [method, arguments...], each is answered."""
+"""Drives the ROS sink alone, in ROS's interpreter: a line of input is [method, arguments, named arguments]."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,18 @@ from improv_core.profiles import TURTLESIM
 from improv_core.score import Part
 from improv_core.stage.sinks.ros import Ros
 
+LIMIT = 60.0
+"""Seconds to wait for anything, as in conftest.py."""
+
 
 def answer(value: Any) -> None:
     print(json.dumps(value), flush=True)
 
 
-def prepare(topics: dict[str, str], restart: bool = True) -> None:
-    parts = {robot: Part(robot, series([]), TURTLESIM, Pose(), topic) for robot, topic in topics.items()}
+def prepare(topics: dict[str, str], restart: bool = True, profile: Any = (), **part: Any) -> None:
+    """Robots on these topics; what is given of a part and its profile is alike for all."""
+    made = replace(TURTLESIM, **dict(profile))
+    parts = {robot: Part(robot, series([]), made, Pose(), topic, **part) for robot, topic in topics.items()}
     sink.prepare(parts, restart)
 
 
@@ -32,10 +38,53 @@ def send(robot: str, x: float, y: float, z: float, yaw: float) -> None:
     sink.send(robot, Twist(x, y, z, yaw), 0.0)
 
 
-def wait() -> None:
-    """Until everybody is heard, looking as often as the player does; the test has the limit."""
-    while sink.missing():
+def refuse(robot: str, x: float) -> str:
+    """What is said of a velocity that can't be sent."""
+    try:
+        sink.send(robot, Twist(x), 0.0)
+    except ValueError as error:
+        return str(error)
+    return "sent"
+
+
+def until(fits: Callable[[], Any]) -> None:
+    """Look as often as the player does."""
+    end = time.monotonic() + LIMIT
+    while not fits():
+        if time.monotonic() > end:
+            raise TimeoutError(f"missing: {sink.missing()}, warnings: {sink.warnings()}")
         time.sleep(0.01)
+
+
+def wait() -> None:
+    """Until the player would begin."""
+    until(lambda: not (sink.resetting() or sink.missing()))
+
+
+def wait_for_reset() -> float:
+    """The seconds for which the player would wait."""
+    began = time.monotonic()
+    until(lambda: not sink.resetting())
+    return time.monotonic() - began
+
+
+def find(lines: str, robot: str, part: str) -> str:
+    """The line about a robot among these ("missing" or "warnings"), once it has this part in it."""
+    until(lambda: part in methods[lines]().get(robot, ""))
+    return str(methods[lines]()[robot])
+
+
+def until_no_warnings() -> None:
+    until(lambda: not sink.warnings())
+
+
+def until_offered(topic: str, *types: str) -> None:
+    """Until everybody is heard, and these are the types of all publishers there."""
+    until(lambda: not sink.missing() and offered(topic) == types)
+
+
+def offered(topic: str) -> tuple[str, ...]:
+    return tuple(sorted(info.topic_type for info in sink._node.get_publishers_info_by_topic(topic)))
 
 
 def end(*_: object) -> None:
@@ -47,8 +96,20 @@ def end(*_: object) -> None:
 signal.signal(signal.SIGTERM, end)
 sink = Ros(None)
 answer(sink.description)
-methods: dict[str, Callable[..., Any]] = {"prepare": prepare, "missing": sink.missing, "send": send, "wait": wait}
+methods: dict[str, Callable[..., Any]] = {
+    "prepare": prepare,
+    "missing": sink.missing,
+    "warnings": sink.warnings,
+    "resetting": sink.resetting,
+    "send": send,
+    "refuse": refuse,
+    "wait": wait,
+    "wait_for_reset": wait_for_reset,
+    "find": find,
+    "until_no_warnings": until_no_warnings,
+    "until_offered": until_offered,
+}
 for line in sys.stdin:
-    method, *arguments = json.loads(line)
-    answer(methods[method](*arguments))
+    method, arguments, named = json.loads(line)
+    answer(methods[method](*arguments, **named))
 sink.close()

@@ -1,4 +1,8 @@
-"""A real subscriber, run by ROS's interpreter: prints what arrives, one JSON line each, until its input ends."""
+"""Somebody else in ROS, run by ROS's interpreter: prints what arrives, one JSON line each, until its input ends.
+
+Listens on topics, and if asked to publishes on one, sends /clock, or offers a service that resets as turtlesim's does:
+every listener is made anew.
+"""
 
 import argparse
 import json
@@ -8,10 +12,22 @@ import time
 
 import rclpy
 from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
+from std_srvs.srv import Empty
 
 parser = argparse.ArgumentParser()
-parser.add_argument("topics", nargs="+")
-parser.add_argument("--stamped", action="store_true")
+parser.add_argument("topics", nargs="*")
+parser.add_argument("--stamped", action="store_const", const=TwistStamped, dest="type", default=Twist)
+parser.add_argument("--string", action="store_const", const=String, dest="type")
+parser.add_argument("--transient", action="store_const", const=DurabilityPolicy.TRANSIENT_LOCAL, dest="durability")
+parser.add_argument("--publish")
+parser.add_argument("--clock", type=float)
+parser.add_argument("--reset")
+parser.add_argument("--deaf", action="store_true", help="a reset that is never answered")
+parser.add_argument("--name", default="listener")
 options = parser.parse_args()
 
 
@@ -20,21 +36,50 @@ def say(**values):
 
 
 def hear(topic, message):
-    velocity = message.twist if options.stamped else message
+    stamped = options.type is TwistStamped
+    velocity = message.twist if stamped else message
     linear, angular = velocity.linear, velocity.angular
-    say(topic=topic, at=time.monotonic(), x=linear.x, y=linear.y, z=linear.z, yaw=angular.z)
+    stamp = {"stamp": message.header.stamp.sec + message.header.stamp.nanosec / 1e9} if stamped else {}
+    say(topic=topic, at=time.monotonic(), x=linear.x, y=linear.y, z=linear.z, yaw=angular.z, **stamp)
 
 
+def listen():
+    qos = QoSProfile(depth=100, durability=options.durability or DurabilityPolicy.VOLATILE)
+    return [
+        node.create_subscription(options.type, topic, lambda message, topic=topic: hear(topic, message), qos)
+        for topic in options.topics
+    ]
+
+
+def reset(_, response):
+    global listeners
+    say(topic=options.reset, at=time.monotonic())
+    if options.deaf:
+        ended.wait()
+        return response
+    for listener in listeners:
+        node.destroy_subscription(listener)
+    listeners = listen()
+    return response
+
+
+ended = threading.Event()
 rclpy.init()
-node = rclpy.create_node("listener")
-for topic in options.topics:
-    node.create_subscription(
-        TwistStamped if options.stamped else Twist, topic, lambda message, topic=topic: hear(topic, message), 100
-    )
+node = rclpy.create_node(options.name)
+if options.reset:
+    node.create_service(Empty, options.reset, reset)
+listeners = listen()
+if options.publish:
+    node.create_publisher(options.type, options.publish, 10)
+if options.clock is not None:
+    clock = node.create_publisher(Clock, "/clock", 10)
+    now = Time(nanoseconds=int(options.clock * 1e9)).to_msg()
+    node.create_timer(0.01, lambda: clock.publish(Clock(clock=now)))
 spinning = threading.Thread(target=rclpy.spin, args=(node,))
 spinning.start()
 say(ready=True)
 sys.stdin.read()
+ended.set()
 # A thread still inside rclpy when Python ends would abort the process.
 rclpy.try_shutdown()
 spinning.join()

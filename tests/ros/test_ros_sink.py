@@ -2,61 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from tests.ros.conftest import LIMIT, Listener
+from tests.ros.conftest import LIMIT, Listen, Listener, Sink
 
-DRIVER = Path(__file__).parent / "driver.py"
 TURTLE = {"turtle1": "/turtle1/cmd_vel"}
-Listen = Callable[..., Listener]
-
-
-class Sink:
-    """The sink in a process of its own: `sink("missing")` calls the method and returns its answer."""
-
-    def __init__(self, python: str, env: Mapping[str, str]) -> None:
-        self.process = subprocess.Popen(
-            [python, DRIVER], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
-        self.description = self._answer()
-
-    def __call__(self, method: str, *arguments: Any) -> Any:
-        assert self.process.stdin
-        self.process.stdin.write(json.dumps([method, *arguments]) + "\n")
-        self.process.stdin.flush()
-        return self._answer()
-
-    def close(self) -> None:
-        self.process.communicate(timeout=LIMIT)
-
-    def _answer(self) -> Any:
-        assert self.process.stdout
-        return json.loads(self.process.stdout.readline())
-
-
-@pytest.fixture
-def start(ros_python: str, ros_env: dict[str, str]) -> Iterator[Callable[..., Sink]]:
-    """Starts sinks, with variables that differ from the environment of all tests."""
-    sinks: list[Sink] = []
-
-    def begin(**variables: str) -> Sink:
-        sinks.append(Sink(ros_python, {**ros_env, **variables}))
-        return sinks[-1]
-
-    yield begin
-    for sink in sinks:
-        sink.close()
-
-
-@pytest.fixture
-def sink(start: Callable[..., Sink]) -> Sink:
-    return start()
 
 
 def heard(listener: Listener, topic: str = "/turtle1/cmd_vel") -> list[tuple[float, ...]]:
@@ -132,4 +85,22 @@ def test_signals_are_ours_and_the_last_zero_still_goes_out(sink: Sink, listen: L
 )
 def test_the_environment_says_how_far_it_reaches(start: Callable[..., Sink], given: str, reach: str) -> None:
     sink = start(ROS_AUTOMATIC_DISCOVERY_RANGE=given, ROS_DOMAIN_ID="101")
+    assert sink.description == f"ROS 2, domain 101, {reach}"
+
+
+@pytest.mark.parametrize(
+    ("release", "given", "only", "reach"),
+    [
+        ("humble", "", "0", "this machine only"),  # sourcing Humble says 0
+        ("humble", "SUBNET", "0", "the whole subnet"),
+        ("humble", "SUBNET", "1", "this machine only"),
+        ("jazzy", "SUBNET", "1", "this machine only"),
+        ("jazzy", "SUBNET", "0", "the whole subnet"),
+        ("kilted", "SUBNET", "1", "the whole subnet"),
+    ],
+)
+def test_each_release_has_its_variable(
+    start: Callable[..., Sink], release: str, given: str, only: str, reach: str
+) -> None:
+    sink = start(ROS_DISTRO=release, ROS_AUTOMATIC_DISCOVERY_RANGE=given, ROS_LOCALHOST_ONLY=only, ROS_DOMAIN_ID="101")
     assert sink.description == f"ROS 2, domain 101, {reach}"

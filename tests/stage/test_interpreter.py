@@ -41,6 +41,8 @@ def test_without_ros_nothing_is_run(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_order(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     own = fake(tmp_path / "data/improv/ros/bin/python")
+    assert found() is None  # `improv ros setup` was interrupted
+    (tmp_path / "data/improv/ros/proven").touch()
     assert found() == own
     (tmp_path / "opt/jazzy").mkdir(parents=True)
     (tmp_path / "opt/jazzy/setup.bash").write_text("export SOURCED=yes\n")
@@ -64,6 +66,25 @@ def test_installed_ros_is_sourced_for_its_interpreter(tmp_path: Path) -> None:
     result = find_ros_python(None)
     assert isinstance(result, Interpreter)
     assert result.env["SOURCED"] == "two\nlines"
+    assert result.origin == str(tmp_path / "opt/jazzy")
+
+
+@pytest.mark.parametrize("said", [{}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_LOCALHOST_ONLY": "1"}])
+def test_how_far_discovery_reaches_is_not_for_a_setup_script_to_say(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, said: dict[str, str]
+) -> None:
+    for name in ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in said.items():
+        monkeypatch.setenv(name, value)
+    (tmp_path / "opt/jazzy").mkdir(parents=True)
+    script = "export ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET ROS_LOCALHOST_ONLY=0\n"
+    (tmp_path / "opt/jazzy/setup.bash").write_text(script)
+    fake(tmp_path / "system-python")
+    result = find_ros_python(None)
+    assert isinstance(result, Interpreter)
+    reach = {name: value for name, value in result.env.items() if "DISCOVERY" in name or "LOCALHOST" in name}
+    assert reach == said
 
 
 @pytest.mark.parametrize(

@@ -15,16 +15,20 @@ from improv_core.score import Part, Score
 from improv_core.stage.player import PATIENCE, Player
 
 
-class Recorder:
+class Memory:
     """A sink that remembers what it is sent."""
 
-    name = "recorder"
+    name = "memory"
     period: float | None = None
 
     def __init__(self) -> None:
+        self.live = False
+        self.notes: dict[str, str] = {}
+        self.resets = False
         self.sent: list[tuple[str, float, Twist]] = []
         self.deaf: dict[str, str] = {}
         self.prepared: list[bool] = []
+        self.placed: Mapping[str, Pose] = {}
 
     def prepare(self, parts: Mapping[str, Part], restart: bool) -> None:
         self.prepared.append(restart)
@@ -32,8 +36,17 @@ class Recorder:
     def missing(self) -> dict[str, str]:
         return self.deaf
 
+    def warnings(self) -> dict[str, str]:
+        return self.notes
+
+    def resetting(self) -> bool:
+        return self.resets
+
     def send(self, robot: str, twist: Twist, at: float) -> None:
         self.sent.append((robot, at, twist))
+
+    def place(self, poses: Mapping[str, Pose]) -> None:
+        self.placed = poses
 
     def advance(self, to: float) -> None: ...
 
@@ -52,11 +65,11 @@ class Recorder:
 
 
 class Stage:
-    """A player on a recorder, and the clock that drives it: it jumps from deadline to deadline."""
+    """A player on a memory, and the clock that drives it: it jumps from deadline to deadline."""
 
     def __init__(self, start: float = 1000.0) -> None:
         self.now = start
-        self.sink = Recorder()
+        self.sink = Memory()
         self.told: list[dict[str, Any]] = []
         self.player = Player(self.sink, self.told.append, lambda: 0.0)
 
@@ -191,3 +204,204 @@ def test_endless_constant_programs_are_played_lazily() -> None:
     stage.load("r $ repeat 1000000000 (repeat 1000000000 forward)")
     stage.run(2)
     assert len(stage.sink.sent) == 41
+
+
+def test_while_listeners_are_waited_for_nobody_goes_on_moving() -> None:
+    stage = Stage()
+    stage.load("r $ repeat forward")
+    stage.run(1)
+    stage.sink.deaf = {"new": "nobody listens on /new/cmd_vel"}
+    stage.load("r new $ repeat forward")
+    assert stage.sink.sent[-1] == ("r", 0.0, Twist())
+    assert stage.player.state == "waiting"
+
+
+def test_pause_stops_and_resume_goes_on_from_there() -> None:
+    stage = Stage()
+    stage.load("r $ forward left forward")
+    stage.run(0.75)
+    stage.player.pause(stage.now)
+    stage.run(10)
+    stage.player.resume(stage.now)
+    stage.run(10)
+    assert stage.sink.changes("r") == [
+        (0, 2, 0),
+        (0.75, 0, 0),
+        (10.75, 2, 0),
+        (11, 0, QUARTER),
+        (12, 2, 0),
+        (13, 0, 0),
+    ]
+    assert stage.states == ["playing", "paused", "playing", "ended"]
+    assert [message["beat"] for message in stage.told] == [0, 0.75, 0.75, 3]
+
+
+def test_a_pause_ends_in_three_zeros_and_silence() -> None:
+    stage = Stage()
+    stage.load("r $ repeat forward")
+    stage.run(0.76)
+    stage.sink.sent.clear()
+    stage.player.pause(stage.now)
+    stage.run(60)
+    assert [(round(at, 9), twist) for _, at, twist in stage.sink.sent] == [
+        (0.76, Twist()),
+        (0.81, Twist()),
+        (0.86, Twist()),
+    ]
+
+
+def test_seek_plays_from_another_beat() -> None:
+    stage = Stage()
+    stage.load("r $ forward left forward\nshort $ forward")
+    stage.run(0.5)
+    stage.player.seek(1.5, stage.now)
+    stage.run(10)
+    assert stage.sink.changes("r") == [(0, 2, 0), (0.5, 0, QUARTER), (1, 2, 0), (2, 0, 0)]
+    assert stage.sink.changes("short") == [(0, 2, 0), (0.5, 0, 0)]
+    assert stage.sink.placed["r"] == Pose(2, 0, 0, QUARTER / 2)
+    assert stage.sink.placed["short"] == Pose(2, -3, 0, 0)
+
+
+@pytest.mark.parametrize("beat", [-1.0, 0.0, 2.5, 1e12, math.inf])
+def test_seek_while_still_is_a_pause_there(beat: float) -> None:
+    stage = Stage()
+    stage.load("r $ forward left forward")
+    stage.run(10)
+    stage.player.seek(beat, stage.now)
+    assert stage.told[-1]["state"] == "paused"
+    assert stage.told[-1]["beat"] == min(max(beat, 0), 3)
+
+
+def test_an_endless_program_can_be_entered_anywhere() -> None:
+    stage = Stage()
+    stage.load("r $ repeat (forward left)")
+    stage.player.seek(1e9 + 1, stage.now)
+    assert stage.sink.sent[-1] == ("r", 0.0, Twist(yaw=QUARTER))
+
+
+def test_speed_scales_velocities_and_times_alike() -> None:
+    stage = Stage()
+    stage.load("r $ forward left")
+    stage.run(0.5)
+    stage.player.set_speed(2, stage.now)
+    stage.run(10)
+    assert stage.sink.changes("r") == [(0, 2, 0), (0.5, 4, 0), (0.75, 0, 2 * QUARTER), (1.25, 0, 0)]
+    assert stage.told[1]["beat"] == 0.5
+    assert stage.told[1]["tempo"] == 120
+    stage.load("r $ forward")  # it stays
+    stage.run(10)
+    assert stage.sink.changes("r")[-2:] == [(0, 4, 0), (0.5, 0, 0)]
+
+
+@pytest.mark.parametrize(("asked", "got"), [(0.0, 0.1), (0.1, 0.1), (3.7, 3.7), (100.0, 4.0)])
+def test_speed_has_limits(asked: float, got: float) -> None:
+    stage = Stage()
+    stage.player.set_speed(asked, stage.now)
+    assert stage.told[-1]["speed"] == got
+
+
+def test_speed_keeps_the_rate_of_commands() -> None:
+    stage = Stage()
+    stage.load("r $ repeat forward")
+    stage.player.set_speed(0.1, stage.now)
+    stage.sink.sent.clear()
+    stage.run(10)
+    assert len(stage.sink.sent) == 200
+
+
+def test_mute_stills_one_robot_and_its_part_goes_on() -> None:
+    stage = Stage()
+    stage.load("r s $ repeat (forward left)")
+    stage.run(0.5)
+    stage.player.set_silent({"r"}, (), stage.now)
+    stage.run(1.0)
+    stage.player.set_silent((), (), stage.now)
+    stage.run(1.0)
+    assert stage.sink.changes("r") == [(0, 2, 0), (0.5, 0, 0), (1.5, 0, QUARTER), (2, 2, 0)]
+    assert stage.sink.changes("s") == [(0, 2, 0), (1, 0, QUARTER), (2, 2, 0)]
+    still = [at for robot, at, twist in stage.sink.sent if robot == "r" and twist == Twist()]
+    assert len(still) == 3  # then silence, for other publishers
+
+
+def test_solo_stills_all_others_and_is_kept_for_the_next_score() -> None:
+    stage = Stage()
+    stage.load("r s $ repeat forward")
+    stage.run(0.5)
+    stage.player.set_silent({"s"}, {"s"}, stage.now)
+    stage.run(0.5)
+    stage.load("r s t $ forward")
+    stage.run(0.5)
+    assert stage.sink.changes("r")[1:] == [(0.5, 0, 0)]
+    assert stage.sink.changes("s") == [(0, 2, 0)]
+    assert stage.sink.changes("t") == [(0, 0, 0)]
+    assert stage.told[-1]["soloed"] == ["s"]
+
+
+def test_speed_moves_the_switch_to_the_beat_with_it() -> None:
+    stage = Stage()
+    stage.load("r $ repeat forward")
+    stage.run(1.5)
+    stage.load("r $ left", "beat")
+    stage.player.set_speed(0.5, stage.now)
+    stage.run(10)
+    assert stage.sink.changes("r") == [(0, 2, 0), (1.5, 1, 0), (2.5, 0, QUARTER / 2), (4.5, 0, 0)]
+
+
+def test_ten_saves_at_once_end_in_the_last_played_once() -> None:
+    for when in ("restart", "now", "beat"):
+        stage = Stage()
+        stage.load("r $ repeat forward", "restart")
+        stage.run(0.5)
+        for number in range(10):
+            stage.load(f"beat {60 + number}\nr $ left", when)
+            stage.run(0.01)
+        stage.sink.sent.clear()
+        stage.run(10)
+        assert stage.player.state == "ended"
+        turning = {round(twist.yaw, 9) for _, _, twist in stage.sink.sent if twist.yaw}
+        assert turning == {round(QUARTER * 69 / 60, 9)}
+
+
+def test_a_live_sink_that_is_late_stops_instead_of_catching_up() -> None:
+    stage = Stage()
+    stage.sink.live = True
+    stage.load("r $ repeat (forward left)")
+    stage.run(1.0)
+    stage.sink.sent.clear()
+    stage.now += 2
+    stage.player.advance(stage.now)
+    stage.run(10)
+    assert {twist for _, _, twist in stage.sink.sent} == {Twist()}
+    assert "the stage stood still for 1.9 s" in stage.told[-1]["message"]  # since what was due 0.05 s later
+    assert stage.states[-1] == "stopped"
+
+
+def test_the_clock_on_the_wall_is_only_told() -> None:
+    wall = iter([1000.0, 10.0, 5.0, 0.0])
+    stage = Stage()
+    stage.player = Player(stage.sink, stage.told.append, lambda: next(wall))
+    stage.load("r $ forward left")
+    stage.run(5)
+    assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, QUARTER), (2, 0, 0)]
+
+
+def test_who_stops_listening_is_named_once_and_again_after_a_return() -> None:
+    stage = Stage()
+    stage.load("r $ repeat forward")
+    gone = {"r": "nobody listens on /r/cmd_vel"}
+    for deaf in (gone, gone, {}, gone):
+        stage.sink.deaf = deaf
+        stage.run(1.5)
+    warnings = [message["message"] for message in stage.told if message["type"] == "warning"]
+    assert warnings == [gone["r"], gone["r"]]
+
+
+def test_the_first_beat_waits_for_resets() -> None:
+    stage = Stage()
+    stage.sink.resets = True
+    stage.load("r $ forward")
+    stage.run(0.3)
+    assert stage.sink.sent == []
+    stage.sink.resets = False
+    stage.run(5)
+    assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, 0)]

@@ -15,6 +15,9 @@ class Sink(Protocol):
     name: str
     """How it is called in the status: "simulator", "ROS 2"."""
 
+    live: bool
+    """Whether robots move while nothing is sent: then what is late must not be sent after all."""
+
     period: float | None
     """Seconds between two calls of `advance` while something plays, or None if it needs none."""
 
@@ -24,11 +27,23 @@ class Sink(Protocol):
         Robots of earlier calls are kept. Called before the first `send` of each new score.
         """
 
+    def resetting(self) -> bool:
+        """Whether beat 0 should still wait, as robots are being put at their starts; within a second it need not.
+
+        To be asked again and again before beat 0, and not after.
+        """
+
     def missing(self) -> dict[str, str]:
         """The robots of the latest `prepare` that would not hear a command now, each with one plain line saying so."""
 
+    def warnings(self) -> dict[str, str]:
+        """What people should know about robots of the latest `prepare`, each one plain line."""
+
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """The robot's velocity from `at` on, in seconds of performance since beat 0 (never decreasing)."""
+
+    def place(self, poses: Mapping[str, Pose]) -> None:
+        """Put robots somewhere else, where that is possible."""
 
     def advance(self, to: float) -> None:
         """Performance time is now `to` seconds since beat 0; every twist up to then has been sent."""

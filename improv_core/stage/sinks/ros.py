@@ -4,78 +4,131 @@ from __future__ import annotations
 
 import math
 import os
+import re
+import socket
+import threading
 import time
 from collections.abc import Mapping
 from typing import Any
 
-from improv_core.motion import Pose, Twist
+from improv_core.motion import STILL, Pose, Twist
 from improv_core.score import Part
+from improv_core.stage.sinks.ros_reset import Resets
+from improv_core.stage.sinks.ros_topic import Topic
 
 DISCOVERY = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+LOCALHOST_ONLY = "ROS_LOCALHOST_ONLY"
+RELEASES_BEFORE_RANGES = ("foxy", "galactic", "humble")
+"""They know only LOCALHOST_ONLY."""
+RELEASES_OF_BOTH = ("iron", "jazzy")
+"""In these LOCALHOST_ONLY goes before the range where it is 1, with a warning (rcl#1069); later ones ignore it."""
 REACH = {
     "LOCALHOST": "this machine only",
     "SUBNET": "the whole subnet",
     "OFF": "no discovery",
     "SYSTEM_DEFAULT": "the system's own reach",
 }
-DEPTH = 10
-"""Messages kept for a slow listener, reliably: as teleop_twist_keyboard and Nav2 publish, so all listeners match."""
-SETTLE = 0.2
-"""Seconds until a match counts: the listener's side follows ours, and until then a command came up to 0.16 s late."""
+REST = 0.005
+"""Seconds between two things received: /clock may come a thousand times a second, and its latest message is enough."""
 LINGER = 0.2
 """Seconds to keep the publishers after the last zeros: a listener loses what it has not received when they go."""
 
 
 class Ros:
-    """A sink that publishes `geometry_msgs/Twist`, or `TwistStamped` to topics whose listeners want only that.
+    """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
     `discovery` is used where the environment says nothing: by default other machines do not see us, so that nobody
     moves a neighbor's robot. Raises ImportError where rclpy can't be had.
     """
 
     name: str = "ROS 2"
+    live: bool = True
     period: float | None = None
 
     def __init__(self, discovery: str | None) -> None:
-        # Set but empty, it would mean the subnet (rcl, discovery_options.c).
-        os.environ[DISCOVERY] = os.environ.get(DISCOVERY) or discovery or "LOCALHOST"
+        self._reach = _limit_discovery(discovery)
         import rclpy
-        from rclpy.signals import SignalHandlerOptions
+        from rclpy.executors import SingleThreadedExecutor
 
-        # rclpy's own handlers would invalidate the context before the last zero could be sent.
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        self._node: Any = rclpy.create_node("improv")
-        self._topics: dict[str, str] = {}
-        self._publishers: dict[str, _Publisher] = {}
+        self._nodes: dict[str, Any] = {}
+        self._node = self._node_for("Twist")
+        self._executor: Any = SingleThreadedExecutor(context=rclpy.get_default_context())
+        self._executor.add_node(self._node)
+        self._closing = threading.Event()
+        self._receiving = threading.Thread(target=self._receive, daemon=True)
+        self._receiving.start()
+        self._resets = Resets(self._node)
+        self._parts: dict[str, Part] = {}
+        self._topics: dict[str, Topic] = {}
         self._cast: list[str] = []
+        self._uses_sim_time = False
 
     @property
     def description(self) -> str:
         """What is reached, in words: the domain and how far discovery goes."""
-        reach = REACH.get(os.environ[DISCOVERY], REACH["LOCALHOST"])  # what rcl makes of a value it does not know
-        return f"{self.name}, domain {os.environ.get('ROS_DOMAIN_ID') or 0}, {reach}"
+        return f"{self.name}, domain {os.environ.get('ROS_DOMAIN_ID') or 0}, {self._reach}"
 
     def prepare(self, parts: Mapping[str, Part], restart: bool) -> None:
-        """Make publishers for new topics; those that are there are kept, since discovery takes up to seconds."""
+        """Make publishers for new topics; those that are there are kept, since discovery takes up to seconds.
+
+        With `restart`, the robots that have a reset service are stopped, and it is called.
+        """
         self._cast = list(parts)
-        for robot, part in parts.items():
-            self._topics[robot] = part.topic
-            if part.topic not in self._publishers:
-                # A score that takes over can't wait: whoever is matched at once counts as there.
-                unheard = time.monotonic() if restart else -math.inf
-                self._publishers[part.topic] = _Publisher(self._node, part.topic, unheard)
+        self._parts.update(parts)
+        self._use_sim_time(any(part.use_sim_time for part in parts.values()))
+        for part in parts.values():
+            if part.topic in self._topics:
+                self._topics[part.topic].take(part.profile.message)
+            else:
+                self._topics[part.topic] = Topic(part.topic, part.profile.message, self._node_for, not restart)
+        if restart:
+            reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
+            for _, robot, _ in reset:
+                self.send(robot, STILL, 0.0)
+            self._resets.begin(reset)
+
+    def resetting(self) -> bool:
+        return self._resets.under_way()
 
     def missing(self) -> dict[str, str]:
-        topics = {robot: self._topics[robot] for robot in self._cast}
-        return {
-            robot: f"nobody listens on {topic} ({self.description})"
-            for robot, topic in topics.items()
-            if not self._publishers[topic].is_heard()
-        }
+        clock = self._node.get_clock()
+        found = {}
+        for robot in self._cast:
+            topic = self._topic(robot)
+            if problem := topic.missing():
+                found[robot] = f"{problem} ({self.description})"
+            elif topic.is_stamped and clock.ros_time_is_active and not clock.now().nanoseconds:
+                found[robot] = f"no time has come on /clock, so {topic.name} is stamped 0: start the simulation"
+        return found
+
+    def warnings(self) -> dict[str, str]:
+        found = dict(self._resets.warnings())
+        own = [node.get_fully_qualified_name() for node in self._nodes.values()]
+        clocked = not self._node.get_clock().ros_time_is_active and self._node.count_publishers("/clock")
+        for robot in self._cast:
+            topic = self._topic(robot)
+            if others := topic.others(own):
+                found[robot] = (
+                    f"somebody else also sends to {topic.name}: {', '.join(others)}; "
+                    "robots obey both: stop one of them, or use twist_mux"
+                )
+            elif clocked and topic.is_stamped:
+                found.setdefault(
+                    robot,
+                    f"{topic.name} is stamped with this machine's time, but somebody sends /clock: "
+                    "if the robot is simulated, write `use_sim_time = true` under [ros] in improv.toml",
+                )
+        return found
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
-        """Publish at once. What rclpy raises goes up: the stage then stops all robots."""
-        self._publishers[self._topics[robot]].publish(twist)
+        """Publish at once. What rclpy raises goes up: the stage then stops all robots. ValueError if no number."""
+        if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
+            raise ValueError(f"{robot} was to move at a speed that is no finite number")
+        profile = self._parts[robot].profile
+        self._topic(robot).publish(twist.within(profile.max_linear, profile.max_angular), self._node.get_clock())
+
+    def place(self, poses: Mapping[str, Pose]) -> None:
+        """Nothing: real robots stay where they are."""
 
     def advance(self, to: float) -> None:
         """Nothing: robots move by themselves."""
@@ -87,50 +140,62 @@ class Ros:
         import rclpy
 
         time.sleep(LINGER)
-        self._node.destroy_node()
-        rclpy.try_shutdown()
+        self._closing.set()
+        self._executor.shutdown()
+        self._receiving.join()
+        for node in self._nodes.values():
+            node.destroy_node()
+            rclpy.try_shutdown(context=node.context)
+
+    def _receive(self) -> None:
+        """On a thread of its own: the simulated time, answers of services, and what others ask of our parameters."""
+        while not self._closing.wait(REST):
+            self._executor.spin_once()
+
+    def _topic(self, robot: str) -> Topic:
+        return self._topics[self._parts[robot].topic]
+
+    def _node_for(self, kind: str) -> Any:
+        """The node that publishes messages of this type.
+
+        Fast DDS refuses two types on one topic within a context, and some topics have listeners of both.
+        """
+        if kind not in self._nodes:
+            import rclpy
+            from rclpy.signals import SignalHandlerOptions
+
+            main = not self._nodes
+            context = rclpy.get_default_context() if main else rclpy.Context()
+            # rclpy's own handlers would invalidate the context before the last zero could be sent.
+            rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+            name = _node_name() if main else f"{_node_name()}_{kind.lower()}"
+            # Nobody spins the others, so they offer no services.
+            self._nodes[kind] = rclpy.create_node(name, context=context, start_parameter_services=main)
+        return self._nodes[kind]
+
+    def _use_sim_time(self, wanted: bool) -> None:
+        if wanted != self._uses_sim_time:
+            from rclpy.parameter import Parameter
+
+            self._uses_sim_time = wanted
+            self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
 
 
-class _Publisher:
-    """One topic's publisher, of the type that its listeners want; `unheard` is when it was last without any."""
+def _node_name() -> str:
+    """Told apart from those of other servers on this machine and of other machines."""
+    return f"improv_{re.sub('[^A-Za-z0-9_]', '_', socket.gethostname())}_{os.getpid()}"
 
-    def __init__(self, node: Any, topic: str, unheard: float) -> None:
-        from geometry_msgs.msg import Twist as TwistMessage
-        from geometry_msgs.msg import TwistStamped
 
-        self._node = node
-        self._topic = topic
-        self._types = {"geometry_msgs/msg/Twist": TwistMessage, "geometry_msgs/msg/TwistStamped": TwistStamped}
-        self._unheard = unheard
-        self._use(TwistMessage)
-
-    def is_heard(self) -> bool:
-        """Whether a listener is matched, and settled; one that wants the other type is served from now on."""
-        now = time.monotonic()
-        if self._publisher.get_subscription_count():
-            return now >= self._unheard + SETTLE
-        self._unheard = now
-        # Listeners of another type never match, but the graph tells what they want.
-        listeners = self._node.get_subscriptions_info_by_topic(self._topic)
-        wanted = [self._types[listener.topic_type] for listener in listeners if listener.topic_type in self._types]
-        if wanted and self._type not in wanted:
-            self._node.destroy_publisher(self._publisher)
-            self._use(wanted[0])
-        return False
-
-    def publish(self, twist: Twist) -> None:
-        message = self._type()
-        velocity = message
-        if "Stamped" in self._type.__name__:
-            message.header.stamp = self._node.get_clock().now().to_msg()
-            velocity = message.twist
-        # An int would not be refused: rclpy reads its memory as a float64, about 0.
-        velocity.linear.x, velocity.linear.y, velocity.linear.z = float(twist.x), float(twist.y), float(twist.z)
-        velocity.angular.z = float(twist.yaw)
-        self._publisher.publish(message)
-
-    def _use(self, message_type: Any) -> None:
-        from rclpy.qos import QoSProfile
-
-        self._type = message_type
-        self._publisher = self._node.create_publisher(message_type, self._topic, QoSProfile(depth=DEPTH))
+def _limit_discovery(discovery: str | None) -> str:
+    """Have the environment say how far discovery goes where it does not, and return that in words."""
+    env = os.environ
+    # Set but empty, it would mean the subnet (rcl, discovery_options.c).
+    env[DISCOVERY] = env.get(DISCOVERY) or discovery or "LOCALHOST"
+    release = env.get("ROS_DISTRO", "jazzy")  # the wheels set none
+    if release in RELEASES_BEFORE_RANGES:
+        if env[DISCOVERY] == "LOCALHOST":
+            env[LOCALHOST_ONLY] = "1"  # also where it is 0: sourcing Humble says so, nobody has asked for it
+        return REACH["LOCALHOST" if env.get(LOCALHOST_ONLY) == "1" else "SUBNET"]
+    if release in RELEASES_OF_BOTH and env.get(LOCALHOST_ONLY) == "1":
+        return REACH["LOCALHOST"]
+    return REACH.get(env[DISCOVERY], REACH["LOCALHOST"])  # what rcl makes of a value it does not know

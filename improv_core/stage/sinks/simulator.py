@@ -64,6 +64,7 @@ class Simulator:
     """
 
     name: str = "simulator"
+    live: bool = False
     period: float | None = 1 / 60
 
     def __init__(self) -> None:
@@ -96,13 +97,26 @@ class Simulator:
                 self._robots[name] = self._place(known.pose(), part.profile.radius, known.twists)
         self._look()
 
+    def resetting(self) -> bool:
+        return False
+
     def missing(self) -> dict[str, str]:
+        return {}
+
+    def warnings(self) -> dict[str, str]:
         return {}
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Robots that have left with a restart are told to stop once more; they are no longer there."""
         if robot in self._robots:
             self._robots[robot].twists.append((at, twist))
+
+    def place(self, poses: Mapping[str, Pose]) -> None:
+        for name, pose in poses.items():
+            robot = self._robots[name]
+            robot.body.position, robot.body.angle, robot.z = (pose.x, pose.y), pose.heading, pose.z
+            robot.body.velocity, robot.body.angular_velocity = (0.0, 0.0), 0.0
+            self._space.reindex_shapes_for_body(robot.body)
 
     def advance(self, to: float) -> None:
         """Do every whole step that ends by `to`; the rest of the way only shows in `poses`."""

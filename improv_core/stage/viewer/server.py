@@ -12,6 +12,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from improv_core.score import Score
+from improv_core.stage.window import about
+
 if TYPE_CHECKING:
     from aiohttp import web
     from aiohttp.typedefs import Handler
@@ -62,6 +65,8 @@ class Viewer:
         self._snapshot = snapshot
         self._command = command
         self._token = token or secrets.token_urlsafe()
+        self._score: Score | None = None
+        self._generation = 0
         self._latest: dict[str, str] = {}
         self._drawn: dict[str, object] = {}
         self._pages: dict[_Outbox, web.Request] = {}
@@ -85,6 +90,11 @@ class Viewer:
         kind, text = message["type"], json.dumps(message)
         with suppress(RuntimeError):  # closed already
             self._loop.call_soon_threadsafe(self._put, kind, text)
+
+    def show(self, score: Score, generation: int) -> None:
+        """Show what is to be played, once the player's messages have this generation."""
+        self._score, self._generation = score, generation
+        self.publish(about(score, generation))
 
     def close(self) -> None:
         """End all connections and the thread."""

@@ -1,0 +1,83 @@
+"""Looks at ROS 2's graph, and never sends anything (rclpy, imported lazily). Standard library only.
+
+Started as `python …/improv_core/stage/graph.py look TOPIC...` or `receive TOPIC` by ROS's interpreter.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
+"""The types of message that move robots."""
+LOOK = 3.0
+"""Seconds after which what is not seen counts as not there: two processes took up to 2.64 s to discover each other."""
+RECEIVE_LIMIT = 60.0
+"""Seconds to wait for a Twist, so that a receiver whose parent was killed does not stay."""
+
+
+def look(topics: Sequence[str]) -> dict[str, Any]:
+    """Who listens and who publishes on these topics and on all others of velocities: `[node, type]` each."""
+    with _node("improv_look") as node:
+        time.sleep(LOOK)
+        moving = [topic for topic, types in node.get_topic_names_and_types() if set(types) & set(VELOCITIES)]
+        return {
+            topic: {
+                "listeners": _ends(node.get_subscriptions_info_by_topic(topic)),
+                "publishers": _ends(node.get_publishers_info_by_topic(topic)),
+            }
+            for topic in sorted({*topics, *moving})
+        }
+
+
+def receive(topic: str) -> bool:
+    """Say `true` once it listens, then wait for a Twist that moves: whether one came in time."""
+    import rclpy
+    from geometry_msgs.msg import Twist
+
+    moving: list[Any] = []
+
+    def hear(message: Any) -> None:
+        if message.linear.x:
+            moving.append(message)
+
+    with _node("improv_receive") as node:
+        node.create_subscription(Twist, topic, hear, 10)
+        _say(True)
+        end = time.monotonic() + RECEIVE_LIMIT
+        while not moving and time.monotonic() < end:
+            rclpy.spin_once(node, timeout_sec=0.1)
+    return bool(moving)
+
+
+@contextmanager
+def _node(name: str) -> Iterator[Any]:
+    import rclpy
+
+    rclpy.init()
+    node = rclpy.create_node(name)
+    yield node
+    # One that does not say goodbye stays in everybody's graph for its lease, some twenty seconds.
+    node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def _ends(infos: Sequence[Any]) -> list[list[str]]:
+    return sorted([f"{info.node_namespace.rstrip('/')}/{info.node_name}", info.topic_type] for info in infos)
+
+
+def _say(value: Any) -> None:
+    print(json.dumps(value), flush=True)
+
+
+if __name__ == "__main__":
+    # As in __main__.py: our modules must not hide others of the same name.
+    here = Path(__file__).resolve().parent
+    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
+    command, *arguments = sys.argv[1:]
+    _say(look(arguments) if command == "look" else receive(arguments[0]))

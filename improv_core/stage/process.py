@@ -1,0 +1,177 @@
+"""A stage as its parent has it: a process that is started, fed, heard and watched. Standard library only."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import queue
+import subprocess
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+Message = Mapping[str, Any]
+
+START_LIMIT = 60.0
+"""Seconds a stage may take to say that it is ready, on a busy machine."""
+END_LIMIT = 3.0
+"""Seconds a stage may take to stop its robots and end, before it is killed."""
+PING_PERIOD = 0.1
+"""Seconds between two pings, which say to the stage that we live, and whose answers say that it does."""
+HANG_LIMIT = 0.4
+"""Seconds without an answer after which a stage counts as hung; with the period of pings, that is noticed in 0.5 s."""
+LOADING_LIMIT = 10.0
+"""Seconds a stage may take to get ready for a score: each new robot of a thousand has its publisher made."""
+PULSE_LIMIT = 3.0
+"""Seconds our event loop may stand still, as while a huge document is read, until we count as hung ourselves."""
+
+
+class StageError(Exception):
+    """A stage can't be had; one plain line that says what to do."""
+
+
+class Stage:
+    """A stage process. Made by `start`; `ready` is its first message.
+
+    Threads speak and listen, so that neither a stage that does not read nor an event loop that is busy is mistaken for
+    the other's end.
+    """
+
+    def __init__(self, process: subprocess.Popen[bytes], hear: Callable[[Stage, Message], None]) -> None:
+        self._process = process
+        self._hear = hear
+        self._loop = asyncio.get_running_loop()
+        self._closing = False
+        self._hung = False
+        self._ready: asyncio.Future[Message] = self._loop.create_future()
+        self._ended = asyncio.Event()
+        self._last_words: deque[str] = deque(maxlen=5)
+        self._outbox: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
+        self._pulse = self._answered = time.monotonic()
+        self._pings = self._loading_until = 0
+        for work in (self._write, self._read, self._read_log):
+            threading.Thread(target=work, daemon=True).start()
+
+    @classmethod
+    async def start(
+        cls, command: Sequence[str], env: Mapping[str, str], hear: Callable[[Stage, Message], None]
+    ) -> Stage:
+        """Start a stage and wait until it is ready. Raises StageError with what it says is wrong."""
+        pipe = subprocess.PIPE
+        try:
+            process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, env=env)  # noqa: ASYNC220
+        except OSError as error:
+            raise StageError(f"{command[0]} can't be started: {error.strerror}") from None
+        stage = cls(process, hear)
+        try:
+            first = await asyncio.wait_for(asyncio.shield(stage._ready), START_LIMIT)
+        except asyncio.TimeoutError:
+            first = {"type": "error", "message": "the stage did not start in time: try again"}
+        if first["type"] != "ready":
+            await stage.close()
+            raise StageError(first["message"])
+        stage._watch(time.monotonic())
+        return stage
+
+    @property
+    def ready(self) -> Message:
+        return self._ready.result()
+
+    @property
+    def alive(self) -> bool:
+        return not self._ended.is_set() and not self._closing
+
+    def send(self, message: Message) -> None:
+        """Send a message; one to a stage that has died is lost, and its end has been told."""
+        if message["type"] == "load":
+            self._loading_until = self._pings + 1
+        self._outbox.put(message)
+
+    async def close(self) -> None:
+        """Close its input, which stops the robots and ends it; one that does not end is killed."""
+        self._closing = True
+        self._outbox.put(None)
+        try:
+            await asyncio.wait_for(self._ended.wait(), END_LIMIT)
+        except asyncio.TimeoutError:
+            self._process.kill()
+            await self._ended.wait()
+
+    def _watch(self, due: float) -> None:
+        """Kill the process if it hangs; called again and again, `due` now."""
+        now = time.monotonic()
+        if now > due + PING_PERIOD:
+            self._answered = now  # we ourselves stood still, which says nothing of the stage
+        self._pulse = now
+        limit = LOADING_LIMIT if self._loading_until else HANG_LIMIT
+        if now - self._answered > limit and not self._closing:
+            self._hung = True
+            self._process.kill()
+        elif self.alive:
+            due = now + PING_PERIOD / 4
+            self._loop.call_later(PING_PERIOD / 4, self._watch, due)
+
+    def _write(self) -> None:
+        pipe = self._process.stdin
+        assert pipe
+        next_ping = time.monotonic() + PING_PERIOD
+        with suppress(OSError):  # it has ended
+            while True:
+                try:
+                    message = self._outbox.get(timeout=max(next_ping - time.monotonic(), 0))
+                    if message is None:
+                        break
+                except queue.Empty:
+                    next_ping = time.monotonic() + PING_PERIOD
+                    if time.monotonic() - self._pulse > PULSE_LIMIT:
+                        continue
+                    self._pings += 1
+                    message = {"type": "ping", "number": self._pings}
+                pipe.write(json.dumps(message).encode() + b"\n")
+                pipe.flush()
+        with suppress(OSError):
+            pipe.close()
+
+    def _read(self) -> None:
+        assert self._process.stdout
+        with self._process.stdout as lines:
+            for line in lines:
+                with suppress(ValueError):  # half a line of a stage that was killed
+                    self._take(json.loads(line))
+        self._process.wait()
+        with suppress(RuntimeError):  # the loop has been closed before the stage ended
+            self._loop.call_soon_threadsafe(self._end)
+
+    def _take(self, message: Message) -> None:
+        if message["type"] == "pong":
+            self._answered = time.monotonic()
+            if message["number"] >= self._loading_until:
+                self._loading_until = 0
+            return
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(self._told, message)
+
+    def _told(self, message: Message) -> None:
+        if not self._ready.done():
+            self._answered = time.monotonic()
+            self._ready.set_result(message)
+        elif not (self._closing and message["type"] == "gone"):
+            self._hear(self, message)
+
+    def _end(self) -> None:
+        self._ended.set()
+        self._outbox.put(None)
+        if self._hung:
+            why = f"the stage did not answer for {HANG_LIMIT} s"
+        else:
+            why = f"the stage ended: {self._last_words[-1]}" if self._last_words else "the stage ended by itself"
+        self._told({"type": "gone", "message": why})
+
+    def _read_log(self) -> None:
+        assert self._process.stderr
+        with self._process.stderr as lines:
+            for line in lines:
+                self._last_words.append(line.decode(errors="replace").strip())

@@ -1,0 +1,80 @@
+"""Calls the services that put robots back to where they start (std_srvs, imported lazily; the node is given)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from improv_core.stage.sinks.ros_topic import SETTLE, Topic
+
+LIMIT = 0.5
+"""Seconds that beat 0 waits for a service to be found, and then for its answer."""
+
+
+@dataclass(slots=True)
+class _Call:
+    """A service to call, whom it resets, and how far that is: `ends` is when it no longer holds up beat 0."""
+
+    service: str
+    client: Any
+    robots: list[str]
+    topics: list[Topic]
+    ends: float
+    answer: Any = None
+    done: bool = False
+
+    def go_on(self) -> None:
+        if self.answer is None and self.client.service_is_ready():
+            self.answer = self.client.call_async(self.client.srv_type.Request())
+            self.ends = time.monotonic() + LIMIT
+        if not self.done and self.answer is not None and self.answer.done():
+            self.done = True
+            self.ends = time.monotonic() + SETTLE
+            # turtlesim's `/reset` makes new turtles, with new listeners.
+            for topic in self.topics:
+                topic.unsettle()
+
+    def warning(self) -> str | None:
+        robots = ", ".join(self.robots)
+        if self.answer is None:
+            return f"nobody offers the service {self.service} of type std_srvs/srv/Empty: not reset: {robots}"
+        return None if self.done else f"the service {self.service} has not answered: perhaps not reset: {robots}"
+
+
+class Resets:
+    """The calls of the latest restart. Nothing here waits; the executor that spins `node` receives the answers."""
+
+    def __init__(self, node: Any) -> None:
+        self._node = node
+        self._clients: dict[str, Any] = {}
+        self._calls: list[_Call] = []
+
+    def begin(self, services: Iterable[tuple[str, str, Topic]]) -> None:
+        """Call each service once, of these (service, robot, topic); the robots must have been told to stop."""
+        calls: dict[str, _Call] = {}
+        for service, robot, topic in services:
+            if service not in calls:
+                calls[service] = _Call(service, self._client(service), [], [], time.monotonic() + LIMIT)
+            calls[service].robots.append(robot)
+            calls[service].topics.append(topic)
+        self._calls = list(calls.values())
+        self.under_way()
+
+    def under_way(self) -> bool:
+        """Whether beat 0 should still wait. Must be asked again and again: it calls services that have just come."""
+        for call in self._calls:
+            call.go_on()
+        return any(time.monotonic() < call.ends for call in self._calls)
+
+    def warnings(self) -> Mapping[str, str]:
+        """Of each service that has not answered so far one line, under the first robot it was to reset."""
+        return {call.robots[0]: line for call in self._calls if (line := call.warning())}
+
+    def _client(self, service: str) -> Any:
+        if service not in self._clients:
+            from std_srvs.srv import Empty
+
+            self._clients[service] = self._node.create_client(Empty, service)
+        return self._clients[service]

@@ -1,0 +1,128 @@
+"""One ROS 2 topic that robots hear velocities on: what its listeners want, and publishers of that (nodes are given)."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Collection
+from typing import Any
+
+from improv_core.motion import Twist
+
+TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
+"""What can be sent: the names of profiles and of ROS."""
+DEPTH = 10
+"""Messages kept for a slow listener, reliably: as teleop_twist_keyboard and Nav2 publish, so all listeners match."""
+SETTLE = 0.2
+"""Seconds until a match counts: the listener's side follows ours, and until then a command came up to 0.16 s late."""
+
+
+class Topic:
+    """A topic and its publishers: of the fixed type, or with "auto" of each type that somebody wants there.
+
+    `node_for` gives the node for a type. A topic of a score that takes over can't wait: with `at_once`, whoever is
+    matched now counts as there.
+    """
+
+    def __init__(self, name: str, message: str, node_for: Callable[[str], Any], at_once: bool) -> None:
+        self.name = name
+        self._node_for = node_for
+        self._graph = node_for("Twist")
+        self._publishers: dict[str, _Publisher] = {}
+        self._message = message
+        self._serve({message if message in TYPES else "Twist"}, -math.inf if at_once else time.monotonic())
+
+    @property
+    def is_stamped(self) -> bool:
+        return "TwistStamped" in self._publishers
+
+    def take(self, message: str) -> None:
+        """From now on `message` says what is sent: a type, or "auto"."""
+        self._message = message
+        if message in TYPES:
+            self._serve({message}, time.monotonic())
+
+    def unsettle(self) -> None:
+        """The listeners may be others in a moment, as after a reset: they count again once they had time to match."""
+        for publisher in self._publishers.values():
+            publisher.unheard = time.monotonic()
+
+    def missing(self) -> str | None:
+        """Why a command would not be heard now, or None; listeners that want another type are served from now on.
+
+        Some microseconds where everybody is matched: it is asked about every topic while robots move.
+        """
+        counts = [publisher.count() for publisher in self._publishers.values()]
+        listeners = self._graph.count_subscribers(self.name)
+        wanted: set[str] = set()
+        if listeners and (listeners != sum(counts) or 0 in counts):
+            # Listeners of another type never match, but the graph tells what they want.
+            wanted = {listener.topic_type for listener in self._graph.get_subscriptions_info_by_topic(self.name)}
+            kinds = {kind for kind, name in TYPES.items() if name in wanted}
+            if kinds and self._message not in TYPES:
+                self._serve(kinds, time.monotonic())
+        settled = [publisher.is_settled() for publisher in self._publishers.values()]
+        if all(settled):
+            return None
+        if not listeners:
+            return f"nobody listens on {self.name}"
+        if wanted.isdisjoint(TYPES[kind] for kind in self._publishers) and not any(counts):
+            return self._unfit(", ".join(sorted(wanted)))
+        return f"a listener on {self.name} is not matched: it may want more than our reliable, volatile service"
+
+    def others(self, own: Collection[str]) -> list[str]:
+        """The nodes that send here too: all but our `own`."""
+        if self._graph.count_publishers(self.name) == len(self._publishers):
+            return []
+        infos = self._graph.get_publishers_info_by_topic(self.name)
+        return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))
+
+    def publish(self, twist: Twist, clock: Any) -> None:
+        """Send to everybody; what is stamped is so by `clock`."""
+        for publisher in self._publishers.values():
+            publisher.publish(twist, clock)
+
+    def _unfit(self, wanted: str) -> str:
+        if self._message in TYPES:
+            return f"the listener on {self.name} wants {wanted}: `message` in improv.toml is {self._message}"
+        return f"the listener on {self.name} wants {wanted}: Improv can send {' or '.join(TYPES.values())}"
+
+    def _serve(self, kinds: set[str], unheard: float) -> None:
+        # Not kept: with two types on a topic, `ros2 topic echo` refuses it.
+        for kind in self._publishers.keys() - kinds:
+            self._publishers.pop(kind).destroy()
+        for kind in kinds - self._publishers.keys():
+            self._publishers[kind] = _Publisher(self._node_for(kind), kind, self.name, unheard)
+
+
+class _Publisher:
+    """A publisher of one type; `unheard` is when it was last without listeners."""
+
+    def __init__(self, node: Any, kind: str, topic: str, unheard: float) -> None:
+        import geometry_msgs.msg
+
+        self.unheard = unheard
+        self._node = node
+        self._type = getattr(geometry_msgs.msg, kind)
+        self._is_stamped = kind == "TwistStamped"
+        self._publisher = node.create_publisher(self._type, topic, DEPTH)
+        self.count: Callable[[], int] = self._publisher.get_subscription_count
+
+    def is_settled(self) -> bool:
+        now = time.monotonic()
+        if not self.count():
+            self.unheard = now
+        return now >= self.unheard + SETTLE
+
+    def publish(self, twist: Twist, clock: Any) -> None:
+        message = velocity = self._type()
+        if self._is_stamped:
+            message.header.stamp = clock.now().to_msg()
+            velocity = message.twist
+        # An int would not be refused: rclpy reads its memory as a float64, about 0.
+        velocity.linear.x, velocity.linear.y, velocity.linear.z = float(twist.x), float(twist.y), float(twist.z)
+        velocity.angular.z = float(twist.yaw)
+        self._publisher.publish(message)
+
+    def destroy(self) -> None:
+        self._node.destroy_publisher(self._publisher)

@@ -1,0 +1,66 @@
+"""What is to come, for people who watch: a stretch of a score as plain values. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import astuple
+from fractions import Fraction
+from typing import Any
+
+from improv_core.movement import ENDLESS, walk
+from improv_core.path import pose_at
+from improv_core.score import Part, Score, twist
+
+MOST_MOMENTS = 20_000
+"""Moments of all robots together in one window."""
+FINEST = 1_000_000
+"""Parts of a beat at which a window may begin."""
+
+
+def about(score: Score, generation: int) -> dict[str, Any]:
+    """A score for those who watch: its text and length, and what its robots are like (metres, radians)."""
+    beats = score.beats
+    return {
+        "type": "score",
+        "generation": generation,
+        "tempo": float(score.tempo),
+        "beats": None if beats == ENDLESS else float(beats),
+        "text": score.text,
+        "starts": {str(number): start for number, start in score.starts.items()},
+        "robots": {
+            name: {
+                "profile": part.profile.name,
+                "radius": part.profile.radius,
+                "motions": list(part.profile.motions),
+                "start": list(astuple(part.start)),
+                "beats": None if part.movement.duration == ENDLESS else float(part.movement.duration),
+            }
+            for name, part in score.parts.items()
+        },
+    }
+
+
+def window(score: Score, start: float, end: float) -> Mapping[str, Any]:
+    """What each robot does from beat `start` up to beat `end`, as far as it is not too much.
+
+    `pose` is where it ideally is at `start` (x, y, z, heading), None where that can't be known. `moments` are lists of
+    start and duration in beats, velocity at the score's own tempo (m/s, rad/s), and the words that play: statement,
+    and span in it. `until` is the beat they reach.
+    """
+    most = MOST_MOMENTS // max(len(score.parts), 1)
+    begin = Fraction(round(max(start, 0.0) * FINEST), FINEST)
+    return {name: _stretch(score, part, begin, end, most) for name, part in score.parts.items()}
+
+
+def _stretch(score: Score, part: Part, begin: Fraction, end: float, most: int) -> Mapping[str, Any]:
+    moments: list[list[Any]] = []
+    until = float(begin)
+    for moment in walk(part.movement, begin) if begin < part.movement.duration else ():
+        if moment.start >= end or len(moments) == most:
+            break
+        moving = twist(moment.velocity, part.profile, score.tempo)
+        words = [[place.statement, *place.span] for place in moment.places]
+        moments.append([float(moment.start), float(moment.duration), *astuple(moving), words])
+        until = float(moment.start + moment.duration)
+    pose = pose_at(part, begin)
+    return {"pose": list(astuple(pose)) if pose else None, "moments": moments, "until": until}

@@ -1,0 +1,120 @@
+"""A real run on ROS 2, recorded, beside what a real subscriber heard of it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.processes import descendants, wait_until_gone
+from tests.recordings import Message, Velocity, read, topics
+from tests.ros.conftest import LIMIT, Listen, Listener
+
+TOPIC = "/turtle1/cmd_vel"
+NEAR = 0.5
+"""Seconds between sending and hearing on a busy machine; on a quiet one it is a thousandth of it."""
+STILL = (0.0, 0.0, 0.0, 0.0)
+Record = Callable[[str], "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "dance.mcap"
+
+
+@pytest.fixture
+def record(path: Path, ros_env: dict[str, str]) -> Iterator[Record]:
+    """Starts to play and to record a program."""
+    processes: list[subprocess.Popen[str]] = []
+
+    def start(program: str) -> subprocess.Popen[str]:
+        source = path.with_name("dance.improv")
+        source.write_text(program)
+        command = [sys.executable, "-m", "improv_core", "record", "--backend", "ros", str(source), "-o", str(path)]
+        processes.append(subprocess.Popen(command, env=ros_env, stdout=subprocess.PIPE, text=True))
+        return processes[-1]
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.wait(LIMIT)
+
+
+def moving(message: dict[str, Any]) -> bool:
+    return _velocity(message) != STILL
+
+
+def hear_the_end(listener: Listener) -> None:
+    """Wait for the three zeros that end every motion."""
+    for _ in range(3):
+        listener.wait(lambda message: not moving(message))
+
+
+def same(listener: Listener, messages: list[Message]) -> None:
+    """What was recorded is what was heard: the same velocities in the same order, and about when."""
+    assert [message.velocity for message in messages] == [_velocity(message) for message in listener.heard]
+    wall = time.time() - time.monotonic()
+    for recorded, heard in zip(messages, listener.heard, strict=True):
+        assert -0.01 < heard["at"] + wall - recorded.time / 1e9 < NEAR
+
+
+def test_a_recording_is_what_a_subscriber_heard(listen: Listen, record: Record, path: Path) -> None:
+    listener = listen(TOPIC)
+    process = record("beat 90\nturtle1 $ (forward [left right left]) || slow 5/2 left\n")
+    out, _ = process.communicate(timeout=LIMIT)
+    hear_the_end(listener)
+    messages = read(path)
+    same(listener, messages)
+    assert process.returncode == 0
+    assert out.splitlines()[-1].startswith(f"{path}: 1 robot, {len(messages)} commands, ")
+
+
+def test_stamped_commands_and_limits(listen: Listen, record: Record, path: Path) -> None:
+    robot = '[robots.turtle1]\nprofile = "turtlebot3_burger"\nmessage = "TwistStamped"\n'
+    path.with_name("improv.toml").write_text(robot)
+    listener = listen(TOPIC, "--stamped")
+    assert record("turtle1 $ fast 3 (forward left)\n").wait(LIMIT) == 0
+    hear_the_end(listener)
+    messages = read(path)
+    same(listener, messages)
+    assert max(message.velocity[0] for message in messages) == pytest.approx(0.22)
+    assert topics(path)[TOPIC].msgtype == "geometry_msgs/msg/TwistStamped"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_recording_has_the_last_zeros(
+    number: signal.Signals, listen: Listen, record: Record, path: Path
+) -> None:
+    listener = listen(TOPIC)
+    process = record("turtle1 $ repeat (forward left)\n")
+    listener.wait(moving)
+    process.send_signal(number)
+    assert process.wait(LIMIT) == 130
+    hear_the_end(listener)
+    same(listener, read(path))
+
+
+def test_a_stage_that_dies_leaves_a_complete_recording(listen: Listen, record: Record, path: Path) -> None:
+    listener = listen(TOPIC)
+    process = record("turtle1 $ repeat forward\n")
+    for _ in range(3):
+        listener.wait(moving)
+    stages = descendants(process.pid)
+    (stage,) = stages
+    os.kill(stage, signal.SIGKILL)
+    wait_until_gone(stages, LIMIT)
+    assert process.wait(LIMIT) == 2
+    messages = read(path)
+    assert messages[0].velocity == (2.0, 0.0, 0.0, 0.0)
+    assert [message.velocity for message in messages[-3:]] == [STILL] * 3  # from the stage that took its place
+
+
+def _velocity(message: dict[str, Any]) -> Velocity:
+    return message["x"], message["y"], message["z"], message["yaw"]

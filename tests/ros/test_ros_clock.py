@@ -1,0 +1,49 @@
+"""Whose time is in a stamp."""
+
+from __future__ import annotations
+
+import time
+
+from tests.ros.conftest import Listen, Sink
+
+TOPIC = "/turtle1/cmd_vel"
+TURTLE = {"turtle1": TOPIC}
+
+
+def test_stamps_are_of_this_machine(sink: Sink, listen: Listen) -> None:
+    robot = listen(TOPIC, "--stamped")
+    sink("prepare", TURTLE)
+    sink("wait")
+    before = time.time()
+    sink("send", "turtle1", 1, 0, 0, 0)
+    assert before <= robot.wait(lambda message: True)["stamp"] <= time.time()
+
+
+def test_stamps_are_of_the_simulation(sink: Sink, listen: Listen) -> None:
+    robot = listen(TOPIC, "--stamped")
+    sink("prepare", TURTLE, use_sim_time=True)
+    line = f"no time has come on /clock, so {TOPIC} is stamped 0: start the simulation"
+    assert sink("find", "missing", "turtle1", "/clock") == line
+    listen("--clock", "12.5")
+    sink("wait")
+    sink("send", "turtle1", 1, 0, 0, 0)
+    assert robot.wait(lambda message: True)["stamp"] == 12.5
+    sink("prepare", TURTLE)
+    sink("send", "turtle1", 2, 0, 0, 0)
+    assert robot.wait(lambda message: True)["stamp"] > 1e9, "and again of this machine"
+
+
+def test_a_robot_that_takes_no_stamps_needs_no_clock(sink: Sink, listen: Listen) -> None:
+    listen(TOPIC)
+    sink("prepare", TURTLE, use_sim_time=True)
+    sink("wait")
+
+
+def test_a_clock_that_is_not_used_is_said(sink: Sink, listen: Listen) -> None:
+    listen(TOPIC, "--stamped", "--clock", "12.5")
+    sink("prepare", TURTLE)
+    sink("wait")
+    line = sink("find", "warnings", "turtle1", "/clock")
+    assert line.endswith("if the robot is simulated, write `use_sim_time = true` under [ros] in improv.toml")
+    sink("prepare", TURTLE, use_sim_time=True)
+    assert sink("warnings") == {}

@@ -1,0 +1,138 @@
+"""What is sent to whom: the types that listeners want, the limits of robots, and others who send there."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import pytest
+
+from tests.ros.conftest import Listen, Sink
+
+TOPIC = "/turtle1/cmd_vel"
+TURTLE = {"turtle1": TOPIC}
+TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+
+
+def test_listeners_of_both_types_are_both_served(sink: Sink, listen: Listen) -> None:
+    plain, stamped = listen(TOPIC), listen(TOPIC, "--stamped")
+    sink("prepare", TURTLE)
+    sink("until_offered", TOPIC, TWIST, STAMPED)
+    sink("send", "turtle1", 1, 0, 0, 0.5)
+    for listener in (plain, stamped):
+        message = listener.wait(lambda message: bool(message["x"]))
+        assert (message["x"], message["yaw"]) == (1, 0.5)
+
+
+@pytest.mark.parametrize("kind", [(), ("--stamped",)], ids=["Twist", "TwistStamped"])
+def test_who_comes_late_is_served_while_robots_move(sink: Sink, listen: Listen, kind: tuple[str, ...]) -> None:
+    """One listener plays on while one of the other type comes."""
+    other = () if kind else ("--stamped",)
+    early = listen(TOPIC, *other)
+    sink("prepare", TURTLE)
+    sink("wait")
+    late = listen(TOPIC, *kind)
+    sink("find", "missing", "turtle1", "not matched")  # the look that finds it
+    sink("wait")
+    sink("send", "turtle1", 1, 0, 0, 0)
+    assert early.wait(lambda message: True)["x"] == 1
+    assert late.wait(lambda message: True)["x"] == 1
+
+
+def test_a_type_that_nobody_wants_is_no_longer_offered(sink: Sink, listen: Listen) -> None:
+    """Else `ros2 topic echo` would refuse the topic, as one of two types."""
+    early, _ = listen(TOPIC), listen(TOPIC, "--stamped")
+    sink("prepare", TURTLE)
+    sink("until_offered", TOPIC, TWIST, STAMPED)
+    early.close()
+    sink("until_offered", TOPIC, STAMPED)
+
+
+def test_a_fixed_type_is_obeyed(sink: Sink, listen: Listen) -> None:
+    plain, stamped = listen(TOPIC), listen(TOPIC, "--stamped")
+    sink("prepare", TURTLE, profile={"message": "TwistStamped"})
+    sink("wait")
+    sink("send", "turtle1", 1, 0, 0, 0)
+    assert stamped.wait(lambda message: True)["x"] == 1
+    sink("prepare", TURTLE, profile={"message": "Twist"})
+    sink("wait")
+    sink("send", "turtle1", 2, 0, 0, 0)
+    assert plain.wait(lambda message: True)["x"] == 2, "the first it hears"
+    sink("prepare", TURTLE)
+    sink("until_offered", TOPIC, TWIST, STAMPED)
+    sink("send", "turtle1", 3, 0, 0, 0)
+    assert plain.wait(lambda message: True)["x"] == 3
+    assert stamped.wait(lambda message: True)["x"] == 3, "it has not heard 2"
+
+
+def test_a_fixed_type_that_nobody_wants_is_said(sink: Sink, listen: Listen) -> None:
+    listen(TOPIC)
+    sink("prepare", TURTLE, profile={"message": "TwistStamped"})
+    line = sink("find", "missing", "turtle1", "wants")
+    assert line.startswith(f"the listener on {TOPIC} wants {TWIST}: `message` in improv.toml is TwistStamped (ROS 2,")
+
+
+def test_a_type_that_nobody_can_send_is_said(sink: Sink, listen: Listen) -> None:
+    listen(TOPIC, "--string")
+    sink("prepare", TURTLE)
+    line = sink("find", "missing", "turtle1", "wants")
+    assert line.startswith(f"the listener on {TOPIC} wants std_msgs/msg/String: Improv can send {TWIST} or {STAMPED} (")
+
+
+def test_a_quality_of_service_that_we_lack_is_said(sink: Sink, listen: Listen) -> None:
+    listen(TOPIC, "--transient")
+    sink("prepare", TURTLE)
+    line = sink("find", "missing", "turtle1", "not matched")
+    assert line.startswith(
+        f"a listener on {TOPIC} is not matched: it may want more than our reliable, volatile service"
+    )
+
+
+def test_limits_scale_all_of_a_twist(sink: Sink, listen: Listen) -> None:
+    listener = listen(TOPIC)
+    sink("prepare", TURTLE, profile={"max_linear": 0.2, "max_angular": 1.0})
+    sink("wait")
+    for twist in [(0.2, 0, 0, 1.0), (0.4, 0, 0, 1.0), (0.1, 0, 0, 4.0)]:
+        sink("send", "turtle1", *twist)
+    sink("send", "turtle1", 0, 0, 0, 0)
+    listener.wait(lambda message: not any((message["x"], message["yaw"])))
+    told = [(message["x"], message["yaw"]) for message in listener.heard]
+    assert told == [(0.2, 1.0), (0.2, 0.5), (0.025, 1.0), (0, 0)]
+
+
+@pytest.mark.parametrize("speed", ["NaN", "Infinity", "-Infinity"])
+def test_what_is_no_number_is_never_sent(sink: Sink, listen: Listen, speed: str) -> None:
+    listener = listen(TOPIC)
+    sink("prepare", TURTLE, profile={"max_linear": 0.2})
+    sink("wait")
+    assert sink("refuse", "turtle1", json.loads(speed)) == "turtle1 was to move at a speed that is no finite number"
+    sink("send", "turtle1", 0.1, 0, 0, 0)
+    assert listener.wait(lambda message: True)["x"] == 0.1
+
+
+def test_others_who_send_to_a_robot_are_named(sink: Sink, listen: Listen) -> None:
+    listen(TOPIC)
+    sink("prepare", TURTLE)
+    sink("wait")
+    assert sink("warnings") == {}
+    teleop = listen("--publish", TOPIC, "--name", "teleop")
+    assert sink("find", "warnings", "turtle1", "teleop") == (
+        f"somebody else also sends to {TOPIC}: /teleop; robots obey both: stop one of them, or use twist_mux"
+    )
+    teleop.close()
+    sink("until_no_warnings")
+
+
+def test_two_servers_warn_each_other(start: Callable[..., Sink], listen: Listen) -> None:
+    """Also of types that differ, and each is named so that it can be told apart."""
+    listen(TOPIC)
+    listen(TOPIC, "--stamped")
+    one, two = start(), start()
+    one("prepare", TURTLE)
+    two("prepare", TURTLE)
+    one("wait")
+    two("wait")
+    for sink, other in ((one, two), (two, one)):
+        line = sink("find", "warnings", "turtle1", f"_{other.process.pid}_twiststamped")
+        assert f"_{other.process.pid}," in line
+        assert f"_{sink.process.pid}" not in line

@@ -72,6 +72,20 @@ def compile_(files: tuple[Path, ...], layout: str, max_segments: int) -> None:
     _each(files, tell)
 
 
+@improv.command()
+@_file
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="An .svg or .png file to write.")
+@click.option("--timeline", is_flag=True, help="Show who does what when, too.")
+def plot(file: Path, output: Path, timeline: bool) -> None:
+    """Draw the ideal paths of a program's robots, without a browser. Exit code 1 if it has errors."""
+    from improv_core.plotting import PlotError, plot_file
+
+    try:
+        sys.exit(plot_file(file, output, timeline=timeline))
+    except (ReadError, PlotError) as problem:
+        raise CannotError(str(problem)) from None
+
+
 @improv.command("format")
 @_files
 @click.option("--check", is_flag=True, help="Write nothing; name the files that would change: exit code 1 if any.")

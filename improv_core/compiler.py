@@ -27,7 +27,7 @@ def score_of(analysis: Analysis) -> Score:
     for place, (name, movement) in enumerate(analysis.robots.items()):
         robot = analysis.cast.robot(name)
         profile = replace(robot.profile, message=robot.message)
-        start = robot.start or Pose(y=-APART * place)
+        start = robot.start or Pose(y=APART * -place)
         use_sim_time = analysis.cast.use_sim_time
         parts[name] = Part(name, movement, profile, start, robot.topic, robot.reset, use_sim_time)
     if len(analysis.text) > LONGEST_TEXT:

@@ -19,6 +19,7 @@ LIBRARIES = {
     "rclpy": ["stage/graph.py", "stage/sinks/ros.py"],
     "aiohttp": ["stage/viewer/server.py"],
     "mcap": ["stage/sinks/recorder.py"],
+    "resvg_py": ["plotting.py"],
 }
 
 

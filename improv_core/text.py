@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
+from collections.abc import Callable
 from typing import NamedTuple
 
 LINE_END = re.compile(r"\r\n|\n|\r")
@@ -75,3 +76,20 @@ class LineIndex:
             return len(self.text)
         end = self.starts[number + 1] - 1
         return end - 1 if self.text[end - 1 : end + 1] == "\r\n" else end
+
+
+def difference(before: str, after: str) -> tuple[int, int, str]:
+    """One edit that makes one text of another: where it starts and ends in the first, and what is put there."""
+    shorter = min(len(before), len(after))
+    start = _common(shorter, lambda length: before[:length] == after[:length])
+    end = _common(shorter - start, lambda length: before[len(before) - length :] == after[len(after) - length :])
+    return start, len(before) - end, after[start : len(after) - end]
+
+
+def _common(most: int, holds: Callable[[int], bool]) -> int:
+    """The largest length for which something holds that holds for all smaller ones; comparing slices is quick."""
+    least = 0
+    while least < most:
+        middle = (least + most + 1) // 2
+        least, most = (middle, most) if holds(middle) else (least, middle - 1)
+    return least

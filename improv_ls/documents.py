@@ -12,7 +12,7 @@ from pygls.uris import to_fs_path
 from improv_core.analysis import Analysis, analyze
 from improv_core.program import ReadError, robots_near
 from improv_core.robots import Robots
-from improv_core.text import LineIndex
+from improv_core.text import LineIndex, difference
 from improv_ls.positions import to_span
 
 
@@ -55,5 +55,5 @@ def changed(
             start, end = to_span(analysis.lines, change.range, encoding)
             analysis = analysis.edited(start, end, change.text)
         else:
-            analysis = analyze(change.text, analysis.cast)
+            analysis = analysis.edited(*difference(analysis.text, change.text))  # what is as it was keeps its place
     return Document(document.uri, version, analysis)

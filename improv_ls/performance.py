@@ -6,16 +6,22 @@ import asyncio
 import os
 import sys
 import webbrowser
+from collections.abc import Mapping
+from typing import Any
 from uuid import uuid4
 
 from lsprotocol import types
 
-from improv_core.analysis import Analysis
 from improv_core.compiler import score_of
 from improv_core.ide.hover import summary
 from improv_core.stage.client import Options, Playback, each_beat, whole_beats
 from improv_core.stage.process import Message, StageError
+from improv_ls import live
+from improv_ls.documents import Document
 from improv_ls.session import ANSWER_LIMIT, Session
+
+TELL_PERIOD = 1.0
+"""Seconds between two messages that tell where it is."""
 
 
 class Performance:
@@ -24,6 +30,9 @@ class Performance:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._playback: Playback | None = None
+        self._document: Document | None = None  # as it was saved
+        self._generation = 0
+        self._telling: asyncio.Task[None] | None = None
         self._progress: asyncio.Task[None] | None = None
 
     async def warm_up(self) -> None:
@@ -33,18 +42,29 @@ class Performance:
         except StageError:
             await self.close()
 
-    async def play(self, analysis: Analysis, when: str) -> None:
+    async def play(self, document: Document, when: str) -> None:
         """Play a right program and say so in one line."""
-        playback = self._stages()
+        playback, analysis = self._stages(), document.analysis
         try:
-            await playback.play(score_of(analysis), when)
+            self._generation = await playback.play(score_of(analysis), when)
         except StageError as error:
             self._session.say(f"Improv can't play: {error}", types.MessageType.Error)
             return
+        self._document = document
+        if self._session.shows_live:
+            self._session.protocol.notify(live.EVALUATED, self.moments(0.0))
         self._session.say(f"▶ {summary(analysis)}, {playback.status}")
         if self._session.settings.page_open and playback.page and not self._session.page_shown:
             self._session.page_shown = True
             await self._show_page(playback.page)
+
+    def moments(self, start: float) -> Mapping[str, Any]:
+        """What plays from a beat on, and where it stands in the text as it is now; nothing if nothing was played."""
+        if not self._document:
+            return {}
+        now = self._session.documents.get(self._document.uri, self._document)
+        found = live.moments(now, self._document.analysis, self._session.encoding, start)
+        return {"generation": self._generation, **found}
 
     def conduct(self, kind: str, **values: object) -> None:
         """Have what plays do something: a message of the stage's protocol, such as hush."""
@@ -62,6 +82,8 @@ class Performance:
     async def close(self) -> None:
         """Stop the robots and end the stages."""
         self._stop_progress()
+        if self._telling:
+            self._telling.cancel()
         if self._playback:
             playback, self._playback = self._playback, None
             await playback.close()
@@ -81,6 +103,7 @@ class Performance:
         kind = message["type"]
         if kind == "transport" and leads:
             self._stop_progress()
+            self._tell_transport(message)
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
         elif kind == "warning":
@@ -88,6 +111,22 @@ class Performance:
         elif kind in ("error", "gone"):
             self._stop_progress()
             self._session.say(str(message["message"]), types.MessageType.Error)
+
+    def _tell_transport(self, message: Message) -> None:
+        """Tell where it is, and every second that it plays: clocks of editors drift, and clients join late."""
+        if self._telling:
+            self._telling.cancel()
+        if self._session.shows_live:
+            self._telling = asyncio.create_task(self._keep_telling(message))
+
+    async def _keep_telling(self, message: Message) -> None:
+        while True:
+            uri = self._document.uri if self._document else None
+            page = self._playback.page if self._playback else None
+            self._session.protocol.notify(live.TRANSPORT, live.transport(message, uri, page))
+            if message["state"] != "playing":
+                return
+            await asyncio.sleep(TELL_PERIOD)
 
     def _stop_progress(self) -> None:
         if self._progress:

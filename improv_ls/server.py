@@ -21,6 +21,7 @@ FEATURES = {
     types.TEXT_DOCUMENT_HOVER: "language.hover",
     types.TEXT_DOCUMENT_COMPLETION: "language.completion",
     types.TEXT_DOCUMENT_DID_SAVE: "playback.did_save",
+    "improv/moments": "playback.moments",
 }
 COMMANDS = {
     "improv.play": "playback.play",

@@ -46,6 +46,8 @@ class Session(LanguageServer):
         self.page_shown = False
         self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps none of them alive
         self.wrong_settings: list[str] = []
+        self.ended = asyncio.Event()
+        """Set once there is nobody left to serve."""
 
     @cached_property
     def performance(self) -> Performance:
@@ -63,6 +65,13 @@ class Session(LanguageServer):
     def encoding(self) -> types.PositionEncodingKind | str:
         """The unit of the columns, as agreed with the client."""
         return self.server_capabilities.position_encoding or types.PositionEncodingKind.Utf16
+
+    @property
+    def shows_live(self) -> bool:
+        """Whether the client has asked for messages of our own, by `experimental: {"improv": true}`."""
+        asked = self.client_capabilities.experimental
+        asked = asked.get("improv") if isinstance(asked, dict) else getattr(asked, "improv", None)
+        return bool(asked)
 
     def soon(self, work: Coroutine[Any, Any, None]) -> None:
         """Do something that takes a while, after the message at hand. pygls starts asynchronous handlers later, too,
@@ -88,7 +97,6 @@ class Session(LanguageServer):
     async def _serve(self) -> None:
         """Until the client's end, or its `exit`."""
         loop = asyncio.get_running_loop()
-        ended = asyncio.Event()
         frames = Frames()
 
         def take(data: bytes) -> None:
@@ -98,7 +106,7 @@ class Session(LanguageServer):
             except BrokenPipeError:  # nobody reads what we say any more
                 data = b""
             if not data:
-                ended.set()
+                self.ended.set()
 
         def read_what_is_there() -> None:
             data = os.read(0, READ_SIZE)
@@ -116,7 +124,8 @@ class Session(LanguageServer):
             loop.add_reader(0, read_what_is_there)  # a thread costs 44 µs more for each message
         except (NotImplementedError, OSError):  # on Windows; where standard input is a file
             threading.Thread(target=read_on_a_thread, daemon=True).start()
-        await ended.wait()
+        await self.ended.wait()
+        await self.close()
 
 
 READ_SIZE = 65_536

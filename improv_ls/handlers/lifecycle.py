@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from importlib import import_module
 from typing import Any
 
@@ -12,9 +13,15 @@ from improv_ls.session import ANSWER_LIMIT, Session
 from improv_ls.settings import read_settings
 
 
+PARENT_PERIOD = 1.0
+"""Seconds between two looks at whether the editor's process is still there."""
+
+
 def initialize(ls: Session, params: types.InitializeParams) -> None:
     # What is wrong with these settings is told once the client may be told anything: in `initialized`.
     ls.settings, ls.wrong_settings = read_settings(params.initialization_options, ls.settings)
+    if params.process_id and os.name == "posix":
+        ls.soon(_watch_parent(ls, params.process_id))
 
 
 def initialized(ls: Session, params: types.InitializedParams) -> None:
@@ -30,6 +37,19 @@ def initialized(ls: Session, params: types.InitializedParams) -> None:
         registration = types.Registration(id=method, method=method, register_options=options)
         ls.client_register_capability(types.RegistrationParams([registration]))
     ls.soon(_pull(ls))
+
+
+async def _watch_parent(ls: Session, process: int) -> None:
+    """End when the editor has ended: something that it started may still hold our standard input open."""
+    while True:
+        await asyncio.sleep(PARENT_PERIOD)
+        try:
+            os.kill(process, 0)
+        except ProcessLookupError:
+            ls.ended.set()
+            return
+        except PermissionError:
+            pass  # it lives, and is somebody else's
 
 
 def did_change_configuration(ls: Session, params: types.DidChangeConfigurationParams) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from lsprotocol import types
@@ -68,6 +69,12 @@ def solo(ls: Session, *arguments: Any) -> None:
     _silence(ls, "solo", arguments)
 
 
+def moments(ls: Session, params: Any) -> Mapping[str, Any]:
+    """What plays from a beat on: docs/protocol.md."""
+    beat = getattr(params, "beat", 0.0)
+    return ls.performance.moments(float(beat) if isinstance(beat, (int, float)) else 0.0)
+
+
 def _silence(ls: Session, command: str, arguments: tuple[Any, ...]) -> None:
     if len(arguments) == 1 and isinstance(arguments[0], str) and arguments[0]:
         ls.performance.toggle(command, arguments[0])
@@ -93,4 +100,4 @@ async def _play(ls: Session, document: Document) -> None:
         ls.say(f"✗ line {line}: {first.message}{more}; what plays goes on", types.MessageType.Warning)
         return
     when = ls.settings.switch_at if ls.settings.on_save == "continue" else "restart"
-    await ls.performance.play(document.analysis, when)
+    await ls.performance.play(document, when)

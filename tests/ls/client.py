@@ -32,6 +32,7 @@ class Client:
         env: Mapping[str, str] | None = None,
         configuration: Mapping[str, Any] | None = None,
         answers: bool = True,
+        process: int | None = None,
     ) -> None:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "improv_ls"],
@@ -51,7 +52,7 @@ class Client:
         threading.Thread(target=self._read, daemon=True).start()
         self.initialized = self.request(
             "initialize",
-            {"processId": None, "rootUri": None, "capabilities": capabilities, "initializationOptions": options},
+            {"processId": process, "rootUri": None, "capabilities": capabilities, "initializationOptions": options},
         )
         self.notify("initialized", {})
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Iterator
 
 import pytest
 
 from improv_ls.server import COMMANDS
-from tests.ls.client import Client
+from tests.ls.client import CAPABILITIES, LIMIT, Client
+from tests.processes import descendants, wait_until_gone
 
 URI = "file:///dance.improv"
 QUIET = {"backend": "sim", "page": {"open": False}}
@@ -135,6 +138,41 @@ def test_a_command_with_wrong_arguments_says_what_it_takes(
 ) -> None:
     command(client, name, *arguments)
     assert client.wait_for_line("improv.") == line
+
+
+def test_who_asks_for_it_is_told_what_plays_when_and_where_it_is() -> None:
+    with Client(QUIET, capabilities={**CAPABILITIES, "experimental": {"improv": True}}) as client:
+        client.open(URI, "")
+        client.change(URI, 2, {"text": "# 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
+        client.save(URI)
+        evaluated = client.wait("improv/evaluated")
+        assert (evaluated["uri"], evaluated["version"], evaluated["generation"]) == (URI, 2, 1)
+        assert evaluated["ranges"] == [[1, 4, 1, 11], [1, 13, 1, 17], [2, 11, 2, 15]]
+        assert evaluated["robots"]["r"] == {"moments": [[0, 1, [0]], [1, 2, [1]]], "until": None}
+        assert evaluated["robots"]["s"]["moments"][:2] == [[0, 1, [2]], [1, 2, [2]]]
+        first = client.wait("improv/transport", lambda params: params["state"] == "playing")
+        assert (first["generation"], first["tempo"], first["beats"], first["uri"]) == (1, 60, None, URI)
+        later = client.wait("improv/transport")
+        assert 0.5 < later["beat"] - first["beat"] < 30
+        client.change(URI, 3, {"text": "# now\n\n# 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
+        moments = client.request("improv/moments", {"beat": 4000})
+        assert (moments["version"], moments["robots"]["s"]["moments"][0]) == (3, [4000, 4001, [0]])
+        assert moments["ranges"] == [[4, 11, 4, 15]]
+        command(client, "hush")
+        client.wait("improv/transport", lambda params: params["state"] == "stopped")
+
+
+def test_the_server_ends_with_the_editor_even_if_somebody_holds_its_input_open() -> None:
+    editor = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    with Client(QUIET, process=editor.pid) as client:
+        client.open(URI, "r $ repeat left\n")
+        client.save(URI)
+        client.wait_for_line("▶")
+        children = descendants(client.process.pid)
+        editor.kill()
+        editor.wait()
+        assert client.process.wait(LIMIT) == 0
+        wait_until_gone(children, LIMIT)
 
 
 def test_page_is_shown_once() -> None:

@@ -18,6 +18,7 @@ from improv_core.stage.client import Options, Playback, each_beat, whole_beats
 from improv_core.stage.process import Message, StageError
 from improv_ls import live
 from improv_ls.documents import Document
+from improv_ls.placing import offer
 from improv_ls.session import ANSWER_LIMIT, Session
 
 TELL_PERIOD = 1.0
@@ -106,6 +107,8 @@ class Performance:
             self._tell_transport(message)
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
+        elif kind == "place" and self._document:
+            self._session.soon(offer(self._session, self._document, message))
         elif kind == "warning":
             self._session.say(str(message["message"]), types.MessageType.Warning)
         elif kind in ("error", "gone"):

@@ -217,6 +217,8 @@ class Playback:
             self._send_score("restart")
         elif kind == "silence":
             self.silence(values["muted"], values["soloed"])
+        elif kind == "place":
+            self._listen(request, True)
         elif kind in CONDUCTING:
             self.conduct(kind, **values)
 

@@ -19,7 +19,8 @@ def test_robots_are_stopped_reset_once_and_heard_again(sink: Sink, listen: Liste
     sink("send", "turtle1", 2, 0, 0, 0)
     turtles.wait(lambda message: message.get("x") == 2)
     stops = [("/turtle1/cmd_vel", 0.0), ("/turtle2/cmd_vel", 0.0)]
-    assert told(turtles.heard[:3]) == [("/turtle1/cmd_vel", 1.0), *stops]
+    assert told(turtles.heard[:1]) == [("/turtle1/cmd_vel", 1.0)]
+    assert sorted(told(turtles.heard[1:3])) == stops
     assert told(turtles.heard[3:]) == [("/reset", None), ("/turtle1/cmd_vel", 2.0)]
 
 

@@ -8,7 +8,7 @@ import re
 import socket
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from improv_core.motion import STILL, Pose, Twist
@@ -28,6 +28,8 @@ REACH = {
     "OFF": "no discovery",
     "SYSTEM_DEFAULT": "the system's own reach",
 }
+DEPTH = 10
+"""Messages kept for a slow listener, reliably: as teleop_twist_keyboard and Nav2 publish, so all listeners match."""
 REST = 0.005
 """Seconds between two things received: /clock may come a thousand times a second, and its latest message is enough."""
 LINGER = 0.2
@@ -50,8 +52,8 @@ class Ros:
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
 
-        self._nodes: dict[str, Any] = {}
-        self._node = self._node_for("Twist")
+        self._node = _node(rclpy.get_default_context(), _node_name())
+        self._nodes = [self._node]
         self._executor: Any = SingleThreadedExecutor(context=rclpy.get_default_context())
         self._executor.add_node(self._node)
         self._closing = threading.Event()
@@ -80,7 +82,9 @@ class Ros:
             if part.topic in self._topics:
                 self._topics[part.topic].take(part.profile.message)
             else:
-                self._topics[part.topic] = Topic(part.topic, part.profile.message, self._node_for, not restart)
+                self._topics[part.topic] = Topic(
+                    part.topic, part.profile.message, self._node, self._advertise, not restart
+                )
         if restart:
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
             for _, robot, _ in reset:
@@ -103,11 +107,11 @@ class Ros:
 
     def warnings(self) -> dict[str, str]:
         found = dict(self._resets.warnings())
-        own = [node.get_fully_qualified_name() for node in self._nodes.values()]
+        own = [node.get_fully_qualified_name() for node in self._nodes]
         clocked = not self._node.get_clock().ros_time_is_active and self._node.count_publishers("/clock")
         for robot in self._cast:
             topic = self._topic(robot)
-            if others := topic.others(own):
+            if others := [name for name in topic.others(own) if not _has_ended(name)]:
                 found[robot] = (
                     f"somebody else also sends to {topic.name}: {', '.join(others)}; "
                     "robots obey both: stop one of them, or use twist_mux"
@@ -143,7 +147,7 @@ class Ros:
         self._closing.set()
         self._executor.shutdown()
         self._receiving.join()
-        for node in self._nodes.values():
+        for node in self._nodes:
             node.destroy_node()
             rclpy.try_shutdown(context=node.context)
 
@@ -155,23 +159,29 @@ class Ros:
     def _topic(self, robot: str) -> Topic:
         return self._topics[self._parts[robot].topic]
 
-    def _node_for(self, kind: str) -> Any:
-        """The node that publishes messages of this type.
+    def _advertise(self, kind: Any, topic: str, second: bool) -> tuple[Any, Callable[[], None]]:
+        try:
+            from rclpy.event_handler import PublisherEventCallbacks
+        except ImportError:  # Humble
+            from rclpy.qos_event import PublisherEventCallbacks
+        node = self._second_node() if second else self._node
+        # The default ones keep a publisher in use while the executor waits, and its type on the topic too.
+        none = PublisherEventCallbacks(use_default_callbacks=False)
+        publisher = node.create_publisher(kind, topic, DEPTH, event_callbacks=none)
+        return publisher, lambda: node.destroy_publisher(publisher)
 
-        Fast DDS refuses two types on one topic within a context, and some topics have listeners of both.
+    def _second_node(self) -> Any:
+        """For topics that want both types: Fast DDS refuses them within one context.
+
+        Made when it is needed, and not used for anything else: to be discovered takes it up to seconds.
         """
-        if kind not in self._nodes:
+        if len(self._nodes) == 1:
             import rclpy
-            from rclpy.signals import SignalHandlerOptions
 
-            main = not self._nodes
-            context = rclpy.get_default_context() if main else rclpy.Context()
-            # rclpy's own handlers would invalidate the context before the last zero could be sent.
-            rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
-            name = _node_name() if main else f"{_node_name()}_{kind.lower()}"
-            # Nobody spins the others, so they offer no services.
-            self._nodes[kind] = rclpy.create_node(name, context=context, start_parameter_services=main)
-        return self._nodes[kind]
+            # Nobody spins it, so it offers no services.
+            name = f"{self._node.get_name()}_2"
+            self._nodes.append(_node(rclpy.Context(), name, start_parameter_services=False))
+        return self._nodes[1]
 
     def _use_sim_time(self, wanted: bool) -> None:
         if wanted != self._uses_sim_time:
@@ -181,9 +191,32 @@ class Ros:
             self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
 
 
-def _node_name() -> str:
+def _node(context: Any, name: str, **options: bool) -> Any:
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+
+    # rclpy's own handlers would invalidate the context before the last zero could be sent.
+    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    return rclpy.create_node(name, context=context, **options)
+
+
+def _node_name(process: int | str = "") -> str:
     """Told apart from those of other servers on this machine and of other machines."""
-    return f"improv_{re.sub('[^A-Za-z0-9_]', '_', socket.gethostname())}_{os.getpid()}"
+    return f"improv_{re.sub('[^A-Za-z0-9_]', '_', socket.gethostname())}_{process or os.getpid()}"
+
+
+def _has_ended(node: str) -> bool:
+    """Whether it was the node of a stage here that was killed: the graph goes on to show it for some twenty seconds."""
+    found = re.fullmatch(f"/{_node_name(process='([0-9]+)')}(?:_2)?", node)
+    if not found or os.name != "posix":
+        return False
+    try:
+        os.kill(int(found[1]), 0)
+    except ProcessLookupError:
+        return True
+    except PermissionError:
+        pass  # somebody else's, and alive
+    return False
 
 
 def _limit_discovery(discovery: str | None) -> str:

@@ -11,23 +11,25 @@ from improv_core.motion import Twist
 
 TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
 """What can be sent: the names of profiles and of ROS."""
-DEPTH = 10
-"""Messages kept for a slow listener, reliably: as teleop_twist_keyboard and Nav2 publish, so all listeners match."""
 SETTLE = 0.2
 """Seconds until a match counts: the listener's side follows ours, and until then a command came up to 0.16 s late."""
+
+Advertise = Callable[[Any, str, bool], tuple[Any, Callable[[], None]]]
+"""Makes a publisher, and returns it and what destroys it: of a type, on a topic, on the second node or not."""
 
 
 class Topic:
     """A topic and its publishers: of the fixed type, or with "auto" of each type that somebody wants there.
 
-    `node_for` gives the node for a type. A topic of a score that takes over can't wait: with `at_once`, whoever is
-    matched now counts as there.
+    `node` sees the graph. `advertise` makes a publisher of a type, on the second node if asked to: one node can't send
+    two types on one topic. A topic of a score that takes over can't wait: with `at_once`, whoever is matched now counts
+    as there.
     """
 
-    def __init__(self, name: str, message: str, node_for: Callable[[str], Any], at_once: bool) -> None:
+    def __init__(self, name: str, message: str, node: Any, advertise: Advertise, at_once: bool) -> None:
         self.name = name
-        self._node_for = node_for
-        self._graph = node_for("Twist")
+        self._node = node
+        self._advertise = advertise
         self._publishers: dict[str, _Publisher] = {}
         self._message = message
         self._serve({message if message in TYPES else "Twist"}, -math.inf if at_once else time.monotonic())
@@ -53,11 +55,11 @@ class Topic:
         Some microseconds where everybody is matched: it is asked about every topic while robots move.
         """
         counts = [publisher.count() for publisher in self._publishers.values()]
-        listeners = self._graph.count_subscribers(self.name)
+        listeners = self._node.count_subscribers(self.name)
         wanted: set[str] = set()
         if listeners and (listeners != sum(counts) or 0 in counts):
             # Listeners of another type never match, but the graph tells what they want.
-            wanted = {listener.topic_type for listener in self._graph.get_subscriptions_info_by_topic(self.name)}
+            wanted = {listener.topic_type for listener in self._node.get_subscriptions_info_by_topic(self.name)}
             kinds = {kind for kind, name in TYPES.items() if name in wanted}
             if kinds and self._message not in TYPES:
                 self._serve(kinds, time.monotonic())
@@ -72,9 +74,9 @@ class Topic:
 
     def others(self, own: Collection[str]) -> list[str]:
         """The nodes that send here too: all but our `own`."""
-        if self._graph.count_publishers(self.name) == len(self._publishers):
+        if self._node.count_publishers(self.name) == len(self._publishers):
             return []
-        infos = self._graph.get_publishers_info_by_topic(self.name)
+        infos = self._node.get_publishers_info_by_topic(self.name)
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))
 
     def publish(self, twist: Twist, clock: Any) -> None:
@@ -92,20 +94,21 @@ class Topic:
         for kind in self._publishers.keys() - kinds:
             self._publishers.pop(kind).destroy()
         for kind in kinds - self._publishers.keys():
-            self._publishers[kind] = _Publisher(self._node_for(kind), kind, self.name, unheard)
+            second = any(not publisher.is_second for publisher in self._publishers.values())
+            self._publishers[kind] = _Publisher(self._advertise, kind, self.name, second, unheard)
 
 
 class _Publisher:
     """A publisher of one type; `unheard` is when it was last without listeners."""
 
-    def __init__(self, node: Any, kind: str, topic: str, unheard: float) -> None:
+    def __init__(self, advertise: Advertise, kind: str, topic: str, second: bool, unheard: float) -> None:
         import geometry_msgs.msg
 
         self.unheard = unheard
-        self._node = node
+        self.is_second = second
         self._type = getattr(geometry_msgs.msg, kind)
         self._is_stamped = kind == "TwistStamped"
-        self._publisher = node.create_publisher(self._type, topic, DEPTH)
+        self._publisher, self.destroy = advertise(self._type, topic, second)
         self.count: Callable[[], int] = self._publisher.get_subscription_count
 
     def is_settled(self) -> bool:
@@ -123,6 +126,3 @@ class _Publisher:
         velocity.linear.x, velocity.linear.y, velocity.linear.z = float(twist.x), float(twist.y), float(twist.z)
         velocity.angular.z = float(twist.yaw)
         self._publisher.publish(message)
-
-    def destroy(self) -> None:
-        self._node.destroy_publisher(self._publisher)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 from improv_core import movement as algebra
@@ -68,9 +69,10 @@ def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
 def to_json(score: Score) -> dict[str, Any]:
     """The score as JSON values: each distinct part of a movement once, before what is made of it."""
     rows: list[list[Any]] = []
+    places: dict[int, int] = {}
     parts = {
         name: {
-            "movement": _add(part.movement, rows, {}),
+            "movement": _add(part.movement, rows, places),
             "profile": asdict(part.profile),
             "start": asdict(part.start),
             "topic": part.topic,
@@ -121,7 +123,7 @@ def _add(whole: Movement, rows: list[list[Any]], places: dict[int, int]) -> int:
 
 def _row(part: Movement, inner: list[int]) -> list[Any]:
     if isinstance(part, algebra.Hold):
-        return ["hold", [str(value) for value in part.velocity], str(part.duration), part.span]
+        return ["hold", [_number(value) for value in part.velocity], _number(Fraction(part.duration)), part.span]
     if isinstance(part, algebra.Series):
         return ["series", inner]
     if isinstance(part, algebra.Parallel):
@@ -131,20 +133,30 @@ def _row(part: Movement, inner: list[int]) -> list[Any]:
     if isinstance(part, algebra.Pace):
         return ["pace", inner[0], str(part.rate)]
     if isinstance(part, algebra.Gain):
-        return ["gain", inner[0], [str(value) for value in part.gain]]
+        return ["gain", inner[0], [_number(value) for value in part.gain]]
     if isinstance(part, algebra.Use):
         return ["use", inner[0], part.span, part.statement]
     return ["reverse", inner[0]]
 
 
-def _velocity(texts: Sequence[str]) -> Velocity:
-    return Velocity(*(algebra.exact(Fraction(text)) for text in texts))
+def _number(value: algebra.Exact) -> int | str:
+    """An exact number: most are whole, and come as they are."""
+    return value.numerator if value.denominator == 1 else str(value)
+
+
+@lru_cache(maxsize=1_000)
+def _exact(number: int | str) -> algebra.Exact:
+    return number if isinstance(number, int) else algebra.exact(Fraction(number))
+
+
+def _velocity(numbers: Sequence[int | str]) -> Velocity:
+    return Velocity(*(_exact(number) for number in numbers))
 
 
 def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
     if kind == "hold":
         velocity, duration, span = rest
-        return algebra.hold(_velocity(velocity), algebra.exact(Fraction(duration)), Span(*span) if span else None)
+        return algebra.hold(_velocity(velocity), _exact(duration), Span(*span) if span else None)
     if kind == "series":
         return algebra.series([made[place] for place in rest[0]])
     if kind == "parallel":

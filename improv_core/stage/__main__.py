@@ -6,6 +6,7 @@ Started as `python …/improv_core/stage`, perhaps by ROS's interpreter, where o
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import math
 import os
@@ -38,6 +39,9 @@ VERSION = 1
 SILENCE_LIMIT = 0.5
 """Seconds without a ping after which the parent counts as hung: nobody could stop what moves any more."""
 
+SWITCH_INTERVAL = 0.0005
+"""Seconds that a thread of ours may work while the player waits: a long score takes its reader a hundred times that."""
+
 Message = Mapping[str, Any]
 Tell = Callable[[dict[str, Any]], None]
 
@@ -45,6 +49,7 @@ Tell = Callable[[dict[str, Any]], None]
 def main() -> int:
     """Play what standard input asks for until it ends. Exit code 1 after a failure, 2 if the sink can't be had."""
     options = _options()
+    sys.setswitchinterval(SWITCH_INTERVAL)
     inbox: queue.SimpleQueue[Message] = queue.SimpleQueue()
     outbox: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -60,6 +65,9 @@ def main() -> int:
         if options.report_sent:
             _report_sent(opened.sink, outbox.put)
         threading.Thread(target=_read, args=(inbox,), daemon=True).start()
+        # Collections of garbage over all that has been imported would make commands late.
+        gc.freeze()
+        gc.set_threshold(50_000, 20, 100)
         opened.tell(opened.ready)
         code = _play(opened, inbox)
     outbox.put(None)
@@ -191,7 +199,7 @@ def _obey(player: Player, message: Message, opened: _Opened) -> None:
 
 
 def _load(player: Player, message: Message, now: float, opened: _Opened) -> None:
-    score, generation = from_json(message["score"]), int(message["generation"])
+    score, generation = message["score"], int(message["generation"])
     player.backend = str(message["backend"])
     opened.show(score, generation)
     player.load(score, generation, str(message["when"]), now, message.get("zero"))
@@ -215,12 +223,24 @@ def _read(inbox: queue.SimpleQueue[Message]) -> None:
     for line in open(0, "rb", closefd=False):  # noqa: SIM115
         if not line.endswith(b"\n"):
             break
-        try:
-            message = json.loads(line)
-            inbox.put(message if isinstance(message, dict) and "type" in message else {"type": "no message"})
-        except ValueError:
-            inbox.put({"type": "no JSON"})
+        inbox.put(_message(line))
     inbox.put({"type": "end"})
+
+
+def _message(line: bytes) -> Message:
+    """What a line says. A score is read here, on the thread that reads lines, so that what plays goes on meanwhile."""
+    try:
+        message = json.loads(line)
+    except ValueError:
+        return {"type": "no JSON"}
+    if not isinstance(message, dict) or "type" not in message:
+        return {"type": "no message"}
+    if message["type"] != "load":
+        return message
+    try:
+        return {**message, "score": from_json(message["score"])}
+    except (KeyError, TypeError, ValueError):
+        return {"type": "no score"}
 
 
 def _write(outbox: queue.SimpleQueue[dict[str, Any] | None]) -> None:

@@ -12,7 +12,6 @@ from lsprotocol import types
 from improv_ls.session import ANSWER_LIMIT, Session
 from improv_ls.settings import read_settings
 
-
 PARENT_PERIOD = 1.0
 """Seconds between two looks at whether the editor's process is still there."""
 
@@ -35,6 +34,11 @@ def initialized(ls: Session, params: types.InitializedParams) -> None:
         options = types.DidChangeConfigurationRegistrationOptions(section="improv")
         method = types.WORKSPACE_DID_CHANGE_CONFIGURATION
         registration = types.Registration(id=method, method=method, register_options=options)
+        ls.client_register_capability(types.RegistrationParams([registration]))
+    if workspace.did_change_watched_files and workspace.did_change_watched_files.dynamic_registration:
+        watching = types.DidChangeWatchedFilesRegistrationOptions([types.FileSystemWatcher("**/improv.toml")])
+        method = types.WORKSPACE_DID_CHANGE_WATCHED_FILES
+        registration = types.Registration(id=method, method=method, register_options=watching)
         ls.client_register_capability(types.RegistrationParams([registration]))
     ls.soon(_pull(ls))
 

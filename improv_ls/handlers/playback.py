@@ -14,9 +14,19 @@ from improv_ls.handlers.documents import refresh_robots
 from improv_ls.session import Session
 
 
+def will_save(ls: Session, params: types.WillSaveTextDocumentParams) -> None:
+    """Remember a save that nobody asked for: robots must not move because somebody looked at another window."""
+    if params.reason != types.TextDocumentSaveReason.Manual:
+        ls.saved_by_themselves.add(params.text_document.uri)
+
+
 def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
+    uri = params.text_document.uri
+    if uri in ls.saved_by_themselves:
+        ls.saved_by_themselves.remove(uri)
+        return
     # What was saved is what plays, whatever is typed from here on.
-    document = ls.documents.get(params.text_document.uri)
+    document = ls.documents.get(uri)
     if document and ls.settings.on_save != "off":
         ls.soon(_play(ls, document))
 

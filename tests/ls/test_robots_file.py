@@ -31,3 +31,18 @@ def test_robots_and_limits_are_those_of_the_file(tmp_path: Path) -> None:
         client.change(program.as_uri(), 2, {"text": "beat 30\nburger $ forward left\nbruger $ strafeleft\n"})
         client.save(program.as_uri())
         assert client.wait_for_line("▶") == "▶ burger 2 beats · bruger 1 beat, 4.0 s at beat 30, simulator"
+
+
+def test_the_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
+    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
+    watched = {"workspace": {"didChangeWatchedFiles": {"dynamicRegistration": True}}}
+    with Client(QUIET, capabilities=watched) as client:
+        client.open(program.as_uri(), "bruger $ forward\n")
+        assert codes(client, program) == []
+        client.wait("client/registerCapability")
+        robots.write_text(BURGER)
+        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 1}]})
+        assert codes(client, program) == ["unknown-robot"]
+        robots.unlink()
+        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 3}]})
+        assert codes(client, program) == []

@@ -175,6 +175,17 @@ def test_the_server_ends_with_the_editor_even_if_somebody_holds_its_input_open()
         wait_until_gone(children, LIMIT)
 
 
+def test_a_save_that_nobody_asked_for_moves_nothing(client: Client) -> None:
+    client.open(URI, "r $ repeat left\n")
+    for reason in (2, 3):  # after a delay, when the focus left
+        client.notify("textDocument/willSave", {"textDocument": {"uri": URI}, "reason": reason})
+        client.save(URI)
+    client.change(URI, 2, {"text": "s $ repeat left\n"})
+    client.notify("textDocument/willSave", {"textDocument": {"uri": URI}, "reason": 1})
+    client.save(URI)
+    assert client.wait_for_line("▶").startswith("▶ s ∞")
+
+
 def test_page_is_shown_once() -> None:
     with Client({"backend": "sim"}) as client:
         client.open(URI, "r $ left\n")

@@ -247,6 +247,14 @@ def analyze(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
     return _assembled(LineIndex(text), starts, statements, [next(_numbers) for _ in statements], robots)
 
 
+def users_behind(analysis: Analysis, name: str, index: int) -> Sequence[int]:
+    """The statements that use a name as the statement `index` leaves it; -1 stands for the document's start."""
+    users, definers = analysis.used.get(name, []), analysis.defined.get(name, [])
+    following = bisect_right(definers, index)
+    last = definers[following] if following < len(definers) else len(analysis.statements)
+    return users[bisect_right(users, index) : bisect_right(users, last)]
+
+
 def _assembled(
     lines: LineIndex,
     starts: list[int],
@@ -367,17 +375,9 @@ def _understand_again(new: Analysis, changed: Mapping[int, Statement]) -> list[i
         (new.wrong.add if meaning.diagnostics or meaning.unresolved else new.wrong.discard)(index)
         for definition in (before.definition, meaning.definition):
             if definition:
-                for user in _users_behind(new, definition.name, index):
+                for user in users_behind(new, definition.name, index):
                     heappush(waiting, user)
     return again
-
-
-def _users_behind(analysis: Analysis, name: str, index: int) -> Sequence[int]:
-    """The statements that use a name as the statement `index` leaves it."""
-    users, definers = analysis.used.get(name, []), analysis.defined.get(name, [])
-    following = bisect_right(definers, index)
-    last = definers[following] if following < len(definers) else len(analysis.statements)
-    return users[bisect_right(users, index) : bisect_right(users, last)]
 
 
 def _unused(name: str, defined: Mapping[str, list[int]], used: Mapping[str, list[int]]) -> Iterator[int]:

@@ -16,6 +16,8 @@ from improv_core.score import Part, twist
 
 MOST_MOMENTS = 10_000
 """Voices side by side are walked to measure them; beyond this many moments their way is not known."""
+MOST_WALKED = 2_000
+"""The same for where they lead: that is asked while robots play."""
 A_BEAT_A_SECOND = Fraction(60)
 """The tempo at which beats are seconds: a way does not depend on it."""
 
@@ -175,7 +177,7 @@ def _walked_way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
         left = until - moment.start
         if left <= 0:
             break
-        if walked == MOST_MOMENTS:
+        if walked == MOST_WALKED:
             return None
         velocity = moment.velocity.times(leg.gain)
         moving = twist(velocity, profile, A_BEAT_A_SECOND)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -26,11 +26,15 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class TomlText:
-    """What a text says and where; nothing if it is not TOML, which `diagnostics` then say."""
+    """What a text says and where; nothing if it is not TOML, which `diagnostics` then say.
+
+    A table may be named many times, in headers and in dotted keys: `named` has all places.
+    """
 
     data: Mapping[str, Any] = field(default_factory=dict)
     entries: Mapping[Keys, Entry] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
+    named: Mapping[Keys, Sequence[Span]] = field(default_factory=dict)
 
 
 def read_toml(text: str) -> TomlText:
@@ -42,7 +46,7 @@ def read_toml(text: str) -> TomlText:
         scanner.document()
     except (ValueError, RecursionError) as error:
         return TomlText(diagnostics=(_unreadable(text, str(error)),))
-    return TomlText(data, scanner.found)
+    return TomlText(data, scanner.found, named=scanner.named)
 
 
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
@@ -58,6 +62,7 @@ class _Scanner:
     text: str
     at: int = 0
     found: dict[Keys, Entry] = field(default_factory=dict)
+    named: dict[Keys, list[Span]] = field(default_factory=dict)
     last: dict[Keys, int] = field(default_factory=dict)  # of each array of tables, the number of the table last begun
 
     def document(self) -> None:
@@ -78,7 +83,7 @@ class _Scanner:
         keys = self.keys()
         for place, (name, span) in enumerate(keys, 1):
             table = (*table, name)
-            self.found.setdefault(table, Entry(span, span))
+            self.name(table, span)
             if brackets == 2 and place == len(keys):
                 self.last[table] = self.last.get(table, -1) + 1
             if table in self.last:
@@ -91,10 +96,14 @@ class _Scanner:
         """`a.b = value`."""
         for name, span in self.keys():
             table = (*table, name)
-            self.found.setdefault(table, Entry(span, span))
+            self.name(table, span)
         self.at += len("=")
         self.skip(_BLANK)
         self.found[table] = Entry(self.found[table].key, self.value(table))
+
+    def name(self, keys: Keys, span: Span) -> None:
+        self.found.setdefault(keys, Entry(span, span))
+        self.named.setdefault(keys, []).append(span)
 
     def keys(self) -> list[tuple[str, Span]]:
         """`a . "b"`, and the blanks around it."""

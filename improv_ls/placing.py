@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,9 +20,9 @@ from improv_ls.session import ANSWER_LIMIT, Session
 
 
 async def offer(ls: Session, document: Document, asked: Mapping[str, Any]) -> None:
-    """Ask the editor to make the edit; if it does not, say so in one line. `asked` has metres and radians."""
+    """Ask the editor to make the edit; if it does not, say so in one line. `asked` has metres and degrees."""
     robot = str(asked["robot"])
-    edit = _edit(ls, document, robot, float(asked["x"]), float(asked["y"]), math.degrees(float(asked["heading"])))
+    edit = _edit(ls, document, robot, float(asked["x"]), float(asked["y"]), float(asked["heading"]))
     workspace = ls.client_capabilities.workspace
     if edit is None or not (workspace and workspace.apply_edit):
         ls.say(

@@ -12,7 +12,7 @@ Encoding = types.PositionEncodingKind
 def to_position(lines: LineIndex, offset: int, encoding: Encoding | str) -> types.Position:
     """The editor's position of an offset."""
     line, column = lines.position(offset)
-    return types.Position(line, _units(lines.line(line)[:column], encoding))
+    return types.Position(line, units(lines.line(line)[:column], encoding))
 
 
 def to_range(lines: LineIndex, span: Span, encoding: Encoding | str) -> types.Range:
@@ -32,7 +32,8 @@ def to_span(lines: LineIndex, place: types.Range, encoding: Encoding | str) -> S
     return Span(min(start, end), max(start, end))
 
 
-def _units(text: str, encoding: Encoding | str) -> int:
+def units(text: str, encoding: Encoding | str) -> int:
+    """How many columns a text takes."""
     if text.isascii() or encoding == Encoding.Utf32:
         return len(text)
     # A lone surrogate, which JSON can bring, must not raise.
@@ -41,11 +42,11 @@ def _units(text: str, encoding: Encoding | str) -> int:
     return len(text.encode("utf-16-le", "surrogatepass")) // 2
 
 
-def _column(text: str, units: int, encoding: Encoding | str) -> int:
+def _column(text: str, place: int, encoding: Encoding | str) -> int:
     if text.isascii() or encoding == Encoding.Utf32:
-        return min(units, len(text))
+        return min(place, len(text))
     for column, character in enumerate(text):
-        units -= _units(character, encoding)
-        if units < 0:
+        place -= units(character, encoding)
+        if place < 0:
             return column
     return len(text)

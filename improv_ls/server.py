@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from collections.abc import Callable
 from importlib import import_module
@@ -9,20 +10,35 @@ from typing import Any
 
 from lsprotocol import types
 
+from improv_core.ide.legend import MODIFIERS, TYPES
 from improv_ls.session import Session
 
 FEATURES = {
     types.INITIALIZE: "lifecycle.initialize",
     types.INITIALIZED: "lifecycle.initialized",
     types.WORKSPACE_DID_CHANGE_CONFIGURATION: "lifecycle.did_change_configuration",
+    types.WORKSPACE_DID_CHANGE_WATCHED_FILES: "documents.did_change_watched_files",
     types.TEXT_DOCUMENT_DID_OPEN: "documents.did_open",
     types.TEXT_DOCUMENT_DID_CHANGE: "documents.did_change",
     types.TEXT_DOCUMENT_DID_CLOSE: "documents.did_close",
     types.TEXT_DOCUMENT_HOVER: "language.hover",
     types.TEXT_DOCUMENT_COMPLETION: "language.completion",
+    types.TEXT_DOCUMENT_DEFINITION: "navigation.definition",
+    types.TEXT_DOCUMENT_REFERENCES: "navigation.references",
+    types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: "navigation.document_highlight",
+    types.TEXT_DOCUMENT_PREPARE_RENAME: "navigation.prepare_rename",
+    types.TEXT_DOCUMENT_RENAME: "navigation.rename",
+    types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: "structure.document_symbol",
+    types.TEXT_DOCUMENT_SELECTION_RANGE: "structure.selection_range",
+    types.TEXT_DOCUMENT_FOLDING_RANGE: "structure.folding_range",
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: "colors.semantic_tokens",
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL_DELTA: "colors.semantic_tokens_delta",
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE: "colors.semantic_tokens_range",
+    types.TEXT_DOCUMENT_WILL_SAVE: "playback.will_save",
     types.TEXT_DOCUMENT_DID_SAVE: "playback.did_save",
     "improv/moments": "playback.moments",
 }
+OPTIONS = {types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: types.SemanticTokensLegend(TYPES, MODIFIERS)}
 COMMANDS = {
     "improv.play": "playback.play",
     "improv.hush": "playback.hush",
@@ -39,9 +55,10 @@ def create_server() -> Session:
     """A server with every feature; it waits for a client."""
     server = Session()
     for method, place in FEATURES.items():
-        server.feature(method)(_handler(place))
+        server.feature(method, OPTIONS.get(method))(_handler(place))
     for name, place in COMMANDS.items():
         server.command(name)(_handler(place))
+    server.feature(types.WORKSPACE_SYMBOL)(_workspace_symbol)
     server.feature(types.SHUTDOWN)(_shutdown)
     return server
 
@@ -61,6 +78,16 @@ def _handler(place: str) -> Callable[..., Any]:
         return getattr(import_module(f"improv_ls.handlers.{room}"), name)(ls, *arguments)
 
     return handle
+
+
+async def _workspace_symbol(ls: Session, params: types.WorkspaceSymbolParams) -> list[types.SymbolInformation]:
+    """Files are read beside the event loop, so that typing goes on."""
+    search = import_module("improv_ls.handlers.structure").workspace_symbols
+    documents = list(ls.documents.values())
+    found: list[types.SymbolInformation] = await asyncio.to_thread(
+        search, documents, ls.folders, params.query, ls.encoding
+    )
+    return found
 
 
 async def _shutdown(ls: Session, params: None) -> None:

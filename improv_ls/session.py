@@ -9,6 +9,7 @@ import sys
 import threading
 from collections.abc import Coroutine
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lsprotocol import types
@@ -16,12 +17,14 @@ from pygls.exceptions import JsonRpcException
 from pygls.io_ import StdoutWriter
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
+from pygls.uris import to_fs_path
 
 from improv_core import __version__
 from improv_ls.frames import Frames
 from improv_ls.settings import Settings
 
 if TYPE_CHECKING:
+    from improv_ls.coloring import Coloring
     from improv_ls.documents import Document
     from improv_ls.performance import Performance
 
@@ -43,6 +46,8 @@ class Session(LanguageServer):
         )
         self.settings = Settings()
         self.documents: dict[str, Document] = {}
+        self.colorings: dict[str, Coloring] = {}
+        self.saved_by_themselves: set[str] = set()
         self.page_shown = False
         self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps none of them alive
         self.wrong_settings: list[str] = []
@@ -65,6 +70,12 @@ class Session(LanguageServer):
     def encoding(self) -> types.PositionEncodingKind | str:
         """The unit of the columns, as agreed with the client."""
         return self.server_capabilities.position_encoding or types.PositionEncodingKind.Utf16
+
+    @property
+    def folders(self) -> list[Path]:
+        """The folders that the editor works in, as far as they are on this machine."""
+        uris = [folder.uri for folder in self.workspace.folders.values()] or [self.workspace.root_uri or ""]
+        return [Path(path) for uri in uris if uri.startswith("file:") and (path := to_fs_path(uri))]
 
     @property
     def shows_live(self) -> bool:

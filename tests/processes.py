@@ -26,3 +26,28 @@ def wait_until_gone(processes: dict[int, int], limit: float) -> None:
         poll.register(descriptor, select.POLLIN)
         assert poll.poll(max(end - time.monotonic(), 0) * 1000), f"process {pid} still runs after {limit} s"
         os.close(descriptor)
+
+
+def in_session(leader: int) -> list[int]:
+    """All processes of a session, whose parents may have ended."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:  # it has ended meanwhile
+            continue
+        if int(fields[3]) == leader:
+            found.append(int(stat.parent.name))
+    return found
+
+
+def wait_until_full(pid: int, limit: float) -> None:
+    """Wait until no more can be written to the pipe that is a process's standard output."""
+    end = time.monotonic() + limit
+    pipe = os.open(f"/proc/{pid}/fd/1", os.O_WRONLY | os.O_NONBLOCK)
+    poll = select.poll()
+    poll.register(pipe, select.POLLOUT)
+    while poll.poll(0):
+        assert time.monotonic() < end, f"process {pid} could write all that it had to say within {limit} s"
+        time.sleep(0.001)  # nothing tells of a pipe that becomes full
+    os.close(pipe)

@@ -23,6 +23,8 @@ PING_PERIOD = 0.1
 """Seconds between two pings, which say to the stage that we live, and whose answers say that it does."""
 HANG_LIMIT = 0.4
 """Seconds without an answer after which a stage counts as hung; with the period of pings, that is noticed in 0.5 s."""
+SIMULATED_HANG_LIMIT = 3.0
+"""The same for a stage that moves nothing real: on a busy machine it may well be late, and harms nobody."""
 LOADING_LIMIT = 10.0
 """Seconds a stage may take to get ready for a score: each new robot of a thousand has its publisher made."""
 PULSE_LIMIT = 3.0
@@ -45,7 +47,7 @@ class Stage:
         self._hear = hear
         self._loop = asyncio.get_running_loop()
         self._closing = False
-        self._hung = False
+        self._hung = ""
         self._ready: asyncio.Future[Message] = self._loop.create_future()
         self._ended = asyncio.Event()
         self._last_words: deque[str] = deque(maxlen=5)
@@ -86,8 +88,6 @@ class Stage:
 
     def send(self, message: Message) -> None:
         """Send a message; one to a stage that has died is lost, and its end has been told."""
-        if message["type"] == "load":
-            self._loading_until = self._pings + 1
         self._outbox.put(message)
 
     async def close(self) -> None:
@@ -106,9 +106,9 @@ class Stage:
         if now > due + PING_PERIOD:
             self._answered = now  # we ourselves stood still, which says nothing of the stage
         self._pulse = now
-        limit = LOADING_LIMIT if self._loading_until else HANG_LIMIT
+        limit = LOADING_LIMIT if self._loading_until else HANG_LIMIT if self.ready["live"] else SIMULATED_HANG_LIMIT
         if now - self._answered > limit and not self._closing:
-            self._hung = True
+            self._hung = f"the stage did not answer for {limit:g} s"
             self._process.kill()
         elif self.alive:
             due = now + PING_PERIOD / 4
@@ -130,6 +130,10 @@ class Stage:
                         continue
                     self._pings += 1
                     message = {"type": "ping", "number": self._pings}
+                if message["type"] == "load":
+                    # The very next ping, sent at once, tells when it is done: from then on less patience is due.
+                    self._loading_until = self._pings + 1
+                    next_ping = time.monotonic()
                 pipe.write(json.dumps(message).encode() + b"\n")
                 pipe.flush()
         with suppress(OSError):
@@ -151,24 +155,24 @@ class Stage:
             if message["number"] >= self._loading_until:
                 self._loading_until = 0
             return
+        if message["type"] == "stopped":
+            self._answered = time.monotonic() + END_LIMIT  # its last words: from here on it takes time to end
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._told, message)
 
     def _told(self, message: Message) -> None:
         if not self._ready.done():
             self._answered = time.monotonic()
-            self._ready.set_result(message)
+            if message["type"] != "request":  # pages of an earlier stage may be back before this one is ready
+                self._ready.set_result(message)
         elif not (self._closing and message["type"] == "gone"):
             self._hear(self, message)
 
     def _end(self) -> None:
         self._ended.set()
         self._outbox.put(None)
-        if self._hung:
-            why = f"the stage did not answer for {HANG_LIMIT} s"
-        else:
-            why = f"the stage ended: {self._last_words[-1]}" if self._last_words else "the stage ended by itself"
-        self._told({"type": "gone", "message": why})
+        ended = f"the stage ended: {self._last_words[-1]}" if self._last_words else "the stage ended by itself"
+        self._told({"type": "gone", "message": self._hung or ended})
 
     def _read_log(self) -> None:
         assert self._process.stderr

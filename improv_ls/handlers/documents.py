@@ -29,7 +29,14 @@ def did_change(ls: Session, params: types.DidChangeTextDocumentParams) -> None:
 def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
     uri = params.text_document.uri
     ls.documents.pop(uri, None)
+    ls.colorings.pop(uri, None)
     ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri=uri, diagnostics=[]))
+
+
+def did_change_watched_files(ls: Session, params: types.DidChangeWatchedFilesParams) -> None:
+    """An `improv.toml` has come, changed or gone."""
+    for document in list(ls.documents.values()):
+        refresh_robots(ls, document)
 
 
 def refresh_robots(ls: Session, document: Document) -> Document:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 
-from tests.benchmarks import keystroke
+from tests.benchmarks import keystroke, requests, stage
 
-BENCHMARKS = {"keystroke": (keystroke.run, "from a keystroke to its diagnostics, beside ruff and bare pygls")}
+BENCHMARKS = {
+    "keystroke": (keystroke.run, "from a keystroke to its diagnostics, beside ruff and bare pygls"),
+    "requests": (requests.run, "from a request to its answer, and typing while a dance plays"),
+    "stage": (stage.run, "from a save to what robots hear, and how punctual that is, beside plain rclpy"),
+}
 
 
 def main() -> None:

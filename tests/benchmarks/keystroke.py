@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib.metadata import version
 from itertools import islice
-from statistics import median, quantiles
+from statistics import median
 
 from tests.benchmarks.documents import SHARED_LINE, edits
 from tests.benchmarks.servers import ALL, BARE, OURS, RUFF, Kind, Seen, Server
+from tests.benchmarks.tables import p99, print_row
 
 Samples = dict[Kind, list[float]]
 """What was measured of each server: milliseconds, or MB."""
@@ -45,14 +46,14 @@ def run(quick: bool) -> None:
     versions = f"pygls {version('pygls')}, ruff {version('ruff')}"
     print(f"{cores} cores, {platform.system()}, Python {platform.python_version()}, {versions}\n")
     print(f"didChange written → publishDiagnostics read, milliseconds, {rounds * AT_ONCE} edits each\n")
-    _print_row("lines", *(f"{kind.name} {part}" for kind in ALL for part in ("p50", "p99")), "ours / ruff", "goal", "")
-    _print_row(*["---:"] * 8, "---", "---")
+    print_row("lines", *(f"{kind.name} {part}" for kind in ALL for part in ("p50", "p99")), "ours / ruff", "goal", "")
+    print_row(*["---:"] * 8, "---", "---")
     for lines, goal in ((100, 2), (1_000, 1), (LONG, 0.5)):
         _print_keystrokes(f"{lines:,}", _keystrokes(lines, False, rounds), Goal(goal, RUFF))
     _print_keystrokes(f"{LONG:,}, a third use one name", _keystrokes(LONG, True, rounds), Goal(0.5, RUFF))
     print(f"\nOther medians; memory is the resident set with {LONG:,} lines open and after 50 edits\n")
-    _print_row("what", *(kind.name for kind in ALL), "goal", "")
-    _print_row("---", *["---:"] * 3, "---", "---")
+    print_row("what", *(kind.name for kind in ALL), "goal", "")
+    print_row("---", *["---:"] * 3, "---", "---")
     _print_other(f"first diagnostics of {LONG:,} lines, ms", _repeated(opens, _first), Goal(1000, unit="ms"))
     _print_other("process start → `initialize` answered, ms", _repeated(starts, _start), Goal(1.1, BARE))
     memories = {kind: _memory(kind) for kind in ALL}
@@ -111,19 +112,11 @@ def _memory(kind: Kind) -> tuple[float, float]:
 
 
 def _print_keystrokes(what: str, samples: Samples, goal: Goal) -> None:
-    times = (f"{value:.2f}" for kind in ALL for value in (median(samples[kind]), _p99(samples[kind])))
+    times = (f"{value:.2f}" for kind in ALL for value in (median(samples[kind]), p99(samples[kind])))
     ratio = median(samples[OURS]) / median(samples[RUFF])
-    _print_row(what, *times, f"{ratio:.2f}", str(goal), goal.verdict(samples))
-
-
-def _p99(values: Sequence[float]) -> float:
-    return quantiles(values, n=100, method="inclusive")[-1]
+    print_row(what, *times, f"{ratio:.2f}", str(goal), goal.verdict(samples))
 
 
 def _print_other(what: str, samples: Samples, goal: Goal | None) -> None:
     values = (f"{median(samples[kind]):.1f}" for kind in ALL)
-    _print_row(what, *values, str(goal or ""), goal.verdict(samples) if goal else "")
-
-
-def _print_row(*cells: str) -> None:
-    print("|", " | ".join(cells), "|", flush=True)
+    print_row(what, *values, str(goal or ""), goal.verdict(samples) if goal else "")

@@ -26,7 +26,7 @@ LIMIT = 60.0
 _CAPABILITIES: Mapping[str, Any] = {
     "general": {"positionEncodings": ["utf-16"]},
     "textDocument": {"publishDiagnostics": {"versionSupport": True}},
-    "window": {"workDoneProgress": True},
+    "window": {"workDoneProgress": True, "showDocument": {"support": True}},
     "workspace": {"configuration": True, "didChangeConfiguration": {"dynamicRegistration": True}},
 }
 
@@ -79,26 +79,40 @@ class Seen:
     mistakes: int
 
 
+def memory(pid: int) -> tuple[float, float]:
+    """What a process has in memory, now and at most so far, in MB (10^6 bytes; Linux)."""
+    status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
+    now, most = (int(re.findall(rf"{name}:\s+(\d+) kB", status)[0]) for name in ("VmRSS", "VmHWM"))
+    return now * 1024 / 1e6, most * 1024 / 1e6
+
+
 class Server:
     """A running server with one document; use as a context manager."""
 
-    def __init__(self, kind: Kind) -> None:
+    def __init__(self, kind: Kind, env: Mapping[str, str] | None = None) -> None:
         self._version = 0
         self._next_id = 0
         self._bytes = bytearray()
+        self.page: str | None = None
+        """The address that the server has asked to show."""
         self._folder = TemporaryDirectory()
         root = Path(self._folder.name).as_uri()
         self._uri = f"{root}/document.{'py' if kind.language is PYTHON else 'improv'}"
         self._language = kind.language.name
         begin = perf_counter()
         self._process = subprocess.Popen(
-            kind.command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=self._folder.name, bufsize=0
+            kind.command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=self._folder.name, bufsize=0, env=env
         )
         folders = [{"uri": root, "name": "benchmark"}]
         common = {"processId": os.getpid(), "rootUri": root, "workspaceFolders": folders}
-        self._request("initialize", {**common, "capabilities": _CAPABILITIES, "initializationOptions": kind.options})
+        params = {**common, "capabilities": _CAPABILITIES, "initializationOptions": kind.options}
+        self.capabilities: Message = self._request("initialize", params)[1]["capabilities"]
         self.start_seconds = perf_counter() - begin
         self._notify("initialized", {})
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
 
     def __enter__(self) -> Server:
         return self
@@ -121,20 +135,37 @@ class Server:
 
     def change(self, edit: Edit) -> Seen:
         """Replace one line of the document."""
-        self._version += 1
-        place = {
-            "start": {"line": edit.line, "character": 0},
-            "end": {"line": edit.line, "character": edit.length},
-        }
-        document = {"uri": self._uri, "version": self._version}
-        changes = [{"range": place, "text": edit.text}]
-        return self._see("textDocument/didChange", {"textDocument": document, "contentChanges": changes})
+        start, end = ({"line": edit.line, "character": character} for character in (0, edit.length))
+        return self._change({"range": {"start": start, "end": end}, "text": edit.text})
+
+    def replace(self, text: str) -> Seen:
+        """Replace the whole document."""
+        return self._change({"text": text})
+
+    def save(self) -> float:
+        """Save the document; when that was begun to be written, by the monotonic clock."""
+        begin = perf_counter()
+        self._notify("textDocument/didSave", {"textDocument": {"uri": self._uri}})
+        return begin
+
+    def command(self, name: str) -> float:
+        """Have a command executed; when that was begun to be written, by the monotonic clock."""
+        begin = perf_counter()
+        self._request("workspace/executeCommand", {"command": name})
+        return begin
+
+    def ask(self, method: str, **params: Any) -> tuple[float, Any]:
+        """How many seconds it takes until a request about the document is answered, and the answer."""
+        return self._request(f"textDocument/{method}", {"textDocument": {"uri": self._uri}, **params})
 
     def memory(self) -> tuple[float, float]:
         """What it has in memory, now and at most so far, in MB (10^6 bytes; Linux)."""
-        status = Path(f"/proc/{self._process.pid}/status").read_text(encoding="utf-8")
-        now, most = (int(re.findall(rf"{name}:\s+(\d+) kB", status)[0]) for name in ("VmRSS", "VmHWM"))
-        return now * 1024 / 1e6, most * 1024 / 1e6
+        return memory(self.pid)
+
+    def _change(self, change: Message) -> Seen:
+        self._version += 1
+        document = {"uri": self._uri, "version": self._version}
+        return self._see("textDocument/didChange", {"textDocument": document, "contentChanges": [change]})
 
     def _see(self, method: str, params: Message) -> Seen:
         message = _framed({"method": method, "params": params})
@@ -149,15 +180,19 @@ class Server:
             if published["uri"] == self._uri and published.get("version") == self._version:
                 return Seen(end - begin, sum(each["severity"] <= 2 for each in published["diagnostics"]))
 
-    def _request(self, method: str, params: Any) -> None:
+    def _request(self, method: str, params: Any) -> tuple[float, Any]:
+        """How many seconds it takes until a request is answered, and the answer."""
         self._next_id += 1
-        self._write(_framed({"id": self._next_id, "method": method, "params": params}))
+        message = _framed({"id": self._next_id, "method": method, "params": params})
+        begin = perf_counter()
+        self._write(message)
         while True:
-            answer = self._take(self._read()[0])
+            body, end = self._read()
+            answer = self._take(body)
             if answer.get("id") == self._next_id and "method" not in answer:
                 if "error" in answer:
                     raise RuntimeError(f"{method}: {answer['error']}")
-                return
+                return end - begin, answer["result"]
 
     def _notify(self, method: str, params: Any) -> None:
         self._write(_framed({"method": method, "params": params}))
@@ -166,9 +201,11 @@ class Server:
         """A message, answered if it is a request."""
         message: Message = json.loads(body)
         if "method" in message and "id" in message:
-            result = (
-                [None for _ in message["params"]["items"]] if message["method"] == "workspace/configuration" else None
-            )
+            result: Any = None
+            if message["method"] == "workspace/configuration":
+                result = [None for _ in message["params"]["items"]]
+            elif message["method"] == "window/showDocument":
+                self.page, result = message["params"]["uri"], {"success": True}
             self._write(_framed({"id": message["id"], "result": result}))
         return message
 

@@ -8,7 +8,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 Message = dict[str, Any]
@@ -33,6 +34,7 @@ class Client:
         configuration: Mapping[str, Any] | None = None,
         answers: bool = True,
         process: int | None = None,
+        folders: Sequence[Path] = (),
     ) -> None:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "improv_ls"],
@@ -52,7 +54,13 @@ class Client:
         threading.Thread(target=self._read, daemon=True).start()
         self.initialized = self.request(
             "initialize",
-            {"processId": process, "rootUri": None, "capabilities": capabilities, "initializationOptions": options},
+            {
+                "processId": process,
+                "rootUri": None,
+                "workspaceFolders": [{"uri": folder.as_uri(), "name": folder.name} for folder in folders],
+                "capabilities": capabilities,
+                "initializationOptions": options,
+            },
         )
         self.notify("initialized", {})
 
@@ -86,12 +94,15 @@ class Client:
 
     def request(self, method: str, params: Any) -> Any:
         """The result of a request. Fails on an error."""
-        self._next_id += 1
-        number = self._next_id
-        self._write({"id": number, "method": method, "params": params})
-        answer = self._wait_for(lambda message: message.get("id") == number and "method" not in message, method)
+        answer = self._ask(method, params)
         assert "error" not in answer, answer
         return answer["result"]
+
+    def refusal(self, method: str, params: Any) -> Any:
+        """The error that a request is answered with. Fails on a result."""
+        answer = self._ask(method, params)
+        assert "error" in answer, answer
+        return answer["error"]
 
     def wait(self, method: str, fits: Callable[[Any], bool] = lambda params: True) -> Any:
         """The params of the next notification (or one that came already) that fits; those before it are passed over."""
@@ -113,6 +124,12 @@ class Client:
         if not self.shown:
             self._wait_for(lambda message: message.get("method") == "window/showDocument", "page")
         return self.shown
+
+    def _ask(self, method: str, params: Any) -> Message:
+        self._next_id += 1
+        number = self._next_id
+        self._write({"id": number, "method": method, "params": params})
+        return self._wait_for(lambda message: message.get("id") == number and "method" not in message, method)
 
     def _wait_for(self, fits: Callable[[Message], bool], what: str) -> Message:
         end = time.monotonic() + LIMIT

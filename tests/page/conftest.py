@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import queue
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 
+from improv_core.analysis import analyze
+from improv_core.compiler import score_of
 from improv_core.motion import Pose
 from improv_core.movement import series
 from improv_core.profiles import Profile
+from improv_core.robots import read_robots
 from improv_core.score import Part
+from improv_core.stage.client import Options, Playback
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
 from tests.needs import need
@@ -53,6 +59,46 @@ def viewer(simulator: Simulator, commands: queue.SimpleQueue[dict[str, Any]]) ->
     viewer.close()
 
 
+class Show:
+    """A simulator's stage that plays programs, as an editor has it, run by an event loop on a thread of its own."""
+
+    def __init__(self) -> None:
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever)
+        self._thread.start()
+        self._playback = Playback(Options(backend="sim"), lambda message, leads: None)
+
+    def play(self, program: str, robots: str = "", when: str = "restart") -> None:
+        analysis = analyze(program, read_robots(robots))
+        assert analysis.ok
+        self._run(lambda: self._playback.play(score_of(analysis), when))
+
+    @property
+    def url(self) -> str:
+        assert self._playback.page
+        return self._playback.page
+
+    def end_stage(self) -> None:
+        """As if it had never been started: only what is played next starts another."""
+        self._run(self._playback.close)
+
+    def close(self) -> None:
+        self._run(self._playback.close)
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+        self._loop.close()
+
+    def _run(self, what: Callable[[], Any]) -> None:
+        asyncio.run_coroutine_threadsafe(what(), self._loop).result(LIMIT)
+
+
+@pytest.fixture
+def show() -> Iterator[Show]:
+    show = Show()
+    yield show
+    show.close()
+
+
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     chromium = need("chromium")
@@ -75,7 +121,7 @@ def page(browser: Browser) -> Iterator[Page]:
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.set_default_timeout(LIMIT * 1000)
     page.on("console", listen)
-    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("pageerror", lambda error: wrong.append(f"{error} {error.stack}"))
     yield page
     page.close()
     assert wrong == []
@@ -86,6 +132,13 @@ def artifacts() -> Path:
     folder = Path(os.environ.get("IMPROV_ARTIFACTS") or Path(__file__).parents[2] / ".artifacts")
     folder.mkdir(parents=True, exist_ok=True)
     return folder
+
+
+def watch(page: Page, show: Show) -> Page:
+    """Open the page of a show, and wait until it knows what is to come."""
+    page.goto(show.url)
+    wait(page, "window.improv?.connected && Object.keys(improv.known).length > 0")
+    return page
 
 
 def wait(page: Page, condition: str) -> None:

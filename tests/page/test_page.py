@@ -140,7 +140,7 @@ def test_poses_are_drawn_between_two_messages_and_trails_belong_to_one_program(p
     assert shown["between"]["moving"] is True
     assert shown["after"]["robots"]["ada"]["x"] == 4
     assert shown["after"]["moving"] is False
-    assert shown["before"] == {"ada": [0, 1, 2, 3, 4]}
+    assert shown["before"] == {"ada": [0]}  # and a straight line from there
     assert shown["sameProgram"] == {"ada": [2, 3, 4]}
     assert shown["restarted"] == {"ada": [7]}
     assert shown["now"] == 7

@@ -14,9 +14,11 @@ from urllib.parse import urlsplit
 import aiohttp
 import pytest
 
+from improv_core.analysis import analyze
+from improv_core.compiler import score_of
 from improv_core.motion import STILL, Pose, Twist
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
-from improv_core.stage.viewer.server import MAX_PAGES, Viewer
+from improv_core.stage.viewer.server import MAX_MESSAGE, MAX_PAGES, MOST_BEATS, Viewer
 from tests.page.conftest import part
 
 LIMIT = 20.0
@@ -155,13 +157,98 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.Simpl
             await socket.send_str(json.dumps({"type": "hush", "more": 1}))
             assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "watched"}
             assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "hush"}
-            await socket.send_str("x" * 5000)
+            await socket.send_str("x" * (MAX_MESSAGE + 1))
             async for _ in socket:
                 pass
             assert socket.close_code == aiohttp.WSCloseCode.MESSAGE_TOO_BIG
 
     asyncio.run(check())
     assert commands.empty()
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"type": "pause"},
+        {"type": "resume"},
+        {"type": "restart"},
+        {"type": "seek", "beat": 2.5},
+        {"type": "speed", "factor": 0.1},
+        {"type": "silence", "muted": ["ada"] * 1000, "soloed": []},
+        {"type": "place", "robot": "ada", "x": 1, "y": -2.5, "heading": 90},
+    ],
+    ids=lambda message: str(message["type"]),
+)
+def test_a_command_is_passed_on_with_its_values_only(
+    viewer: Viewer, commands: queue.SimpleQueue[dict[str, Any]], message: dict[str, Any]
+) -> None:
+    send(viewer, {**message, "at": 7, "more": "x"})
+    assert [commands.get(timeout=LIMIT) for _ in range(2)] == [{"type": "watched"}, message]
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        '{"type": "seek"}',
+        '{"type": "seek", "beat": -1}',
+        '{"type": "seek", "beat": NaN}',
+        '{"type": "seek", "beat": Infinity}',
+        '{"type": "seek", "beat": true}',
+        '{"type": "seek", "beat": "1"}',
+        '{"type": "seek", "beat": 1' + "0" * 400 + "}",
+        '{"type": "speed", "factor": 0.09}',
+        '{"type": "speed", "factor": 4.1}',
+        '{"type": "silence", "muted": ["ada"]}',
+        '{"type": "silence", "muted": "ada", "soloed": []}',
+        '{"type": "silence", "muted": [""], "soloed": []}',
+        json.dumps({"type": "silence", "muted": ["ada"] * 1001, "soloed": []}),
+        json.dumps({"type": "silence", "muted": ["a" * 101], "soloed": []}),
+        '{"type": "place", "robot": "ada", "x": 1, "y": 1}',
+        '{"type": "place", "robot": "ada", "x": 1001, "y": 1, "heading": 0}',
+        '{"type": "place", "robot": 7, "x": 1, "y": 1, "heading": 0}',
+        '{"type": "window", "generation": 1, "from": 0}',
+        '{"type": "window", "generation": 1, "from": -1, "to": 4}',
+        '{"type": "watched"}',
+    ],
+)
+def test_a_message_that_is_not_right_is_dropped(
+    viewer: Viewer, commands: queue.SimpleQueue[dict[str, Any]], message: str
+) -> None:
+    send(viewer, message, {"type": "hush"})
+    assert [commands.get(timeout=LIMIT)["type"] for _ in range(2)] == ["watched", "hush"]
+
+
+def send(viewer: Viewer, *messages: str | dict[str, Any]) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            for message in messages:
+                await socket.send_str(message if isinstance(message, str) else json.dumps(message))
+            await socket.close()
+
+    asyncio.run(check())
+
+
+def test_what_is_to_come_is_told_to_who_asks(viewer: Viewer) -> None:
+    viewer.show(score_of(analyze("ada $ repeat (forward left)")), 3)
+
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            asking, other = await connected(viewer, session), await connected(viewer, session)
+            score = await until(asking, lambda message: message["type"] == "score")
+            assert (score["generation"], score["beats"], list(score["robots"])) == (3, None, ["ada"])
+            await asking.send_json({"type": "window", "generation": 2, "from": 0, "to": 4})  # of an earlier score
+            await asking.send_json({"type": "window", "generation": 3, "from": 1, "to": 1e9})
+            answer = await until(asking, lambda message: message["type"] == "window")
+            assert (answer["generation"], answer["from"], answer["to"]) == (3, 1, 1 + MOST_BEATS)
+            assert len(answer["robots"]["ada"]["moments"]) == MOST_BEATS
+            assert answer["robots"]["ada"]["pose"] == [2.0, 0.0, 0.0, 0.0]
+            viewer.publish({"type": "transport", "generation": 3})
+            assert (await until(other, lambda message: message["type"] in ("window", "transport")))[
+                "type"
+            ] == "transport"
+
+    asyncio.run(check())
 
 
 def test_a_page_that_does_not_read_holds_nobody_back(viewer: Viewer) -> None:

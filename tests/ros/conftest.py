@@ -48,6 +48,10 @@ class Listener:
             if fits(message):
                 return message
 
+    def kill(self) -> None:
+        """It vanishes without a word."""
+        self._process.kill()
+
     def close(self) -> None:
         assert self._process.stdin
         self._process.stdin.close()
@@ -109,6 +113,14 @@ def ros_env(ros_python: str) -> dict[str, str]:
         # The domains that are safe beside Linux's ephemeral ports end at 101.
         "ROS_DOMAIN_ID": str(1 + os.getpid() % 100),
     }
+
+
+@pytest.fixture(scope="module")
+def turtle(ros_python: str, ros_env: dict[str, str]) -> Iterator[Listener]:
+    """One listener for all tests of a module, as turtle1: somebody else moves it in each."""
+    turtle = Listener(ros_python, ros_env, "/turtle1/cmd_vel")
+    yield turtle
+    turtle.close()
 
 
 @pytest.fixture

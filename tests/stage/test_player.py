@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import pytest
@@ -33,11 +33,11 @@ class Memory:
     def prepare(self, parts: Mapping[str, Part], restart: bool) -> None:
         self.prepared.append(restart)
 
-    def missing(self) -> dict[str, str]:
-        return self.deaf
+    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        return {robot: line for robot, line in self.deaf.items() if robots is None or robot in robots}
 
-    def warnings(self) -> dict[str, str]:
-        return self.notes
+    def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        return {robot: line for robot, line in self.notes.items() if robots is None or robot in robots}
 
     def resetting(self) -> bool:
         return self.resets

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Protocol
 
 from improv_core.motion import Pose, Twist
@@ -33,11 +33,11 @@ class Sink(Protocol):
         To be asked again and again before beat 0, and not after.
         """
 
-    def missing(self) -> dict[str, str]:
-        """The robots of the latest `prepare` that would not hear a command now, each with one plain line saying so."""
+    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        """Who of these robots, or all of the latest `prepare`, would not hear a command now: a plain line for each."""
 
-    def warnings(self) -> dict[str, str]:
-        """What people should know about robots of the latest `prepare`, each one plain line."""
+    def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        """What people should know about these robots, or all of the latest `prepare`, one plain line for each."""
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """The robot's velocity from `at` on, in seconds of performance since beat 0 (never decreasing)."""

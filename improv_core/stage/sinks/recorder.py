@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import IO
 
 from improv_core.motion import Pose, Twist
@@ -91,10 +91,10 @@ class Recorder:
     def resetting(self) -> bool:
         return False
 
-    def missing(self) -> dict[str, str]:
+    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         return {}
 
-    def warnings(self) -> dict[str, str]:
+    def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         return {}
 
     def send(self, robot: str, twist: Twist, at: float) -> None:

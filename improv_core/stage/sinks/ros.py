@@ -8,7 +8,7 @@ import re
 import socket
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from improv_core.motion import STILL, Pose, Twist
@@ -94,10 +94,10 @@ class Ros:
     def resetting(self) -> bool:
         return self._resets.under_way()
 
-    def missing(self) -> dict[str, str]:
+    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         clock = self._node.get_clock()
         found = {}
-        for robot in self._cast:
+        for robot in self._cast if robots is None else robots:
             topic = self._topic(robot)
             if problem := topic.missing():
                 found[robot] = f"{problem} ({self.description})"
@@ -105,11 +105,12 @@ class Ros:
                 found[robot] = f"no time has come on /clock, so {topic.name} is stamped 0: start the simulation"
         return found
 
-    def warnings(self) -> dict[str, str]:
-        found = dict(self._resets.warnings())
+    def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
+        asked = self._cast if robots is None else robots
+        found = {robot: line for robot, line in self._resets.warnings().items() if robot in asked}
         own = [node.get_fully_qualified_name() for node in self._nodes]
         clocked = not self._node.get_clock().ros_time_is_active and self._node.count_publishers("/clock")
-        for robot in self._cast:
+        for robot in asked:
             topic = self._topic(robot)
             if others := [name for name in topic.others(own) if not _has_ended(name)]:
                 found[robot] = (

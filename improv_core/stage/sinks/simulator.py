@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -100,10 +100,10 @@ class Simulator:
     def resetting(self) -> bool:
         return False
 
-    def missing(self) -> dict[str, str]:
+    def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         return {}
 
-    def warnings(self) -> dict[str, str]:
+    def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         return {}
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
@@ -116,7 +116,9 @@ class Simulator:
             robot = self._robots[name]
             robot.body.position, robot.body.angle, robot.z = (pose.x, pose.y), pose.heading, pose.z
             robot.body.velocity, robot.body.angular_velocity = (0.0, 0.0), 0.0
+            robot.twists = []  # what it was told elsewhere no longer moves it, not even for the rest of this step
             self._space.reindex_shapes_for_body(robot.body)
+        self._look()
 
     def advance(self, to: float) -> None:
         """Do every whole step that ends by `to`; the rest of the way only shows in `poses`."""

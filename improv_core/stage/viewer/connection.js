@@ -1,5 +1,7 @@
 // The WebSocket to the server, opened again whenever it closes.
 
+import { read } from "./messages.js"
+
 const FIRST_DELAY = 250
 const LONGEST_DELAY = 3000
 
@@ -20,7 +22,10 @@ export function connect(onMessage, onChange) {
       delay = FIRST_DELAY
       onChange("open")
     }
-    socket.onmessage = (event) => onMessage(JSON.parse(event.data))
+    socket.onmessage = (event) => {
+      const message = read(event.data)
+      if (message) onMessage(message)
+    }
     socket.onclose = async () => {
       onChange("lost")
       setTimeout(open, delay)

@@ -4,34 +4,44 @@ const DELAY = 0.05 // seconds the page shows behind the newest poses, to have a 
 const CLOCK_ERROR = 0.01 // seconds between the clock of the messages and that of the page's frames, at most
 const FRAMES_KEPT = 30
 const TRAIL_POINTS = 4000
-const TRAIL_STEP = 0.01 // metres between two points of a trail
+const TRAIL_STEP = 0.01 // metres between two samples of a trail
+const TOLERANCE = 0.003 // metres that a trail may be off
+const SAMPLES = 32 // between two points of a trail, at most
+const JUMP = 0.3 // metres, beyond what its speed explains: the robot was put elsewhere
 
 export class Motion {
   #frames = []
   #offset = -Infinity // performance time minus the page's clock
   #shown = -Infinity // the latest performance time presented: a page that was held up never goes back
-  trails = new Map() // name -> [{at, x, y}]
+  #samples = new Map() // name -> places since the last point of its trail, all close to a straight line
+  fastest = Infinity // m/s, of any robot
+  trails = new Map() // name -> [{at, x, y, first}]; `first` where a stroke begins
 
   clear() {
     this.#frames = []
     this.#offset = -Infinity
     this.#shown = -Infinity
+    this.clearTrails()
+  }
+
+  clearTrails() {
     this.trails.clear()
+    this.#samples.clear()
   }
 
   /** Forgets the ways gone more than `age` seconds before `now`: those of an earlier program. */
   forgetTrails(now, age) {
     const since = now + this.#offset - age - CLOCK_ERROR
-    for (const [name, trail] of this.trails) {
-      const kept = trail.filter(({ at }) => at >= since)
-      if (kept.length) this.trails.set(name, kept)
-      else this.trails.delete(name)
+    for (const [name, trail] of [...this.trails]) {
+      const kept = [...trail, ...(this.#samples.get(name) ?? [])].filter(({ at }) => at >= since)
+      this.#forget(name)
+      if (kept.length) this.trails.set(name, [{ ...kept[0], first: true }, ...kept.slice(1)])
     }
   }
 
   /** Forgets robots that are not in `names`. */
   keep(names) {
-    for (const name of this.trails.keys()) if (!names.has(name)) this.trails.delete(name)
+    for (const name of [...this.trails.keys()]) if (!names.has(name)) this.#forget(name)
   }
 
   /** Takes in poses that arrived at `now`, in seconds of the page's clock. */
@@ -41,22 +51,48 @@ export class Motion {
     // Messages are late, never early, so the largest offset is the truest; it gives way slowly, as clocks drift, and
     // at once after a pause of the performance.
     this.#offset = this.#offset - offset > 0.25 ? offset : Math.max(this.#offset - 0.0002, offset)
-    if (at === this.#frames.at(-1)?.at) this.#frames.pop() // the cast has changed
-    this.#frames.push({ at, poses })
+    const last = this.#frames.at(-1)
+    const jumped = new Set(last && Object.keys(poses).filter((name) => this.#jumps(last, at, poses, name)))
+    if (at === last?.at) this.#frames.pop() // the cast has changed, or it was put elsewhere
+    this.#frames.push({ at, poses, jumped })
     if (this.#frames.length > FRAMES_KEPT) this.#frames.shift()
-    for (const [name, [x, y]] of Object.entries(poses)) this.#draw(name, at, x, y)
+    for (const [name, [x, y]] of Object.entries(poses)) this.#draw(name, { at, x, y, first: jumped.has(name) })
   }
 
-  #draw(name, at, x, y) {
+  #jumps(last, at, poses, name) {
+    const before = last.poses[name]
+    if (!before) return false
+    const gone = Math.hypot(poses[name][0] - before[0], poses[name][1] - before[1])
+    return gone > JUMP + 2 * this.fastest * Math.max(at - last.at, 1 / 60)
+  }
+
+  #forget(name) {
+    this.trails.delete(name)
+    this.#samples.delete(name)
+  }
+
+  #draw(name, place) {
     const trail = this.trails.get(name)
+    const samples = this.#samples.get(name) ?? []
     if (!trail) {
-      this.trails.set(name, [{ at, x, y }])
+      this.trails.set(name, [{ ...place, first: true }])
       return
     }
-    const last = trail.at(-1)
-    if (Math.hypot(x - last.x, y - last.y) < TRAIL_STEP) return
-    trail.push({ at, x, y })
-    if (trail.length > TRAIL_POINTS) trail.shift()
+    const last = samples.at(-1) ?? trail.at(-1)
+    if (place.first) {
+      trail.push(...samples.slice(-1), place)
+      this.#samples.set(name, [])
+      return
+    }
+    if (Math.hypot(place.x - last.x, place.y - last.y) < TRAIL_STEP) return
+    if (samples.length && (samples.length === SAMPLES || !straight(trail.at(-1), place, samples))) {
+      trail.push(last)
+      if (trail.length > TRAIL_POINTS) trail.splice(0, 2, { ...trail[1], first: true })
+      this.#samples.set(name, [place])
+      return
+    }
+    samples.push(place)
+    this.#samples.set(name, samples)
   }
 
   /** Performance time and poses to show at `now`, and whether later ones will differ without a new message. */
@@ -72,10 +108,23 @@ export class Motion {
     const part = after.at > before.at ? Math.max((at - before.at) / (after.at - before.at), 0) : 1
     const robots = {}
     for (const [name, to] of Object.entries(after.poses)) {
-      const from = before.poses[name] ?? to
+      const from = (!after.jumped.has(name) && before.poses[name]) || to
       const [x, y, z, heading] = to.map((value, axis) => from[axis] + (value - from[axis]) * part)
       robots[name] = { x, y, z, heading }
     }
     return { at, robots, moving: at < newest.at }
   }
+}
+
+/** Whether all places are close to the line between two others. */
+function straight(from, to, places) {
+  const x = to.x - from.x
+  const y = to.y - from.y
+  const length = Math.hypot(x, y)
+  if (length < TRAIL_STEP) return false // there and back
+  return places.every((place) => {
+    const forward = ((place.x - from.x) * x + (place.y - from.y) * y) / length
+    const aside = Math.abs((place.x - from.x) * y - (place.y - from.y) * x) / length
+    return aside < TOLERANCE && forward >= 0 && forward <= length
+  })
 }

@@ -1,162 +1,270 @@
-// The page: takes the server's messages, moves the stage sixty times a second, and stops the robots.
+// The page: takes the server's messages, moves the stage sixty times a second, and asks for what people want.
 
+import { Anchor } from "./anchor.js"
+import { Clock } from "./clock.js"
 import { connect } from "./connection.js"
+import { Controls } from "./controls.js"
+import { hold } from "./hands.js"
 import { Motion } from "./motion.js"
-import { Stage } from "./stage.js"
+import { Outlook } from "./outlook.js"
+import { Panels } from "./panels.js"
+import { Lights, Score } from "./score.js"
+import { kindOf, Stage } from "./stage.js"
+import { Starts } from "./starts.js"
+import { Timeline } from "./timeline.js"
 
 const NOTICES = {
   lost: "disconnected, trying again…",
   refused: "This link has expired. Open the page again from your editor or terminal.",
 }
-const WORDS = { playing: "playing", waiting: "waiting", stopped: "stopped", ended: "finished" }
+const BUMPS_KEPT = 200
+const BEHIND = 0.06 // seconds that the robots are shown behind the clock
 
 const find = (id) => document.getElementById(id)
-const motion = new Motion()
-const stage = new Stage(find("stage"))
+const seconds = () => performance.now() / 1000
 const stillness = matchMedia("(prefers-reduced-motion: reduce)")
+const clock = new Clock()
+const motion = new Motion()
+const anchor = new Anchor()
+const stage = new Stage(find("stage"))
+const score = new Score(find("score-text"))
+const lights = new Lights(score, clock)
+const controls = new Controls(clock, (message) => send(message))
+const timeline = new Timeline(clock, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
+const starts = new Starts((message) => send(message), touch)
 
-let transport = { generation: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, wall: 0 }
 let connection = "opening"
 let radii = {}
 let robots = {}
+let bumps = []
+let outlook = null // of the score that plays
+let next = null // of one that is to take over
 let frames = 0
 let stale = true // something has changed since the last drawing
 let drawn = 0
+let cleared = 0 // how often trails were
+let pending = null // poses of which the ideal ones are not known yet
+let known = "" // what is known of the ways, in short
+let room = [] // points that the view should hold
+let seen = false // whether there was a view that holds them
+let fastest = { way: Infinity, turn: Infinity } // of any robot, m/s and rad/s
 
+const panels = new Panels({ touch, resize, announce, picture, clearTrails, controls, camera: stage.camera, canvas: find("stage") })
 const send = connect(take, change)
 
 function take(message) {
-  if (message.type === "poses") motion.take(message, seconds())
-  else if (message.type === "robots") takeRobots(message.robots)
-  else if (message.type === "transport") takeTransport(message)
+  taking[message.type](message)
   stale = true
 }
 
-function takeRobots(cast) {
+const taking = {
+  poses: (message) => motion.take(message, seconds()),
+  robots: takeRobots,
+  transport: takeTransport,
+  score: takeScore,
+  window: (message) => [outlook, next].forEach((each) => each?.take(message)),
+  bumps: (message) => (bumps = [...bumps, ...message.bumps].slice(-BUMPS_KEPT)),
+}
+
+function takeRobots({ robots: cast }) {
   radii = Object.fromEntries(Object.entries(cast).map(([name, robot]) => [name, robot.radius]))
   motion.keep(new Set(Object.keys(cast)))
   const names = Object.keys(cast).join(", ")
   find("stage").setAttribute("aria-label", `The stage, seen from above${names && `, with ${names}`}`)
 }
 
+function takeScore(message) {
+  const coming = new Outlook(message, (from, to) => send({ type: "window", generation: message.generation, from, to }))
+  if (message.generation === clock.transport.generation) show(coming)
+  else next = coming
+}
+
 function takeTransport(message) {
-  const { generation, state } = transport
-  transport = message
-  if (message.generation !== generation) motion.forgetTrails(seconds(), (position() * 60) / message.tempo)
-  if (message.generation !== generation || message.state !== state) announce(spoken())
+  const { generation, state } = clock.transport
+  const age = (clock.beat() * 60) / message.tempo
+  const elsewhere = clock.take(message)
+  if (message.generation !== generation) motion.forgetTrails(seconds(), Math.min(age, (clock.beat() * 60) / message.tempo))
+  if (next?.score.generation === message.generation) show(next)
+  if (elsewhere || message.state !== state) place(message)
+  if (message.generation !== generation || message.state !== state) announce(controls.spoken())
+  if (message.state === "ended" || message.state === "stopped") panels.finish()
   showTransport()
 }
 
+/** Shows another score. */
+function show(coming) {
+  outlook = coming
+  next = null
+  score.show(outlook.score.text)
+  lights.forget()
+  anchor.clear()
+  showCast()
+}
+
+function showCast() {
+  if (!outlook) return
+  const playing = cast().filter(({ name }) => Object.hasOwn(outlook.score.robots, name))
+  timeline.show(outlook.score, playing)
+  starts.show(outlook.score, playing)
+}
+
+/** Has the ways begin where the robots are. */
+function place({ state, poses, beat }) {
+  if (state === "stopped" || state === "ended" || state === "waiting") anchor.clear()
+  else if (outlook && poses) pending = { poses, beat }
+}
+
 function change(now) {
-  if (now === "open") motion.clear() // the ways gone meanwhile are not known
-  if (now !== "open" || connection === "lost" || connection === "refused") {
-    announce(NOTICES[now] ?? "connected again")
+  if (now === "open") {
+    motion.clear() // the ways gone meanwhile are not known
+    for (const each of [outlook, next]) each?.askAgain()
   }
+  if (now !== "open" || connection === "lost" || connection === "refused") announce(NOTICES[now] ?? "connected again")
   connection = now
   document.body.dataset.connection = now
   find("notice").hidden = !(now in NOTICES)
   find("notice").textContent = NOTICES[now] ?? ""
-  find("stop").setAttribute("aria-disabled", String(now !== "open"))
-  stale = true
+  touch()
   showTransport()
 }
 
-function spoken() {
-  const { state, tempo, beats } = transport
-  if (state !== "playing") return WORDS[state]
-  return `playing ${beats === null ? "without end" : `${round(beats)} beats`} at ${round(tempo)} beats per minute`
+function showTransport() {
+  controls.show(connection === "open")
+  find("next").hidden = !next || connection !== "open" || !clock.playing
+  timeline.showSilence()
+  timeline.showPosition()
 }
 
 function announce(text) {
   if (find("news").textContent !== text) find("news").textContent = text
 }
 
-function showTransport() {
-  const { generation, state, beats, tempo, backend } = transport
-  const played = generation > 0
-  document.body.dataset.state = state
-  find("state-word").textContent = connection === "open" ? (played ? WORDS[state] : "ready") : "offline"
-  find("hint").hidden = played || connection !== "open"
-  find("beat").hidden = !played
-  find("beat-end").textContent = beats === null ? "· ∞" : `/ ${whole(lastBeat())}`
-  find("tempo").textContent = played ? `${round(tempo)} beats/min` : ""
-  find("backend").textContent = backend ?? ""
-  document.title = played && connection === "open" ? `${WORDS[state]} · Improv` : "Improv"
-  showBeat()
+function clearTrails() {
+  motion.clearTrails()
+  cleared++
+  touch()
 }
 
-/** The position in beats at this moment. */
-function position() {
-  const { state, beat, beats, wall, tempo } = transport
-  const gone = state === "playing" ? ((Date.now() / 1000 - wall) * tempo) / 60 : 0
-  return Math.min(Math.max(beat + gone, 0), beats ?? Infinity)
+function touch() {
+  stale = true
 }
 
-/** The number of the last beat, counted from 1; a beat that has only begun counts. */
-function lastBeat() {
-  return transport.beats === null ? Infinity : Math.max(Math.ceil(transport.beats), 1)
+/** The robots in the order of the score, then others that are still there. */
+function cast() {
+  const about = outlook?.score.robots ?? {}
+  return [...new Set([...Object.keys(about), ...Object.keys(radii)])].map((name, index) => ({
+    name,
+    color: stage.color(index),
+    kind: kindOf(about[name]?.profile ?? "", about[name]?.motions),
+    radius: radii[name] ?? about[name]?.radius ?? 0.3,
+    way: outlook?.robots.get(name)?.[0]?.pose ? outlook.robots.get(name) : null,
+  }))
 }
 
-function showBeat() {
-  const beat = position()
-  const { beats, state } = transport
-  const text = whole(Math.min(Math.floor(beat) + 1, lastBeat()))
-  if (find("beat-now").textContent !== text) find("beat-now").textContent = text
-  const pulse = state === "playing" ? 1 + 0.5 * (1 - (beat % 1)) ** 3 : 1
-  find("header").style.setProperty("--pulse", pulse.toFixed(3))
-  find("header").style.setProperty("--done", beats ? (beat / beats).toFixed(5) : "0")
+/** What a picture of the paths is made of. */
+function picture() {
+  return { cast: cast(), trails: motion.trails, ground: stage.colors.ground, ink: stage.colors.ink }
 }
 
 function frame() {
   frames++
   const now = seconds()
-  if (transport.state === "playing" && connection === "open") showBeat()
+  const open = connection === "open"
+  const { state } = clock.transport
+  const begins = state === "stopped" || state === "ended" || state === "waiting"
+  const beat = begins ? 0 : clock.beat()
+  if (open) {
+    outlook?.want(beat)
+    next?.want(0)
+  }
+  if (clock.playing && open && controls.showBeat()) timeline.showPosition()
   const present = motion.present(now)
   robots = present.robots
+  if (outlook && pending && outlook.version) {
+    anchor.set(outlook, pending.poses, pending.beat)
+    pending = null
+  }
+  if (outlook && clock.playing) {
+    const shown = Math.max(beat - (BEHIND * clock.transport.tempo) / 60, 0)
+    anchor.look(outlook, robots, shown, fastest, now, (name) => clock.isSilent(name))
+  }
+  lights.show(begins ? null : outlook, beat, (index) => stage.color(index), stage.colors.ink)
+  const until = outlook?.horizon(beat) ?? 0
+  const { speed } = clock.transport
+  const key = [outlook?.score.generation, outlook?.version, anchor.version, cleared, until, speed].join()
+  if (key !== known) {
+    known = key
+    stale = true
+    if (outlook) {
+      room = [...outlook.points(until)]
+      const { way, turn } = outlook.fastest()
+      fastest = { way: way * speed, turn: turn * speed }
+      motion.fastest = fastest.way
+      if (!seen && room.length) stage.camera.view = null // the first view is there at once
+      seen ||= room.length > 0
+    }
+  }
   if (stale || present.moving) {
     const ease = stillness.matches ? Infinity : Math.min(now - drawn, 0.1)
-    stale = stage.draw({ ...present, radii, trails: motion.trails }, ease) || present.moving
+    stale = stage.draw(scene(present, beat, until), ease)
+    stale ||= present.moving
   }
+  timeline.draw(outlook, stillness.matches)
   drawn = now
   requestAnimationFrame(frame)
 }
+/** All that the stage shows in this frame. */
+function scene({ at, moving }, beat, until) {
+  const { muted, soloed } = clock.transport
+  return {
+    at,
+    moving,
+    beat,
+    until,
+    bumps,
+    room,
+    trails: motion.trails,
+    trail: panels.trail,
+    ahead: panels.ahead,
+    world: outlook?.score.world,
+    starts: starts.rings,
+    still: stillness.matches,
+    signs: [known, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed],
+    cast: cast().map((robot) => ({
+      ...robot,
+      pose: robots[robot.name],
+      moved: anchor.of(robot.name),
+      silent: clock.isSilent(robot.name),
+      way: clock.isSilent(robot.name) ? null : robot.way,
+    })),
+  }
+}
 
 function resize() {
-  const button = find("stop").getBoundingClientRect()
-  const bottom = button.top > innerHeight / 2 ? innerHeight - button.top : 0
-  stage.resize({ top: find("header").offsetHeight, bottom })
+  const hall = find("hall").getBoundingClientRect()
+  const card = find("starts").getBoundingClientRect() // the robots must stay in sight of it
+  const beside = card.width < hall.width / 2
+  const bottom = Math.max(find("tools").offsetHeight + 20, beside ? 0 : card.height)
+  stage.resize({ top: 8, bottom, left: beside ? card.width : 0 })
+  timeline.resize()
   stale = true
 }
 
-function seconds() {
-  return performance.now() / 1000
-}
-
-function round(number) {
-  return Number(number.toFixed(2))
-}
-
-/** A whole number, short also where a dance takes longer than anybody will wait. */
-function whole(number) {
-  return number < 1e6 ? String(number) : number.toExponential(0).replace("e+", "e")
-}
-
-function stop() {
-  send({ type: "hush" })
-}
-
-find("stop").addEventListener("click", stop)
-addEventListener("keydown", (event) => {
-  if (event.repeat || event.ctrlKey || event.altKey || event.metaKey) return
-  if (event.code !== "Space" && event.key !== "Escape") return
-  event.preventDefault() // else Space would also press the button that has the focus
-  stop()
-})
-new ResizeObserver(resize).observe(find("stage"))
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+function readTheme() {
   stage.readTheme()
-  stale = true
+  timeline.colors = stage.colors
+  lights.forget()
+  showCast()
+  touch()
+}
+
+hold(find("stage"), stage.camera, (point) => starts.grab(point, stage.camera), () => {
+  panels.showFit()
+  touch()
 })
+const sizes = new ResizeObserver(resize)
+for (const id of ["stage", "tracks"]) sizes.observe(find(id))
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readTheme)
 
 /** For tests: what the page knows and shows. */
 window.improv = Object.freeze({
@@ -164,7 +272,10 @@ window.improv = Object.freeze({
     return structuredClone(robots)
   },
   get transport() {
-    return structuredClone(transport)
+    return structuredClone(clock.transport)
+  },
+  get beat() {
+    return clock.beat()
   },
   get frames() {
     return frames
@@ -172,8 +283,16 @@ window.improv = Object.freeze({
   get connected() {
     return connection === "open"
   },
+  /** Of each robot, until which beat its way is known. */
+  get known() {
+    return Object.fromEntries([...(outlook?.robots ?? [])].map(([name, way]) => [name, way.at(-1)?.end ?? 0]))
+  },
+  get view() {
+    return structuredClone(stage.camera.view)
+  },
+  toScreen: (x, y) => stage.camera.toScreen({ x, y }),
 })
 
-stage.readTheme()
+readTheme()
 resize()
 requestAnimationFrame(frame)

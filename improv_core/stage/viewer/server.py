@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import json
+import queue
 import secrets
 import socket
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from improv_core.score import Score
-from improv_core.stage.window import about
+from improv_core.stage.window import about, window
 
 if TYPE_CHECKING:
     from aiohttp import web
@@ -24,15 +25,42 @@ if TYPE_CHECKING:
 HOST = "127.0.0.1"
 FRAME = 1 / 60
 MAX_PAGES = 64
-MAX_MESSAGE = 4096
+MAX_MESSAGE = 256 * 1024
+"""Bytes of a message from a page: enough to silence every robot by its name."""
+MOST_NAMES, LONGEST_NAME = 1000, 100
+LAST_BEAT = 1e15
+"""Where beats stop being exact as numbers of JavaScript."""
+MOST_BEATS = 256
+"""In one window."""
+WINDOWS_KEPT = 64
+"""Windows told to one page that the next may ask for."""
 WATCHED = {"type": "watched"}
-COMMANDS = frozenset({"hush"})
 FILES = {
     "/page.css": "text/css",
-    "/page.js": "text/javascript",
+    "/panels.css": "text/css",
+    "/anchor.js": "text/javascript",
+    "/camera.js": "text/javascript",
+    "/clock.js": "text/javascript",
+    "/colors.js": "text/javascript",
     "/connection.js": "text/javascript",
+    "/controls.js": "text/javascript",
+    "/ground.js": "text/javascript",
+    "/hands.js": "text/javascript",
+    "/items.js": "text/javascript",
+    "/keys.js": "text/javascript",
+    "/messages.js": "text/javascript",
     "/motion.js": "text/javascript",
+    "/outlook.js": "text/javascript",
+    "/page.js": "text/javascript",
+    "/panels.js": "text/javascript",
+    "/path.js": "text/javascript",
+    "/robots.js": "text/javascript",
+    "/score.js": "text/javascript",
     "/stage.js": "text/javascript",
+    "/starts.js": "text/javascript",
+    "/takeaway.js": "text/javascript",
+    "/timeline.js": "text/javascript",
+    "/timesheet.js": "text/javascript",
 }
 """The files a page asks for, and their content types. Nothing else is ever read: no path comes from a URL."""
 
@@ -44,6 +72,48 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Cache-Control": "no-store",
 }
+
+
+Check = Callable[[object], bool]
+
+
+def _between(least: float, most: float) -> Check:
+    """A number within limits: no NaN, no infinity, nothing that only looks like one."""
+    return lambda value: isinstance(value, (int, float)) and not isinstance(value, bool) and least <= value <= most
+
+
+def _is_name(value: object) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
+
+
+def _are_names(value: object) -> bool:
+    return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(_is_name, value))
+
+
+COMMANDS: Mapping[str, Mapping[str, Check]] = {
+    "hush": {},
+    "pause": {},
+    "resume": {},
+    "restart": {},
+    "seek": {"beat": _between(0, LAST_BEAT)},
+    "speed": {"factor": _between(0.1, 4)},
+    "silence": {"muted": _are_names, "soloed": _are_names},
+    # A start pose in metres and degrees, as improv.toml has it, within the limits it has there.
+    "place": {
+        "robot": _is_name,
+        "x": _between(-1000, 1000),
+        "y": _between(-1000, 1000),
+        "heading": _between(-360, 360),
+    },
+}
+"""What a page may ask of those who conduct, and what each value must be. Anything else is dropped."""
+
+WINDOW: Mapping[str, Check] = {
+    "generation": _between(0, LAST_BEAT),
+    "from": _between(0, LAST_BEAT),
+    "to": _between(0, LAST_BEAT),
+}
+"""What a page may ask of the viewer: what is to come."""
 
 
 class Viewer:
@@ -70,6 +140,8 @@ class Viewer:
         self._latest: dict[str, str] = {}
         self._drawn: dict[str, object] = {}
         self._pages: dict[_Outbox, web.Request] = {}
+        self._asked: queue.SimpleQueue[_Outbox | None] = queue.SimpleQueue()
+        self._windows: dict[tuple[float, float], str] = {}
         self._watched = asyncio.Event()
         self._stop = asyncio.Event()
         self._loop = asyncio.new_event_loop()
@@ -79,6 +151,9 @@ class Viewer:
         application = self._application()
         self._thread = threading.Thread(target=self._run, args=(application,), name="improv-viewer", daemon=True)
         self._thread.start()
+        # What is to come is computed beside everything else: a page that asks for much holds up neither the others nor
+        # the robots. Nobody waits for this thread at the end.
+        threading.Thread(target=self._foresee, name="improv-windows", daemon=True).start()
 
     @property
     def url(self) -> str:
@@ -94,12 +169,14 @@ class Viewer:
     def show(self, score: Score, generation: int) -> None:
         """Show what is to be played, once the player's messages have this generation."""
         self._score, self._generation = score, generation
+        self._windows = {}
         self.publish(about(score, generation))
 
     def close(self) -> None:
         """End all connections and the thread."""
         with suppress(RuntimeError):  # closed already
             self._loop.call_soon_threadsafe(self._stop.set)
+        self._asked.put(None)
         self._thread.join()
 
     def _run(self, application: web.Application) -> None:
@@ -162,7 +239,7 @@ class Viewer:
                 self._command(WATCHED)
                 async for message in page:
                     if message.type is WSMsgType.TEXT:
-                        self._receive(message.data)
+                        self._receive(message.data, outbox)
                 sending.cancel()
             finally:
                 del self._pages[outbox]
@@ -199,14 +276,40 @@ class Viewer:
         for outbox in self._pages:
             outbox.put(kind, text)
 
-    def _receive(self, text: str) -> None:
+    def _receive(self, text: str, outbox: _Outbox) -> None:
         try:
             message = json.loads(text)
         except (ValueError, RecursionError):
             return
         kind = message.get("type") if isinstance(message, dict) else None
-        if isinstance(kind, str) and kind in COMMANDS:
-            self._command({"type": kind})
+        if not isinstance(kind, str):
+            return
+        if kind == "window" and _fits(message, WINDOW):
+            outbox.asked = message
+            self._asked.put(outbox)
+        elif kind in COMMANDS and _fits(message, COMMANDS[kind]):
+            self._command({"type": kind, **{name: message[name] for name in COMMANDS[kind]}})
+
+    def _foresee(self) -> None:
+        """Answer who asks for windows, in turns, the latest question of each page only."""
+        while (outbox := self._asked.get()) is not None:
+            question, outbox.asked = outbox.asked, None
+            score, generation, known = self._score, self._generation, self._windows
+            if question is None or score is None or question["generation"] != generation:
+                continue
+            start = question["from"]
+            end = min(question["to"], start + MOST_BEATS)
+            text = known.get((start, end))
+            if text is None:
+                answer = {"type": "window", "generation": generation, "from": start, "to": end}
+                text = json.dumps({**answer, "robots": window(score, start, end)})
+                if len(known) >= WINDOWS_KEPT:
+                    del known[next(iter(known))]
+                known[start, end] = text
+            try:
+                self._loop.call_soon_threadsafe(outbox.put, "window", text)
+            except RuntimeError:  # closed
+                return
 
     async def _watch(self) -> None:
         while True:
@@ -229,12 +332,18 @@ class Viewer:
         self._drawn = {"robots": robots, "poses": poses}
 
 
+def _fits(message: Mapping[str, object], checks: Mapping[str, Check]) -> bool:
+    return all(check(message.get(name)) for name, check in checks.items())
+
+
 class _Outbox:
     """What one page has yet to get: the latest message of each type, so that a slow page skips frames."""
 
     def __init__(self) -> None:
         self._waiting: dict[str, str] = {}
         self._filled = asyncio.Event()
+        self.asked: dict[str, Any] | None = None
+        """The latest question for a window that has not been looked at."""
 
     def put(self, kind: str, text: str) -> None:
         self._waiting[kind] = text

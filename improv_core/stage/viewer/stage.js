@@ -1,289 +1,243 @@
-// Draws the stage: a grid of metres, trails and robots, seen from above. World x is right, y is up.
+// Draws the stage in each frame: the ground as it was painted last, and on it what moves.
 
-const MARGIN = 0.9 // metres around everything, for names and noses
-const LEGEND = 46 // pixels below everything, for the scale bar
-const LEAST_VIEW = 6 // metres: a single robot at rest still has a stage around it
-const EASING = 0.35 // seconds
-const SHRINKING = 8 // seconds in which room that is no longer used is given up: a dance played again does not zoom
-const SHADES = 24 // steps in which a trail fades
-const FINEST = 2.5 // pixels between two points of a drawn trail
-const FADED = 0.36
-const LEAST_RADIUS = 9 // pixels
+import { bounds, Camera, roundLength } from "./camera.js"
+import { mix, readColors } from "./colors.js"
+import { Ground, trailWidth } from "./ground.js"
+import { kindOf, picture, REACH } from "./robots.js"
+
+const LEAST_RADIUS = 0.021 // of the stage's shorter side
+const PAINTING = 4 // milliseconds of each frame
+const BUMP = 0.9 // seconds that one is seen
+const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 
 export class Stage {
   #canvas
   #pen
-  #colors
-  #size = { width: 0, height: 0 }
-  #insets = { top: 0, bottom: 0 }
-  #view = null // {x, y, scale}: the world point in the middle, pixels per metre
-  #room = null // the corners of what the view should hold
+  #ground = new Ground()
+  #labels = new Map()
+  #shadow = null
+  #ratio = 1
+  camera = new Camera()
+  colors
 
   constructor(canvas) {
     this.#canvas = canvas
     this.#pen = canvas.getContext("2d", { alpha: false })
   }
 
-  /** Reads the colors of the present theme. */
   readTheme() {
-    const style = getComputedStyle(document.documentElement)
-    const read = (name) => style.getPropertyValue(`--${name}`).trim()
-    const names = ["ground", "grid", "grid-strong", "ink", "quiet", "shadow"]
-    this.#colors = Object.fromEntries(names.map((name) => [name, read(name)]))
-    this.#colors.robots = read("robots").split(/\s+/).map((color) => ({
-      full: color,
-      shades: Array.from({ length: SHADES }, (_, i) => mix(this.#colors.ground, color, FADED + ((1 - FADED) * i) / (SHADES - 1))),
-    }))
+    this.colors = readColors()
+    this.#labels.clear()
+    this.#ground.reset()
+    this.#shadow = null
   }
 
-  /** Fits the canvas to the window; `insets` are the pixels that the header and a bottom button cover. */
+  /** Fits the canvas to its room; `insets` are the pixels that are covered. */
   resize(insets) {
     const { clientWidth: width, clientHeight: height } = this.#canvas
-    this.#size = { width, height }
-    this.#insets = { top: insets.top, bottom: insets.bottom + LEGEND }
-    this.#canvas.width = Math.round(width * devicePixelRatio)
-    this.#canvas.height = Math.round(height * devicePixelRatio)
+    this.#ratio = Math.min(devicePixelRatio, 2)
+    this.camera.size = { width, height }
+    this.camera.insets = insets
+    if (this.camera.view) this.camera.view = { ...this.camera.view }
+    this.#canvas.width = Math.round(width * this.#ratio)
+    this.#canvas.height = Math.round(height * this.#ratio)
+    this.#ground.reset()
+  }
+
+  /** The color of the robot with this index in the cast. */
+  color(index) {
+    return this.colors.robots[index % this.colors.robots.length]
   }
 
   /**
-   * Draws one frame. `seconds` is the time since the last one, for easing the view; Infinity for a view that jumps.
-   * Returns whether the view is still on its way.
+   * Draws one frame of a scene: what to show of each robot in `cast`, `room` that is to be in view, and so on (page.js
+   * puts it together). `seconds` is the time since the last one, for easing the view; Infinity for a view that jumps.
+   * Returns whether there is more to draw.
    */
-  draw({ robots, radii, trails, at }, seconds) {
-    const moving = this.#fit(robots, trails, seconds)
-    const pen = this.#pen
-    pen.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0)
-    pen.fillStyle = this.#colors.ground
-    pen.fillRect(0, 0, this.#size.width, this.#size.height)
-    pen.lineJoin = pen.lineCap = "round"
-    this.#drawGrid()
-    const cast = Object.keys(radii)
-    const seen = cast.filter((name) => robots[name]).map((name) => ({
-      name,
-      pose: robots[name],
-      place: this.#toScreen(robots[name]),
-      radius: Math.max(radii[name] * this.#view.scale, LEAST_RADIUS),
-      color: this.#colors.robots[cast.indexOf(name) % this.#colors.robots.length],
+  draw(scene, seconds) {
+    const { camera } = this
+    if (!camera.size.width || !camera.size.height) return false
+    const seen = scene.cast.filter(({ pose }) => pose)
+    const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room, ...scene.trails.values()]), seconds)
+    const { scale } = camera.view
+    const least = Math.max(12, LEAST_RADIUS * Math.min(camera.size.width, camera.size.height))
+    const cast = seen.map((robot) => ({
+      ...robot,
+      place: camera.toScreen(robot.pose),
+      size: Math.max(robot.radius * scale, least),
     }))
-    for (const robot of seen) this.#drawTrail(trails.get(robot.name) ?? [], robot, at)
-    seen.sort((one, other) => one.pose.z - other.pose.z)
-    for (const robot of seen) this.#drawRobot(robot)
-    for (const robot of seen) this.#drawName(robot)
+    const painting = this.#ground.paint({ ...scene, cast, camera, ratio: this.#ratio, colors: this.colors }, PAINTING)
+    const pen = this.#pen
+    const painted = this.#ground.draw(pen, camera, this.colors)
+    pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
+    pen.lineJoin = pen.lineCap = "round"
+    if (scene.trail > 0) for (const robot of cast) this.#drawTail(scene, robot, painted.get(robot.name))
+    cast.sort((one, other) => one.pose.z - other.pose.z)
+    for (const robot of cast) this.#drawRobot(robot)
+    for (const robot of cast) this.#drawName(robot)
+    for (const start of scene.starts) this.#drawStart(start)
+    const bumping = this.#drawBumps(scene)
     this.#drawScale()
-    return moving
+    return turning || painting || bumping
   }
 
-  #fit(robots, trails, seconds) {
-    const used = bounds([Object.values(robots), ...trails.values()]) ?? [{ x: 0, y: 0 }, { x: 0, y: 0 }]
-    const [low, high] = (this.#room = shrunk(this.#room ?? used, used, 1 - Math.exp(-seconds / SHRINKING)))
-    const width = high.x - low.x + 2 * MARGIN
-    const height = high.y - low.y + 2 * MARGIN
-    const free = this.#size.height - this.#insets.top - this.#insets.bottom
-    const scale = Math.max(Math.min(this.#size.width / Math.max(width, LEAST_VIEW), free / Math.max(height, LEAST_VIEW * 0.75)), 1)
-    const wanted = { x: (low.x + high.x) / 2, y: (low.y + high.y) / 2, scale }
-    if (seconds === Infinity) {
-      // Jumps are rarer with room to spare.
-      if (!this.#view || !this.#shows(low, high) || this.#view.scale < scale / 3) {
-        this.#view = { ...wanted, scale: scale * 0.75 }
-      }
-      return false
-    }
-    this.#view ??= wanted
-    const part = 1 - Math.exp(-seconds / EASING)
-    let change = 0
-    for (const key of ["x", "y", "scale"]) {
-      const step = (wanted[key] - this.#view[key]) * part
-      this.#view[key] += step
-      change += Math.abs(key === "scale" ? step / scale : (step * scale) / this.#size.width)
-    }
-    return change > 1e-5
-  }
-
-  #shows(low, high) {
-    const { x: left, y: bottom } = this.#toScreen(low)
-    const { x: right, y: top } = this.#toScreen(high)
-    const { width, height } = this.#size
-    return left > 0 && right < width && top > this.#insets.top && bottom < height - this.#insets.bottom
-  }
-
-  #toScreen({ x, y }) {
-    const { width, height } = this.#size
-    const { top, bottom } = this.#insets
-    return {
-      x: width / 2 + (x - this.#view.x) * this.#view.scale,
-      y: top + (height - top - bottom) / 2 - (y - this.#view.y) * this.#view.scale,
-    }
-  }
-
-  #drawGrid() {
+  /** The part of a trail that is too new to be on the ground. */
+  #drawTail({ trails, at }, { name, place, color }, from) {
+    if (!from) return
     const pen = this.#pen
-    const { width, height } = this.#size
-    const step = roundLength(44 / this.#view.scale)
-    const origin = this.#toScreen({ x: 0, y: 0 })
-    const spacing = step * this.#view.scale
-    const lines = (from, to, put, color) => {
-      pen.beginPath()
-      for (let i = from; i <= to; i++) put(i)
-      pen.strokeStyle = color
-      pen.lineWidth = 1
-      pen.stroke()
+    const start = this.camera.toScreen(from.place)
+    const trail = trails.get(name) ?? []
+    let index = trail.length
+    while (index > 0 && trail[index - 1].at > from.at) index--
+    pen.beginPath()
+    pen.moveTo(start.x, start.y)
+    for (; index < trail.length && trail[index].at <= at; index++) {
+      const point = this.camera.toScreen(trail[index])
+      if (trail[index].first) pen.moveTo(point.x, point.y)
+      else pen.lineTo(point.x, point.y)
     }
-    const upright = (i) => {
-      const x = Math.round(origin.x + i * spacing) + 0.5
-      pen.moveTo(x, 0)
-      pen.lineTo(x, height)
-    }
-    const level = (i) => {
-      const y = Math.round(origin.y + i * spacing) + 0.5
-      pen.moveTo(0, y)
-      pen.lineTo(width, y)
-    }
-    lines(Math.ceil(-origin.x / spacing), (width - origin.x) / spacing, upright, this.#colors.grid)
-    lines(Math.ceil(-origin.y / spacing), (height - origin.y) / spacing, level, this.#colors.grid)
-    lines(0, 0, upright, this.#colors["grid-strong"])
-    lines(0, 0, level, this.#colors["grid-strong"])
-  }
-
-  #drawTrail(trail, { place, color }, at) {
-    let shown = trail.length
-    while (shown > 0 && trail[shown - 1].at > at) shown--
-    if (shown === 0) return
-    const pen = this.#pen
-    const width = Math.min(Math.max(this.#view.scale * 0.06, 3), 9)
-    const length = Math.ceil((shown + 1) / SHADES)
-    const count = Math.ceil(shown / length)
-    pen.lineWidth = width
-    for (let part = 0; part < count; part++) {
-      const last = Math.min((part + 1) * length, shown)
-      let drawn = { x: Infinity, y: Infinity }
-      pen.beginPath()
-      for (let i = part * length; i <= last; i++) {
-        const point = i < shown ? this.#toScreen(trail[i]) : place
-        if (i < last && Math.hypot(point.x - drawn.x, point.y - drawn.y) < FINEST) continue
-        pen.lineTo(point.x, point.y)
-        drawn = point
-      }
-      pen.strokeStyle = color.shades[SHADES - count + part] // the newest is the brightest, however short the trail
-      pen.stroke()
-    }
-    const start = this.#toScreen(trail[0])
-    pen.fillStyle = this.#colors.ground
-    pen.strokeStyle = color.shades[SHADES - count]
-    pen.lineWidth = width * 0.75
-    circle(pen, start.x, start.y, width * 1.1)
+    if (index < trail.length && trail[index].first) return // it is about to be put elsewhere
+    if (from.at > at) return
+    pen.lineTo(place.x, place.y)
+    pen.strokeStyle = color
+    pen.lineWidth = trailWidth(this.camera.view)
     pen.stroke()
   }
 
-  #drawRobot({ pose, place, radius, color }) {
+  #drawRobot({ kind, pose, place, size, color, silent }) {
     const pen = this.#pen
-    const lift = Math.min(Math.abs(pose.z) * this.#view.scale * 0.25, radius * 1.5)
+    const shade = mix(color, this.colors.shadow, 0.28)
+    const made = picture(kind, color, shade, Math.round(size), this.#ratio)
+    const height = Math.min(Math.max(pose.z, -2), 4)
+    const lift = Math.max(height, 0) * size * 0.5
+    const scale = 1 + height * 0.1
+    const reach = size * (height > 0 ? 1.35 + 0.12 * height : 1.35)
+    pen.globalAlpha = silent ? 0.2 : 0.55 / (1 + Math.max(height, 0) * 0.25)
+    this.#shadow ??= shadow(this.colors.shadow)
+    pen.drawImage(this.#shadow, place.x - reach + lift * 0.7, place.y - reach + lift + size * 0.1, 2 * reach, 2 * reach)
+    pen.globalAlpha = silent ? 0.4 : 1
     pen.save()
     pen.translate(place.x, place.y)
     pen.rotate(-pose.heading)
-    // The tangents from the nose's tip touch the disc at this angle.
-    const tip = 1.38 * radius
-    const touch = Math.acos(radius / tip)
-    const body = new Path2D()
-    body.arc(0, 0, radius, touch, -touch)
-    body.lineTo(tip, 0)
-    body.closePath()
-    const shadowScale = devicePixelRatio // shadows ignore the transform
-    pen.shadowColor = `${this.#colors.shadow}59`
-    pen.shadowBlur = (radius * 0.35 + lift * 0.5) * shadowScale
-    pen.shadowOffsetX = lift * 0.7 * shadowScale
-    pen.shadowOffsetY = (radius * 0.12 + lift) * shadowScale
-    pen.fillStyle = pen.strokeStyle = color.full
-    pen.fill(body)
-    pen.shadowColor = "transparent"
-    pen.lineWidth = radius * 0.16 // rounds the nose
-    pen.stroke(body)
-    for (const side of [-1, 1]) {
-      pen.fillStyle = "#ffffff"
-      circle(pen, radius * 0.42, side * radius * 0.4, radius * 0.27)
-      pen.fillStyle = "#1c2330"
-      circle(pen, radius * 0.5, side * radius * 0.4, radius * 0.15)
-    }
+    const half = size * REACH * scale
+    pen.drawImage(made, -half, -half, 2 * half, 2 * half)
     pen.restore()
+    pen.globalAlpha = 1
   }
 
-  #drawName({ name, pose, place, radius }) {
+  #drawName({ name, pose, place, size, silent }) {
+    const { width, height } = this.camera.size
+    const text = Math.round(Math.min(Math.max(14, Math.min(width, height) * 0.026), 32))
+    const below = place.y + size * 1.35 + text * 0.8
+    const label = this.#label(silent ? `${name} · muted` : name, text)
+    const [wide, high] = [label.width / this.#ratio, label.height / this.#ratio]
+    this.#pen.drawImage(label, Math.round(place.x - wide / 2), Math.round(below - high / 2), wide, high)
+    if (Math.abs(pose.z) < 0.05) return
+    this.#write(`${pose.z > 0 ? "↑" : "↓"} ${Math.abs(pose.z).toFixed(1)} m`, place.x, below + text * 1.1, text * 0.85)
+  }
+
+  #drawStart({ x, y, heading, color, chosen }) {
     const pen = this.#pen
-    const size = Math.min(Math.max(14, Math.min(this.#size.width, this.#size.height) * 0.024), 30)
-    const height = Math.abs(pose.z) >= 0.05 ? ` ${pose.z > 0 ? "↑" : "↓"} ${Math.abs(pose.z).toFixed(1)} m` : ""
-    this.#write(name + height, place.x, place.y + radius * 1.4 + size * 0.75, size, "center")
+    const place = this.camera.toScreen({ x, y })
+    const [cos, sin] = [Math.cos(heading), -Math.sin(heading)]
+    pen.lineWidth = chosen ? 5 : 3
+    for (const stroke of [this.colors.ground, color]) {
+      pen.strokeStyle = stroke
+      pen.beginPath()
+      pen.arc(place.x, place.y, 16, 0, 2 * Math.PI)
+      pen.moveTo(place.x + 16 * cos, place.y + 16 * sin)
+      const [tipX, tipY] = [place.x + 38 * cos, place.y + 38 * sin]
+      pen.lineTo(tipX, tipY)
+      pen.lineTo(tipX - 9 * cos + 7 * sin, tipY - 9 * sin - 7 * cos)
+      pen.moveTo(tipX, tipY)
+      pen.lineTo(tipX - 9 * cos - 7 * sin, tipY - 9 * sin + 7 * cos)
+      pen.lineWidth += stroke === this.colors.ground ? 4 : -4
+      pen.stroke()
+    }
+  }
+
+  #drawBumps({ bumps, at, still }) {
+    const pen = this.#pen
+    const seen = bumps.filter((bump) => at >= bump.at && at < bump.at + BUMP)
+    for (const bump of seen) {
+      const age = (at - bump.at) / BUMP
+      const { x, y } = this.camera.toScreen(bump)
+      const reach = still ? 22 : 12 + 20 * Math.sqrt(age)
+      pen.globalAlpha = still ? 1 : 1 - age
+      pen.strokeStyle = this.colors.bump
+      pen.lineWidth = 4
+      pen.beginPath()
+      for (let i = 0; i < 8; i++) {
+        const [cos, sin] = [Math.cos((i * Math.PI) / 4), Math.sin((i * Math.PI) / 4)]
+        pen.moveTo(x + cos * reach * 0.55, y + sin * reach * 0.55)
+        pen.lineTo(x + cos * reach, y + sin * reach)
+      }
+      pen.stroke()
+      pen.globalAlpha = 1
+    }
+    return seen.length > 0
   }
 
   #drawScale() {
     const pen = this.#pen
-    const metres = roundLength(64 / this.#view.scale)
-    const length = metres * this.#view.scale
-    const size = Math.min(Math.max(13, this.#size.height * 0.018), 24)
-    const x = 24
-    const y = this.#size.height - this.#insets.bottom + LEGEND - 22
+    const { size, view } = this.camera
+    const metres = roundLength(64 / view.scale)
+    const length = metres * view.scale
+    const text = Math.min(Math.max(14, size.height * 0.022), 26)
+    const x = 20
+    const y = size.height - 18
     pen.beginPath()
-    pen.moveTo(x, y - 6)
+    pen.moveTo(x, y - 7)
     pen.lineTo(x, y)
     pen.lineTo(x + length, y)
-    pen.lineTo(x + length, y - 6)
-    pen.strokeStyle = this.#colors.quiet
-    pen.lineWidth = 2
+    pen.lineTo(x + length, y - 7)
+    pen.strokeStyle = this.colors.quiet
+    pen.lineWidth = 2.5
     pen.stroke()
-    this.#write(`${metres} m`, x + length / 2, y - size * 0.8, size, "center", this.#colors.quiet)
+    this.#write(`${metres} m`, x + length / 2, y - text * 0.85, text, this.colors.quiet)
   }
 
-  #write(text, x, y, size, align, color = this.#colors.ink) {
-    const pen = this.#pen
-    pen.font = `600 ${size}px system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
-    pen.textAlign = align
+  /** A name as a picture: text with an edge is slow to draw. */
+  #label(name, size) {
+    const key = `${name} ${size}`
+    let label = this.#labels.get(key)
+    if (!label) {
+      if (this.#labels.size > 300) this.#labels.clear()
+      const pen = this.#pen
+      pen.font = `600 ${size}px ${FONT}`
+      const width = Math.ceil(pen.measureText(name).width + size)
+      label = new OffscreenCanvas(width * this.#ratio, size * 1.8 * this.#ratio)
+      const own = label.getContext("2d")
+      own.scale(this.#ratio, this.#ratio)
+      this.#write(name, width / 2, size * 0.9, size, this.colors.ink, own)
+      this.#labels.set(key, label)
+    }
+    return label
+  }
+
+  #write(text, x, y, size, color = this.colors.ink, pen = this.#pen) {
+    pen.font = `600 ${size}px ${FONT}`
+    pen.textAlign = "center"
     pen.textBaseline = "middle"
+    pen.lineJoin = "round"
     pen.lineWidth = size * 0.3
-    pen.strokeStyle = this.#colors.ground // an edge that keeps it legible over trails
+    pen.strokeStyle = this.colors.ground // an edge that keeps it legible over trails
     pen.strokeText(text, x, y)
     pen.fillStyle = color
     pen.fillText(text, x, y)
   }
 }
 
-function circle(pen, x, y, radius) {
-  pen.beginPath()
-  pen.arc(x, y, radius, 0, 2 * Math.PI)
-  pen.fill()
-}
+export { kindOf }
 
-/** The lower left and the upper right corner around lists of points, or null where there are none. */
-function bounds(lists) {
-  const low = { x: Infinity, y: Infinity }
-  const high = { x: -Infinity, y: -Infinity }
-  for (const points of lists) {
-    for (const { x, y } of points) {
-      low.x = Math.min(low.x, x)
-      low.y = Math.min(low.y, y)
-      high.x = Math.max(high.x, x)
-      high.y = Math.max(high.y, y)
-    }
-  }
-  return low.x <= high.x ? [low, high] : null
-}
-
-/** The corners of `room` after going `part` of the way to those `used`, which are always within. */
-function shrunk([low, high], [usedLow, usedHigh], part) {
-  const step = (from, to) => from + (to - from) * part
-  return [
-    { x: Math.min(step(low.x, usedLow.x), usedLow.x), y: Math.min(step(low.y, usedLow.y), usedLow.y) },
-    { x: Math.max(step(high.x, usedHigh.x), usedHigh.x), y: Math.max(step(high.y, usedHigh.y), usedHigh.y) },
-  ]
-}
-
-/** The shortest of …0.5, 1, 2, 5, 10… metres that is no shorter than `least`. */
-function roundLength(least) {
-  const power = 10 ** Math.floor(Math.log10(least))
-  const factor = [1, 2, 5, 10].find((factor) => factor * power >= least)
-  return Number((factor * power).toPrecision(1))
-}
-
-/** The color `part` of the way from one #rrggbb to another. */
-function mix(from, to, part) {
-  const channel = (color, i) => parseInt(color.slice(1 + 2 * i, 3 + 2 * i), 16)
-  const mixed = [0, 1, 2].map((i) => Math.round(channel(from, i) + (channel(to, i) - channel(from, i)) * part))
-  return `rgb(${mixed.join(" ")})`
+/** A soft round shadow, as a picture. */
+function shadow(color) {
+  const canvas = new OffscreenCanvas(96, 96)
+  const pen = canvas.getContext("2d")
+  const fade = pen.createRadialGradient(48, 48, 24, 48, 48, 48)
+  fade.addColorStop(0, `${color}c0`)
+  fade.addColorStop(1, `${color}00`)
+  pen.fillStyle = fade
+  pen.fillRect(0, 0, 96, 96)
+  return canvas
 }

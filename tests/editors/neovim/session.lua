@@ -25,6 +25,20 @@ local function color(word)
   return vim.fn.synIDattr(vim.fn.synID(line, column, 1), "name")
 end
 
+local function token(word)
+  vim.fn.cursor(1, 1)
+  local line, column = unpack(vim.fn.searchpos([[\<]] .. word .. [[\>]], "c"))
+  local found = vim.lsp.semantic_tokens.get_at_pos(0, line - 1, column - 1)
+  return found and found[1] and found[1].type
+end
+
+local function rename(word, new)
+  vim.fn.cursor(1, 1)
+  vim.fn.search([[\<]] .. word .. [[\>]])
+  vim.lsp.buf.rename(new)
+  await("the name " .. new, function() return vim.fn.search([[\<]] .. new .. [[\>]], "nw") > 0 end)
+end
+
 local function completions(line, column)
   local client = vim.lsp.get_clients({ bufnr = 0 })[1]
   vim.fn.cursor(line, column)
@@ -55,6 +69,12 @@ local function session()
   vim.lsp.buf.hover()
   await("the timing", function() return floating_text():find("1 beat, 0.50 s at beat 120", 1, true) end)
 
+  await("the robot's color", function() return token("turtle1") == "class" end)
+  assert(token("repeat") == "keyword" and not token("lft"))
+
+  rename("turtle1", "anna")
+  rename("anna", "turtle1")
+
   local words = completions(3, 11)
   assert(vim.tbl_contains(words, "forward") and vim.tbl_contains(words, "repeat"), vim.inspect(words))
 
@@ -62,6 +82,7 @@ local function session()
   await("why it does not play", message("✗ line 3: `lft` is not known"))
   vim.cmd.substitute("/lft/left/")
   await("the end of the error", function() return #vim.diagnostic.get(0) == 0 end)
+  await("the movement's color", function() return token("left") == "function" end)
   vim.cmd.write()
   await("what plays", message("▶ turtle1 ∞, endless at beat 120, simulator"))
   await("the page", function() return vim.g.page end)

@@ -1,0 +1,63 @@
+"""What can be folded: brackets over several lines, blocks of comment, and regions."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from improv_core.analysis import Analysis
+from improv_core.syntax import nodes
+from improv_core.text import LINE_END
+
+_REGION = re.compile(r"\s*#\s*(end)?region\b")
+
+
+@dataclass(frozen=True, slots=True)
+class Fold:
+    """Lines, from 0, that fold into the first: `kind` is code, comment or region."""
+
+    first: int
+    last: int
+    kind: str = "code"
+
+
+def folds(analysis: Analysis) -> list[Fold]:
+    """All that can be folded, one for each line at which something begins, in the order of the text."""
+    found: dict[int, Fold] = {}
+    for fold in [*_comments(analysis), *_code(analysis)]:
+        if fold.last > max(fold.first, found[fold.first].last if fold.first in found else 0):
+            found[fold.first] = fold
+    return [found[first] for first in sorted(found)]
+
+
+def _code(analysis: Analysis) -> Iterator[Fold]:
+    """Statements and brackets; a line that begins with the closing bracket stays in sight."""
+    lines = analysis.lines
+    for start, statement in zip(analysis.starts, analysis.statements, strict=True):
+        if not LINE_END.search(statement.text):
+            continue
+        inside = nodes.nodes(statement.body) if statement.body else ()
+        brackets = [node.span for node in inside if isinstance(node, nodes.Bracket)]
+        for span in (*brackets, (0, len(statement.text))):
+            first, last = (lines.position(start + place).line for place in span)
+            yield Fold(first, last - 1 if lines.line(last).lstrip(" \t")[:1] in (")", "]") else last)
+
+
+def _comments(analysis: Analysis) -> Iterator[Fold]:
+    """Lines of nothing but comment, where several follow one another, and what is between markers of regions."""
+    regions: list[int] = []
+    begin: int | None = None
+    for number in range(len(analysis.lines.starts) + 1):
+        line = analysis.lines.line(number)
+        marker = _REGION.match(line)
+        if line.lstrip().startswith("#") and not marker:
+            begin = number if begin is None else begin
+            continue
+        if begin is not None:
+            yield Fold(begin, number - 1, "comment")
+            begin = None
+        if marker and not marker[1]:
+            regions.append(number)
+        elif marker and regions:
+            yield Fold(regions.pop(), number, "region")

@@ -1,0 +1,111 @@
+"""What a name or a robot at the cursor stands for, and everywhere that the same is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from improv_core.analysis import Analysis, users_behind
+from improv_core.robots import Robots
+from improv_core.syntax.lexer import Token
+from improv_core.syntax.nodes import Statement
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.text import Span
+from improv_core.toml_text import read_toml
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """A name or a robot, and where it stands.
+
+    `definer` is the index of the statement that a name has its meaning from; None if nothing above defines it, and for
+    robots.
+    """
+
+    text: str
+    span: Span
+    is_robot: bool
+    definer: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A place where a symbol stands, and whether it gets its meaning there."""
+
+    span: Span
+    defines: bool = False
+
+
+def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
+    """The name or the robot that the cursor touches, also at its end."""
+    placed = analysis.statement_at(offset)
+    if not placed:
+        return None
+    statement, place = placed.statement, offset - placed.start
+    for head in _heads(statement):
+        if head.span.holds(place):
+            is_robot = statement.defines is None
+            return Symbol(head.text, head.span.shifted(placed.start), is_robot, None if is_robot else placed.index)
+    for name in _names(statement):
+        if name.span.holds(place):
+            definer = analysis.defining(name.text, placed.index)
+            return Symbol(name.text, name.span.shifted(placed.start), False, definer)
+    return None
+
+
+def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
+    """All places where the same robot or the same definition is meant, in the order of the text.
+
+    A name that is defined again is another one from there on.
+    """
+    if symbol.is_robot:
+        return [Reference(span) for _, span in plays(analysis, symbol.text)]
+    found = []
+    if symbol.definer is not None:
+        head = analysis.statements[symbol.definer].heads[0]
+        found.append(Reference(head.span.shifted(analysis.starts[symbol.definer]), defines=True))
+    for index in users_behind(analysis, symbol.text, -1 if symbol.definer is None else symbol.definer):
+        start = analysis.starts[index]
+        names = _names(analysis.statements[index])
+        found += [Reference(name.span.shifted(start)) for name in names if name.text == symbol.text]
+    return found
+
+
+def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
+    """Where a name is defined, if only further down. A robot without a section in `improv.toml`: its first line."""
+    if symbol.is_robot:
+        return next((span for _, span in plays(analysis, symbol.text)), None)
+    definers = analysis.defined.get(symbol.text, ())
+    definer = symbol.definer if symbol.definer is not None else next(iter(definers), None)
+    return None if definer is None else analysis.statements[definer].heads[0].span.shifted(analysis.starts[definer])
+
+
+def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
+    """The index of each statement that plays something on a robot, and where the robot stands in it."""
+    for index, statement in enumerate(analysis.statements):
+        if statement.defines is None:
+            for head in _heads(statement):
+                if head.text == robot:
+                    yield index, head.span.shifted(analysis.starts[index])
+
+
+def sections(robots: Robots, name: str) -> Sequence[Span]:
+    """Where a robot is named in the text of `improv.toml`."""
+    return read_toml(robots.text).named.get(("robots", name), ())
+
+
+def _heads(statement: Statement) -> list[Token]:
+    """The robots that a statement is for, or the name that it defines; no words of the language."""
+    if not statement.sign or (statement.sign.type == "EQUAL" and not statement.defines):
+        return []
+    return [head for head in statement.heads if head.text and head.text not in WORDS]
+
+
+def _names(statement: Statement) -> list[Token]:
+    """The names in the movement of a statement, as its `uses` has them."""
+    begin = statement.sign.end if statement.sign and statement.sign.type != "BEAT" else 0
+    return [
+        token
+        for token in statement.tokens
+        if token.type == "NAME" and token.start >= begin and token.text in statement.uses
+    ]

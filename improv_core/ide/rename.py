@@ -1,0 +1,90 @@
+"""Another name for a name or a robot. What the program means never changes: what would change it is refused."""
+
+from __future__ import annotations
+
+import re
+
+from improv_core.analysis import Analysis, users_behind
+from improv_core.diagnostics import Edit
+from improv_core.ide.references import Symbol, plays, references, symbol_at
+from improv_core.robots import Robots
+from improv_core.syntax.lexer import NAME
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.toml_text import read_toml
+
+_NAME = re.compile(NAME)
+_ROBOT = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
+
+
+class RefusalError(Exception):
+    """Why something is not renamed, in one plain line."""
+
+
+def renamable(analysis: Analysis, offset: int) -> Symbol:
+    """The symbol at the cursor that can be renamed. Raises RefusalError if there is none."""
+    symbol = symbol_at(analysis, offset)
+    if symbol is None:
+        raise RefusalError("put the cursor on a name or a robot: nothing else can be renamed")
+    if not symbol.is_robot and symbol.definer is None:
+        raise RefusalError(f"define `{symbol.text}` first: nothing above says what it stands for")
+    return symbol
+
+
+def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
+    """The edits of a program that give a symbol a new name. Raises RefusalError."""
+    if symbol.is_robot:
+        return rename_robot(analysis, symbol.text, new)
+    if not _NAME.fullmatch(new):
+        raise RefusalError(f"`{new}` can't be a name: use letters, digits and `_`, no digit first")
+    _refuse_words(new)
+    if new == symbol.text:
+        return []
+    _refuse_collision(analysis, symbol, new)
+    return [Edit(reference.span, new) for reference in references(analysis, symbol)]
+
+
+def rename_robot(analysis: Analysis, old: str, new: str) -> list[Edit]:
+    """The edits of a program that has to do with a robot. Raises RefusalError."""
+    if not _ROBOT.fullmatch(new):
+        raise RefusalError(f"`{new}` can't name a robot: use the letters a to z, digits and `_`, a letter first")
+    _refuse_words(new)
+    if new == old:
+        return []
+    places = list(plays(analysis, old))
+    if places and (index := next((index for index, _ in plays(analysis, new)), None)) is not None:
+        raise RefusalError(f"`{new}` is a robot already, in line {_line(analysis, index)}: choose another name")
+    return [Edit(span, new) for _, span in places]
+
+
+def rename_section(robots: Robots, old: str, new: str) -> list[Edit]:
+    """The edits of `improv.toml`; none if the robot has no section. Raises RefusalError."""
+    toml = read_toml(robots.text)
+    if toml.diagnostics:
+        raise RefusalError("mend improv.toml first: it can't be read, and may have a section for this robot")
+    if new != old and ("robots", new) in toml.named:
+        raise RefusalError(f"`{new}` is a robot already, in improv.toml: choose another name")
+    return [Edit(span, new) for span in toml.named.get(("robots", old), ()) if new != old]
+
+
+def _refuse_words(new: str) -> None:
+    if new in WORDS:
+        raise RefusalError(f"`{new}` is a word of the language: choose another name")
+
+
+def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
+    """Neither may a definition of the new name come between ours and what uses it, nor ours between others."""
+    assert symbol.definer is not None
+    uses = users_behind(analysis, symbol.text, symbol.definer)
+    between = [index for index in analysis.defined.get(new, ()) if symbol.definer < index < max(uses, default=0)]
+    if between:
+        raise RefusalError(f"`{new}` is defined in line {_line(analysis, between[0])}: choose another name")
+    before = analysis.defining(new, symbol.definer)
+    captured = [
+        index for index in users_behind(analysis, new, -1 if before is None else before) if index > symbol.definer
+    ]
+    if captured:
+        raise RefusalError(f"`{new}` in line {_line(analysis, captured[0])} would then mean this: choose another name")
+
+
+def _line(analysis: Analysis, index: int) -> int:
+    return analysis.lines.position(analysis.starts[index]).line + 1

@@ -1,0 +1,62 @@
+"""What a selection grows to, step by step: word, term, series, bracket, statement, document."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from improv_core.analysis import Analysis, Placed
+from improv_core.syntax import nodes
+from improv_core.syntax.lexer import Token
+from improv_core.text import Span
+
+_WORD = re.compile(r"\w+")
+
+
+def selections(analysis: Analysis, offset: int) -> list[Span]:
+    """The spans around the cursor, from the innermost to the whole document; each is larger than the one before."""
+    found = [Span(0, len(analysis.text))]
+    for span in [*_around(analysis, offset), *_in_comment(analysis, offset)]:
+        last = found[-1]
+        if span != last and span.start < span.end and last.start <= span.start and span.end <= last.end:
+            found.append(span)
+    return found[::-1]
+
+
+def _around(analysis: Analysis, offset: int) -> Iterator[Span]:
+    placed = analysis.statement_at(offset)
+    if not placed:
+        return
+    yield placed.span
+    token = _token(placed, offset - placed.start)
+    if not token:
+        return
+    heads = placed.statement.heads
+    if token in heads or any(head.span.start <= token.start and token.end <= head.span.end for head in heads):
+        yield Span(heads[0].start, heads[-1].end).shifted(placed.start)
+        yield from (head.span.shifted(placed.start) for head in heads if head.span.holds(token.start))
+    elif placed.statement.body:
+        for node in nodes.nodes(placed.statement.body):
+            if node.span.start <= token.start and token.end <= node.span.end:
+                yield node.span.shifted(placed.start)
+    yield token.span.shifted(placed.start)
+
+
+def _token(placed: Placed, place: int) -> Token | None:
+    """The token that the cursor touches; between two, a word rather than a sign, and the one behind it."""
+    touching = [token for token in placed.statement.tokens if token.span.holds(place)]
+    words = [token for token in touching if _WORD.match(token.text)]
+    return next(iter((words or touching)[::-1]), None)
+
+
+def _in_comment(analysis: Analysis, offset: int) -> Iterator[Span]:
+    line, column = analysis.lines.position(offset)
+    text, start = analysis.lines.line(line), offset - column
+    begin = text.find("#")
+    if 0 <= begin <= column:
+        yield Span(start + begin, start + len(text))
+        yield from (Span(*word.span()).shifted(start) for word in _WORD.finditer(text, begin) if _touches(word, column))
+
+
+def _touches(word: re.Match[str], column: int) -> bool:
+    return word.start() <= column <= word.end()

@@ -1,0 +1,125 @@
+// The bar: what plays, and the buttons that conduct it.
+
+const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 2, 3, 4]
+const SOON = 400 // milliseconds in which another step counts from where the last one led
+const WORDS = { playing: "playing", paused: "paused", waiting: "waiting", stopped: "stopped", ended: "finished" }
+
+const find = (id) => document.getElementById(id)
+
+export class Controls {
+  #clock
+  #send
+  #target = { beat: 0, at: -Infinity } // where the last seek led, until the server says so
+
+  /** `send(message)` asks the server for something. */
+  constructor(clock, send) {
+    this.#clock = clock
+    this.#send = send
+    const press = { stop: "stop", play: "playOrPause", restart: "restart", step: "step", slower: "slower", faster: "faster" }
+    for (const [id, method] of Object.entries(press)) find(id).addEventListener("click", () => this[method]())
+    find("normal").addEventListener("click", () => this.#send({ type: "speed", factor: 1 }))
+  }
+
+  stop() {
+    this.#send({ type: "hush" })
+  }
+
+  playOrPause() {
+    const { state, generation } = this.#clock.transport
+    if (!generation || state === "waiting") return
+    const asked = { playing: "pause", paused: "resume", stopped: "restart", ended: "restart" }[state]
+    this.#send({ type: asked })
+  }
+
+  restart() {
+    if (this.#clock.transport.generation) this.#send({ type: "restart" })
+  }
+
+  /** Stands at the next whole beat. */
+  step() {
+    if (this.#clock.playing) this.#send({ type: "pause" })
+    this.seekBy(1)
+  }
+
+  /** To the next whole beat, or the one before. */
+  seekBy(beats) {
+    const now = performance.now()
+    const beat = now - this.#target.at < SOON && !this.#clock.playing ? this.#target.beat : this.#clock.beat()
+    this.seek(beats > 0 ? Math.floor(beat + 1e-6) + beats : Math.ceil(beat - 0.25) + beats)
+  }
+
+  seek(beat) {
+    const { generation, beats } = this.#clock.transport
+    if (!generation) return
+    const target = Math.min(Math.max(beat, 0), beats ?? Infinity)
+    this.#target = { beat: target, at: performance.now() }
+    this.#send({ type: "seek", beat: target })
+  }
+
+  slower() {
+    this.#setSpeed(SPEEDS.findLast((speed) => speed < this.#clock.transport.speed))
+  }
+
+  faster() {
+    this.#setSpeed(SPEEDS.find((speed) => speed > this.#clock.transport.speed))
+  }
+
+  #setSpeed(factor) {
+    if (factor) this.#send({ type: "speed", factor })
+  }
+
+  /** Shows the transport, as far as it does not change by itself. */
+  show(open) {
+    const { generation, state, beats, tempo, speed, backend } = this.#clock.transport
+    const played = generation > 0
+    document.body.dataset.state = state
+    const playing = state === "playing"
+    find("state-word").textContent = open ? (played ? WORDS[state] : "ready") : "offline"
+    find("hint").hidden = played || !open
+    find("beat").hidden = !played
+    find("beat-end").textContent = beats === null ? "· ∞" : `/ ${whole(this.#clock.lastBeat)}`
+    find("tempo").textContent = played ? `${round(tempo)} beats/min` : ""
+    find("backend").textContent = backend ?? ""
+    find("play").setAttribute("aria-label", playing ? "Pause" : "Play")
+    find("play").title = `${playing ? "Pause" : "Play"} (P)`
+    find("normal").textContent = `${round(speed)}×`
+    find("normal").setAttribute("aria-label", `Speed ${round(speed)}, back to normal`)
+    find("stop").setAttribute("aria-disabled", String(!open))
+    for (const id of ["play", "restart", "step", "slower", "normal", "faster"]) {
+      find(id).setAttribute("aria-disabled", String(!open || !played || (id === "play" && state === "waiting")))
+    }
+    document.title = played && open ? `${WORDS[state]} · Improv` : "Improv"
+    this.showBeat()
+  }
+
+  showBeat() {
+    const beat = this.#clock.beat()
+    const { beats } = this.#clock.transport
+    const text = whole(this.#clock.countedBeat)
+    const changed = find("beat-now").textContent !== text
+    if (changed) find("beat-now").textContent = text
+    const pulse = this.#clock.playing ? 1 + 0.5 * (1 - (beat % 1)) ** 3 : 1
+    find("bar").style.setProperty("--pulse", pulse.toFixed(2))
+    find("bar").style.setProperty("--done", beats ? (beat / beats).toFixed(4) : "0")
+    return changed
+  }
+
+  /** The state in words, for those who listen. */
+  spoken() {
+    const { state, tempo, beats, beat } = this.#clock.transport
+    if (state === "paused") return `paused at beat ${this.#clock.countedBeat}`
+    if (state !== "playing") return WORDS[state]
+    const from = beat > 0.5 ? ` from beat ${this.#clock.countedBeat}` : ""
+    const length = beats === null ? "without end" : `${round(beats)} beats`
+    return `playing${from} ${length} at ${round(tempo)} beats per minute`
+  }
+}
+
+function round(number) {
+  return Number(number.toFixed(2))
+}
+
+/** A whole number, short also where a dance takes longer than anybody will wait. */
+function whole(number) {
+  return number < 1e6 ? String(number) : number.toExponential(0).replace("e+", "e")
+}

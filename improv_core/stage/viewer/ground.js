@@ -1,0 +1,253 @@
+// All that stands still on the stage for a while: the grid, the world, the paths ahead and the trails. It is painted a
+// little in each frame, on a sheet of its own, so that no frame is late for it; a frame copies the last finished sheet.
+
+import { roundLength } from "./camera.js"
+import { mix } from "./colors.js"
+import { after, trace } from "./path.js"
+
+const SHADES = 12 // steps in which a trail fades
+const FADED = 0.36
+const AHEAD = 0.5 // how much of its color a path ahead has
+const OLD = 0.4 // seconds after which a sheet is painted anew while robots move
+
+export class Ground {
+  #shown = null // {canvas, view, size, painted, signs, since}
+  #making = null // the same, with the `steps` that are left
+  #spare = null
+
+  /** Goes on painting for so many milliseconds. Whether there is more to paint. */
+  paint(scene, milliseconds) {
+    const signs = scene.signs.join()
+    const { view } = scene.camera
+    const outdated = (sheet) => sheet.view !== view || sheet.signs !== signs
+    if (this.#making && outdated(this.#making) && (!this.#shown || performance.now() - this.#making.since > 250)) {
+      this.#spare = this.#making.canvas // what is half done would be wrong for long
+      this.#making = null
+    }
+    if (!this.#making) {
+      const fresh = this.#shown && !outdated(this.#shown)
+      if (fresh && !(scene.moving && performance.now() - this.#shown.since > OLD * 1000)) return false
+      this.#making = this.#begin(scene, signs)
+    }
+    const end = performance.now() + milliseconds
+    while (!this.#making.steps.next().done) if (performance.now() > end && this.#shown) return true
+    this.#spare = this.#shown?.canvas
+    this.#shown = this.#making
+    this.#making = null
+    return outdated(this.#shown)
+  }
+
+  /** Copies the last finished sheet, moved to where the camera looks now. */
+  draw(pen, camera, colors) {
+    const { canvas, view, painted } = this.#shown
+    const { x, y } = camera.toScreen(view)
+    const factor = camera.view.scale / view.scale
+    const [middleX, middleY] = this.#shown.middle
+    pen.setTransform(1, 0, 0, 1, 0, 0)
+    if (camera.view === view) {
+      pen.drawImage(canvas, 0, 0)
+      return painted
+    }
+    pen.fillStyle = colors.ground
+    pen.fillRect(0, 0, canvas.width, canvas.height)
+    const { ratio } = this.#shown
+    pen.setTransform(factor, 0, 0, factor, (x - middleX * factor) * ratio, (y - middleY * factor) * ratio)
+    pen.drawImage(canvas, 0, 0)
+    return painted
+  }
+
+  /** Throws all away: the size has changed, or the theme. */
+  reset() {
+    this.#shown = this.#making = this.#spare = null
+  }
+
+  #begin(scene, signs) {
+    const { camera, ratio } = scene
+    const canvas = this.#spare ?? new OffscreenCanvas(Math.round(camera.size.width * ratio), Math.round(camera.size.height * ratio))
+    this.#spare = null
+    const middle = camera.toScreen(camera.view)
+    const frozen = { ...scene, view: camera.view, middle, size: { ...camera.size } }
+    const painted = new Map()
+    const steps = paintAll(canvas.getContext("2d", { alpha: false }), frozen, painted)
+    return { canvas, view: camera.view, middle: [middle.x, middle.y], ratio, painted, signs, steps, since: performance.now() }
+  }
+}
+
+/** Where a world point is on a sheet, in CSS pixels. */
+function onSheet({ view, middle }, { x, y }) {
+  return { x: middle.x + (x - view.x) * view.scale, y: middle.y - (y - view.y) * view.scale }
+}
+
+function* paintAll(pen, scene, painted) {
+  const { colors, cast, ratio, size } = scene
+  const flat = () => pen.setTransform(ratio, 0, 0, ratio, 0, 0)
+  flat()
+  pen.lineJoin = pen.lineCap = "round"
+  pen.fillStyle = colors.ground
+  pen.fillRect(0, 0, size.width, size.height)
+  paintGrid(pen, scene)
+  yield
+  if (scene.world) {
+    inWorld(pen, scene)
+    paintWorld(pen, scene)
+    flat()
+    yield
+  }
+  for (const robot of scene.ahead ? cast : []) {
+    if (!robot.way) continue
+    inWorld(pen, scene)
+    paintAhead(pen, scene, robot)
+    flat()
+    yield
+  }
+  for (const robot of cast) {
+    painted.set(robot.name, paintTrail(pen, scene, robot))
+    yield
+  }
+}
+
+function inWorld(pen, { view, middle, ratio }) {
+  const scale = view.scale * ratio
+  pen.setTransform(scale, 0, 0, -scale, middle.x * ratio - view.x * scale, middle.y * ratio + view.y * scale)
+}
+
+function paintGrid(pen, scene) {
+  const { view, size, colors } = scene
+  const spacing = roundLength(44 / view.scale) * view.scale
+  const origin = onSheet(scene, { x: 0, y: 0 })
+  const lines = (color, put) => {
+    pen.beginPath()
+    put()
+    pen.strokeStyle = color
+    pen.lineWidth = 1
+    pen.stroke()
+  }
+  const upright = (i) => {
+    const x = Math.round(origin.x + i * spacing) + 0.5
+    pen.moveTo(x, 0)
+    pen.lineTo(x, size.height)
+  }
+  const level = (i) => {
+    const y = Math.round(origin.y + i * spacing) + 0.5
+    pen.moveTo(0, y)
+    pen.lineTo(size.width, y)
+  }
+  lines(colors.grid, () => {
+    for (let i = Math.ceil(-origin.x / spacing); i <= (size.width - origin.x) / spacing; i++) upright(i)
+    for (let i = Math.ceil(-origin.y / spacing); i <= (size.height - origin.y) / spacing; i++) level(i)
+  })
+  lines(colors["grid-strong"], () => {
+    upright(0)
+    level(0)
+  })
+}
+
+function paintWorld(pen, { world, view, colors }) {
+  pen.strokeStyle = pen.fillStyle = colors.wall
+  pen.lineWidth = 4 / view.scale
+  pen.beginPath()
+  if (world.size) pen.rect(-world.size[0] / 2, -world.size[1] / 2, ...world.size) // the origin is its middle
+  for (const [x1, y1, x2, y2] of world.walls ?? []) {
+    pen.moveTo(x1, y1)
+    pen.lineTo(x2, y2)
+  }
+  pen.stroke()
+  for (const { x, y, radius } of world.circles ?? []) {
+    pen.beginPath()
+    pen.arc(x, y, radius, 0, 2 * Math.PI)
+    pen.fill()
+  }
+  for (const { x, y, width, height, heading = 0 } of world.boxes ?? []) {
+    pen.save()
+    pen.translate(x, y)
+    pen.rotate(heading)
+    pen.fillRect(-width / 2, -height / 2, width, height)
+    pen.restore()
+  }
+}
+
+function paintAhead(pen, { view, colors, beat, until }, { way, moved, color }) {
+  const first = way.findIndex(({ end }) => end > beat)
+  if (first < 0) return
+  if (moved) {
+    const cos = Math.cos(moved.heading)
+    const sin = Math.sin(moved.heading)
+    pen.transform(cos, sin, -sin, cos, moved.x, moved.y)
+  }
+  pen.beginPath()
+  for (let i = first; i < way.length && way[i].start < until; i++) {
+    const { start, end, pose, velocity, seconds } = way[i]
+    const done = Math.max((beat - start) / (end - start), 0)
+    const from = done > 0 ? after(pose, velocity, seconds * done) : pose
+    if (i === first) pen.moveTo(from.x, from.y)
+    trace(pen, from, velocity, seconds * (1 - done))
+  }
+  pen.strokeStyle = mix(colors.ground, color, AHEAD)
+  pen.lineWidth = Math.min(Math.max(view.scale * 0.03, 2), 4) / view.scale
+  pen.stroke()
+}
+
+/** Paints the trail of a robot up to where it is now, brighter the newer it is. What has been painted. */
+function paintTrail(pen, scene, { name, color, pose }) {
+  const { at, colors, view, trail: length } = scene
+  const points = visible(scene.trails.get(name) ?? [], at, length)
+  const width = trailWidth(view)
+  const place = onSheet(scene, pose)
+  if (!points.length) return { at, place: pose }
+  const oldest = points[0].at
+  const shade = (time) => Math.min(Math.floor(((time - oldest) / (at - oldest || 1)) * SHADES), SHADES - 1)
+  pen.lineWidth = width
+  let now = -1
+  let last = null
+  const finish = () => {
+    if (now < 0) return
+    pen.strokeStyle = mix(colors.ground, color, FADED + ((1 - FADED) * now) / (SHADES - 1))
+    pen.stroke()
+  }
+  for (const point of [...points, { ...pose, at }]) {
+    const { x, y } = onSheet(scene, point)
+    if (point.first || shade(point.at) !== now) {
+      if (!point.first && last) pen.lineTo(x, y)
+      finish()
+      now = shade(point.at)
+      pen.beginPath()
+      pen.moveTo(x, y)
+    } else {
+      pen.lineTo(x, y)
+    }
+    last = point
+  }
+  pen.lineTo(place.x, place.y)
+  finish()
+  if (length === Infinity) paintStart(pen, onSheet(scene, points[0]), width, colors.ground, mix(colors.ground, color, 0.7))
+  return { at, place: pose }
+}
+
+function paintStart(pen, { x, y }, width, ground, color) {
+  pen.beginPath()
+  pen.arc(x, y, width * 1.1, 0, 2 * Math.PI)
+  pen.fillStyle = ground
+  pen.fill()
+  pen.strokeStyle = color
+  pen.lineWidth = width * 0.75
+  pen.stroke()
+}
+
+/** The points of a trail that are to be seen at a time; the first lies on the way, as old as may be. */
+function visible(trail, at, length) {
+  const points = trail.filter((point) => point.at <= at)
+  if (length === Infinity) return points
+  const since = at - length
+  const first = points.findIndex((point) => point.at > since)
+  if (first < 0 || length === 0) return []
+  const [before, next] = [points[first - 1], points[first]]
+  if (!before || next.first) return points.slice(first)
+  const part = (since - before.at) / (next.at - before.at)
+  const cut = { at: since, x: before.x + (next.x - before.x) * part, y: before.y + (next.y - before.y) * part, first: true }
+  return [cut, ...points.slice(first)]
+}
+
+/** In pixels. */
+export function trailWidth(view) {
+  return Math.min(Math.max(view.scale * 0.06, 3), 9)
+}

@@ -1,0 +1,58 @@
+// Hands on the stage: drag to pan, wheel and two fingers to zoom, a double click to fit.
+
+const WHEEL = 0.0015 // of a zoom, by pixel
+
+/**
+ * `grab(point)` may take hold of something at a point of the canvas, and returns what moves it, or null to pan the
+ * camera instead. `changed` is called when the view has changed.
+ */
+export function hold(canvas, camera, grab, changed) {
+  const fingers = new Map() // pointer -> its place
+  let move = null
+  const place = (event) => {
+    const { left, top } = canvas.getBoundingClientRect()
+    return { x: event.clientX - left, y: event.clientY - top }
+  }
+
+  canvas.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0 || !camera.view) return
+    canvas.setPointerCapture(event.pointerId)
+    fingers.set(event.pointerId, place(event))
+    move = fingers.size === 1 ? grab(place(event)) : null
+  })
+  canvas.addEventListener("pointermove", (event) => {
+    const before = fingers.get(event.pointerId)
+    if (!before) return
+    const now = place(event)
+    if (move) move(now)
+    else if (fingers.size === 1) camera.pan(now.x - before.x, now.y - before.y)
+    else {
+      const [other] = [...fingers].filter(([id]) => id !== event.pointerId).map(([, point]) => point)
+      const apart = (point) => Math.hypot(point.x - other.x, point.y - other.y)
+      camera.zoom(apart(now) / Math.max(apart(before), 1), { x: (now.x + other.x) / 2, y: (now.y + other.y) / 2 })
+      camera.pan((now.x - before.x) / 2, (now.y - before.y) / 2)
+    }
+    fingers.set(event.pointerId, now)
+    changed()
+  })
+  for (const end of ["pointerup", "pointercancel"]) {
+    canvas.addEventListener(end, (event) => {
+      fingers.delete(event.pointerId)
+      move = null
+    })
+  }
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault()
+      if (!camera.view) return
+      camera.zoom(Math.exp(-event.deltaY * WHEEL * (event.deltaMode ? 20 : 1)), place(event))
+      changed()
+    },
+    { passive: false },
+  )
+  canvas.addEventListener("dblclick", () => {
+    camera.fit()
+    changed()
+  })
+}

@@ -1,0 +1,171 @@
+// What is to come: the stretches of a score that the server has told, fetched piece by piece as time passes.
+
+import { after, along } from "./path.js"
+
+const AHEAD = 48 // beats to know of an endless score
+const SHOWN = 24 // beats of it that the stage shows
+const BEHIND = 8 // beats to know of what has been
+const LEAST_PIECE = 16 // beats asked for at once; more for few robots: the server should be busy for 0.1 s at most
+const MOST_PIECE = 256 // beats that the server tells at once
+const WORK = 800 // robots times beats
+const MOST = 40_000 // moments kept
+const NEAR = 1e-6 // beats
+
+export class Outlook {
+  #ask
+  #asked = null // where the piece begins that is on its way
+  #since = 0
+  #pause = 0
+  #from = 0
+  #known = 0 // the beat up to which all robots are known
+  #count = 0
+  score
+  robots = new Map() // name -> [{start, end, seconds, velocity, words, pose}], of which each begins in `pose`
+  version = 0 // changes with what is known
+
+  /** `ask(from, to)` has the server tell a piece. */
+  constructor(score, ask) {
+    this.score = score
+    this.#ask = ask
+  }
+
+  /** Fetches what is needed to show what plays at `beat`. */
+  want(beat) {
+    if (this.#asked !== null || performance.now() < this.#pause) return
+    const end = this.score.beats ?? Infinity
+    if (this.#count > MOST && this.#known <= beat) this.#forget(beat)
+    else if (beat < this.#from || beat > this.#known + LEAST_PIECE) this.#forget(Math.max(Math.floor(beat) - BEHIND, 0))
+    const passed = this.score.beats === null && beat - this.#from > 8 * AHEAD
+    if (passed) this.#forgetBefore(beat - BEHIND)
+    const horizon = this.score.beats === null ? beat + AHEAD : end
+    if (this.#known >= Math.min(horizon, end) - NEAR || this.#count > MOST) return
+    this.#asked = this.#known
+    this.#since = performance.now()
+    const most = this.score.beats === null ? AHEAD : MOST_PIECE
+    const piece = Math.max(LEAST_PIECE, Math.min(Math.floor(WORK / Object.keys(this.score.robots).length), most))
+    this.#ask(this.#known, Math.min(this.#known + piece, end))
+  }
+
+  /** Asks again: the connection was lost, and the answer with it. */
+  askAgain() {
+    this.#asked = null
+  }
+
+  /** Takes in an answer. */
+  take({ generation, from, to, robots }) {
+    if (generation !== this.score.generation || from !== this.#asked) return
+    this.#asked = null
+    this.#pause = 2 * performance.now() - this.#since // what plays comes first: the server rests as long as it worked
+    let reached = to
+    for (const [name, { pose, moments, until }] of Object.entries(robots)) {
+      const { beats } = this.score.robots[name] ?? {}
+      if (beats === undefined) continue
+      if (moments.length && until < Math.min(to, beats ?? Infinity) - NEAR) reached = Math.min(reached, until)
+      this.#add(name, pose, moments)
+    }
+    this.#known = Math.max(this.#known, reached)
+    this.version++
+  }
+
+  /** What a robot does at a beat, or undefined. */
+  at(name, beat) {
+    const stretches = this.robots.get(name) ?? []
+    return stretches[this.indexAt(stretches, beat)]
+  }
+
+  /** The index of the stretch that plays at a beat; where none does, the number of stretches. */
+  indexAt(stretches, beat) {
+    let low = 0
+    let high = stretches.length
+    while (low < high) {
+      const middle = (low + high) >> 1
+      if (stretches[middle].end <= beat) low = middle + 1
+      else high = middle
+    }
+    return low
+  }
+
+  /** Where a robot ideally is at a beat, or null where that is not known. */
+  poseAt(name, beat) {
+    const stretches = this.robots.get(name)
+    if (!stretches?.length || beat < stretches[0].start - NEAR) return null
+    const stretch = stretches[Math.min(this.indexAt(stretches, beat), stretches.length - 1)]
+    if (!stretch.pose) return null
+    const part = Math.min(Math.max((beat - stretch.start) / (stretch.end - stretch.start), 0), 1)
+    return after(stretch.pose, stretch.velocity, stretch.seconds * part)
+  }
+
+  /** The last beat that the stage shows. */
+  horizon(beat) {
+    return this.score.beats ?? Math.ceil(beat / 4) * 4 + SHOWN
+  }
+
+  /** Points that show how much room all ways together take, up to a beat. */
+  *points(until) {
+    for (const stretches of this.robots.values()) {
+      if (stretches[0]?.pose) yield stretches[0].pose
+      for (const { start, pose, velocity, seconds } of stretches) {
+        if (pose && start < until) yield* along(pose, velocity, seconds)
+      }
+    }
+  }
+
+  /** The fastest that any robot is told to go and to turn, in m/s and rad/s; infinite as long as nothing is known. */
+  fastest() {
+    if (!this.#count) return { way: Infinity, turn: Infinity }
+    let way = 0
+    let turn = 0
+    for (const stretches of this.robots.values()) {
+      for (const { velocity } of stretches) {
+        way = Math.max(way, Math.hypot(velocity.x, velocity.y))
+        turn = Math.max(turn, Math.abs(velocity.yaw))
+      }
+    }
+    return { way, turn }
+  }
+
+  #add(name, pose, moments) {
+    const stretches = this.robots.get(name) ?? []
+    let last = stretches.at(-1)
+    let next = last ? last.pose && after(last.pose, last.velocity, last.seconds) : pose && named(pose)
+    for (const [start, beats, x, y, z, yaw, words] of moments) {
+      const end = start + beats
+      if (last && end <= last.end + NEAR) continue // a piece begins within what the one before has told whole
+      const velocity = { x, y, z, yaw }
+      const seconds = (beats * 60) / this.score.tempo
+      last = { start, end, seconds, velocity, pose: next, words: this.#spans(words) }
+      next = next && after(next, velocity, seconds)
+      stretches.push(last)
+      this.#count++
+    }
+    this.robots.set(name, stretches)
+  }
+
+  #spans(words) {
+    return words
+      .filter(([statement]) => statement in this.score.starts)
+      .map(([statement, start, end]) => [this.score.starts[statement] + start, this.score.starts[statement] + end])
+  }
+
+  #forget(from) {
+    this.robots.clear()
+    this.#from = this.#known = from
+    this.#count = 0
+    this.version++
+  }
+
+  #forgetBefore(beat) {
+    this.#count = 0
+    for (const [name, stretches] of this.robots) {
+      const kept = stretches.slice(this.indexAt(stretches, beat))
+      this.robots.set(name, kept)
+      this.#count += kept.length
+    }
+    this.#from = beat
+    this.version++
+  }
+}
+
+function named([x, y, z, heading]) {
+  return { x, y, z, heading }
+}

@@ -1,0 +1,60 @@
+// The way of a robot: exact arcs from what it does. A pose is {x, y, z, heading}, in metres and radians; a velocity is
+// {x, y, z, yaw} in the robot's own frame, in m/s and rad/s.
+
+const STRAIGHT = 1e-4 // radians: the curve that is as good as none
+
+/** The pose after holding a velocity: the integral of the turning velocity (Lynch & Park, Modern Robotics, 3.3.3). */
+export function after(pose, velocity, seconds) {
+  const angle = velocity.yaw * seconds
+  const small = Math.abs(angle) < STRAIGHT
+  const along = small ? 1 - (angle * angle) / 6 : Math.sin(angle) / angle
+  const across = small ? angle / 2 : (1 - Math.cos(angle)) / angle
+  const forward = (velocity.x * along - velocity.y * across) * seconds
+  const left = (velocity.x * across + velocity.y * along) * seconds
+  return joined(pose, { x: forward, y: left, z: velocity.z * seconds, heading: angle })
+}
+
+/** A pose that is seen from another, seen from where that one is seen from. */
+export function joined(first, then) {
+  const cos = Math.cos(first.heading)
+  const sin = Math.sin(first.heading)
+  return {
+    x: first.x + cos * then.x - sin * then.y,
+    y: first.y + sin * then.x + cos * then.y,
+    z: first.z + then.z,
+    heading: first.heading + then.heading,
+  }
+}
+
+/** What takes one pose to another: `joined(shift(from, to), from)` is `to`. */
+export function shift(from, to) {
+  const turned = joined({ x: 0, y: 0, z: 0, heading: to.heading - from.heading }, from)
+  return { x: to.x - turned.x, y: to.y - turned.y, z: to.z - turned.z, heading: to.heading - from.heading }
+}
+
+/**
+ * Draws one stretch from a pose, with a pen that has canvas's `lineTo(x, y)` and `arc(x, y, radius, from, to, clockwise)`.
+ * The pen is at the pose already.
+ */
+export function trace(pen, pose, velocity, seconds) {
+  const speed = Math.hypot(velocity.x, velocity.y)
+  const sweep = velocity.yaw * seconds
+  if (speed * seconds < 1e-6) return
+  if (Math.abs(sweep) < STRAIGHT) {
+    const { x, y } = after(pose, velocity, seconds)
+    pen.lineTo(x, y)
+    return
+  }
+  const direction = pose.heading + Math.atan2(velocity.y, velocity.x)
+  const reach = speed / velocity.yaw
+  const x = pose.x - reach * Math.sin(direction)
+  const y = pose.y + reach * Math.cos(direction)
+  const first = direction - (Math.sign(reach) * Math.PI) / 2
+  pen.arc(x, y, Math.abs(reach), first, first + sweep, sweep < 0)
+}
+
+/** Points along a stretch, its end among them, close enough to tell how much room it takes. */
+export function along(pose, velocity, seconds) {
+  const parts = Math.min(Math.max(Math.ceil(Math.abs(velocity.yaw * seconds) / 0.5), 1), 16)
+  return Array.from({ length: parts }, (_, i) => after(pose, velocity, (seconds * (i + 1)) / parts))
+}

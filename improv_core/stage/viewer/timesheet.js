@@ -1,0 +1,232 @@
+// Draws the timeline on its canvas: items that stand still on a sheet that moves, and on it what plays now.
+
+import { mix } from "./colors.js"
+import { direction, namesOf, Reader, runs } from "./items.js"
+
+const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
+const SPARE = 0.5 // of the view's width, drawn beyond its right edge
+const MOST_ITEMS = 600 // of a row: beyond, they would be finer than pixels
+
+export class TimelineSheet {
+  #canvas
+  #pen
+  #sheet = null // {canvas, left, right, signs}
+  #width = 0
+  #height = 0
+  #ratio = 1
+  #score
+  #cast = []
+  #reader = new Reader("")
+  #colors
+
+  /** Takes the colors of another theme. */
+  set colors(colors) {
+    this.#colors = colors
+    this.forget()
+  }
+
+  constructor(canvas) {
+    this.#canvas = canvas
+    this.#pen = canvas.getContext("2d")
+  }
+
+  show(score, cast) {
+    this.#score = score
+    this.#cast = cast
+    this.#reader = new Reader(score.text)
+    this.forget()
+  }
+
+  forget() {
+    this.#sheet = null
+  }
+
+  resize(width, height) {
+    this.#ratio = Math.min(devicePixelRatio, 2)
+    this.#width = width
+    this.#height = height
+    this.#canvas.width = Math.round(width * this.#ratio)
+    this.#canvas.height = Math.round(height * this.#ratio)
+    this.#canvas.style.height = `${height}px`
+    this.forget()
+  }
+
+  draw(view) {
+    if (!this.#width || !this.#height) return
+    const signs = [view.scale, view.outlook?.version, view.top].join()
+    const right = view.left + this.#width / view.scale
+    const sheet = this.#sheet
+    if (sheet?.signs !== signs || view.left < sheet.left || right > sheet.right) this.#paint(view, signs)
+    const pen = this.#pen
+    pen.setTransform(1, 0, 0, 1, 0, 0)
+    pen.clearRect(0, 0, this.#canvas.width, this.#canvas.height)
+    pen.drawImage(this.#sheet.canvas, (this.#sheet.left - view.left) * view.scale * this.#ratio, 0)
+    pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
+    this.#clipRows(pen, view)
+    if (view.lit && view.outlook) {
+      for (const [index, robot] of this.#visible(view)) {
+        const stretches = view.outlook.robots.get(robot.name) ?? []
+        const at = view.outlook.indexAt(stretches, view.beat)
+        if (view.silent(robot.name) || !stretches[at] || stretches[at].start > view.beat) continue
+        this.#drawItems(pen, view, view.left, index, robot, stretches, at, at + 1, true)
+      }
+    }
+    pen.restore()
+    this.#drawPlayhead(pen, view)
+  }
+
+  #paint(view, signs) {
+    const right = view.left + (this.#width * (1 + SPARE)) / view.scale
+    const width = Math.ceil(this.#width * (1 + SPARE) * this.#ratio)
+    const canvas = this.#sheet?.canvas.width === width ? this.#sheet.canvas : new OffscreenCanvas(width, this.#canvas.height)
+    const pen = canvas.getContext("2d")
+    pen.setTransform(1, 0, 0, 1, 0, 0)
+    pen.clearRect(0, 0, canvas.width, canvas.height)
+    pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
+    this.#paintRuler(pen, view, right)
+    this.#clipRows(pen, view, 1 + SPARE)
+    for (const [index, robot] of this.#visible(view)) this.#paintRow(pen, view, right, index, robot)
+    pen.restore()
+    this.#sheet = { canvas, left: view.left, right, signs }
+  }
+
+  *#visible({ head, row, top }) {
+    for (let i = Math.floor(top / row); i < this.#cast.length && i * row - top < this.#height - head; i++) {
+      yield [i, this.#cast[i]]
+    }
+  }
+
+  #clipRows(pen, { head }, times = 1) {
+    pen.save()
+    pen.beginPath()
+    pen.rect(0, head, this.#width * times, this.#height)
+    pen.clip()
+  }
+
+  #paintRuler(pen, { left, scale, head, letter }, right) {
+    const step = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024].find((step) => step * scale >= letter * 2.2) ?? 2048
+    pen.font = `600 ${letter * 0.8}px ${FONT}`
+    pen.textAlign = "left"
+    pen.textBaseline = "middle"
+    const last = Math.min(right, this.#score.beats ?? Infinity)
+    for (let beat = Math.ceil(left / step - 1) * step; beat <= last; beat += step) {
+      const x = Math.round((beat - left) * scale) + 0.5
+      pen.fillStyle = this.#colors["grid-strong"]
+      pen.fillRect(x - 0.5, head * 0.55, 1, this.#height)
+      pen.fillStyle = this.#colors.quiet
+      if (beat >= 0 && beat < last) pen.fillText(String(beat + 1), x + letter * 0.3, head * 0.5)
+    }
+  }
+
+  #paintRow(pen, view, right, index, robot) {
+    const { outlook, left, scale, letter } = view
+    const y = this.#y(view, index)
+    pen.fillStyle = this.#colors["grid-strong"]
+    pen.fillRect(0, Math.round(y + view.row) - 1, this.#width * (1 + SPARE), 1)
+    const stretches = outlook?.robots.get(robot.name) ?? []
+    const first = outlook ? outlook.indexAt(stretches, left) : 0
+    let last = first
+    while (last < stretches.length && stretches[last].start < right && last - first < MOST_ITEMS) last++
+    this.#drawItems(pen, view, left, index, robot, stretches, first, last, false)
+    pen.textBaseline = "middle"
+    for (const run of runs(stretches, first, last, this.#reader, (voices) => this.#nameKey(voices))) {
+      const [x, width] = [(run.start - left) * scale, (run.end - run.start) * scale]
+      pen.font = `600 ${letter * 0.75}px ${FONT}`
+      const names = namesOf(run.voices).map(({ word }) => word)
+      while (names.length && pen.measureText(names.join(" › ")).width > width - 6) names.shift()
+      const name = names.join(" › ")
+      pen.fillStyle = this.#colors.quiet
+      pen.textAlign = "left"
+      pen.fillText(name, Math.max(x, 0) + 3, y + view.row * 0.15)
+    }
+    pen.strokeStyle = this.#colors.ink
+    pen.lineWidth = 1.5
+    pen.beginPath()
+    for (const run of runs(stretches, first, last, this.#reader, (voices) => this.#bracketKey(voices))) {
+      const [x, end] = [(run.start - left) * scale + 2, (run.end - left) * scale - 2]
+      const bottom = y + view.row - 3
+      pen.moveTo(x, bottom - 5)
+      pen.lineTo(x, bottom)
+      pen.lineTo(end, bottom)
+      pen.lineTo(end, bottom - 5)
+    }
+    pen.stroke()
+    this.#paintEnd(pen, view, y, robot)
+  }
+
+  /** Where a row ends, or that it never does. */
+  #paintEnd(pen, { left, scale, row }, y, robot) {
+    const { beats } = this.#score.robots[robot.name]
+    if (beats === null) return
+    const x = (beats - left) * scale
+    pen.fillStyle = robot.color
+    pen.fillRect(x - 1.5, y + row * 0.28, 3, row * 0.55)
+  }
+
+  #drawItems(pen, view, left, index, robot, stretches, first, last, lit) {
+    const { scale, letter, row } = view
+    const top = this.#y(view, index) + row * 0.28
+    const high = row * 0.55
+    for (let i = first; i < last; i++) {
+      const { start, end } = stretches[i]
+      const voices = this.#reader.voices(stretches[i])
+      const x = (start - left) * scale
+      const width = (end - start) * scale
+      voices.forEach(({ word, sign, at }, lane) => {
+        const tall = high / voices.length
+        const y = top + lane * tall
+        const resting = word === "rest"
+        const gap = width > 4 ? 1 : 0
+        pen.fillStyle = mix(this.#colors.panel, robot.color, lit ? 0.95 : resting ? 0.1 : 0.3)
+        pen.beginPath()
+        const joined = !lit && i > first && this.#isHeld(stretches[i - 1], stretches[i], at, lane)
+        pen.roundRect(joined ? x - gap : x + gap, y + 0.5, Math.max(width - (joined ? 0 : gap) - gap, 1), tall - 1, joined ? 0 : Math.min(4, width / 3))
+        pen.fill()
+        if (joined || width < letter * 0.6) return
+        const size = Math.min(letter * 0.82, tall * 0.95)
+        pen.font = `600 ${size}px ${FONT}`
+        pen.fillStyle = lit ? this.#colors.ground : this.#colors.ink
+        pen.textBaseline = "middle"
+        pen.textAlign = "left"
+        const both = `${sign} ${word}`
+        const room = width - 8
+        const text = pen.measureText(both).width <= room ? both : sign
+        if (text === both) pen.fillText(both, x + 5, y + tall / 2 + 0.5)
+        else {
+          pen.textAlign = "center"
+          pen.fillText(sign, x + width / 2, y + tall / 2 + 0.5)
+        }
+      })
+    }
+  }
+
+  /** Whether a lane goes on with the word of the stretch before, while another lane has gone on to its next. */
+  #isHeld(before, now, at, lane) {
+    const [old, voices] = [this.#reader.voices(before), this.#reader.voices(now)]
+    return voices.length > 1 && old[lane]?.at === at && direction(old, voices) === 1
+  }
+
+  #nameKey(voices) {
+    return namesOf(voices).map(({ at }) => at).join() || undefined
+  }
+
+  #bracketKey(voices) {
+    const opening = voices.map(({ at }) => this.#reader.bracket(at)).find((at) => at !== undefined)
+    return opening === undefined ? undefined : `${opening} ${this.#nameKey(voices)}`
+  }
+
+  #drawPlayhead(pen, { beat, left, scale, letter, head }) {
+    const x = Math.min(Math.max((beat - left) * scale, 1), this.#width - 1)
+    pen.fillStyle = this.#colors.ink
+    pen.fillRect(x - 1, head * 0.3, 2, this.#height)
+    pen.beginPath()
+    pen.moveTo(x - letter * 0.42, 1)
+    pen.lineTo(x + letter * 0.42, 1)
+    pen.lineTo(x, head * 0.55)
+    pen.fill()
+  }
+
+  #y({ head, row, top }, index) {
+    return head + index * row - top
+  }
+}

@@ -1,0 +1,155 @@
+"""Where a name or a robot is meant, and another name for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import unquote
+
+from lsprotocol import types
+from pygls.capabilities import get_capability
+from pygls.exceptions import JsonRpcException
+from pygls.uris import from_fs_path
+
+from improv_core.analysis import analyze
+from improv_core.ide import references as finding
+from improv_core.ide import rename as renaming
+from improv_core.ide.references import Symbol, symbol_at
+from improv_core.program import ReadError, read_program
+from improv_core.robots import Robots, find_robots_file
+from improv_core.text import LineIndex
+from improv_ls import to_lsp_places as to_lsp
+from improv_ls.documents import Document, robots_of
+from improv_ls.positions import to_offset, to_range
+from improv_ls.programs import path_of, programs_in
+from improv_ls.session import Session
+from improv_ls.to_lsp_places import Changed
+
+
+def definition(ls: Session, params: types.DefinitionParams) -> list[types.Location]:
+    document, symbol = _symbol(ls, params)
+    if not document or not symbol:
+        return []
+    if sections := _sections(ls, document, symbol):
+        return sections[:1]
+    span = finding.definition(document.analysis, symbol)
+    return [to_lsp.location(document.uri, document.lines, span, ls.encoding)] if span else []
+
+
+def references(ls: Session, params: types.ReferenceParams) -> list[types.Location]:
+    document, symbol = _symbol(ls, params)
+    if not document or not symbol:
+        return []
+    declared = params.context.include_declaration
+    return [
+        *(_sections(ls, document, symbol) if declared else []),
+        *(
+            to_lsp.location(document.uri, document.lines, each.span, ls.encoding)
+            for each in finding.references(document.analysis, symbol)
+            if declared or not each.defines
+        ),
+    ]
+
+
+def document_highlight(ls: Session, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+    document, symbol = _symbol(ls, params)
+    if not document or not symbol:
+        return []
+    found = finding.references(document.analysis, symbol)
+    return [to_lsp.highlight(document.lines, each, ls.encoding) for each in found]
+
+
+def prepare_rename(ls: Session, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder | None:
+    document = ls.documents.get(params.text_document.uri)
+    if not document:
+        return None
+    try:
+        symbol = renaming.renamable(document.analysis, to_offset(document.lines, params.position, ls.encoding))
+    except renaming.RefusalError as refusal:
+        raise _failed(refusal) from refusal
+    return types.PrepareRenamePlaceholder(to_range(document.lines, symbol.span, ls.encoding), symbol.text)
+
+
+def rename(ls: Session, params: types.RenameParams) -> types.WorkspaceEdit | None:
+    document = ls.documents.get(params.text_document.uri)
+    if not document:
+        return None
+    try:
+        symbol = renaming.renamable(document.analysis, to_offset(document.lines, params.position, ls.encoding))
+        edits = renaming.rename(document.analysis, symbol, params.new_name)
+        changed = {document.uri: Changed(document.version, document.lines, edits)}
+        if symbol.is_robot:
+            changed |= _elsewhere(ls, document, symbol.text, params.new_name)
+    except renaming.RefusalError as refusal:
+        raise _failed(refusal) from refusal
+    versions = bool(get_capability(ls.client_capabilities, "workspace.workspace_edit.document_changes"))
+    return to_lsp.workspace_edit(changed, versions, ls.encoding)
+
+
+_Place = types.DefinitionParams | types.ReferenceParams | types.DocumentHighlightParams
+
+
+def _symbol(ls: Session, params: _Place) -> tuple[Document | None, Symbol | None]:
+    document = ls.documents.get(params.text_document.uri)
+    if not document:
+        return None, None
+    return document, symbol_at(document.analysis, to_offset(document.lines, params.position, ls.encoding))
+
+
+def _failed(refusal: renaming.RefusalError) -> JsonRpcException:
+    return JsonRpcException(str(refusal), types.LSPErrorCodes.RequestFailed)
+
+
+def _sections(ls: Session, document: Document, symbol: Symbol) -> list[types.Location]:
+    """Where `improv.toml`, as it is now, speaks of a robot."""
+    if not symbol.is_robot:
+        return []
+    robots = robots_of(document.uri)
+    lines, spans = LineIndex(robots.text), finding.sections(robots, symbol.text)
+    uri = from_fs_path(str(robots.path)) if robots.path else None
+    return [to_lsp.location(uri, lines, span, ls.encoding) for span in spans] if uri else []
+
+
+def _elsewhere(ls: Session, document: Document, old: str, new: str) -> dict[str, Changed]:
+    """The edits of `improv.toml` and of all other programs that share a robot of it. Raises RefusalError.
+
+    A robot that is not in that file belongs to its program alone.
+    """
+    robots = robots_of(document.uri)
+    uri = from_fs_path(str(robots.path)) if robots.path else None
+    edits = renaming.rename_section(robots, old, new)
+    if not uri or not edits:
+        return {}
+    changed = {uri: Changed(None, LineIndex(robots.text), edits)}
+    for other in _sharing(ls, document, robots):
+        if old in other.analysis.text:
+            try:
+                edits = renaming.rename_robot(other.analysis, old, new)
+            except renaming.RefusalError as refusal:
+                name = other.uri.rpartition("/")[2]
+                raise renaming.RefusalError(f"in {unquote(name)}: {refusal}") from refusal
+            changed[other.uri] = Changed(other.version, other.lines, edits)
+    return changed
+
+
+def _sharing(ls: Session, document: Document, robots: Robots) -> Iterator[Document]:
+    """The other programs for the same robots: open ones as the editor has them, others as their files do."""
+    assert robots.path
+    found = programs_in([robots.path.parent])
+    if not found.complete:
+        raise renaming.RefusalError(
+            "rename it by hand: there are too many files near improv.toml to find all that use it"
+        )
+    opened = {path: other for other in ls.documents.values() if (path := path_of(other.uri))}
+    for path in dict.fromkeys([*opened, *found.paths]):
+        other = opened[path] if path in opened else _closed(path)
+        if other and other.uri != document.uri and find_robots_file(path.parent) == robots.path:
+            yield other
+
+
+def _closed(path: Path) -> Document | None:
+    uri = from_fs_path(str(path))
+    try:
+        return Document(uri, None, analyze(read_program(path))) if uri else None
+    except ReadError:
+        return None

@@ -1,0 +1,27 @@
+"""Our server, which also appends every transport message of its stage to the file that is its argument."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from improv_core.stage import client
+from improv_core.stage.process import Message
+from improv_ls.__main__ import main
+
+
+class Tapped(client.Playback):
+    def __init__(self, options: client.Options, listen: Callable[[Message, bool], None]) -> None:
+        def tell(message: Message, leads: bool) -> None:
+            with Path(sys.argv[1]).open("a", encoding="utf-8") as tap:
+                tap.write(json.dumps(message) + "\n")
+            listen(message, leads)
+
+        super().__init__(options, tell)
+
+
+if __name__ == "__main__":
+    client.Playback = Tapped  # type: ignore[misc]
+    main()

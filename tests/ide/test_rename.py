@@ -1,0 +1,127 @@
+"""Rename: the program before and after, or the line that says why not; and what it means stays the same."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.analysis import Analysis, analyze
+from improv_core.compiler import compiled
+from improv_core.diagnostics import Edit
+from improv_core.ide.references import symbol_at
+from improv_core.ide.rename import RefusalError, renamable, rename, rename_section
+from improv_core.robots import read_robots
+from improv_core.syntax import nodes
+from tests.ide.cursor import at_cursor
+
+
+def check(program: str, new: str, after: str) -> None:
+    assert renamed(*at_cursor(program), new) == after
+
+
+def check_refused(program: str, new: str, line: str) -> None:
+    with pytest.raises(RefusalError) as refused:
+        renamed(*at_cursor(program), new)
+    assert str(refused.value) == line
+
+
+def renamed(analysis: Analysis, offset: int, new: str) -> str:
+    return applied(analysis.text, rename(analysis, renamable(analysis, offset), new))
+
+
+def applied(text: str, edits: list[Edit]) -> str:
+    for edit in reversed(edits):
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    return text
+
+
+def test_a_name_and_its_uses() -> None:
+    check("# x\n|>x = left\nr $ x [x up] # x", "turn", "# x\nturn = left\nr $ turn [turn up] # x")
+    check("x = left\nr$(x|>)", "ü_2", "ü_2 = left\nr$(ü_2)")
+    check("x = left\nr $ |>x", "x", "x = left\nr $ x")
+
+
+def test_only_what_means_the_same() -> None:
+    check("|>x = left\nx = x up\nr $ x", "y", "y = left\nx = y up\nr $ x")
+    check("x = left\nx = x up\nr $ |>x", "y", "x = left\ny = x up\nr $ y")
+
+
+def test_a_name_that_is_free_here_may_be_used_elsewhere() -> None:
+    check("|>x = left\nr $ x\ny = up\nr $ y", "y", "y = left\nr $ y\ny = up\nr $ y")
+    check("y = up\nr $ y\n|>x = y left\nr $ x", "y", "y = up\nr $ y\ny = y left\nr $ y")
+    check("x = left\ny = |>x\nr $ y", "y", "y = left\ny = y\nr $ y")
+
+
+def test_what_would_change_the_meaning_is_refused() -> None:
+    check_refused("|>x = left\ny = up\nr $ x y", "y", "`y` is defined in line 2: choose another name")
+    check_refused("y = up\n|>x = left\nr $ x\nr $ y", "y", "`y` in line 4 would then mean this: choose another name")
+    check_refused("|>x = left\nr $ y", "y", "`y` in line 2 would then mean this: choose another name")
+
+
+def test_names_must_be_legal() -> None:
+    check_refused("|>x = left", "up", "`up` is a word of the language: choose another name")
+    check_refused("|>x = left", "2x", "`2x` can't be a name: use letters, digits and `_`, no digit first")
+    check_refused("|>x = left", "", "`` can't be a name: use letters, digits and `_`, no digit first")
+    check_refused("|>x = left", "a b", "`a b` can't be a name: use letters, digits and `_`, no digit first")
+    check_refused("|>r $ left", "ü", "`ü` can't name a robot: use the letters a to z, digits and `_`, a letter first")
+    check_refused("|>r $ left", "beat", "`beat` is a word of the language: choose another name")
+
+
+def test_only_names_and_robots() -> None:
+    line = "put the cursor on a name or a robot: nothing else can be renamed"
+    for program in ("r $ le|>ft", "r $ repeat |>3 left", "# |>x", "|>left = up", "|>"):
+        check_refused(program, "x", line)
+    check_refused("r $ |>x", "y", "define `x` first: nothing above says what it stands for")
+
+
+def test_a_robot() -> None:
+    check("r s $ left\nr = up\ns |>r $ r", "anna", "anna s $ left\nr = up\ns anna $ r")
+    check("my-ro|>bot $ left", "my_robot", "my_robot $ left")
+    check_refused("s $ up\n|>r $ left", "s", "`s` is a robot already, in line 1: choose another name")
+
+
+def test_its_sections_in_improv_toml() -> None:
+    text = '[robots.r]\nprofile = "turtlesim"\n[robots.r.start]\nx = 1\n[robots.s]\n'
+    assert applied(text, rename_section(read_robots(text), "r", "anna")) == text.replace("robots.r", "robots.anna")
+    assert rename_section(read_robots(text), "t", "anna") == []
+    with pytest.raises(RefusalError, match=r"`s` is a robot already, in improv\.toml"):
+        rename_section(read_robots(text), "r", "s")
+    with pytest.raises(RefusalError, match=r"mend improv\.toml first"):
+        rename_section(read_robots("[robots.r"), "r", "s")
+
+
+NAMES = st.sampled_from("abc")
+TERMS = st.one_of(NAMES, st.sampled_from(["left", "forward", "[a b]", "repeat 2 c", "reverse (b c)", "a || up"]))
+MOVEMENTS = st.lists(TERMS, min_size=1, max_size=3).map(" ".join)
+STATEMENTS = st.one_of(
+    st.builds("{} = {}".format, NAMES, MOVEMENTS), st.builds("{} $ {}".format, st.sampled_from(["r", "r s"]), MOVEMENTS)
+)
+PROGRAMS = st.lists(STATEMENTS, min_size=1, max_size=8).map("\n".join)
+
+
+def meaning(analysis: Analysis, robots: dict[str, str]) -> tuple[Any, list[int | None]]:
+    """What a program compiles to, with other names for its robots, and which statement defines each name used in it."""
+    found = dict(compiled(analysis))
+    found["robots"] = {robots.get(name, name): part for name, part in found["robots"].items()}
+    bodies = [(index, statement.body) for index, statement in enumerate(analysis.statements) if statement.body]
+    return found, [analysis.defining(name.text, index) for index, body in bodies for name in nodes.names(body)]
+
+
+@given(PROGRAMS, st.data())
+def test_a_renamed_program_means_the_same(program: str, data: st.DataObject) -> None:
+    analysis = analyze(program)
+    symbols = [symbol_at(analysis, offset) for offset in range(len(program))]
+    symbol = data.draw(
+        st.sampled_from([each for each in symbols if each and (each.is_robot or each.definer is not None)])
+    )
+    new = data.draw(st.sampled_from("abcdrst"))
+    try:
+        after = analyze(applied(program, rename(analysis, symbol, new)))
+    except RefusalError:
+        assert new in analysis.robots if symbol.is_robot else new in {*analysis.defined, *analysis.used}
+        return
+    robots = {symbol.text: new} if symbol.is_robot else {}
+    assert meaning(after, {}) == meaning(analysis, robots)

@@ -1,0 +1,109 @@
+"""Semantic tokens: exact in every unit, and a delta makes of the old ones the new ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.analysis import analyze
+from improv_ls.coloring import chunks, edits, numbers
+from improv_ls.positions import Encoding, units
+from tests.ls.client import Client
+
+URI = "untitled:Untitled-1"
+PROGRAM = "# 🐢\r\n\ufeff 𝑥 = up # 🐢\r\nr $ (left # 😀\r\n 𝑥 𝑥)\r\n"
+LINES = ["𝑥 = up", "r $ 𝑥 (", "up # 😀)", ") left", "# é", "", "  beat 3/2", "s $ [𝑥 𝑥] || up", "x = left", "s $ x y"]
+PROGRAMS = st.lists(st.sampled_from(LINES), max_size=8).flatmap(
+    lambda lines: st.sampled_from(["\n", "\r\n", "\r"]).map(lambda end: "".join(line + end for line in lines))
+)
+ENCODINGS = [Encoding.Utf8, Encoding.Utf16, Encoding.Utf32]
+
+
+def read(data: list[int], legend: dict[str, list[str]]) -> list[tuple[int, int, int, str]]:
+    """Line, column, length and type of each token, as an editor reads them."""
+    found, line, column = [], 0, 0
+    for place in range(0, len(data), 5):
+        down, right, length, kind, _ = data[place : place + 5]
+        line, column = line + down, right if down else column + right
+        found.append((line, column, length, legend["tokenTypes"][kind]))
+    return found
+
+
+def test_full_range_and_delta() -> None:
+    with Client() as client:
+        options = client.initialized["capabilities"]["semanticTokensProvider"]
+        assert (options["full"], options["range"]) == ({"delta": True}, True)
+        client.open(URI, PROGRAM)
+        asked: dict[str, Any] = {"textDocument": {"uri": URI}}
+        full = client.request("textDocument/semanticTokens/full", asked)
+        first = [(0, 0, 4, "comment"), (1, 2, 2, "variable"), (1, 5, 1, "operator"), (1, 7, 2, "function")]
+        rest = [(2, 0, 1, "class"), (2, 2, 1, "operator"), (2, 5, 4, "function"), (2, 10, 4, "comment")]
+        rest += [(3, 1, 2, "variable"), (3, 4, 2, "variable")]
+        assert read(full["data"], options["legend"]) == [*first, (1, 10, 4, "comment"), *rest]
+
+        seen = {"start": {"line": 2, "character": 3}, "end": {"line": 2, "character": 5}}
+        ranged = client.request("textDocument/semanticTokens/range", {**asked, "range": seen})
+        assert read(ranged["data"], options["legend"]) == rest
+
+        client.change(URI, 2, {"text": PROGRAM.replace("left", "repeat left")})
+        asked["previousResultId"] = full["resultId"]
+        delta = client.request("textDocument/semanticTokens/full/delta", asked)
+        data = apply(full["data"], [(edit["start"], edit["deleteCount"], edit["data"]) for edit in delta["edits"]])
+        again = client.request("textDocument/semanticTokens/full", asked)
+        assert data == again["data"]
+        assert "data" in client.request("textDocument/semanticTokens/full/delta", {**asked, "previousResultId": "?"})
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_columns_are_those_of_the_encoding(encoding: Encoding) -> None:
+    analysis = analyze("# é𝑥\n 𝑥 = up 𝑥 # 😀\n")
+    lengths = [units(word, encoding) for word in ("# é𝑥", "𝑥", "=", "up", "# 😀")]
+    assert numbers(chunks(analysis, encoding))[2::5] == lengths
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+@given(text=PROGRAMS)
+def test_every_token_is_where_it_is_said_to_be(encoding: Encoding, text: str) -> None:
+    analysis = analyze(text)
+    legend = {"tokenTypes": [str(number) for number in range(10)]}
+    end = (-1, 0)
+    for line, column, length, _ in read(numbers(chunks(analysis, encoding)), legend):
+        whole = analysis.lines.line(line)
+        places = {units(whole[:place], encoding): place for place in range(len(whole) + 1)}
+        word = whole[places[column] : places[column + length]]
+        assert word.strip() == word != ""
+        assert word.startswith("#") or " " not in word
+        assert (line, column) >= end
+        end = (line, column + length)
+
+
+@given(before=PROGRAMS, after=PROGRAMS)
+def test_a_delta_makes_the_new_of_the_old(before: str, after: str) -> None:
+    old, new = (chunks(analyze(text), Encoding.Utf16) for text in (before, after))
+    found = edits(old, new)
+    assert apply(numbers(old), found) == numbers(new)
+    for start, count, data in found:
+        assert count or data
+        replaced = numbers(old)[start : start + count]
+        assert replaced[:1] != data[:1] or not data
+        assert replaced[-1:] != data[-1:] or not data
+
+
+def test_a_delta_says_only_what_has_changed() -> None:
+    text = "x = up\n" + "r $ x left\n" * 100
+    old, new = chunks(analyze(text), Encoding.Utf16), chunks(analyze("# new\n" + text), Encoding.Utf16)
+    ((_, count, data),) = edits(old, new)
+    assert (count, len(data)) == (0, 5)
+    # Of names that are known no more, each on its own.
+    assert len(edits(old, chunks(analyze(text.replace("x =", "y =")), Encoding.Utf16))) == 100
+
+
+def apply(data: list[int], found: Any) -> list[int]:
+    """As an editor does it: from the last edit to the first, each counted in the old numbers."""
+    data = list(data)
+    for start, count, new in reversed(found):
+        data[start : start + count] = new or []
+    return data

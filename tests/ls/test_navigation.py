@@ -1,0 +1,112 @@
+"""Definition, references and rename, as an editor sees them: its columns, its versions, files that are not open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tests.ls.client import CAPABILITIES, Client
+
+URI = "untitled:Untitled-1"
+PROGRAM = "# 🐢\r\n𝑥 = left\r\nr s $ 𝑥 || 𝑥 # 🐢\r\ns $ up\r\n"
+VERSIONED = {
+    **CAPABILITIES,
+    "workspace": {**CAPABILITIES["workspace"], "workspaceEdit": {"documentChanges": True}},
+    "textDocument": {"rename": {"prepareSupport": True}},
+}
+
+
+def place(line: int, character: int, uri: str = URI, **more: Any) -> dict[str, Any]:
+    return {"textDocument": {"uri": uri}, "position": {"line": line, "character": character}, **more}
+
+
+def spot(found: dict[str, Any]) -> tuple[int, int, int]:
+    """Line, first and last column."""
+    start, end = found["range"]["start"], found["range"]["end"]
+    assert start["line"] == end["line"]
+    return start["line"], start["character"], end["character"]
+
+
+def new_texts(changes: list[dict[str, Any]]) -> list[tuple[int, int, int, str]]:
+    return [(*spot(edit), edit["newText"]) for edit in changes]
+
+
+def test_a_name_in_utf_16_and_crlf() -> None:
+    with Client() as client:
+        client.open(URI, PROGRAM)
+        (found,) = client.request("textDocument/definition", place(2, 13))
+        assert (found["uri"], spot(found)) == (URI, (1, 0, 2))
+        asked = place(2, 6, context={"includeDeclaration": False})
+        assert [spot(each) for each in client.request("textDocument/references", asked)] == [(2, 6, 8), (2, 12, 14)]
+        asked = place(1, 1, context={"includeDeclaration": True})
+        assert len(client.request("textDocument/references", asked)) == 3
+        found = client.request("textDocument/documentHighlight", place(1, 2))
+        assert [(*spot(each), each["kind"]) for each in found] == [(1, 0, 2, 3), (2, 6, 8, 2), (2, 12, 14, 2)]
+        assert client.request("textDocument/definition", place(0, 2)) == []
+
+
+def test_a_name_is_renamed_in_the_text_as_it_is_now() -> None:
+    with Client(capabilities=VERSIONED) as client:
+        client.open(URI, "r $ 𝑥\r\n")
+        client.change(URI, 2, {"text": PROGRAM})
+        prepared = client.request("textDocument/prepareRename", place(2, 14))
+        assert (spot(prepared), prepared["placeholder"]) == ((2, 12, 14), "𝑥")
+        (change,) = client.request("textDocument/rename", place(2, 14, newName="turn"))["documentChanges"]
+        assert change["textDocument"] == {"uri": URI, "version": 2}
+        assert new_texts(change["edits"]) == [(1, 0, 2, "turn"), (2, 6, 8, "turn"), (2, 12, 14, "turn")]
+
+
+def test_a_refusal_says_why_in_one_line() -> None:
+    with Client(capabilities=VERSIONED) as client:
+        client.open(URI, PROGRAM)
+        refused = client.refusal("textDocument/prepareRename", place(1, 6))
+        line = "put the cursor on a name or a robot: nothing else can be renamed"
+        assert refused == {"code": -32803, "message": line}
+        refused = client.refusal("textDocument/rename", place(2, 0, newName="s"))
+        assert refused["message"] == "`s` is a robot already, in line 3: choose another name"
+        assert not any(message["method"] == "window/showMessage" for message in client.notifications)
+
+
+def test_a_robot_is_renamed_in_improv_toml_and_in_all_programs_that_share_it(tmp_path: Path) -> None:
+    (tmp_path / "improv.toml").write_text('[robots.r]\r\nprofile = "turtlesim"\r\n[robots.s]\r\n', newline="")
+    (tmp_path / "part").mkdir()
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "improv.toml").write_text("[robots.r]\n")
+    here, opened, closed, apart = (
+        tmp_path / name for name in ("here.improv", "opened.improv", "part/clo sed.improv", "own/apart.improv")
+    )
+    for path in (here, opened, closed, apart):
+        path.write_text("r $ up\n")
+    with Client(capabilities=VERSIONED) as client:
+        client.open(opened.as_uri(), "s $ up\nr $ up\n")
+        client.open(here.as_uri(), "r s $ left\n")
+        client.open(URI, "r $ left\n")
+        (found,) = client.request("textDocument/definition", place(0, 1, here.as_uri()))
+        assert (found["uri"], spot(found)) == ((tmp_path / "improv.toml").as_uri(), (0, 8, 9))
+        asked = place(0, 0, here.as_uri(), context={"includeDeclaration": True})
+        assert len(client.request("textDocument/references", asked)) == 2
+
+        changes = client.request("textDocument/rename", place(0, 0, here.as_uri(), newName="anna"))["documentChanges"]
+        assert {
+            (change["textDocument"]["uri"], change["textDocument"]["version"]): new_texts(change["edits"])
+            for change in changes
+        } == {
+            (here.as_uri(), 1): [(0, 0, 1, "anna")],
+            ((tmp_path / "improv.toml").as_uri(), None): [(0, 8, 9, "anna")],
+            (opened.as_uri(), 1): [(1, 0, 1, "anna")],
+            (closed.as_uri(), None): [(0, 0, 1, "anna")],
+        }
+        refused = client.refusal("textDocument/rename", place(0, 0, opened.as_uri(), newName="r"))
+        assert refused["message"] == "`r` is a robot already, in line 2: choose another name"
+        closed.write_text("r $ up\nbob $ up\n")
+        refused = client.refusal("textDocument/rename", place(0, 0, here.as_uri(), newName="bob"))
+        assert refused["message"] == "in clo sed.improv: `bob` is a robot already, in line 2: choose another name"
+
+
+def test_a_robot_that_no_file_speaks_of_belongs_to_its_program(tmp_path: Path) -> None:
+    one, other = tmp_path / "one.improv", tmp_path / "other.improv"
+    with Client() as client:
+        for path in (one, other):
+            client.open(path.as_uri(), "r $ up\n")
+        changes = client.request("textDocument/rename", place(0, 0, one.as_uri(), newName="anna"))["changes"]
+        assert {uri: new_texts(edits) for uri, edits in changes.items()} == {one.as_uri(): [(0, 0, 1, "anna")]}

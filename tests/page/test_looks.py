@@ -1,0 +1,247 @@
+"""What the page looks like, for everyone: what is drawn and lit, sizes and themes, files to take away, axe's rules."""
+
+from __future__ import annotations
+
+import struct
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any, Literal
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from improv_core.motion import Pose
+from improv_core.stage.sinks.simulator import Simulator
+from improv_core.stage.viewer.server import Viewer
+from tests.needs import lacking
+from tests.page.conftest import LIMIT, Show, part, wait, watch
+
+ROOT = Path(__file__).parents[2]
+AXE = ROOT / ".cache" / "axe" / "node_modules" / "axe-core" / "axe.min.js"
+SVG = "{http://www.w3.org/2000/svg}"
+
+# How many pixels of the stage are of a color, give or take: [red, green, blue].
+COUNT = """([red, green, blue]) => {
+  const stage = document.getElementById("stage")
+  const copy = new OffscreenCanvas(stage.width, stage.height)
+  const pen = copy.getContext("2d")
+  pen.drawImage(stage, 0, 0)
+  const { data } = pen.getImageData(0, 0, copy.width, copy.height)
+  let count = 0
+  for (let i = 0; i < data.length; i += 4) {
+    if (Math.abs(data[i] - red) + Math.abs(data[i + 1] - green) + Math.abs(data[i + 2] - blue) < 12) count++
+  }
+  return count
+}"""
+# The color of the stage at a point of the world.
+PIXEL = """(x, y) => {
+  const place = improv.toScreen(x, y)
+  const stage = document.getElementById("stage")
+  const copy = new OffscreenCanvas(stage.width, stage.height)
+  const pen = copy.getContext("2d")
+  pen.drawImage(stage, 0, 0)
+  return pen.getImageData(Math.round(place.x), Math.round(place.y), 1, 1).data.slice(0, 3).join()
+}"""
+FAINT = [222, 164, 124]  # half of the first robot's color in the light
+
+
+def still(page: Page, show: Show, program: str = "beat 60\nada $ forward left forward\n") -> Page:
+    """A page of a program that stands at its first beat."""
+    show.play(program)
+    watch(page, show)
+    page.keyboard.press("p")
+    wait(page, "improv.transport.state === 'paused'")
+    page.keyboard.press("Home")
+    wait(page, "improv.beat === 0")
+    return page
+
+
+def test_the_words_that_play_are_lit_also_after_emoji(page: Page, show: Show) -> None:
+    still(page, show, "beat 60 # 🤖🤖 dance\nstep = forward || left\nada $ step right\n")
+    lit = page.locator("#score-text .lit")
+    expect(lit).to_have_text(["forward", "left", "step"])
+    page.keyboard.press("n")
+    expect(lit).to_have_text(["right"])
+    expect(page.locator("#score-text")).to_contain_text("🤖🤖 dance")
+    page.keyboard.press("Escape")
+    expect(lit).to_have_count(0)
+
+
+def test_the_path_ahead_is_drawn_and_can_be_hidden(page: Page, show: Show) -> None:
+    still(page, show)
+    wait(page, f"({COUNT})({FAINT}) > 100")
+    page.keyboard.press("a")
+    wait(page, f"({COUNT})({FAINT}) < 40")
+    page.keyboard.press("a")
+    wait(page, f"({COUNT})({FAINT}) > 100")
+
+
+def test_trails_can_be_cleared_and_turned_off(page: Page, show: Show) -> None:
+    show.play("beat 60\nada $ forward forward forward\n", "[robots.ada]\nstart = {x=0,y=0.3}\n")
+    watch(page, show)
+    wait(page, "improv.robots.ada.x > 1.2")
+    page.keyboard.press("p")
+    wait(page, "improv.transport.state === 'paused'")
+    ground = f"({PIXEL})(0.55, 0.3) === '251,250,247'"
+    wait(page, f"!({ground})")
+    page.get_by_label("Trails").select_option("off")
+    wait(page, ground)
+    page.get_by_label("Trails").select_option("whole")
+    wait(page, f"!({ground})")
+    page.get_by_role("button", name="Clear").click()
+    wait(page, ground)
+    assert page.evaluate("improv.transport.state") == "paused"  # it is only drawn otherwise
+
+
+def test_an_endless_program_goes_on_being_known(page: Page, show: Show) -> None:
+    show.play("beat 240\nada $ repeat (forward left)\nbo $ forward\n")
+    watch(page, show)
+    expect(page.locator("li[data-robot=ada] .endless")).to_be_visible()
+    expect(page.locator("li[data-robot=bo] .endless")).to_have_count(0)
+    known = page.evaluate("improv.known.ada")
+    wait(page, f"improv.beat > 20 && improv.known.ada >= {known} + 16")
+
+
+def test_a_program_that_takes_over_goes_on_from_where_the_robots_are(page: Page, show: Show) -> None:
+    show.play("beat 240\nada $ repeat forward\n")
+    watch(page, show)
+    wait(page, "improv.robots.ada.x > 3")
+    show.play("beat 60\nada $ left forward\n", when="now")
+    wait(page, "improv.transport.generation === 2 && improv.known.ada === 2")
+    expect(page.locator("#score-text")).to_contain_text("left forward")
+    assert page.evaluate("improv.robots.ada.x") > 2.9
+
+
+def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Show, artifacts: Path) -> None:
+    names = [f"r{index}" for index in range(50)]
+    starts = (f"[robots.{name}]\nstart = {{x={5 * (i % 10)},y={-5 * (i // 10)}}}\n" for i, name in enumerate(names))
+    show.play("".join(f"{name} $ repeat (forward || left)\n" for name in names), "".join(starts))
+    watch(page, show)
+    wait(page, "Object.keys(improv.robots).length === 50 && Object.keys(improv.known).length === 50 && improv.beat > 2")
+    expect(page.locator("#cast-list li")).to_have_count(50)
+    frames = page.evaluate("improv.frames")
+    wait(page, f"improv.frames > {frames + 60}")
+    page.screenshot(path=artifacts / "page-fifty.png")
+
+
+def test_it_comes_back_after_the_stage_with_all_it_needs(page: Page, show: Show) -> None:
+    show.play("beat 60\nada $ repeat forward\n")
+    watch(page, show)
+    wait(page, "improv.robots.ada.x > 0.2")
+    show.end_stage()
+    expect(page.locator("#notice")).to_have_text("disconnected, trying again…", timeout=LIMIT * 1000)
+    expect(page.get_by_role("button", name="Play")).to_have_attribute("aria-disabled", "true")
+    show.play("beat 60\nbo $ forward left\n")
+    wait(page, "improv.connected && improv.known.bo === 2 && improv.transport.state === 'playing'")
+    expect(page.locator("#notice")).to_be_hidden()
+
+
+def test_what_the_server_should_not_say_is_dropped(page: Page, show: Show) -> None:
+    still(page, show)
+    read = page.evaluate(
+        """async () => {
+          const { read } = await import("/messages.js")
+          return [
+            "", "{", "7", "null", "[]", "{}", '{"type":"constructor"}',
+            '{"type":"poses","at":0,"poses":{"ada":[0,0,0]}}',
+            '{"type":"poses","at":null,"poses":{}}', '{"type":"transport","generation":1,"state":"dancing"}',
+            '{"type":"robots","robots":[]}', '{"type":"bumps","bumps":[{}]}',
+            '{"type":"window","generation":1,"from":0,"to":1,"robots":{"ada":{"pose":null,"moments":[[0]],"until":1}}}',
+          ].map(read)
+        }"""
+    )
+    assert read == [None] * 13
+
+
+def test_a_world_and_bumps_are_drawn(page: Page, viewer: Viewer, simulator: Simulator) -> None:
+    simulator.prepare({"ada": part("ada", Pose(3.0, 3.0))}, restart=True)
+    about = {"profile": "turtlesim", "radius": 0.3, "motions": [], "start": [3, 3, 0, 0], "beats": 0}
+    world = {"size": [8, 8], "walls": [[-4, 0, 0, 0]], "circles": [{"x": 2, "y": 0, "radius": 0.5}]}
+    score = {"type": "score", "generation": 1, "tempo": 60, "beats": 0, "text": "", "starts": {}, "world": world}
+    page.goto(viewer.url)
+    viewer.publish({**score, "robots": {"ada": about}})
+    viewer.publish(
+        {"type": "transport", "generation": 1, "state": "paused", "tempo": 60, "beats": 0, "beat": 0, "wall": 0}
+    )
+    wait(page, f"window.improv?.view && ({PIXEL})(2.1, 0.1) === '107,114,128'")
+    viewer.publish({"type": "bumps", "bumps": [{"at": 0, "x": 3, "y": 3, "robots": ["ada", "bo"]}]})
+    wait(page, f"({COUNT})([201, 42, 42]) > 20")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390), (1280, 800), (1920, 1080)])
+def test_everything_has_room(
+    page: Page, show: Show, artifacts: Path, scheme: Literal["light", "dark"], width: int, height: int
+) -> None:
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": width, "height": height})
+    still(page, show, "beat 60\nada $ (forward || left) [forward left]\nbo $ repeat (forward || right)\n")
+    for name in ("Stop", "Play", "Restart", "Step to the next beat", "Slower", "Faster", "Timeline", "Score", "Keys"):
+        button = page.get_by_role("button", name=name, exact=name != "Stop")
+        expect(button).to_be_in_viewport(ratio=1)
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    box = page.locator("#hall").bounding_box()
+    assert box
+    assert box["height"] > 120
+    page.screenshot(path=artifacts / f"page-{width}-{scheme}.png")
+
+
+def test_who_wants_no_motion_gets_a_view_that_stands(page: Page, show: Show) -> None:
+    page.emulate_media(reduced_motion="reduce")
+    still(page, show)
+    assert page.evaluate("getComputedStyle(document.querySelector('.lamp')).transform") == "none"
+    view = page.evaluate("improv.view")
+    page.keyboard.press("n")
+    wait(page, "improv.beat === 1 && improv.robots.ada.x > 1.9")
+    assert page.evaluate("improv.view") == view
+
+
+def test_the_paths_can_be_taken_away_as_svg_and_png(page: Page, show: Show, tmp_path: Path) -> None:
+    still(page, show, "beat 60\nada $ forward || left\nbo $ forward\n")
+    page.get_by_role("button", name="Save").click()
+    svg = ET.parse(downloaded(page, "SVG", tmp_path / "paths.svg")).getroot()
+    assert svg.tag == f"{SVG}svg"
+    assert [text.text for text in svg.iter(f"{SVG}text")][:2] == ["ada", "bo"]
+    ways = [path.get("d") or "" for path in svg.iter(f"{SVG}path")]
+    # A quarter of a circle of 2 m along; radius 2 / (π / 2), to the left: exact.
+    assert ways[0] == "M0 0A1.2732 1.2732 0 0 0 1.2732 -1.2732"
+    png = downloaded(page, "PNG", tmp_path / "paths.png").read_bytes()
+    assert png.startswith(b"\x89PNG\r\n\x1a\n")
+    width, height = struct.unpack(">II", png[16:24])
+    assert max(width, height) == 2400
+
+
+def test_a_video_can_be_taken_away(page: Page, show: Show, tmp_path: Path) -> None:
+    show.play("beat 60\nada $ repeat (forward || left)\n")
+    watch(page, show)
+    page.get_by_role("button", name="Save").click()
+    page.get_by_role("button", name="Record a video").click()
+    beat = page.evaluate("improv.beat")
+    wait(page, f"improv.beat > {beat} + 1")
+    video = downloaded(page, "Stop and save the video", tmp_path / "dance.webm").read_bytes()
+    assert video.startswith(b"\x1a\x45\xdf\xa3")  # EBML
+    assert b"webm" in video[:64]
+    assert len(video) > 10_000
+
+
+def downloaded(page: Page, button: str, path: Path) -> Path:
+    with page.expect_download() as download:
+        page.get_by_role("button", name=button).click()
+    assert download.value.suggested_filename.endswith(path.suffix)
+    download.value.save_as(path)
+    return path
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("card", [None, "Keys", "Starts", "Save"])
+def test_axe_finds_nothing(browser: Browser, show: Show, scheme: Literal["light", "dark"], card: str | None) -> None:
+    if not AXE.exists():
+        lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
+    page = browser.new_page(color_scheme=scheme, viewport={"width": 1280, "height": 800})
+    still(page, show, "# a dance\nbeat 60\nada $ (forward || left) forward\nbo $ repeat right\n")
+    if card:
+        page.get_by_role("button", name=card, exact=True).click()
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
+    assert [(rule["id"], [node["html"] for node in rule["nodes"]]) for rule in found] == []
+    page.close()

@@ -1,0 +1,182 @@
+"""A dance that somebody plays and a subscriber hears, and what must hold when something fails meanwhile."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+import pytest
+
+from tests.ls.client import Client
+from tests.processes import descendants, wait_until_gone
+from tests.ros.conftest import LIMIT, Listener
+
+URI = "file:///dance.improv"
+OPTIONS = {"backend": "ros", "page": {"open": False}}
+BEFORE, AFTER = "turtle1 $ repeat forward\n", "beat 90\nturtle1 $ repeat forward\n"
+"""Two endless dances, told apart by their speeds: `BEFORE_SPEED` and `AFTER_SPEED`, in m/s."""
+BEFORE_SPEED, AFTER_SPEED = 2, 3
+SOON = 0.5 + 0.3
+"""Seconds to the first zero, with what a busy machine adds."""
+NEW_STAGE = 20.0
+"""Seconds to the first zero of a stage that has to be started and discovered first: 1.3 to 4.4 on a quiet machine."""
+ENDED = "the stage ended by itself: a new one stops the robots; save to play again"
+SIGNALS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT]
+DEADLY = pytest.mark.parametrize("number", SIGNALS, ids=[number.name for number in SIGNALS])
+Record = Callable[[str, object], None]
+
+
+class Conductor(Protocol):
+    """Whoever plays what is saved: a server, `improv watch`."""
+
+    pid: int
+
+    def save(self, program: str) -> None: ...
+
+    def wait_for_line(self, part: str) -> None: ...
+
+    def complaints(self) -> list[str]:
+        """The warnings and errors since this was asked last, but for those waited for."""
+
+
+class Server:
+    """A server whose client is in this process."""
+
+    def __init__(self, env: Mapping[str, str], options: Mapping[str, Any] = OPTIONS) -> None:
+        self.client = Client(options, env=env)
+        self.pid = self.client.process.pid
+        self._version = 0
+        self.client.open(URI, "")
+
+    def __enter__(self) -> Server:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        ours = descendants(self.pid)
+        self.client.__exit__(*failure)
+        wait_until_gone(ours, LIMIT)
+
+    def type(self, program: str) -> None:
+        self._version += 1
+        self.client.change(URI, self._version, {"text": program})
+
+    def save(self, program: str) -> None:
+        self.type(program)
+        self.client.save(URI)
+        self.client.wait_for_line("▶")
+
+    def wait_for_line(self, part: str) -> None:
+        self.client.wait_for_line(part)
+
+    def complaints(self) -> list[str]:
+        shown = [each["params"] for each in self.client.notifications if each["method"] == "window/showMessage"]
+        self.client.notifications.clear()
+        return [params["message"] for params in shown if params["type"] <= 2]
+
+
+class Terminal:
+    """`improv play` or `improv watch` of a file."""
+
+    def __init__(self, command: str, path: Path, env: Mapping[str, str]) -> None:
+        self._path = path
+        self._said: list[str] = []
+        path.write_text(BEFORE)
+        # A session of its own: its process group is what Ctrl-C in a terminal reaches.
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "improv_core", command, str(path), "--backend", "ros"],
+            env=env,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        self.pid = self.process.pid
+
+    def __enter__(self) -> Terminal:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        self.process.kill()
+        self.process.communicate(timeout=LIMIT)
+
+    def end(self) -> tuple[int, str]:
+        """Its exit code, and what it complained of last."""
+        _, rest = self.process.communicate(timeout=LIMIT)
+        return self.process.returncode, rest
+
+    def save(self, program: str) -> None:
+        self._path.write_text(program)
+
+    def wait_for_line(self, part: str) -> None:
+        """Whatever comes before it is a complaint."""
+        assert self.process.stderr
+        for line in self.process.stderr:
+            if part in line:
+                return
+            self._said.append(line)
+        raise AssertionError(f"it ended without {part!r}: {self._said}")
+
+    def complaints(self) -> list[str]:
+        said, self._said = self._said, []
+        return said
+
+
+def still(message: Mapping[str, Any]) -> bool:
+    return not any(message[axis] for axis in ("x", "y", "z", "yaw"))
+
+
+def at_speed(speed: float) -> Callable[[Mapping[str, Any]], bool]:
+    return lambda message: bool(message["x"] == speed)
+
+
+def dances(conductor: Conductor, listener: Listener) -> None:
+    """The dance begins, and goes on until the stage is known to be done with getting ready."""
+    conductor.save(BEFORE)
+    for _ in range(4):
+        listener.wait(at_speed(BEFORE_SPEED))
+
+
+def stands(listener: Listener, since: float, within: float, record: Record) -> float:
+    """The robot is told to stop in time; when it heard that."""
+    zero = listener.wait(lambda message: message["at"] > since and still(message))["at"]
+    record("seconds to zero", round(zero - since, 3))
+    assert zero - since < within
+    return float(zero)
+
+
+def plays_the_next_save(conductor: Conductor, listener: Listener, zero: float) -> None:
+    """Nothing has moved since the zero, and the next save plays."""
+    conductor.save(AFTER)
+    listener.wait(at_speed(AFTER_SPEED))
+    assert all(still(message) for message in listener.heard[:-1] if message["at"] >= zero)
+
+
+def survives(
+    conductor: Conductor, listener: Listener, fault: Callable[[int], object], line: str, within: float, record: Record
+) -> float:
+    """What holds when a fault hits the stage, whose process id it is given, or what is around it.
+
+    The seconds until the line was said.
+    """
+    dances(conductor, listener)
+    conductor.complaints()
+    stages = descendants(conductor.pid)
+    (stage,) = stages
+    began = time.monotonic()
+    fault(stage)
+    conductor.wait_for_line(line)
+    said = time.monotonic() - began
+    record("seconds to the line", round(said, 3))
+    zero = stands(listener, began, within, record)
+    plays_the_next_save(conductor, listener, zero)
+    assert conductor.complaints() == [], "one line is all that is said"
+    now = descendants(conductor.pid)
+    assert len(now) == 1
+    if stage not in now:
+        wait_until_gone(stages, LIMIT)
+    return said

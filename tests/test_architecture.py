@@ -12,8 +12,8 @@ import pytest
 ROOT = Path(__file__).parent.parent
 CORE = sorted((ROOT / "improv_core").rglob("*.py"))
 STAGE = [path for path in CORE if "stage" in path.parts]
-BARE = [ROOT / "improv_core" / name for name in ("__init__.py", "movement.py", "score.py", *("motion.py", "path.py", "text.py"))]
-BARE += [ROOT / "improv_core" / "profiles.py", *STAGE]
+BARE = [ROOT / "improv_core" / f"{name}.py" for name in ("__init__", "motion", "movement", "path", "profiles", "score")]
+BARE += [ROOT / "improv_core" / "text.py", *STAGE]
 LIBRARIES = {
     "pymunk": ["stage/sinks/simulator.py"],
     "rclpy": ["stage/graph.py", "stage/sinks/ros.py"],

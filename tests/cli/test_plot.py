@@ -11,6 +11,9 @@ from click.testing import CliRunner
 from improv_core.cli import improv
 
 
+UNKNOWN = "`forwrd` is not known: did you mean `forward`?"
+
+
 def run(folder: Path, program: str, output: str, *options: str) -> tuple[int, str]:
     file = folder / "dance.improv"
     file.write_text(program)
@@ -28,7 +31,7 @@ def test_svg_and_png(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("program", "output", "code", "line"),
     [
-        ("r $ forwrd\n", "dance.svg", 1, "…/dance.improv:1:5: error[unknown-name] `forwrd` is not known: did you mean `forward`?"),
+        ("r $ forwrd\n", "dance.svg", 1, f"…/dance.improv:1:5: error[unknown-name] {UNKNOWN}"),
         ("r $ left\n", "dance.pdf", 2, "improv: …/dance.pdf: a picture's name ends in .svg or .png"),
         ("r $ left\n", "no/dance.svg", 2, "improv: …/no/dance.svg: no such file or directory"),
     ],

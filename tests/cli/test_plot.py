@@ -10,7 +10,6 @@ from click.testing import CliRunner
 
 from improv_core.cli import improv
 
-
 UNKNOWN = "`forwrd` is not known: did you mean `forward`?"
 
 

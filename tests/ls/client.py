@@ -160,6 +160,8 @@ class Client:
         elif method == "window/showDocument":
             self.shown.append(request["params"]["uri"])
             result = {"success": True}
+        elif method == "workspace/applyEdit":
+            result = {"applied": True}
         elif method in ("client/registerCapability", "window/workDoneProgress/create"):
             result = None
         else:

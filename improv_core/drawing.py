@@ -48,14 +48,14 @@ class Path:
     whole: bool
 
 
-def paths(score: Score) -> list[Path]:
+def paths(score: Score, most_moments: int = MOST_MOMENTS) -> list[Path]:
     """The ideal path of each robot; what never ends is drawn for its first beats, what repeats itself once."""
-    return [_path(score, part) for part in score.parts.values()]
+    return [_path(score, part, most_moments) for part in score.parts.values()]
 
 
-def picture(score: Score, size: float = SIZE) -> str:
+def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) -> str:
     """A small SVG of the paths alone: start, direction and end, under 20 KB for one robot."""
-    drawn = paths(score)
+    drawn = paths(score, most_moments)
     frame = _Frame.around(drawn, size)
     return _svg(
         frame.width, frame.height, "The ideal path", [_drawn(path, frame, place) for place, path in enumerate(drawn)]
@@ -77,7 +77,7 @@ def plot(score: Score, timeline: bool = False) -> str:
     return _svg(frame.width, height, "The ideal paths", parts)
 
 
-def _path(score: Score, part: Part) -> Path:
+def _path(score: Score, part: Part, most_moments: int) -> Path:
     endless = part.movement.duration == ENDLESS
     pose = part.start
     strokes: dict[tuple[float, ...], Stroke] = {}
@@ -87,7 +87,7 @@ def _path(score: Score, part: Part) -> Path:
         if endless and moment.start >= ENDLESS_BEATS:
             whole = latest < ENDLESS_BEATS / 2  # round and round the same
             break
-        if walked == MOST_MOMENTS or len(strokes) >= MOST_STROKES:
+        if walked == most_moments or len(strokes) >= MOST_STROKES:
             whole = False
             break
         moving = twist(moment.velocity, part.profile, score.tempo)

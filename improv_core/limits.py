@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import islice
 
-from improv_core.movement import Peak, Velocity
+from improv_core import movement as algebra
+from improv_core.movement import Movement, Peak, Velocity, walk
 from improv_core.profiles import MOTIONS, Profile
 
 _LONGEST_FRACTION = 4
@@ -42,6 +45,46 @@ def speed(velocity: Velocity, profile: Profile, tempo: Fraction) -> Speed:
     """How fast a robot of this kind is told to move, at `tempo` beats per minute."""
     linear, angular = _squares(velocity, profile, tempo)
     return Speed(_root(linear), _root(angular))
+
+
+def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) -> Speed | None:
+    """The largest speeds in a movement; None where it has voices with more moments than `most`.
+
+    As in `path.extent`, each part is looked at once, however often it repeats.
+    """
+    known: dict[int, Speed | None] = {}
+    waiting = [movement]
+    while waiting:
+        part = waiting[-1]
+        whole = part.uniform is not None or isinstance(part, algebra.Parallel)
+        inner = () if whole else algebra.parts(part)
+        unknown = [child for child in inner if id(child) not in known]
+        if unknown:
+            waiting += unknown
+            continue
+        waiting.pop()
+        known[id(part)] = _top_speed(part, [known[id(child)] for child in inner], profile, tempo, most)
+    return known[id(movement)]
+
+
+def _top_speed(
+    part: Movement, inner: Sequence[Speed | None], profile: Profile, tempo: Fraction, most: int
+) -> Speed | None:
+    if part.uniform is not None:
+        return speed(part.uniform, profile, tempo)
+    if isinstance(part, algebra.Parallel):
+        moments = list(islice(walk(part, merge=True), most + 1))
+        inner = [speed(moment.velocity, profile, tempo) for moment in moments] if len(moments) <= most else [None]
+    speeds = [each for each in inner if each]
+    if len(speeds) < len(inner):
+        return None
+    linear = max((each.linear for each in speeds), default=0.0)
+    angular = max((each.angular for each in speeds), default=0.0)
+    if isinstance(part, algebra.Pace):
+        return Speed(linear * float(part.rate), angular * float(part.rate))
+    if isinstance(part, algebra.Gain):
+        return Speed(linear * float(abs(part.gain.x)), angular * float(abs(part.gain.yaw)))
+    return Speed(linear, angular)
 
 
 def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | None:

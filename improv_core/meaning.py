@@ -150,7 +150,7 @@ class _Reader:
         """The exact value of a number above zero; None, reported, if it is not one."""
         if not token.text:
             return None
-        value = _value(token.text)
+        value = value_of(token.text)
         if isinstance(value, Fraction):
             return value
         self.report(Diagnostic("bad-number", token.span, f"write {what} {value}"))
@@ -226,7 +226,7 @@ class _Reader:
 
 
 @lru_cache(maxsize=1_000)
-def _value(text: str) -> Fraction | str:
+def value_of(text: str) -> Fraction | str:
     """The exact value of a number above zero; how to write one, if it is none."""
     if len(text) > LONGEST_NUMBER:
         return f"with at most {LONGEST_NUMBER} characters"

@@ -30,8 +30,8 @@ class Extent:
     turns: float
 
 
-def extent(movement: Movement) -> Extent | None:
-    """The extent of a movement; None where it is endless or too long to be walked.
+def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
+    """The extent of a movement; None where it is endless, or has voices with more moments than `most`.
 
     Repeats are multiplied, not walked; parts are measured before what is made of them, without recursion.
     """
@@ -47,13 +47,13 @@ def extent(movement: Movement) -> Extent | None:
             waiting += unknown
             continue
         waiting.pop()
-        known[id(part)] = _extent(part, [known[id(child)] for child in inner])
+        known[id(part)] = _extent(part, [known[id(child)] for child in inner], most)
     return known[id(movement)]
 
 
-def _extent(part: Movement, inner: list[Extent | None]) -> Extent | None:
+def _extent(part: Movement, inner: list[Extent | None], most: int) -> Extent | None:
     if isinstance(part, (algebra.Hold, algebra.Parallel)):
-        return _walked(part)
+        return _walked(part, most)
     known = [each for each in inner if each]
     if len(known) < len(inner):
         return None
@@ -66,15 +66,16 @@ def _extent(part: Movement, inner: list[Extent | None]) -> Extent | None:
     return Extent(steps, turns)
 
 
-def _walked(part: Movement) -> Extent | None:
+def _walked(part: Movement, most: int) -> Extent | None:
     steps, turns = [], []
-    for count, moment in enumerate(islice(walk(part, merge=True), MOST_MOMENTS + 1)):
-        if count == MOST_MOMENTS:
+    for count, moment in enumerate(islice(walk(part, merge=True), most + 1)):
+        if count == most:
             return None
         x, y, z, yaw = (float(value * moment.duration) for value in moment.velocity)
         steps.append(math.hypot(x, y, z))
         turns.append(yaw)
     return Extent(math.fsum(steps), math.fsum(turns))
+
 
 def pose_at(part: Part, beat: Exact) -> Pose | None:
     """Where a robot ideally is at a beat of its part; None where its voices side by side are too long to be walked.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
@@ -23,6 +23,8 @@ FEATURES = {
     types.TEXT_DOCUMENT_DID_CLOSE: "documents.did_close",
     types.TEXT_DOCUMENT_HOVER: "language.hover",
     types.TEXT_DOCUMENT_COMPLETION: "language.completion",
+    types.COMPLETION_ITEM_RESOLVE: "language.resolve",
+    types.TEXT_DOCUMENT_SIGNATURE_HELP: "language.signature_help",
     types.TEXT_DOCUMENT_DEFINITION: "navigation.definition",
     types.TEXT_DOCUMENT_REFERENCES: "navigation.references",
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: "navigation.document_highlight",
@@ -38,7 +40,11 @@ FEATURES = {
     types.TEXT_DOCUMENT_DID_SAVE: "playback.did_save",
     "improv/moments": "playback.moments",
 }
-OPTIONS = {types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: types.SemanticTokensLegend(TYPES, MODIFIERS)}
+OPTIONS: Mapping[str, Any] = {
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: types.SemanticTokensLegend(TYPES, MODIFIERS),
+    types.TEXT_DOCUMENT_COMPLETION: types.CompletionOptions(trigger_characters=[" "], resolve_provider=True),
+    types.TEXT_DOCUMENT_SIGNATURE_HELP: types.SignatureHelpOptions(trigger_characters=[" ", "("]),
+}
 COMMANDS = {
     "improv.play": "playback.play",
     "improv.hush": "playback.hush",

@@ -19,6 +19,7 @@ class Settings:
     ros_python: str | None = None
     ros_discovery: str | None = None
     hints_beats: bool = False
+    hover_pictures: bool = False
 
 
 def read_settings(given: Any, current: Settings) -> tuple[Settings, list[str]]:
@@ -72,4 +73,5 @@ _SETTINGS: Mapping[str, tuple[str, str, Callable[[Any], bool]]] = {
     "ros.python": ("ros_python", *_TEXT),
     "ros.discovery": ("ros_discovery", *_one_of("LOCALHOST", "SUBNET", "OFF", "SYSTEM_DEFAULT")),
     "inlayHints.beats": ("hints_beats", *_YES_NO),
+    "hover.pictures": ("hover_pictures", *_YES_NO),
 }

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import FADED, Diagnostic, Severity
-from improv_core.ide.completion import Item
+from improv_core.ide.completion import Completion
 from improv_core.ide.hover import Hover
+from improv_core.ide.signature import Signature
 from improv_core.robots import Robots
 from improv_core.text import LineIndex
 from improv_ls.documents import Document
@@ -26,6 +29,7 @@ _KINDS = {
     "name": types.CompletionItemKind.Variable,
     "robot": types.CompletionItemKind.Class,
     "plane": types.CompletionItemKind.EnumMember,
+    "number": types.CompletionItemKind.Value,
 }
 
 
@@ -60,17 +64,35 @@ def _diagnostic(uri: str, lines: LineIndex, diagnostic: Diagnostic, encoding: En
     )
 
 
-def hover(document: Document, found: Hover, encoding: Encoding | str) -> types.Hover:
-    return types.Hover(
-        contents=types.MarkupContent(types.MarkupKind.Markdown, found.text),
-        range=to_range(document.lines, found.span, encoding),
-    )
+def markup(found: Hover, formats: Sequence[str] | None) -> types.MarkupContent:
+    """Markdown for those who say that they show it, else plain text."""
+    if types.MarkupKind.Markdown in (formats or ()):
+        return types.MarkupContent(types.MarkupKind.Markdown, found.markdown)
+    return types.MarkupContent(types.MarkupKind.PlainText, found.plain)
 
 
-def completion(document: Document, item: Item, encoding: Encoding | str) -> types.CompletionItem:
-    return types.CompletionItem(
-        label=item.label,
-        kind=_KINDS[item.kind],
-        detail=item.detail,
-        text_edit=types.TextEdit(range=to_range(document.lines, item.span, encoding), new_text=item.label),
-    )
+def completion(document: Document, found: Completion, snippets: bool, encoding: Encoding | str) -> types.CompletionList:
+    """What is offered, in our order; snippets for those who know them."""
+    place = to_range(document.lines, found.span, encoding)
+    items = []
+    for number, item in enumerate(found.items):
+        snippet = snippets and item.snippet
+        items.append(
+            types.CompletionItem(
+                label=item.label,
+                kind=_KINDS[item.kind],
+                detail=item.detail,
+                sort_text=f"{number:04}",
+                filter_text=item.label,
+                text_edit=types.TextEdit(place, item.snippet if snippet else item.label),
+                insert_text_format=types.InsertTextFormat.Snippet if snippet else None,
+                data=[document.uri, found.statement, item.kind],
+            )
+        )
+    return types.CompletionList(is_incomplete=not found.whole, items=items)
+
+
+def signature(found: Signature) -> types.SignatureHelp:
+    parameters = [types.ParameterInformation(found.label[slice(*span)]) for span in found.parameters]
+    about = types.SignatureInformation(found.label, found.about, parameters)
+    return types.SignatureHelp([about], active_signature=0, active_parameter=found.active)

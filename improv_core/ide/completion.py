@@ -2,63 +2,139 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from improv_core.analysis import Analysis
+from improv_core.ide.cursor import Before, before
+from improv_core.ide.hover import Hover, name_at, robot_at
 from improv_core.ide.timing import beats
 from improv_core.syntax.derivation import may_come_next
-from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.statements import split
-from improv_core.syntax.vocabulary import WORDS, Kind
+from improv_core.syntax.vocabulary import WORDS, Kind, Word
 from improv_core.text import Span
 
-_MARK = "x"  # stands for the word being written, so that lexer and splitter see where it will be
+MOST_NAMES = 300
+"""Nobody reads more: of more than these, only those are offered that fit what is written so far."""
+COUNTS = {"beat": ("60", "30", "120"), "repeat": ("2", "3", "4", "8")}
+FACTORS = ("2", "3", "3/2")
+
+_NOTHING_BEHIND = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A word to offer: `kind` is keyword, movement, name, robot or plane; it replaces the text at `span`."""
+    """A word to offer: `kind` is keyword, movement, name, robot, plane or number.
+
+    `snippet` is what to write where the editor knows snippets, if that is more than the word.
+    """
 
     label: str
     kind: str
-    detail: str
+    detail: str = ""
+    snippet: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Completion:
+    """The words for the text at `span`, the best first.
+
+    `statement` is the index of the one being written, which says what its names stand for; `whole` says whether no
+    names had to be left out.
+    """
+
     span: Span
+    items: Sequence[Item]
+    statement: int
+    whole: bool
 
 
-def complete(analysis: Analysis, offset: int) -> list[Item]:
-    """The words that may stand at the cursor; none in comments and where only a number may come."""
-    index = bisect_left(analysis.starts, offset)
-    begin = analysis.starts[index - 1] if index else 0
-    pieces = list(split(analysis.text[begin:offset] + _MARK))
-    start, piece = pieces[-1] if pieces else (0, "")
-    tokens = lex(piece)
-    if not tokens or begin + start + tokens[-1].end != offset + len(_MARK):
-        return []  # in a comment
-    *before, last = tokens
-    if before and before[-1].type == "NUMBER" and before[-1].end == last.start:
-        return []  # in a number
-    span = Span(offset - len(last.text) + len(_MARK), offset)
-    current = index - 1 if start + begin == begin and index else index
-    return [Item(label, kind, detail, span) for label, kind, detail in _words(analysis, before, current)]
-
-
-def _words(analysis: Analysis, before: list[Token], index: int) -> Iterator[tuple[str, str, str]]:
-    sign = next((place for place, token in enumerate(before) if token.type in ("EQUAL", "DOLLAR")), None)
+def complete(analysis: Analysis, offset: int) -> Completion | None:
+    """The words that may stand at the cursor; None in comments and in numbers."""
+    found = before(analysis, offset)
+    if not found or found.in_number:
+        return None
+    names: list[Item] = []
+    sign = next((place for place, token in enumerate(found.tokens) if token.type in ("EQUAL", "DOLLAR")), None)
     if sign is None:
-        if not before:
-            yield "beat", "keyword", WORDS["beat"].about
-        if all(token.type == "NAME" for token in before):
-            for robot, movement in analysis.robots.items():
-                yield robot, "robot", beats(movement.duration)
+        others = list(_heads(analysis, found))
+    else:
+        accepted = may_come_next(["HEAD"] * sign + [token.type for token in found.tokens[sign:]])
+        others = list(_words(accepted, found, bare=not _NOTHING_BEHIND.match(analysis.text, offset)))
+        if "NAME" in accepted:
+            names = list(islice(_names(analysis, found.statement), MOST_NAMES + 1))
+    whole = len(names) <= MOST_NAMES
+    if not whole:
+        letters = found.begun.lower()
+        fitting = (name for name in _names(analysis, found.statement) if _fits(name.label.lower(), letters))
+        names = list(islice(fitting, MOST_NAMES))
+    span = Span(offset - len(found.begun), offset)
+    return Completion(span, [*names, *others], found.statement, whole)
+
+
+def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> Hover | None:
+    """What is to be said about a word that is offered in a statement; made for the one that is looked at."""
+    if item.kind == "name":
+        return name_at(analysis, item.label, min(statement, len(analysis.statements) - 1), pictures)
+    if item.kind == "robot":
+        return robot_at(analysis, item.label, pictures)
+    word = WORDS.get(item.label)
+    return Hover(Span(0, 0), word.usage, f": {word.about}") if word else None
+
+
+def _heads(analysis: Analysis, found: Before) -> Iterator[Item]:
+    """What a statement may begin with, and the robots of one that has begun."""
+    heads = [token.text for token in found.tokens]
+    if heads == ["beat"]:
+        yield from _numbers(COUNTS["beat"], "beats per minute")
         return
-    accepted = may_come_next(["HEAD"] * sign + [token.type for token in before[sign:]])
+    if not heads:
+        yield Item("beat", "keyword", WORDS["beat"].about, "beat ${1:60}")
+    if all(token.type == "NAME" for token in found.tokens):
+        plays = analysis.robots
+        for robot in dict.fromkeys([*analysis.cast.robots, *plays]):
+            if robot not in heads:
+                yield Item(robot, "robot", beats(plays[robot].duration) if robot in plays else "in improv.toml")
+
+
+def _words(accepted: frozenset[str], found: Before, bare: bool) -> Iterator[Item]:
+    """The words of these terminals; `bare` where what they apply to stands behind the cursor already."""
     for word in WORDS.values():
         if word.kind.value in accepted and word.kind is not Kind.BEAT:
             kind = {Kind.PRIMITIVE: "movement", Kind.PLANE: "plane"}.get(word.kind, "keyword")
-            yield word.text, kind, word.about
-    if "NAME" in accepted:
-        for name in analysis.defined:
-            if found := analysis.definition(name, index):
-                yield name, "name", beats(found.movement.duration)
+            yield Item(word.text, kind, word.about, _snippet(word, bare))
+    if "NUMBER" in accepted and found.tokens:
+        last = found.tokens[-1].text
+        yield from _numbers(COUNTS.get(last, FACTORS), f"{last} so many times")
+
+
+def _numbers(values: Sequence[str], detail: str) -> Iterator[Item]:
+    return (Item(value, "number", detail) for value in values)
+
+
+def _snippet(word: Word, bare: bool) -> str:
+    argument = {
+        Kind.REPEAT: " ${1:4}",
+        Kind.FACTOR: " ${1:2}",
+        Kind.REFLECT: " ${1|YZ,XZ,XY|}",
+        Kind.MIRROR: "",
+    }.get(word.kind)
+    if argument is None or (bare and not argument):
+        return ""
+    return f"{word.text}{argument}" if bare else f"{word.text}{argument} ($0)"
+
+
+def _names(analysis: Analysis, before: int) -> Iterator[Item]:
+    """The names in scope of a statement, the nearest above first."""
+    told = set()
+    for index in range(min(before, len(analysis.statements)) - 1, -1, -1):
+        definition = analysis.meanings[index].definition
+        if definition and definition.name not in told:
+            told.add(definition.name)
+            yield Item(definition.name, "name", beats(definition.movement.duration))
+
+
+def _fits(name: str, letters: str) -> bool:
+    rest = iter(name)
+    return all(letter in rest for letter in letters)

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from improv_core.analysis import Analysis, Placed
 from improv_core.syntax import nodes
-from improv_core.syntax.lexer import Token
+from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import Node
+from improv_core.syntax.statements import split
+from improv_core.text import Span
+
+_MARK = "x"  # stands for the word being written, so that lexer and splitter see where it will be
 
 
 @dataclass(frozen=True, slots=True)
 class Cursor:
-    """The statement and the token that the cursor touches, and the innermost node that owns the token, if any."""
+    """The statement and the token that the cursor touches, and the nodes around the token, from the outermost on."""
 
     placed: Placed
     token: Token
-    node: Node | None
+    around: tuple[Node, ...]
+
+    @property
+    def node(self) -> Node | None:
+        """The innermost node that owns the token, if any."""
+        return self.around[-1] if self.around else None
 
 
 def cursor(analysis: Analysis, offset: int) -> Cursor | None:
@@ -32,13 +42,46 @@ def cursor(analysis: Analysis, offset: int) -> Cursor | None:
     token = touching[-1]
     # A head may be made of several tokens that touch, such as my-robot.
     token = next((head for head in placed.statement.heads if head.span.holds(place)), token)
-    return Cursor(placed, token, _owner(placed.statement, token))
+    statement = placed.statement
+    in_movement = statement.body and token not in statement.heads and token != statement.sign
+    return Cursor(placed, token, around(statement.body, token.span) if in_movement else ())
 
 
-def _owner(statement: nodes.Statement, token: Token) -> Node | None:
-    if not statement.body or token in statement.heads or token == statement.sign:
+def around(body: Node | None, span: Span) -> tuple[Node, ...]:
+    """The nodes in which all of a span stands, from the outermost on; the span counts from the statement's start."""
+    found: list[Node] = []
+    inside: tuple[Node, ...] = (body,) if body else ()
+    while node := next((each for each in inside if each.span.start <= span.start and span.end <= each.span.end), None):
+        found.append(node)
+        inside = nodes.children(node)
+    return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class Before:
+    """What stands before the cursor in its statement, which need not be right.
+
+    `begun` is the word or number that ends at the cursor, if one does; `tokens` are those before it. `statement` is
+    the index that the statement has or will have.
+    """
+
+    tokens: Sequence[Token]
+    begun: str
+    in_number: bool
+    statement: int
+
+
+def before(analysis: Analysis, offset: int) -> Before | None:
+    """What stands before the cursor; None in a comment."""
+    index = bisect_left(analysis.starts, offset)
+    begin = analysis.starts[index - 1] if index else 0
+    pieces = list(split(analysis.text[begin:offset] + _MARK))
+    start, piece = pieces[-1] if pieces else (0, "")
+    tokens = lex(piece)
+    if not tokens or begin + start + tokens[-1].end != offset + len(_MARK):
         return None
-    around: Sequence[Node] = [
-        node for node in nodes.nodes(statement.body) if node.span.start <= token.start and token.end <= node.span.end
-    ]
-    return around[-1] if around else None
+    *tokens, last = tokens
+    statement = index - 1 if start == 0 and index else index
+    if tokens and tokens[-1].type == "NUMBER" and tokens[-1].end == last.start:
+        return Before(tokens[:-1], tokens[-1].text, True, statement)
+    return Before(tokens, last.text[: -len(_MARK)], False, statement)

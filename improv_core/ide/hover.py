@@ -1,104 +1,91 @@
-"""What stands at the cursor: what it does, how long it takes, how far it goes."""
+"""What stands at the cursor: what it does, how long it takes, how far it goes and where it leads."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from base64 import b64encode
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
 
+from improv_core import movement as algebra
 from improv_core.analysis import Analysis, Placed
 from improv_core.compiler import score_of
+from improv_core.drawing import picture
 from improv_core.ide.cursor import Cursor, cursor
-from improv_core.ide.timing import beats, lasting, number, timing, way
-from improv_core.movement import Movement
+from improv_core.ide.timing import beats, ends, fastest, lasting, number, seconds, times_as_fast, timing, way
+from improv_core.meaning import value_of
+from improv_core.motion import Pose
+from improv_core.movement import NORMAL, Movement
 from improv_core.profiles import DEFAULT, Profile
+from improv_core.score import Part, Score
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
+from improv_core.syntax.nodes import Node
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
+
+LONGEST_SOURCE = 500
+"""Characters of a definition that are shown."""
+LONGEST_NAME = 100
+MOST_MOMENTS = 300
+"""Of a path that is drawn: nobody waits for more."""
+SIZE = 160.0
+"""Pixels of the longer side of a picture."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hover:
-    """Markdown about what stands at `span`."""
+    """What is said about what stands at `span`: a word, what it does, its definition, facts, and its path as SVG."""
 
     span: Span
-    text: str
+    word: str
+    about: str
+    facts: tuple[str, ...] = ()
+    source: str = ""
+    picture: str = ""
+
+    @property
+    def markdown(self) -> str:
+        """All of it, under 90,000 characters: VS Code shows what is longer as it is written."""
+        title = f"**{self.word}**{self.about}"
+        shown = f"\n```improv\n{self.source}\n```" if self.source else ""
+        told = "  \n".join(self.facts)  # two blanks keep the line end
+        return "\n\n".join(each for each in (title + shown, told, self.picture and _image(self.picture)) if each)
+
+    @property
+    def plain(self) -> str:
+        """The same for editors that show text as it is, without the picture."""
+        title = (self.word + self.about).replace("`", "")
+        return "\n".join(each for each in (title, self.source, *self.facts) if each)
 
 
-def hover(analysis: Analysis, offset: int) -> Hover | None:
-    """What to say about the place under the cursor; None where there is nothing to say."""
+def hover(analysis: Analysis, offset: int, pictures: bool = False) -> Hover | None:
+    """What to say about the place under the cursor, with a picture of the path if asked for; None if there is nothing.
+
+    What costs more than a moment is left out: long voices are not measured, and paths are drawn only so far.
+    """
     at = cursor(analysis, offset)
     if not at:
         return None
-    span, text = _about(analysis, at)
-    return Hover(span.shifted(at.placed.start), text) if text else None
+    found = _about(analysis, at, pictures)
+    return replace(found, span=found.span.shifted(at.placed.start)) if found else None
 
 
-def _about(analysis: Analysis, at: Cursor) -> tuple[Span, str]:
-    statement, token, node = at.placed.statement, at.token, at.node
-    if token in statement.heads and statement.sign and statement.body:
-        return token.span, _head(analysis, at.placed, token)
-    if token.type == "BEAT" or (statement.number and token == statement.number):
-        return token.span, f"**beat {number(analysis.tempo)}**: {WORDS['beat'].about}"
-    if token == statement.sign and statement.body:
-        meaning = analysis.movement(at.placed, statement.body)
-        names = ", ".join(head.text for head in statement.heads)
-        what = f"{names} plays what follows" if token.type == "DOLLAR" else f"`{names}` stands for what follows"
-        return token.span, _said(f"**{token.text}**: {what}", meaning, analysis)
-    if node is None:
-        return token.span, ""
-    meaning = analysis.movement(at.placed, node)
-    if isinstance(node, nodes.Name):
-        return node.span, _name(analysis, at.placed, node, meaning)
-    if isinstance(node, nodes.Bracket):
-        return node.span, _said(_bracket(node), meaning, analysis)
-    if isinstance(node, nodes.Parallel):
-        return node.span, _said("**||**: these movements play at once, until the shortest ends", meaning, analysis)
-    if isinstance(node, nodes.Apply):
-        written = f"{node.word.text} {node.argument.text}" if node.argument else node.word.text
-        about = (node.plane or WORDS[node.word.text]).about
-        return node.span, _said(f"**{written}**: {about}", meaning, analysis)
-    if isinstance(node, nodes.Primitive):
-        return node.span, _said(f"**{node.word.text}**: {node.word.about}", meaning, analysis)
-    return token.span, ""
+def name_at(analysis: Analysis, name: str, before: int, pictures: bool = False) -> Hover | None:
+    """What a name stands for in the statement `before`."""
+    found = analysis.definition(name, before)
+    return _name(analysis, Span(0, 0), name, before, found.movement, (), pictures) if found else None
 
 
-def _head(analysis: Analysis, placed: Placed, token: Token) -> str:
-    if placed.statement.sign and placed.statement.sign.type == "DOLLAR":
-        part = score_of(analysis).parts.get(token.text)
-        if not part:
-            return ""
-        return _said(
-            f"**{token.text}** (robot, profile {part.profile.name}): all it plays",
-            part.movement,
-            analysis,
-            part.profile,
-        )
-    assert placed.statement.body
-    return _said(f"**{token.text}** (name)", analysis.movement(placed, placed.statement.body), analysis)
-
-
-def _name(analysis: Analysis, placed: Placed, node: nodes.Name, meaning: Movement) -> str:
-    found = analysis.defining(node.text, placed.index)
-    if found is None:
-        return ""
-    line = analysis.lines.position(analysis.starts[found]).line
-    source = analysis.lines.line(line).strip()
-    return _said(f"**{node.text}** (name, line {line + 1})\n```improv\n{source}\n```", meaning, analysis)
-
-
-def _bracket(node: nodes.Bracket) -> str:
-    if not node.squeezes:
-        return "**( )**: a group"
-    voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
-    counts = [len(voice.items) if isinstance(voice, nodes.Series) else 1 for voice in voices]
-    each = " and ".join(
-        "1 item, at its own speed" if count == 1 else f"{count} items, {count} times as fast" for count in counts
-    )
-    return f"**[ ]**: squeezed: {each}"
-
-
-def _said(title: str, meaning: Movement, analysis: Analysis, profile: Profile = DEFAULT) -> str:
-    return f"{title}\n\n{timing(meaning, analysis.tempo)} · {way(meaning, profile)}"
+def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | None:
+    """All that a robot plays; None if it plays nothing."""
+    part = score_of(analysis).parts.get(name)
+    if not part:
+        return None
+    about = f" (robot, profile {part.profile.name}): all it plays"
+    whole = timing(part.movement, analysis.tempo)
+    return Hover(Span(0, 0), _short(name), about, (whole,), "", _drawn(part, analysis.tempo) if pictures else "")
 
 
 def summary(analysis: Analysis) -> str:
@@ -109,3 +96,152 @@ def summary(analysis: Analysis) -> str:
     if whole is None:
         return "no robot plays"
     return f"{robots}, {lasting(whole, analysis.tempo)}"
+
+
+def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
+    """Spans count from the statement's start."""
+    placed, statement, token, node = at.placed, at.placed.statement, at.token, at.node
+    if token.type == "BEAT" or (statement.number and token == statement.number):
+        lasts = f"1 beat lasts {seconds(1, analysis.tempo)}"
+        return Hover(token.span, f"beat {number(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
+    if node is None:
+        return _head_or_sign(analysis, placed, token, pictures)
+    meaning = analysis.movement(placed, node)
+    here = _here(at.around, meaning, analysis.tempo)
+    if isinstance(node, nodes.Name):
+        found = _name(analysis, node.span, node.text, placed.index, meaning, here, pictures)
+        return found if analysis.defining(node.text, placed.index) is not None else None
+    if isinstance(node, nodes.Bracket):
+        word, about = _bracket(node)
+    elif isinstance(node, nodes.Parallel):
+        word, about = "||", ": these movements play at once, until the shortest ends"
+    elif isinstance(node, nodes.Apply):
+        word = f"{node.word.text} {node.argument.text}" if node.argument else node.word.text
+        about = f": {(node.plane or WORDS[node.word.text]).about}"
+    elif isinstance(node, nodes.Primitive):
+        word, about = node.word.text, f": {node.word.about}"
+    else:
+        return None
+    facts = (*_measures(analysis, placed, meaning, isinstance(node, nodes.Primitive)), *here)
+    return Hover(node.span, word, about, facts, "", _shape(analysis, placed, meaning) if pictures else "")
+
+
+def _head_or_sign(analysis: Analysis, placed: Placed, token: Token, pictures: bool) -> Hover | None:
+    statement, sign = placed.statement, placed.statement.sign
+    if not (statement.body and sign and (token == sign or token in statement.heads)):
+        return None
+    meaning = placed.meaning.movement
+    facts = _measures(analysis, placed, meaning)
+    plays = sign.type == "DOLLAR"
+    if plays and token != sign:
+        whole = robot_at(analysis, token.text, pictures)
+        if not whole:
+            return None
+        facts = (*whole.facts, f"this line: {facts[0]}", *facts[1:], *_speeds(analysis, (token.text,), meaning))
+        return Hover(token.span, whole.word, whole.about, facts, "", whole.picture)
+    drawn = _shape(analysis, placed, meaning) if pictures else ""
+    if not plays and token != sign:
+        return Hover(token.span, _short(token.text), " (name)", facts, "", drawn)
+    heads = _short(", ".join(head.text for head in statement.heads))
+    if plays:
+        facts = (*facts, *_speeds(analysis, placed.meaning.robots, meaning))
+    about = f": {heads} plays what follows" if plays else f": `{heads}` stands for what follows"
+    return Hover(token.span, token.text, about, facts, "", drawn)
+
+
+def _name(
+    analysis: Analysis, span: Span, name: str, before: int, meaning: Movement, here: Sequence[str], pictures: bool
+) -> Hover:
+    placed, definer = analysis.placed(before), analysis.defining(name, before)
+    line, source = "", ""
+    if definer is not None:
+        line = f", line {analysis.lines.position(analysis.starts[definer]).line + 1}"
+        source = _short(analysis.statements[definer].text, LONGEST_SOURCE)
+    facts = (*_measures(analysis, placed, meaning), *here)
+    drawn = _shape(analysis, placed, meaning) if pictures else ""
+    # What would end the block of code early is rather not shown.
+    return Hover(span, _short(name), f" (name{line})", facts, "" if "```" in source else source, drawn)
+
+
+def _bracket(node: nodes.Bracket) -> tuple[str, str]:
+    if not node.squeezes:
+        return "( )", ": a group"
+    counts = [nodes.items(voice) for voice in _voices(node)]
+    each = " and ".join(
+        "1 item, at its own speed" if count == 1 else f"{count} items, {count} times as fast" for count in counts
+    )
+    return "[ ]", f": squeezed: {each}"
+
+
+def _voices(bracket: nodes.Bracket) -> Sequence[Node]:
+    if bracket.body is None:
+        return ()
+    return bracket.body.voices if isinstance(bracket.body, nodes.Parallel) else (bracket.body,)
+
+
+def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool = False) -> tuple[str, ...]:
+    """How long, how far, and unless that is plain, where to."""
+    profile = _profile(analysis, placed)
+    first = f"{timing(meaning, analysis.tempo)} · {way(meaning, profile)}"
+    leads = "" if plain else ends(meaning, profile)
+    return (first, leads) if leads else (first,)
+
+
+def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tuple[str, ...]:
+    """The top speeds of robots; those of a kind are told once."""
+    by_profile = {analysis.cast.robot(robot).profile: robot for robot in reversed(robots)}
+    told = {robot: fastest(meaning, profile, analysis.tempo) for profile, robot in reversed(by_profile.items())}
+    if len(told) == 1:
+        return tuple(speed for speed in told.values() if speed)
+    return tuple(f"{robot}: {speed}" for robot, speed in told.items() if speed)
+
+
+def _here(around: Sequence[Node], meaning: Movement, tempo: Fraction) -> tuple[str, ...]:
+    """What the brackets and transformers around a node make of how long it takes."""
+    rate, brackets, others = pace_in(around)
+    if rate == 1:
+        return ()
+    where = "in this bracket" if brackets == 1 and not others else "here"
+    lasts = algebra.pace(meaning, rate).duration
+    return (f"{where} {times_as_fast(rate)}: {beats(lasts)}, {seconds(lasts, tempo)}",)
+
+
+def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
+    """How many times as fast the last of some nodes within nodes is played; how many brackets and words do that."""
+    rate, brackets, others = NORMAL, 0, 0
+    for place, node in enumerate(around[:-1]):
+        if isinstance(node, nodes.Bracket) and node.squeezes:
+            inside = [nodes.items(voice) for voice in _voices(node) if voice in around[place + 1 : place + 3]]
+            counts = set(inside or (nodes.items(voice) for voice in _voices(node)))
+            count = counts.pop() if len(counts) == 1 else 1
+            rate, brackets = rate * count, brackets + (count != 1)
+        elif isinstance(node, nodes.Apply) and node.argument and node.word.text in ("fast", "slow"):
+            factor = value_of(node.argument.text) if node.argument.text else NORMAL
+            if isinstance(factor, Fraction):
+                rate, others = rate * factor if node.word.text == "fast" else rate / factor, others + 1
+    return rate, brackets, others
+
+
+def _profile(analysis: Analysis, placed: Placed) -> Profile:
+    """The kind of robot that a statement is for."""
+    robots = placed.meaning.robots
+    return analysis.cast.robot(robots[0]).profile if robots else DEFAULT
+
+
+def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:
+    return _drawn(Part("", meaning, _profile(analysis, placed), Pose(), ""), analysis.tempo)
+
+
+def _drawn(part: Part, tempo: Fraction) -> str:
+    """The path of a part; none where it does not leave its place."""
+    peak = part.movement.peak
+    return picture(Score(tempo, {part.robot: part}), SIZE, MOST_MOMENTS) if peak.x or peak.y else ""
+
+
+def _image(svg: str) -> str:
+    width, height = (round(float(size)) for size in re.findall(r'(?:width|height)="([\d.]+)"', svg)[:2])
+    return f"![path](data:image/svg+xml;base64,{b64encode(svg.encode()).decode()}|width={width},height={height})"
+
+
+def _short(text: str, most: int = LONGEST_NAME) -> str:
+    return text if len(text) <= most else text[: most - 1] + "…"

@@ -141,6 +141,7 @@ def _report_sent(sink: Sink, put: Tell) -> None:
 def _play(opened: _Opened, inbox: queue.SimpleQueue[Message]) -> int:
     sink, tell = opened.sink, opened.tell
     player = Player(sink, tell, time.time)
+    last = {"type": "stopped"}
     silent_from = math.inf  # when the parent, if it has pinged at all, counts as hung
     try:
         while True:
@@ -163,11 +164,11 @@ def _play(opened: _Opened, inbox: queue.SimpleQueue[Message]) -> int:
                 silent_from = time.monotonic() + SILENCE_LIMIT
             _obey(player, message, opened)
     except Exception as error:
-        tell({"type": "error", "message": f"the stage stopped: {_one_line(error)}"})
+        last["message"] = _one_line(error)
         return 1
     finally:
         _stop(player)
-        tell({"type": "stopped"})
+        tell(last)
         sink.close()
 
 

@@ -72,6 +72,7 @@ class Playback:
         self._kept: dict[str, Message] = {}  # speed and silence, which new stages are told too
         self._opening = asyncio.Lock()
         self._reviving: set[asyncio.Task[None]] = set()
+        self._halting: Stage | None = None  # a new one that has yet to stop what another left moving
         self._still = asyncio.Event()
         self._token = secrets.token_urlsafe()
         self._port = options.port
@@ -128,7 +129,8 @@ class Playback:
         if kind in ("speed", "silence"):
             self._kept[kind] = {"type": kind, **values}
         for stage in (self._leader, self._twin):
-            if stage:
+            # One that looks for robots to stop them would give that up for a hush: nobody would hear it yet.
+            if stage and not (kind == "hush" and stage is self._halting):
                 stage.send(message)
 
     def hush(self) -> None:
@@ -225,6 +227,7 @@ class Playback:
     def _lead(self, transport: Message) -> None:
         """Have the twin begin at the very same time as the stage that leads, and stop when that stops by itself."""
         if transport["state"] in ("stopped", "ended"):
+            self._halting = None
             self._still.set()
         if not self._twin:
             return
@@ -241,6 +244,10 @@ class Playback:
         if leads and self._twin:
             self._twin.send({"type": "hush"})
         self._loaded = {}
+        if dead is self._halting:  # the next one would fare no better
+            self._halting = None
+            self._still.set()
+            return {**gone, "message": f"{gone['message']}: robots may still move; save to play again"}
         task = asyncio.create_task(self._replace(dead))
         self._reviving.add(task)
         task.add_done_callback(self._reviving.discard)
@@ -262,6 +269,7 @@ class Playback:
                 return
             self._leader = new
         if new and self._score:
+            self._halting = new
             self._still.clear()
             new.send(self._load(_standing(self._score), "restart"))
             with suppress(asyncio.TimeoutError):

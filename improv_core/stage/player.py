@@ -251,7 +251,10 @@ class Player:
             self._tell_transport(now)
 
     def _look_for_listeners(self, now: float) -> None:
-        self._unheard = set(self._sink.missing(self._unheard))
+        found, self._unheard = self._unheard, set(self._sink.missing(self._unheard))
+        for robot in found - self._unheard:
+            if not self._score.parts[robot].movement.duration:
+                self._sink.send(robot, STILL, 0.0)  # one that is only to stop need not wait for the others
         if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in self._unheard):
             return
         self._zero = now

@@ -47,7 +47,7 @@ class Stage:
         self._hear = hear
         self._loop = asyncio.get_running_loop()
         self._closing = False
-        self._hung = ""
+        self._hung = self._failure = ""
         self._ready: asyncio.Future[Message] = self._loop.create_future()
         self._ended = asyncio.Event()
         self._last_words: deque[str] = deque(maxlen=5)
@@ -156,7 +156,8 @@ class Stage:
                 self._loading_until = 0
             return
         if message["type"] == "stopped":
-            self._answered = time.monotonic() + END_LIMIT  # its last words: from here on it takes time to end
+            self._answered = time.monotonic() + END_LIMIT  # from here on it takes time to end
+            self._failure = message.get("message", "")
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._told, message)
 
@@ -171,7 +172,8 @@ class Stage:
     def _end(self) -> None:
         self._ended.set()
         self._outbox.put(None)
-        ended = f"the stage ended: {self._last_words[-1]}" if self._last_words else "the stage ended by itself"
+        why = self._failure or (self._last_words[-1] if self._last_words else "")
+        ended = f"the stage ended: {why}" if why else "the stage ended by itself"
         self._told({"type": "gone", "message": self._hung or ended})
 
     def _read_log(self) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from improv_core.ide.completion import complete
+from improv_core.ide.completion import Completion, Item, complete, document
+from improv_core.robots import read_robots
 from improv_core.syntax.vocabulary import Kind, of_kind
 from tests.ide.cursor import at_cursor
 
@@ -10,30 +11,52 @@ MOVING = of_kind(Kind.PRIMITIVE, Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FA
 PLANES = of_kind(Kind.PLANE)
 
 
+def offered(program: str, robots: str = "") -> Completion:
+    analysis, offset = at_cursor(program)
+    found = complete(analysis.with_robots(read_robots(robots)), offset)
+    assert found
+    begun = analysis.text[found.span.start : found.span.end]
+    assert found.span.end == offset
+    assert begun == "" or begun.isidentifier()
+    return found
+
+
 def check(program: str, *labels: str) -> None:
     """At the cursor exactly these are offered, and they replace the word that has been begun."""
-    analysis, offset = at_cursor(program)
-    items = complete(analysis, offset)
-    assert [item.label for item in items] == list(labels)
-    for item in items:
-        begun = analysis.text[item.span.start : item.span.end]
-        assert item.span.end == offset
-        assert begun == "" or begun.isidentifier()
+    assert [item.label for item in offered(program).items] == list(labels)
+
+
+def check_nothing(program: str) -> None:
+    assert complete(*at_cursor(program)) is None
+
+
+def check_snippet(program: str, label: str, snippet: str) -> None:
+    (item,) = [item for item in offered(program).items if item.label == label]
+    assert item.snippet == snippet
 
 
 def test_a_line_begins_with_the_tempo_or_a_robot() -> None:
     check("|>", "beat")
     check("r1 $ left\n|>\n", "beat", "r1")
     check("r1 $ left\nr|>", "beat", "r1")
-    check("r1 r2 $ left\nr1 |>", "r1", "r2")
+    check("r1 r2 $ left\nr1 |>", "r2")
+    robots = '[robots.anna]\nprofile = "turtlesim"\n[robots.bruno]\nprofile = "turtlesim"\n'
+    items = offered("bruno carla $ left\n|>", robots).items
+    assert [(item.label, item.detail) for item in items[1:]] == [
+        ("anna", "in improv.toml"),
+        ("bruno", "1 beat"),
+        ("carla", "1 beat"),
+    ]
 
 
 def test_a_movement_is_a_word_or_a_name_defined_above() -> None:
-    check("x = left\nr $ fo|>\nz = right", *MOVING, "x")
-    check("x = left\nr $ x || |>", *MOVING, "x")
-    check("x = left\nr $ fast 2 [|>", *MOVING, "x")
+    check("x = left\nr $ |> \nz = right", "x", *MOVING)
+    check("x = left\nr $ fo|>\nz = right", "x", *MOVING)
+    check("x = left\ny = left\nx = up\nr $ x || |>", "x", "y", *MOVING)
+    check("x = left\nr $ fast 2 [|>", "x", *MOVING)
     check("x = |>", *MOVING)
     check("r $ repeat 2 re|>peat 3 left", *MOVING)
+    assert offered("x = left up\nr $ |>").items[0] == Item("x", "name", "2 beats")
 
 
 def test_an_open_bracket_goes_on_over_lines() -> None:
@@ -41,18 +64,58 @@ def test_an_open_bracket_goes_on_over_lines() -> None:
     check("x = (left)\n|>", "beat")
 
 
-def test_a_plane_after_reflect_and_nothing_where_a_number_must_stand() -> None:
+def test_planes_and_numbers_where_they_must_stand() -> None:
     check("r $ reflect |>", *PLANES)
     check("r $ reflect s|>", *PLANES)
-    check("r $ fast |>")
-    check("beat |>")
-    check("r $ repeat 2|>")
+    check("r $ fast |>", "2", "3", "3/2")
+    check("beat |>", "60", "30", "120")
+    check("r $ repeat |>", *MOVING, "2", "3", "4", "8")
 
 
-def test_nothing_in_comments() -> None:
-    check("# |>")
-    check("r $ left # fo|>")
+def test_nothing_in_comments_and_numbers() -> None:
+    check_nothing("# |>")
+    check_nothing("r $ left # fo|>")
+    check_nothing("r $ repeat 2|>")
+    check_nothing("r $ repeat 2|>x")
 
 
 def test_works_in_the_middle_of_broken_text() -> None:
-    check("x = left\nr $ ) fast || |> ]", *MOVING, "x")
+    check("x = left\nr $ ) fast || |> ]", "x", *MOVING)
+    check("x = left\nr $ (((\ny = |>", "x", *MOVING)
+    check("x = left\n= $ $\nr $ ? |>", "x", *MOVING)
+
+
+def test_snippets_leave_room_for_what_they_apply_to() -> None:
+    check_snippet("r $ re|>", "repeat", "repeat ${1:4} ($0)")
+    check_snippet("r $ (re|>) left", "reflect", "reflect ${1|YZ,XZ,XY|} ($0)")
+    check_snippet("r $ re|> (forward left)", "repeat", "repeat ${1:4}")
+    check_snippet("r $ |> forward", "slow", "slow ${1:2}")
+    check_snippet("r $ re|> forward", "reverse", "")
+    check_snippet("r $ |>", "reverse", "reverse ($0)")
+    check_snippet("r $ |>", "forward", "")
+    check_snippet("|>", "beat", "beat ${1:60}")
+
+
+def test_of_many_names_the_nearest_that_fit() -> None:
+    program = "".join(f"name{number} = left\n" for number in range(1000))
+    found = offered(f"{program}r $ |>")
+    assert not found.whole
+    assert [item.label for item in found.items if item.kind == "name"][:2] == ["name999", "name998"]
+    found = offered(f"{program}r $ n99|>")
+    assert not found.whole
+    assert [item.label for item in found.items if item.kind == "name"][-1] == "name99"
+
+
+def test_what_is_said_about_what_is_offered() -> None:
+    analysis, _ = at_cursor("x = left\nx = x up\nr $ x|>")
+
+    def said(label: str, kind: str, statement: int) -> str:
+        found = document(analysis, Item(label, kind), statement, pictures=False)
+        return found.plain if found else ""
+
+    assert said("x", "name", 2).startswith("x (name, line 2)\nx = x up\n2 beats, 2.0 s")
+    assert said("x", "name", 1).startswith("x (name, line 1)\nx = left\n1 beat")
+    assert said("x", "name", 99) == said("x", "name", 2)
+    assert said("r", "robot", 2) == "r (robot, profile turtlesim): all it plays\n2 beats, 2.0 s at beat 60"
+    assert said("reflect", "keyword", 2) == "reflect YZ movement: The mirror image in a plane: YZ, XZ or XY."
+    assert said("8", "number", 2) == said("y", "name", 2) == ""

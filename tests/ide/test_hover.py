@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from base64 import b64decode
+from xml.etree import ElementTree
+
+import pytest
+
 from improv_core.analysis import analyze
 from improv_core.ide.hover import hover, summary
+from improv_core.robots import read_robots
 from tests.ide.cursor import at_cursor
 
 
@@ -14,7 +20,7 @@ def check(program: str, marked: str, *said: str) -> None:
     assert found
     assert analysis.text[found.span.start : found.span.end] == marked
     for part in said:
-        assert part in found.text
+        assert part in found.markdown
 
 
 def check_nothing(program: str) -> None:
@@ -74,6 +80,81 @@ def test_nothing_to_say() -> None:
 def test_huge_durations_are_told_at_once() -> None:
     huge = "repeat 1000000000 (repeat 1000000000 (forward left))"
     check(f"r $ |>{huge}", huge, "2000000000000000000 beats", "2,000,000,000,000,000,000.0 m")
+
+
+def test_where_a_movement_leads() -> None:
+    check("r $ |>(forward left forward)", "(forward left forward)", "4.0 m", "ends 2.0 m ahead, 2.0 m left, facing 90°")
+    check("r $ |>(backward right)", "(backward right)", "ends 2.0 m behind, facing 90° right")
+    check("r $ |>repeat 4 (forward left)", "repeat 4 (forward left)", "ends where it began")
+    check("r $ |>(up left left)", "(up left left)", "ends 2.0 m up, facing 180°")
+
+
+def test_what_the_brackets_around_make_of_it() -> None:
+    check("x = forward\nr $ [|>x left]", "x", "1 beat", "in this bracket twice as fast: 0.5 beats, 0.50 s")
+    check("r $ [forward [left ri|>ght] left]", "right", "here 6 times as fast: 1/6 beats, 0.17 s")
+    check("r $ [forward left || le|>ft]", "left", "1 beat")
+    check("r $ slow 2 (le|>ft)", "left", "here half as fast: 2 beats")
+    check("r $ fast 2 [|>(left) right up]", "(left)", "here 6 times as fast")
+    assert "as fast" not in said("r $ [le|>ft || up] right")
+
+
+def test_the_top_speed_against_the_robots_limit() -> None:
+    robots = '[robots.r]\nprofile = "turtlebot3_burger"\n[robots.s]\nprofile = "turtlebot3_waffle"\n'
+    one = "top speed 0.4 of 0.22 m/s, 1.57 of 2.84 rad/s"
+    assert one in said("beat 120\nr |>$ forward slow 2 left", robots)
+    assert one in said("beat 120\n|>r s $ forward slow 2 left", robots)
+    both = said("r s |>$ repeat (forward || left)", robots)
+    assert "r: top speed 0.2 of 0.22 m/s, 1.57 of 2.84 rad/s" in both
+    assert "s: top speed 0.2 of 0.26 m/s, 1.57 of 1.82 rad/s" in both
+    assert "top speed 6 m/s, 4.71 rad/s" in said(
+        "r |>$ [forward left forward] reverse fast 2 scale 1/2 forward || rest"
+    )
+    assert "stands still" in said("r |>$ rest")
+
+
+def said(program: str, robots: str = "") -> str:
+    analysis, offset = at_cursor(program)
+    found = hover(analysis.with_robots(read_robots(robots)), offset)
+    assert found
+    return found.plain
+
+
+def test_plain_text_has_no_marks() -> None:
+    assert said("x = [left up]\nr $ |>x") == (
+        "x (name, line 1)\nx = [left up]\n1 beat, 1.0 s at beat 60 · 2.0 m, turns 90° left\n"
+        "ends 2.0 m up, facing 90° left"
+    )
+    assert said("x |>= left").startswith("=: x stands for what follows\n")
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "r $ forw|>ard",
+        "|>r $ left forward",
+        "r |>$ repeat (forward halfleft)",
+        "r $ |>repeat 1000000000 (forward || repeat 7 halfleft)",
+        "x = (forward || left) (forward || right)\nr $ repeat 1000 [|>x scale 3 x]",
+        "x = repeat 900 (fast 3 forward halfleft scale 1/7 (forward || right))\nr $ |>x",
+        f"{'x' * 90_000} = up forward\nr $ |>{'x' * 90_000}",
+    ],
+)
+def test_the_picture_is_small(program: str) -> None:
+    found = hover(*at_cursor(program), pictures=True)
+    assert found
+    ElementTree.fromstring(found.picture)
+    assert len(found.picture) < 20_000
+    assert len(found.markdown) < 90_000
+    image, _, size = found.markdown.rpartition("](data:image/svg+xml;base64,")[2].partition("|")
+    assert b64decode(image).decode() == found.picture
+    assert size.startswith("width=")
+    assert "data:" not in found.plain
+
+
+def test_what_stays_in_its_place_has_no_picture() -> None:
+    for program in ("r $ le|>ft", "r |>$ rest up", "be|>at 60", "r $ [|>]"):
+        found = hover(*at_cursor(program), pictures=True)
+        assert found is None or not found.picture
 
 
 def test_summary() -> None:

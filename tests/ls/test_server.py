@@ -53,11 +53,11 @@ def test_hover_and_completion(client: Client) -> None:
     client.open(URI, "beat 30\nsquare = repeat 4 (forward left)\nr $ square || \n")
     place = {"textDocument": {"uri": URI}, "position": {"line": 2, "character": 5}}
     hover = client.request("textDocument/hover", place)
-    assert hover["contents"]["kind"] == "markdown"
+    assert hover["contents"]["kind"] == "plaintext"
     assert "8 beats, 16.0 s at beat 30 · 8.0 m, turns 360° left" in hover["contents"]["value"]
     assert hover["range"] == _range(2, 4, 2, 10)
     place["position"] = {"line": 2, "character": 14}
-    labels = [item["label"] for item in client.request("textDocument/completion", place)]
+    labels = [item["label"] for item in client.request("textDocument/completion", place)["items"]]
     assert {"forward", "repeat", "square"} <= set(labels)
     assert "YZ" not in labels
 

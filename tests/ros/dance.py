@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import pytest
 
-from tests.ls.client import Client
+from tests.ls.client import CAPABILITIES, Client
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT, Listener
 
@@ -47,8 +47,8 @@ class Conductor(Protocol):
 class Server:
     """A server whose client is in this process."""
 
-    def __init__(self, env: Mapping[str, str], options: Mapping[str, Any] = OPTIONS) -> None:
-        self.client = Client(options, env=env)
+    def __init__(self, env: Mapping[str, str], capabilities: Mapping[str, Any] = CAPABILITIES) -> None:
+        self.client = Client(OPTIONS, capabilities, env)
         self.pid = self.client.process.pid
         self._version = 0
         self.client.open(URI, "")

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import pytest
 
 from improv_core.analysis import analyze
 from improv_core.compiler import score_of
-from improv_core.motion import Pose, Twist
+from improv_core.motion import STILL, Pose, Twist
+from improv_core.movement import series
 from improv_core.score import Part, Score
 from improv_core.stage.player import PATIENCE, Player
 
@@ -214,6 +217,19 @@ def test_while_listeners_are_waited_for_nobody_goes_on_moving() -> None:
     stage.load("r new $ repeat forward")
     assert stage.sink.sent[-1] == ("r", 0.0, Twist())
     assert stage.player.state == "waiting"
+
+
+def test_who_is_only_to_stop_need_not_wait_for_others() -> None:
+    stage = Stage()
+    stage.sink.deaf = {"r": "nobody listens", "s": "nobody listens"}
+    parts = {robot: replace(part, movement=series(())) for robot, part in score("r s $ forward").parts.items()}
+    stage.player.load(Score(Fraction(60), parts), 1, "restart", stage.now)
+    stage.run(1)
+    assert stage.sink.sent == []
+    del stage.sink.deaf["s"]
+    stage.run(1)
+    assert stage.sink.sent == [("s", 0, STILL)]
+    assert stage.states == ["waiting"]
 
 
 def test_pause_stops_and_resume_goes_on_from_there() -> None:

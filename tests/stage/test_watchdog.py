@@ -1,0 +1,111 @@
+"""What the parent of a stage notices, and says in one line, when that hangs, fails or ends, without ROS."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from urllib.request import urlopen
+
+import pytest
+
+from improv_core.stage.process import END_LIMIT, HANG_LIMIT, LOADING_LIMIT, Message, Stage
+from tests.ls.client import Client
+from tests.processes import descendants, wait_until_gone
+
+LIMIT = 30.0
+MARGIN = 2.0
+"""Seconds that a busy machine adds."""
+READY = 'print(json.dumps({"type": "ready", "sink": "fake", "live": True}), flush=True)'
+PONG = 'print(json.dumps({**message, "type": "pong"}), flush=True)'
+
+
+def stage(*lines: str) -> str:
+    """A stage that says it is ready, and runs these lines for each message, among them those that have its name."""
+    return "\n".join(["import json, sys, time", READY, "for line in sys.stdin:", " message = json.loads(line)", *lines])
+
+
+def told_of(code: str, *messages: Message) -> tuple[list[Message], float]:
+    """What a stage that runs this code says until it has ended, and the seconds from the messages to that."""
+
+    async def listen() -> tuple[list[Message], float]:
+        told: list[Message] = []
+        gone = asyncio.Event()
+
+        def hear(_: Stage, message: Message) -> None:
+            told.append(message)
+            if message["type"] == "gone":
+                gone.set()
+
+        watched = await Stage.start([sys.executable, "-c", code], os.environ, hear)
+        began = time.monotonic()
+        for message in messages:
+            watched.send(message)
+        await asyncio.wait_for(gone.wait(), LIMIT)
+        assert not watched.alive
+        return told, time.monotonic() - began
+
+    return asyncio.run(listen())
+
+
+def test_a_stage_that_does_not_answer_is_killed() -> None:
+    told, seconds = told_of(stage(" time.sleep(60)"))
+    assert told == [{"type": "gone", "message": f"the stage did not answer for {HANG_LIMIT} s"}]
+    assert seconds < HANG_LIMIT + MARGIN
+
+
+def test_a_stage_may_take_long_to_get_ready_for_a_score_but_not_after_that() -> None:
+    """It takes longer than it may take to answer, then answers once, then never again."""
+    code = stage(
+        ' if message["type"] == "load":',
+        f"  time.sleep({HANG_LIMIT * 2})",
+        f"  message = json.loads(sys.stdin.readline()); {PONG}",
+        "  time.sleep(60)",
+        f" {PONG}",
+    )
+    told, seconds = told_of(code, {"type": "load"})
+    assert [message["type"] for message in told] == ["gone"]
+    assert HANG_LIMIT * 2 < seconds < HANG_LIMIT * 3 + MARGIN < LOADING_LIMIT
+
+
+def test_what_a_stage_fails_of_is_in_the_line_of_its_end_and_it_may_take_its_time() -> None:
+    last = '{"type": "stopped", "message": "no such topic"}'
+    told, seconds = told_of(stage(f" print('{last}', flush=True); time.sleep({HANG_LIMIT * 2}); sys.exit(1)"))
+    assert [message["type"] for message in told] == ["stopped", "gone"]
+    assert told[-1]["message"] == "the stage ended: no such topic"
+    assert HANG_LIMIT * 2 < seconds < END_LIMIT
+
+
+@pytest.fixture
+def client() -> Iterator[Client]:
+    with Client({"backend": "sim"}) as client:
+        client.open("file:///dance.improv", "r $ repeat forward\n")
+        client.save("file:///dance.improv")
+        client.wait_for_line("▶")
+        client.wait("$/progress", lambda params: params["value"]["message"] == "beat 2/∞")
+        yield client
+        ours = descendants(client.process.pid)
+    wait_until_gone(ours, LIMIT)
+
+
+@pytest.mark.parametrize(
+    ("number", "line"),
+    [
+        (signal.SIGKILL, "the stage ended by itself: a new one stops the robots; save to play again"),
+        (signal.SIGSTOP, "the stage did not answer for 3 s: a new one stops the robots; save to play again"),
+    ],
+    ids=["SIGKILL", "SIGSTOP"],
+)
+def test_a_new_simulator_takes_the_place_of_one_that_is_gone(client: Client, number: signal.Signals, line: str) -> None:
+    dead = descendants(client.process.pid)
+    (page,) = client.wait_for_page()
+    os.kill(next(iter(dead)), number)
+    client.wait_for_line(line)
+    wait_until_gone(dead, LIMIT)
+    client.save("file:///dance.improv")
+    client.wait_for_line("▶")
+    assert urlopen(page).status == 200, "the page that is open is served on"
+    assert len(descendants(client.process.pid)) == 1

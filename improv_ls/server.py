@@ -25,6 +25,9 @@ FEATURES = {
     types.TEXT_DOCUMENT_COMPLETION: "language.completion",
     types.COMPLETION_ITEM_RESOLVE: "language.resolve",
     types.TEXT_DOCUMENT_SIGNATURE_HELP: "language.signature_help",
+    types.TEXT_DOCUMENT_CODE_ACTION: "actions.code_action",
+    types.TEXT_DOCUMENT_FORMATTING: "layout.formatting",
+    types.TEXT_DOCUMENT_RANGE_FORMATTING: "layout.range_formatting",
     types.TEXT_DOCUMENT_DEFINITION: "navigation.definition",
     types.TEXT_DOCUMENT_REFERENCES: "navigation.references",
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: "navigation.document_highlight",
@@ -43,6 +46,14 @@ FEATURES = {
 OPTIONS: Mapping[str, Any] = {
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: types.SemanticTokensLegend(TYPES, MODIFIERS),
     types.TEXT_DOCUMENT_COMPLETION: types.CompletionOptions(trigger_characters=[" "], resolve_provider=True),
+    types.TEXT_DOCUMENT_CODE_ACTION: types.CodeActionOptions(
+        [
+            types.CodeActionKind.QuickFix,
+            types.CodeActionKind.RefactorExtract,
+            types.CodeActionKind.RefactorInline,
+            types.CodeActionKind.RefactorRewrite,
+        ]
+    ),
     types.TEXT_DOCUMENT_SIGNATURE_HELP: types.SignatureHelpOptions(trigger_characters=[" ", "("]),
 }
 COMMANDS = {

@@ -35,7 +35,7 @@ _KINDS = {
 
 def diagnostics(document: Document, encoding: Encoding | str) -> types.PublishDiagnosticsParams:
     found = document.analysis.diagnostics
-    converted = [_diagnostic(document.uri, document.lines, each, encoding) for each in found]
+    converted = [diagnostic(document.uri, document.lines, each, encoding) for each in found]
     return types.PublishDiagnosticsParams(document.uri, converted, document.version)
 
 
@@ -45,21 +45,21 @@ def robots_diagnostics(robots: Robots, encoding: Encoding | str) -> types.Publis
     if not uri:
         return None
     lines = LineIndex(robots.text)
-    return types.PublishDiagnosticsParams(uri, [_diagnostic(uri, lines, each, encoding) for each in robots.diagnostics])
+    return types.PublishDiagnosticsParams(uri, [diagnostic(uri, lines, each, encoding) for each in robots.diagnostics])
 
 
-def _diagnostic(uri: str, lines: LineIndex, diagnostic: Diagnostic, encoding: Encoding | str) -> types.Diagnostic:
+def diagnostic(uri: str, lines: LineIndex, found: Diagnostic, encoding: Encoding | str) -> types.Diagnostic:
     related = [
         types.DiagnosticRelatedInformation(types.Location(uri, to_range(lines, other.span, encoding)), other.message)
-        for other in diagnostic.related
+        for other in found.related
     ]
     return types.Diagnostic(
-        range=to_range(lines, diagnostic.span, encoding),
-        message=diagnostic.message,
-        severity=_SEVERITIES[diagnostic.severity],
-        code=diagnostic.code,
+        range=to_range(lines, found.span, encoding),
+        message=found.message,
+        severity=_SEVERITIES[found.severity],
+        code=found.code,
         source="improv",
-        tags=[types.DiagnosticTag.Unnecessary] if diagnostic.code in FADED else None,
+        tags=[types.DiagnosticTag.Unnecessary] if found.code in FADED else None,
         related_information=related or None,
     )
 

@@ -36,18 +36,16 @@ def fixes(analysis: Analysis, span: Span) -> list[Action]:
         for each in here
         for fix in each.fixes
     ]
-    codes = dict.fromkeys(each.code for each in here if each.code in SAFE and each.fixes)
-    return [*found, *(action for code in codes for action in _everywhere(analysis, code))]
+    mendable = {each.code: each for each in here if each.code in SAFE and each.fixes}
+    return [*found, *(action for each in mendable.values() for action in _everywhere(analysis, each))]
 
 
-def _everywhere(analysis: Analysis, code: str) -> Iterator[Action]:
-    alike = [each for each in analysis.diagnostics if each.code == code and each.fixes]
+def _everywhere(analysis: Analysis, mistake: Diagnostic) -> Iterator[Action]:
+    alike = [each for each in analysis.diagnostics if each.code == mistake.code and each.fixes]
     if len(alike) > 1:
         edits = _apart(edit for each in alike for edit in each.fixes[0].edits)
-        title = f"{alike[0].fixes[0].title}, and all {len(alike) - 1} others of this kind"
-        if len(alike) == 2:
-            title = f"{alike[0].fixes[0].title}, and the other one of this kind"
-        yield Action(title, "quickfix", edits, tuple(alike))
+        others = "the other one" if len(alike) == 2 else f"all {len(alike) - 1} others"
+        yield Action(f"{mistake.fixes[0].title}, and {others} of this kind", "quickfix", edits, (mistake,))
 
 
 def _ordered(edits: Iterable[Edit]) -> tuple[Edit, ...]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Sequence
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from improv_core.analysis import Analysis, Placed
@@ -85,3 +85,13 @@ def before(analysis: Analysis, offset: int) -> Before | None:
     if tokens and tokens[-1].type == "NUMBER" and tokens[-1].end == last.start:
         return Before(tokens[:-1], tokens[-1].text, True, statement)
     return Before(tokens, last.text[: -len(_MARK)], False, statement)
+
+
+def touching(analysis: Analysis, span: Span) -> Iterator[Placed]:
+    """The statements that a span touches, in the order of the text."""
+    for index in range(max(bisect_right(analysis.starts, span.start) - 1, 0), len(analysis.starts)):
+        placed = analysis.placed(index)
+        if placed.start > span.end:
+            return
+        if placed.span.end >= span.start:
+            yield placed

@@ -191,6 +191,7 @@ class Playback:
         assert self._leader
         assert self._score
         self._generation += 1
+        self._halting = None
         self._loaded = self._load(self._score, when)
         self._leader.send(self._loaded)
 

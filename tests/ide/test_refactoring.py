@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -42,7 +44,7 @@ def check_not(title: str, program: str) -> None:
 
 
 def applied(text: str, edits: tuple[Edit, ...]) -> str:
-    assert all(one.span.end <= other.span.start for one, other in zip(edits, edits[1:], strict=False))
+    assert all(one.span.end <= other.span.start for one, other in pairwise(edits))
     for edit in reversed(edits):
         text = text[: edit.span.start] + edit.text + text[edit.span.end :]
     return text

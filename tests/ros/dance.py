@@ -24,7 +24,7 @@ BEFORE_SPEED, AFTER_SPEED = 2, 3
 SOON = 0.5 + 0.3
 """Seconds to the first zero, with what a busy machine adds."""
 NEW_STAGE = 20.0
-"""Seconds to the first zero of a stage that has to be started and discovered first: 1.3 to 4.4 on a quiet machine."""
+"""Seconds to the first zero of a stage that has to be started and discovered first: 0.6 to 3.0 on a quiet machine."""
 ENDED = "the stage ended by itself: a new one stops the robots; save to play again"
 SIGNALS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT]
 DEADLY = pytest.mark.parametrize("number", SIGNALS, ids=[number.name for number in SIGNALS])

@@ -85,7 +85,7 @@ _DEFINITION = _kind("variable", "definition")
 _USE = _kind("variable")
 _ROBOT = _kind("class")
 _KINDS: Mapping[str, tuple[int, int]] = {
-    "BEAT": _kind("keyword"),
+    "BEAT": _kind("modifier"),
     "MIRROR": _kind("keyword"),
     "REPEAT": _kind("keyword"),
     "REFLECT": _kind("keyword"),

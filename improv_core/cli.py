@@ -114,9 +114,19 @@ _browser = click.option("--no-browser", is_flag=True, help="Do not open the simu
 @_backend
 @_port
 @_browser
+@click.option("--fast", is_flag=True, help="In the simulator, without its page, as fast as it can be computed.")
+@click.option("--for", "seconds", type=click.FloatRange(0, min_open=True), help="Seconds at most, with --fast.")
 @click.option("--report", type=click.Choice(["json"]), help="End with a line that says where the robots are.")
-def play(file: Path, backend: str, port: int, no_browser: bool, report: str | None) -> None:
+def play(
+    file: Path, backend: str, port: int, no_browser: bool, fast: bool, seconds: float | None, report: str | None
+) -> None:
     """Play a program once. Ctrl-C stops the robots."""
+    if seconds and not fast:
+        raise CannotError("--for goes with --fast: end what is played with Ctrl-C")
+    if fast and backend in ("ros", "both"):
+        raise CannotError("--fast is for the simulator: robots can't be hurried")
+    if fast:
+        _rehearse(file, seconds, report=report is not None)
     from improv_core import live
 
     _run(live.play(file, _options(backend, port), browser=not no_browser, report=report is not None))
@@ -185,6 +195,15 @@ def setup() -> None:
     except KeyboardInterrupt:
         CannotError("interrupted: run `improv ros setup` again").show()
         sys.exit(INTERRUPTED)
+
+
+def _rehearse(file: Path, seconds: float | None, *, report: bool) -> None:
+    from improv_core.rehearsal import rehearse
+
+    try:
+        sys.exit(rehearse(file, seconds, report=report))
+    except ReadError as problem:
+        raise CannotError(str(problem)) from None
 
 
 def _options(backend: str, port: int) -> Options:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import math
 import signal
 import sys
 import webbrowser
@@ -20,7 +19,7 @@ from improv_core.compiler import score_of
 from improv_core.ide.hover import summary
 from improv_core.motion import Twist
 from improv_core.program import ReadError, analyze_file, read_program, robots_near
-from improv_core.report import told
+from improv_core.report import outcome, told
 from improv_core.stage.client import Options, Playback, each_beat
 from improv_core.stage.process import Message
 from improv_core.stage.sinks.recorder import Recorder
@@ -117,8 +116,7 @@ class _Show:
         self._recorder = recorder
         self._unwritten: OSError | ValueError | None = None
         self._counter: asyncio.Task[None] | None = None
-        self._poses: Message = {}  # the latest transport message that has poses
-        self._seconds = 0.0
+        self._latest: dict[str, Any] = {}  # of the stage that leads, with the poses of the one that has them
         self._playing: set[bool] = set()  # which stages play: the one that leads, its twin
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
@@ -138,7 +136,7 @@ class _Show:
         self.finished.clear()
         score = score_of(analysis)
         if self._recorder:
-            self._recorder.prepare(score.parts, restart=True)
+            self._recorder.prepare(score, restart=True)
         await self._playback.play(score)
         self._say(f"▶ {summary(analysis)}, {self._playback.status}")
 
@@ -150,16 +148,14 @@ class _Show:
             raise self._unwritten
 
     def report(self) -> dict[str, Any]:
-        """Where the simulated robots were at beat 0 and at the end (metres, radians), and how long it took."""
-        return {
-            "start": _places(self._poses.get("start", {})),
-            "robots": _places(self._poses.get("poses", {})),
-            "seconds": self._seconds,
-        }
+        """What became of the latest dance."""
+        return outcome(self._latest)
 
     def _hear(self, message: Message, leads: bool) -> None:
         if message["type"] == "transport":
             self._follow(message, leads)
+        elif message["type"] == "stopped":
+            self._keep_poses(message)
         elif message["type"] == "sent" and leads:
             self._record(message)
         elif message["type"] in ("warning", "error", "gone"):
@@ -170,19 +166,22 @@ class _Show:
                 self.finished.set()
 
     def _follow(self, transport: Message, leads: bool) -> None:
-        if "poses" in transport:
-            self._poses = transport
+        self._keep_poses(transport)
+        if leads:
+            self._latest.update(transport)
         if transport["state"] == "playing":
             self._playing.add(leads)
         else:
             self._playing.discard(leads)
         if leads:
             self._stop_counter()
-            self._seconds = transport["beat"] * 60 / transport["tempo"]
             if transport["state"] == "playing" and not self._quiet and sys.stdout.isatty():
                 self._counter = asyncio.create_task(_count(transport))
         if not self._playing and transport["state"] in ("ended", "stopped"):
             self.finished.set()
+
+    def _keep_poses(self, message: Message) -> None:
+        self._latest.update({key: message[key] for key in ("start", "poses") if key in message})
 
     def _record(self, sent: Message) -> None:
         if not self._recorder or self._unwritten:
@@ -208,10 +207,3 @@ async def _count(transport: Message) -> None:
     """The beat, in place, until cancelled."""
     async for beat in each_beat(transport):
         click.echo(f"\r{beat} ", nl=False)
-
-
-def _places(poses: Message) -> dict[str, dict[str, float]]:
-    return {
-        robot: {"x": pose["x"], "y": pose["y"], "heading": math.remainder(pose["heading"], math.tau)}
-        for robot, pose in poses.items()
-    }

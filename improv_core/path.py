@@ -172,6 +172,14 @@ def _inside(leg: _Leg) -> list[_Leg]:
 
 
 def _walked_way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
+    if leg.movement.uniform is not None:
+        moving = twist(leg.movement.uniform.times(leg.gain), profile, A_BEAT_A_SECOND)
+        return Pose().after(moving, float(until))
+    period = _period(leg.movement)
+    if period and until > period:
+        turns, rest = divmod(until, period)
+        once, last = _walked_way(leg, period, profile), _walked_way(leg, rest, profile)
+        return None if once is None or last is None else _joined(_times(once, int(turns)), last)
     movement = algebra.reverse(leg.movement) if leg.backward else leg.movement
     way = Pose()
     for walked, moment in enumerate(walk(movement, merge=True)):
@@ -184,6 +192,40 @@ def _walked_way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
         moving = twist(velocity, profile, A_BEAT_A_SECOND)
         way = way.after(moving, float(min(moment.duration, left)))
     return way
+
+
+_SINGLE = (algebra.Use, algebra.Gain, algebra.Pace, algebra.Reverse)
+
+
+def _period(movement: Movement) -> Exact | None:
+    """After how many beats voices side by side are all at their beginning again; None where they never are.
+
+    0 for what never changes. Backward it is the same.
+    """
+    rate = Fraction(1)
+    while movement.uniform is None and isinstance(movement, _SINGLE):
+        rate *= movement.rate if isinstance(movement, algebra.Pace) else 1
+        (movement,) = algebra.parts(movement)
+    if movement.uniform is not None:
+        return 0
+    if isinstance(movement, algebra.Repeat) and movement.body.duration != ENDLESS:
+        return Fraction(movement.body.duration) / rate
+    if not isinstance(movement, algebra.Parallel):
+        return None
+    common = Fraction(0)
+    for voice in movement.voices:
+        period = _period(voice)
+        if period is None:
+            return None
+        common = _common(common, Fraction(period)) if period else common
+    return common / rate
+
+
+def _common(one: Fraction, other: Fraction) -> Fraction:
+    """The least common multiple, where 0 counts as none."""
+    if not one:
+        return other
+    return Fraction(math.lcm(one.numerator, other.numerator), math.gcd(one.denominator, other.denominator))
 
 
 def _joined(first: Pose, then: Pose) -> Pose:

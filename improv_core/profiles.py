@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 MOTIONS = ("forward", "turn", "strafe", "climb")
+DYNAMICS = ("ideal", "motors")
 MESSAGES = ("auto", "Twist", "TwistStamped")
 
 _WHEELS = ("forward", "turn")
@@ -19,7 +20,8 @@ class Profile:
     `step`: metres that `forward` covers. `quarter_turn`: radians that `left` turns. `max_linear` (m/s), `max_angular`
     (rad/s) and the accelerations (m/s², rad/s²): None where there is no limit. `motions`: those of `MOTIONS` that it
     can make, backward as well as forward. `command_rate`: how often it wants a command, in Hz. `radius`: metres, of
-    the disc that it is in the simulator. `message`: one of `MESSAGES`.
+    the disc that it is in the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator
+    moves it: exactly as the score says, or as motors do.
     """
 
     name: str
@@ -36,6 +38,7 @@ class Profile:
     radius: float = 0.3
     # What a TurtleBot3 or a TurtleBot 4 takes depends on the release of ROS, so none of the built-in ones fixes it.
     message: str = "auto"
+    dynamics: str = "ideal"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motions", tuple(self.motions))  # a list when it comes from JSON

@@ -16,9 +16,8 @@ from improv_core import live
 from improv_core.compiler import score_of
 from improv_core.movement import ENDLESS
 from improv_core.program import analyze_file
-from improv_core.score import Score
+from improv_core.rehearsal import perform
 from improv_core.stage.client import Options
-from improv_core.stage.player import Player
 from improv_core.stage.sinks.recorder import Recorder
 
 
@@ -39,7 +38,8 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
     if score.beats == ENDLESS and seconds is None:
         raise RecordError("this program never ends: say how much of it to record, as in `--for 60` (seconds)")
     began = time.perf_counter()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that nothing half-made is left
+    for number in (signal.SIGINT, signal.SIGTERM):  # so that nothing half-made is left, also where a shell ignores one
+        signal.signal(number, signal.default_int_handler)
     try:
         with recording(output) as recorder:
             perform(score, recorder, seconds)
@@ -90,20 +90,6 @@ def recording(output: Path) -> Iterator[Recorder]:
         raise RecordError(f"{output} is not written: {why}") from None
     finally:
         part.unlink(missing_ok=True)
-
-
-def perform(score: Score, recorder: Recorder, seconds: float | None = None) -> None:
-    """Have a player send a score, or its first seconds, by a clock that jumps from deadline to deadline."""
-    player = Player(recorder, lambda message: None, lambda: 0.0)
-    now = 0.0
-    player.load(score, 1, "restart", now)
-    while (deadline := player.deadline(now)) is not None:
-        now = max(now, deadline)
-        if seconds is not None and now >= seconds and player.state == "playing":
-            now = seconds
-            player.hush(now)
-        else:
-            player.advance(now)
 
 
 def _summary(output: Path, recorder: Recorder) -> str:

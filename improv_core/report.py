@@ -1,7 +1,8 @@
-"""How diagnostics are told outside an editor: as lines for people, as JSON for programs."""
+"""How diagnostics, and what became of a dance, are told outside an editor: as lines for people, as JSON."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,22 @@ def _told(path: Path, diagnostic: Diagnostic, lines: LineIndex) -> str:
 def as_json(analysis: Analysis) -> list[Mapping[str, Any]]:
     """Diagnostics as JSON values; lines and characters count from 0, characters in code points."""
     return [_as_json(diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
+
+
+def outcome(transport: Mapping[str, Any]) -> dict[str, Any]:
+    """Where simulated robots were at beat 0 and at the end (metres, radians), and how long it took."""
+    return {
+        "start": _places(transport.get("start", {})),
+        "robots": _places(transport.get("poses", {})),
+        "seconds": transport["beat"] * 60 / transport["tempo"] if transport else 0.0,
+    }
+
+
+def _places(poses: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    return {
+        robot: {"x": pose["x"], "y": pose["y"], "heading": math.remainder(pose["heading"], math.tau)}
+        for robot, pose in poses.items()
+    }
 
 
 def _as_json(diagnostic: Diagnostic, lines: LineIndex) -> Mapping[str, Any]:

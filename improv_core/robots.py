@@ -1,4 +1,4 @@
-"""What an `improv.toml` says: which robots there are, of what kind, where they start and where they listen."""
+"""What an `improv.toml` says: which robots there are, of what kind, where they start and listen, and their world."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ import re
 from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.motion import Pose
-from improv_core.profiles import BUILT_IN, DEFAULT, MESSAGES, MOTIONS, Profile
+from improv_core.profiles import BUILT_IN, DEFAULT, DYNAMICS, MESSAGES, MOTIONS, Profile
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.text import Span
-from improv_core.toml_text import Entry, Keys, read_toml
+from improv_core.toml_reading import Range, TomlReading, listed
+from improv_core.toml_text import Keys, read_toml
+from improv_core.world import EMPTY, World
+from improv_core.world_reading import read_world
 
 FILE_NAME = "improv.toml"
 
@@ -49,6 +50,7 @@ class Robots:
     diagnostics: tuple[Diagnostic, ...] = ()
     namespace: str = ""
     use_sim_time: bool = False
+    world: World = EMPTY
 
     @property
     def ok(self) -> bool:
@@ -63,15 +65,16 @@ class Robots:
 def read_robots(text: str, path: Path | None = None) -> Robots:
     """Read the text of an `improv.toml`. Never raises; what is wrong is in `diagnostics`, in the order of the text."""
     toml = read_toml(text)
-    reading = _Reading(toml.entries, list(toml.diagnostics))
+    reading = _RobotsReading(toml.entries, list(toml.diagnostics))
     sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.data, _SECTIONS).items()}
     profiles = reading.profiles(sections.get("profiles", {}))
     ros = reading.table(("ros",), sections.get("ros", {}), _ROS_KEYS)
     namespace = reading.ros_name(("ros", "namespace"), ros, "") or ""
     use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
-    robots = reading.robots(sections.get("robots", {}), profiles, namespace)
+    world = read_world(reading, sections.get("world", {}))
+    robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
     diagnostics = tuple(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span))
-    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time)
+    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world)
 
 
 def find_robots_file(folder: Path) -> Path | None:
@@ -92,14 +95,13 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
 _ROS_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # as in rmw's validate_full_topic_name.c
 _LONGEST_ROS_NAME = 247  # also there: 255, less 8 for prefixes
 
-# Of each number its unit and its range, which keeps out slips: 0, millimetres, an angle in radians.
-_Range = tuple[str, float, float]
-_START: Mapping[str, _Range] = {
+# The ranges keep out slips: 0, millimetres, an angle in radians.
+_START: Mapping[str, Range] = {
     "x": ("metres", -1000, 1000),
     "y": ("metres", -1000, 1000),
     "heading": ("degrees", -360, 360),
 }
-_MEASURES: Mapping[str, _Range] = {
+_MEASURES: Mapping[str, Range] = {
     "step": ("metres", 0.001, 100),
     "quarter_turn": ("degrees", 45, 135),
     "max_linear": ("m/s", 0.001, 100),
@@ -109,20 +111,18 @@ _MEASURES: Mapping[str, _Range] = {
     "command_rate": ("Hz", 1, 200),
     "radius": ("metres", 0.001, 100),
 }
-_SECTIONS = ("robots", "profiles", "ros", "world")  # the world belongs to the simulator: nothing in it is for us
+_SECTIONS = ("robots", "profiles", "ros", "world")
 _ROS_KEYS = ("namespace", "use_sim_time")
 _ROBOT_KEYS = ("profile", "start", "topic", "message", "reset")
-_PROFILE_KEYS = ("base", *_MEASURES, "motions", "message")
+_PROFILE_KEYS = ("base", *_MEASURES, "motions", "message", "dynamics")
 
 
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """Reads values by the keys that lead to them. What can't be used is reported and counts as not written."""
+class _RobotsReading(TomlReading):
+    """Reads robots and profiles."""
 
-    entries: Mapping[Keys, Entry]
-    diagnostics: list[Diagnostic]
-
-    def robots(self, tables: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str) -> dict[str, Robot]:
+    def robots(
+        self, tables: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str, world: World
+    ) -> dict[str, Robot]:
         made = {}
         for name, value in tables.items():
             robot = self.robot(name, self.table(("robots", name), value, _ROBOT_KEYS), profiles, namespace)
@@ -133,6 +133,8 @@ class _Reading:
                 self.at_key(("robots", name), f"choose another name: `{name}` is a word of the language")
             else:
                 made[name] = robot
+                if robot.start and not world.holds(robot.start.x, robot.start.y):
+                    self.at_value(("robots", name, "start"), "start inside the walls: the world is smaller than that")
         return made
 
     def robot(self, name: str, table: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str) -> Robot:
@@ -164,13 +166,6 @@ class _Reading:
         else:
             return whole
         return None
-
-    def flag(self, keys: Keys, table: Mapping[str, Any]) -> bool:
-        value = table.get(str(keys[-1]), False)
-        if isinstance(value, bool):
-            return value
-        self.at_value(keys, f"write `{keys[-1]}` as `true` or `false`")
-        return False
 
     def profiles(self, tables: Mapping[str, Any]) -> dict[str, Profile]:
         """All profiles, the built-in ones too, each made after the one it is based on."""
@@ -207,67 +202,16 @@ class _Reading:
         if "quarter_turn" in changes:
             changes["quarter_turn"] = math.radians(changes["quarter_turn"])
         motions = self.motions((*keys, "motions"), table["motions"]) if "motions" in table else ()
-        message = self.one_of((*keys, "message"), table, MESSAGES)
-        return replace(base, name=name, motions=motions or base.motions, message=message or base.message, **changes)
+        for word, known in (("message", MESSAGES), ("dynamics", DYNAMICS)):
+            if written := self.one_of((*keys, word), table, known):
+                changes[word] = written
+        return replace(base, name=name, motions=motions or base.motions, **changes)
 
     def motions(self, keys: Keys, value: Any) -> tuple[str, ...]:
         if not isinstance(value, list) or not value:
-            self.at_value(keys, f"write `motions` as a list of some of {_listed(MOTIONS)}")
+            self.at_value(keys, f"write `motions` as a list of some of {listed(MOTIONS)}")
             return ()
         for place, item in enumerate(value):
             if item not in MOTIONS:
-                self.at_value((*keys, place), f"write one of {_listed(MOTIONS)} here")
+                self.at_value((*keys, place), f"write one of {listed(MOTIONS)} here")
         return tuple(motion for motion in MOTIONS if motion in value)
-
-    def numbers(self, keys: Keys, table: Mapping[str, Any], ranges: Mapping[str, _Range]) -> dict[str, float]:
-        found = {}
-        for name in ranges.keys() & table.keys():
-            value, (unit, least, most) = table[name], ranges[name]
-            if isinstance(value, int | float) and not isinstance(value, bool) and least <= value <= most:
-                found[name] = float(value)
-            else:
-                self.at_value((*keys, name), f"write `{name}` in {unit}, from {least} to {most}")
-        return found
-
-    def one_of(self, keys: Keys, table: Mapping[str, Any], known: Collection[str]) -> str | None:
-        word = self.text(keys, table)
-        if word is None or word in known:
-            return word
-        self.at_value(keys, _unknown(word, known))
-        return None
-
-    def text(self, keys: Keys, table: Mapping[str, Any]) -> str | None:
-        value = table.get(str(keys[-1]))
-        if value is None or isinstance(value, str):
-            return value
-        self.at_value(keys, f"write `{keys[-1]}` as text, in quotes")
-        return None
-
-    def table(self, keys: Keys, value: Any, known: Collection[str] = ()) -> dict[str, Any]:
-        """The entries of a table: those that are known, or all if none is said to be."""
-        if not isinstance(value, dict):
-            self.at_value(keys, f"write `{keys[-1]}` as a section: `[{'.'.join(map(str, keys))}]`")
-            return {}
-        unknown = [key for key in value if known and key not in known]
-        for key in unknown:
-            self.at_key((*keys, key), _unknown(key, known))
-        return {key: inner for key, inner in value.items() if key not in unknown}
-
-    def at_key(self, keys: Keys, message: str) -> None:
-        self._report(self.entries[keys].key, message)
-
-    def at_value(self, keys: Keys, message: str) -> None:
-        self._report(self.entries[keys].value, message)
-
-    def _report(self, span: Span, message: str) -> None:
-        self.diagnostics.append(Diagnostic("robots", span, " ".join(message.splitlines())))
-
-
-def _unknown(word: str, known: Collection[str]) -> str:
-    near = get_close_matches(word, known, n=1) or get_close_matches(word.lower(), known, n=1)
-    hint = f"did you mean `{near[0]}`?" if near else f"write one of {_listed(known)}"
-    return f"`{word}` is not known here: {hint}"
-
-
-def _listed(words: Collection[str]) -> str:
-    return ", ".join(f"`{word}`" for word in words)

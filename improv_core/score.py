@@ -9,10 +9,12 @@ from functools import lru_cache
 from typing import Any
 
 from improv_core import movement as algebra
+from improv_core import world as worlds
 from improv_core.motion import Pose, Twist
 from improv_core.movement import Movement, Velocity
 from improv_core.profiles import Profile
 from improv_core.text import Span
+from improv_core.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +38,15 @@ class Part:
 class Score:
     """All parts, played together from beat 0 at `tempo` beats per minute.
 
-    `text` is the program, for those who watch, and `starts` where each of its statements begins, by number.
+    `world` is what stands around simulated robots. `text` is the program, for those who watch, and `starts` where each
+    of its statements begins, by number.
     """
 
     tempo: Fraction
     parts: Mapping[str, Part]
     text: str = ""
     starts: Mapping[int, int] = field(default_factory=dict)
+    world: World = worlds.EMPTY
 
     @property
     def beats(self) -> algebra.Duration:
@@ -82,7 +86,8 @@ def to_json(score: Score) -> dict[str, Any]:
         for name, part in score.parts.items()
     }
     program = {"text": score.text, "starts": list(score.starts.items())}
-    return {"tempo": str(score.tempo), "movements": rows, "parts": parts, **program}
+    world = worlds.to_json(score.world)
+    return {"tempo": str(score.tempo), "movements": rows, "parts": parts, "world": world, **program}
 
 
 def from_json(data: Mapping[str, Any]) -> Score:
@@ -102,7 +107,8 @@ def from_json(data: Mapping[str, Any]) -> Score:
         )
         for name, part in data["parts"].items()
     }
-    return Score(Fraction(data["tempo"]), parts, data["text"], dict(data["starts"]))
+    world = worlds.from_json(data["world"])
+    return Score(Fraction(data["tempo"]), parts, data["text"], dict(data["starts"]), world)
 
 
 def _add(whole: Movement, rows: list[list[Any]], places: dict[int, int]) -> int:

@@ -12,10 +12,13 @@ import pytest
 ROOT = Path(__file__).parent.parent
 CORE = sorted((ROOT / "improv_core").rglob("*.py"))
 STAGE = [path for path in CORE if "stage" in path.parts]
-BARE = [ROOT / "improv_core" / f"{name}.py" for name in ("__init__", "motion", "movement", "path", "profiles", "score")]
+BARE = [
+    ROOT / "improv_core" / f"{name}.py"
+    for name in ("__init__", "motion", "movement", "path", "profiles", "score", "world")
+]
 BARE += [ROOT / "improv_core" / "text.py", *STAGE]
 LIBRARIES = {
-    "pymunk": ["stage/sinks/simulator.py"],
+    "pymunk": ["stage/sinks/collisions.py"],
     "rclpy": ["stage/graph.py", "stage/sinks/ros.py"],
     "aiohttp": ["stage/viewer/server.py"],
     "mcap": ["stage/sinks/recorder.py"],

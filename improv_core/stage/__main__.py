@@ -6,6 +6,7 @@ Started as `python …/improv_core/stage`, perhaps by ROS's interpreter, where o
 from __future__ import annotations
 
 import argparse
+import errno
 import gc
 import json
 import math
@@ -117,6 +118,8 @@ def _open(options: argparse.Namespace, put: Tell) -> _Opened:
             os.environ.get("IMPROV_PAGE_TOKEN"),  # not an argument: those can be read by every user of the machine
         )
     except OSError as error:
+        if error.errno not in (errno.EADDRINUSE, errno.EACCES):
+            raise
         raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
 
     def tell(message: dict[str, Any]) -> None:
@@ -141,7 +144,7 @@ def _report_sent(sink: Sink, put: Tell) -> None:
 def _play(opened: _Opened, inbox: queue.SimpleQueue[Message]) -> int:
     sink, tell = opened.sink, opened.tell
     player = Player(sink, tell, time.time)
-    last = {"type": "stopped"}
+    last: dict[str, Any] = {"type": "stopped"}
     silent_from = math.inf  # when the parent, if it has pinged at all, counts as hung
     try:
         while True:
@@ -168,7 +171,7 @@ def _play(opened: _Opened, inbox: queue.SimpleQueue[Message]) -> int:
         return 1
     finally:
         _stop(player)
-        tell(last)
+        tell({**last, **player.whereabouts()})
         sink.close()
 
 

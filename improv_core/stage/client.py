@@ -280,7 +280,7 @@ class Playback:
 def _standing(score: Score) -> Score:
     """The same robots with nothing to play: all they are told is to stop."""
     parts = {name: replace(part, movement=series(()), reset=None) for name, part in score.parts.items()}
-    return Score(score.tempo, parts)
+    return Score(score.tempo, parts, world=score.world)
 
 
 _STAGE = str(Path(__file__).resolve().parent)

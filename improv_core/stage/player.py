@@ -24,7 +24,7 @@ PATIENCE = 5.0
 """Seconds to wait for a new robot's listener before beat 0: ROS 2 discovery took up to 2.64 s where it was measured on
 a quiet machine, and more than 3 s on a busy one."""
 LOOK_AGAIN = 0.01
-"""Seconds between two looks for listeners before beat 0."""
+"""Seconds between two looks for listeners before beat 0, and at robots that still move after their end."""
 LOOK_WHILE_PLAYING = 1.0
 """Seconds in which all robots are looked at once: whether they are still heard, and nobody else moves them."""
 LOOK_AT = 20
@@ -99,6 +99,7 @@ class Player:
 
     def hush(self, now: float) -> None:
         """Stop every robot at once. If one can't be told, the others still are; what went wrong first is raised."""
+        self._from = self._beat(now)
         self._stop_all(now, "stopped")
 
     def pause(self, now: float) -> None:
@@ -166,6 +167,8 @@ class Player:
         if self._state == "playing" and performed >= end:
             self._send_due(end)
             self._from, self._state = self._beat(now), "ended"
+            if not self._sink.live:
+                self._warn(self._score.parts)  # of bumps in the last second
             self._tell_transport(now)
         self._send_due(performed)
         if now >= self._look and self._state == "playing":
@@ -180,7 +183,7 @@ class Player:
             return now + LOOK_AGAIN
         due = self._due()
         if due == math.inf:
-            return None
+            return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
         return min(due + self._zero, now + self._sink.period) if self._sink.period else due + self._zero
 
     @property
@@ -230,7 +233,7 @@ class Player:
         leaving = [robot for robot in old if robot not in score.parts]
         for robot in leaving:
             self._sink.send(robot, STILL, now - self._zero)
-        self._sink.prepare(score.parts, True)
+        self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
         self._queue, self._next, self._wanted = [], None, {}
         for robot in leaving:
@@ -263,7 +266,7 @@ class Player:
 
     def _take_over(self, swap: Swap, now: float) -> None:
         old = self._score
-        self._sink.prepare(swap.score.parts, False)
+        self._sink.prepare(swap.score, False)
         self._score, self._generation = swap.score, swap.generation
         for robot in swap.score.parts:
             self._met.setdefault(robot, now)
@@ -347,9 +350,13 @@ class Player:
                 self._tell({"type": "warning", "message": line})
             self._warned[robot] = line
 
+    def whereabouts(self) -> dict[str, Any]:
+        """Where simulated robots were at beat 0, and are now; nothing for others."""
+        poses = _as_json(self._sink.poses())
+        return {"start": self._start_poses, "poses": poses} if poses else {}
+
     def _tell_transport(self, now: float) -> None:
         beats = self._score.beats
-        poses = _as_json(self._sink.poses())
         self._tell(
             {
                 "type": "transport",
@@ -364,7 +371,7 @@ class Player:
                 "soloed": sorted(self._soloed),
                 "monotonic": now,
                 "wall": self._wall(),
-                **({"start": self._start_poses, "poses": poses} if poses else {}),
+                **self.whereabouts(),
             }
         )
 

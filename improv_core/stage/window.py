@@ -7,6 +7,7 @@ from dataclasses import astuple
 from fractions import Fraction
 from typing import Any
 
+from improv_core import world as worlds
 from improv_core.movement import ENDLESS, walk
 from improv_core.path import pose_at
 from improv_core.score import Part, Score, twist
@@ -25,11 +26,13 @@ def about(score: Score, generation: int) -> dict[str, Any]:
         "generation": generation,
         "tempo": float(score.tempo),
         "beats": None if beats == ENDLESS else float(beats),
+        "world": worlds.to_json(score.world),
         "text": score.text,
         "starts": {str(number): start for number, start in score.starts.items()},
         "robots": {
             name: {
                 "profile": part.profile.name,
+                "dynamics": part.profile.dynamics,
                 "radius": part.profile.radius,
                 "motions": list(part.profile.motions),
                 "start": list(astuple(part.start)),

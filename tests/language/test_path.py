@@ -63,5 +63,19 @@ def test_beyond_the_end_is_the_end() -> None:
     assert pose_at(part_of("r $ forward"), 100) == Pose(2.0, 0.0, 0.0, 0.0)
 
 
-def test_long_voices_side_by_side_are_not_walked() -> None:
-    assert pose_at(part_of("r $ repeat (forward left) || repeat (up down)"), 10**9) is None
+@pytest.mark.parametrize(
+    "program",
+    [
+        "r $ repeat (forward left) || repeat (slow 3/2 (forward right halfleft))",
+        "r $ repeat forward || fast 2 (repeat (left left right))",
+        "r $ retrograde (repeat 600 (forward left) || repeat 500 (left forward right))",
+    ],
+)
+def test_voices_that_repeat_are_walked_once(program: str) -> None:
+    part = part_of(program)
+    check(part, Fraction(5999, 5))
+    assert pose_at(part, 10**9) is not None
+
+
+def test_long_voices_that_do_not_repeat_are_not_walked() -> None:
+    assert pose_at(part_of("r $ repeat (forward left) || (left repeat (up down))"), 10**9) is None

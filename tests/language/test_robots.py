@@ -18,6 +18,7 @@ from improv_core.motion import Pose
 from improv_core.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
 from improv_core.robots import Robot, Robots, find_robots_file, read_robots
 from improv_core.text import LineIndex
+from improv_core.world import Box, Circle, Wall, World
 
 PAGE = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
@@ -97,12 +98,50 @@ def test_a_profile_without_a_base_says_its_step_and_is_not_limited_in_the_rest()
     """)
 
 
-def test_the_world_is_for_others() -> None:
+def test_a_world() -> None:
+    found = check("""
+        [world]
+        size = [6, 4]
+        walls = [[-1, 0, 1, 0.5]]
+        circles = [{ x = 1, radius = 0.3 }]
+        [[world.boxes]]
+        width = 1
+        height = 0.5
+        heading = 90
+    """)
+    assert found.world == World(
+        (6, 4), (Wall(-1, 0, 1, 0.5),), (Circle(1, 0, 0.3),), (Box(0, 0, 1, 0.5, heading=math.pi / 2),)
+    )
+
+
+def test_what_is_wrong_in_a_world_is_not_there() -> None:
+    found = check("""
+        [world]
+        size = [6, 0]
+                   ^ robots: write this in metres, from 0.001 to 1000
+        walls = [[0, 0, 1], [0, 0, 1, 1]]
+                 ^^^^^^^^^ robots: write 4 numbers in metres, such as [0, 0, 2, 0]: from x, y to x, y
+        circles = [{ x = 1 }, 3, { radius = 0.3, colour = 1 }]
+                   ^^^^^^^^^ robots: add `radius`, in metres
+                              ^ robots: write it in metres: `{ x = 1, y = 0, radius = 0.3 }`
+                                                 ^^^^^^ robots: `colour` is not known here: write one of `x`, `y`, `radius`
+        boxes = { width = 1, height = "2" }
+                ^^^^^^^^^^^^^^^^^^^^^^^^^^^ robots: write `boxes` as a list, in `[` and `]`
+        lake = 1
+        ^^^^ robots: `lake` is not known here: write one of `size`, `walls`, `circles`, `boxes`
+    """)
+    assert found.world == World(walls=(Wall(0, 0, 1, 1),), circles=(Circle(0, 0, 0.3),))
+
+
+def test_robots_start_inside_the_walls() -> None:
     check("""
         [world]
-        size = [10, 10]
-        [[world.walls]]
-        from = [0, 0]
+        size = [6, 4]
+        [robots.a]
+        start = { x = 3, y = 2 }
+        [robots.b]
+        start = { x = 3.5 }
+                ^^^^^^^^^^^ robots: start inside the walls: the world is smaller than that
     """)
 
 

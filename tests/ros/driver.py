@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ sys.path.append(str(Path(__file__).parents[2]))  # as the stage does: last, and 
 from improv_core.motion import STILL, Pose, Twist
 from improv_core.movement import series
 from improv_core.profiles import TURTLESIM
-from improv_core.score import Part
+from improv_core.score import Part, Score
 from improv_core.stage.sinks.ros import Ros
 
 LIMIT = 60.0
@@ -31,7 +32,7 @@ def prepare(topics: dict[str, str], restart: bool = True, profile: Any = (), **p
     """Robots on these topics; what is given of a part and its profile is alike for all."""
     made = replace(TURTLESIM, **dict(profile))
     parts = {robot: Part(robot, series([]), made, Pose(), topic, **part) for robot, topic in topics.items()}
-    sink.prepare(parts, restart)
+    sink.prepare(Score(Fraction(60), parts), restart)
 
 
 def send(robot: str, x: float, y: float, z: float, yaw: float) -> None:

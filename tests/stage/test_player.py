@@ -14,7 +14,7 @@ from improv_core.analysis import analyze
 from improv_core.compiler import score_of
 from improv_core.motion import STILL, Pose, Twist
 from improv_core.movement import series
-from improv_core.score import Part, Score
+from improv_core.score import Score
 from improv_core.stage.player import PATIENCE, Player
 
 
@@ -33,7 +33,7 @@ class Memory:
         self.prepared: list[bool] = []
         self.placed: Mapping[str, Pose] = {}
 
-    def prepare(self, parts: Mapping[str, Part], restart: bool) -> None:
+    def prepare(self, score: Score, restart: bool) -> None:
         self.prepared.append(restart)
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
@@ -52,6 +52,9 @@ class Memory:
         self.placed = poses
 
     def advance(self, to: float) -> None: ...
+
+    def coasting(self) -> bool:
+        return False
 
     def poses(self) -> dict[str, Pose]:
         return {}

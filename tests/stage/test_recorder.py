@@ -16,7 +16,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from improv_core.analysis import Analysis, analyze
 from improv_core.compiler import compiled, score_of
 from improv_core.motion import Twist
-from improv_core.recording import RecordError, perform, recording
+from improv_core.recording import RecordError, recording
+from improv_core.rehearsal import perform
 from improv_core.robots import read_robots
 from improv_core.stage.sinks.recorder import SCHEMAS, SECOND, Recorder
 from tests.recordings import ROS, changes, read, topics
@@ -157,7 +158,7 @@ def test_it_is_written_as_it_is_made() -> None:
 def test_what_is_no_number_is_not_recorded(tmp_path: Path) -> None:
     with (tmp_path / "x.mcap").open("wb") as file:
         recorder = Recorder(file, START)
-        recorder.prepare(score_of(analyzed("r $ forward")).parts, True)
+        recorder.prepare(score_of(analyzed("r $ forward")), True)
         with pytest.raises(ValueError, match="r was to move at a speed that is no finite number"):
             recorder.send("r", Twist(math.inf), 0.0)
     assert recorder.commands == 0

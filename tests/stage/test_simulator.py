@@ -5,13 +5,18 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterable
+from fractions import Fraction
 
 import pytest
 
+from improv_core.analysis import analyze
+from improv_core.compiler import score_of
 from improv_core.motion import STILL, Pose, Twist
 from improv_core.movement import series
+from improv_core.path import pose_at
 from improv_core.profiles import Profile
-from improv_core.score import Part
+from improv_core.rehearsal import perform as rehearse
+from improv_core.score import Part, Score
 from improv_core.stage.sinks.simulator import Simulator
 
 FORWARD, LEFT = Twist(x=2.0), Twist(yaw=math.pi / 2)
@@ -24,7 +29,7 @@ def part(robot: str, start: Pose | None = None, radius: float = RADIUS) -> Part:
 
 def stage(*parts: Part) -> Simulator:
     simulator = Simulator()
-    simulator.prepare({each.robot: each for each in parts}, restart=True)
+    simulator.prepare(Score(Fraction(60), {each.robot: each for each in parts}), restart=True)
     return simulator
 
 
@@ -100,6 +105,17 @@ def test_heights_are_followed_too() -> None:
     assert near(pose, Pose(0.997, 0.0, 1.5 * 1.003 - 0.5 * 0.997))
 
 
+@pytest.mark.parametrize(
+    "program", ["beat 97\nr $ repeat (forward left)", "beat 97\nr $ repeat (forward || left || strafeleft)"]
+)
+def test_after_an_hour_it_is_where_the_score_says(program: str) -> None:
+    score, simulator = score_of(analyze(program)), Simulator(period=None)
+    rehearse(score, simulator, seconds=3600)
+    expected = pose_at(score.parts["r"], Fraction(97 * 60))
+    assert expected
+    assert near(simulator.poses()["r"], expected, within=1e-8)
+
+
 def crowd() -> Simulator:
     """Three robots that run into each other on curved ways."""
     simulator = stage(part("a"), part("b", Pose(3.0, 0.2, 0.0, math.pi)), part("c", Pose(1.5, 1.0, 0.0, -1.5)))
@@ -166,7 +182,7 @@ def test_restart_puts_everybody_at_the_start_at_time_zero() -> None:
     simulator = stage(part("a"), part("gone", Pose(5.0)))
     simulator.send("a", FORWARD, 0.0)
     simulator.advance(1.3)
-    simulator.prepare({"a": part("a", Pose(1.0, 2.0))}, restart=True)
+    simulator.prepare(Score(Fraction(60), {"a": part("a", Pose(1.0, 2.0))}), restart=True)
     assert simulator.poses() == {"a": Pose(1.0, 2.0)}
     assert simulator.snapshot().at == 0.0
     simulator.send("a", FORWARD, 0.0)
@@ -179,7 +195,7 @@ def test_without_restart_robots_go_on_and_those_left_out_stay() -> None:
     simulator.send("a", FORWARD, 0.0)
     simulator.send("gone", FORWARD, 0.0)
     simulator.advance(1.001)
-    simulator.prepare({"a": part("a"), "new": part("new", Pose(0.0, -3.0))}, restart=False)
+    simulator.prepare(Score(Fraction(60), {"a": part("a"), "new": part("new", Pose(0.0, -3.0))}), restart=False)
     assert list(simulator.poses()) == ["a", "gone", "new"]
     simulator.send("a", LEFT, 1.001)
     simulator.send("gone", STILL, 1.001)
@@ -195,7 +211,7 @@ def test_a_robot_may_change_its_size_while_it_moves() -> None:
     simulator = stage(part("a"))
     simulator.send("a", FORWARD, 0.0)
     simulator.advance(0.5)
-    simulator.prepare({"a": part("a", radius=0.1)}, restart=False)
+    simulator.prepare(Score(Fraction(60), {"a": part("a", radius=0.1)}), restart=False)
     simulator.advance(1.0)
     assert near(simulator.poses()["a"], Pose(2.0))
     assert simulator.snapshot().radii == {"a": 0.1}

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from typing import Protocol
 
 from improv_core.motion import Pose, Twist
-from improv_core.score import Part
+from improv_core.score import Score
 
 
 class Sink(Protocol):
@@ -21,8 +21,8 @@ class Sink(Protocol):
     period: float | None
     """Seconds between two calls of `advance` while something plays, or None if it needs none."""
 
-    def prepare(self, parts: Mapping[str, Part], restart: bool) -> None:
-        """Get ready to move these robots; with `restart`, put them at their start poses where that is possible.
+    def prepare(self, score: Score, restart: bool) -> None:
+        """Get ready to play a score; with `restart`, put its robots at their start poses where that is possible.
 
         Robots of earlier calls are kept. Called before the first `send` of each new score.
         """
@@ -47,6 +47,9 @@ class Sink(Protocol):
 
     def advance(self, to: float) -> None:
         """Performance time is now `to` seconds since beat 0; every twist up to then has been sent."""
+
+    def coasting(self) -> bool:
+        """Whether robots still move that have been told to stop; as long as it is so, `advance` is called on."""
 
     def poses(self) -> dict[str, Pose]:
         """Where the robots are, if the sink knows; else empty."""

@@ -9,7 +9,7 @@ from typing import IO
 
 from improv_core.motion import Pose, Twist
 from improv_core.profiles import Profile
-from improv_core.score import Part
+from improv_core.score import Score
 
 SECOND = 1_000_000_000
 """Nanoseconds."""
@@ -83,8 +83,8 @@ class Recorder:
         """From the first command to the last."""
         return (self._times[1] - self._times[0]) / SECOND if self._times else 0.0
 
-    def prepare(self, parts: Mapping[str, Part], restart: bool) -> None:
-        for robot, part in parts.items():
+    def prepare(self, score: Score, restart: bool) -> None:
+        for robot, part in score.parts.items():
             kind = "TwistStamped" if part.profile.message == "TwistStamped" else "Twist"
             self._robots[robot] = part.profile, self._channel(part.topic, kind)
 
@@ -121,6 +121,9 @@ class Recorder:
 
     def advance(self, to: float) -> None:
         """Nothing: what is sent is all there is."""
+
+    def coasting(self) -> bool:
+        return False
 
     def poses(self) -> dict[str, Pose]:
         return {}

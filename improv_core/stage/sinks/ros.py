@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from improv_core.motion import STILL, Pose, Twist
-from improv_core.score import Part
+from improv_core.score import Part, Score
 from improv_core.stage.sinks.ros_reset import Resets
 from improv_core.stage.sinks.ros_topic import Topic
 
@@ -70,11 +70,12 @@ class Ros:
         """What is reached, in words: the domain and how far discovery goes."""
         return f"{self.name}, domain {os.environ.get('ROS_DOMAIN_ID') or 0}, {self._reach}"
 
-    def prepare(self, parts: Mapping[str, Part], restart: bool) -> None:
+    def prepare(self, score: Score, restart: bool) -> None:
         """Make publishers for new topics; those that are there are kept, since discovery takes up to seconds.
 
         With `restart`, the robots that have a reset service are stopped, and it is called.
         """
+        parts = score.parts
         self._cast = list(parts)
         self._parts.update(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
@@ -137,6 +138,9 @@ class Ros:
 
     def advance(self, to: float) -> None:
         """Nothing: robots move by themselves."""
+
+    def coasting(self) -> bool:
+        return False
 
     def poses(self) -> dict[str, Pose]:
         return {}

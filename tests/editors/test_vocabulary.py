@@ -4,27 +4,65 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
-from improv_core.syntax.vocabulary import Kind, of_kind
+import pytest
 
-EDITORS = Path(__file__).parents[2] / "editors"
-WORDS = {
-    "beat": of_kind(Kind.BEAT),
-    "primitive": of_kind(Kind.PRIMITIVE),
-    "transformer": of_kind(Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR),
-    "plane": of_kind(Kind.PLANE),
+from improv_core.analysis import analyze
+from improv_core.syntax.vocabulary import WORDS
+from tests.editors.editors import ROOT
+
+GENERATED = {
+    "vscode/syntaxes/improv.tmLanguage.json": ("|up|down", "|up|down|spin"),
+    "neovim/syntax/improv.vim": (" up down", " up down spin"),
+    "emacs/improv-words.el": (' "up" "down"', ' "up" "down" "spin"'),
+    "tree-sitter-improv/words.json": (', "up", "down"', ', "up", "down", "spin"'),
 }
+"""A file with words, and how a list in it changes by a word."""
+SNIPPETS = sorted((ROOT / "editors").glob("*/snippets/*.json"))
 
 
-def test_visual_studio_code() -> None:
-    grammar = json.loads((EDITORS / "vscode/syntaxes/improv.tmLanguage.json").read_text(encoding="utf-8"))
-    matches = {name: rule["match"] for name, rule in grammar["repository"].items()}
-    lists = {name: re.fullmatch(r"\\b\(\?:([\w|]+)\)\\b", match) for name, match in matches.items()}
-    assert {name: found[1].split("|") for name, found in lists.items() if found} == WORDS
+def test_the_editors_have_the_words_of_the_language() -> None:
+    assert generate(ROOT, "--check") == ""
 
 
-def test_vim() -> None:
-    syntax = (EDITORS / "neovim/syntax/improv.vim").read_text(encoding="utf-8")
-    lists = re.findall(r"^syntax keyword improv(\w+) (.+)$", syntax, re.MULTILINE)
-    assert {name.lower(): words.split() for name, words in lists} == WORDS
+def test_a_word_added_in_one_place_reaches_all_and_changes_nothing_else(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "improv_core", tmp_path / "improv_core", ignore=shutil.ignore_patterns("__pycache__"))
+    for file in ("generate.py", *GENERATED):
+        (tmp_path / "editors" / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / "editors" / file, tmp_path / "editors" / file)
+    before = {file: (tmp_path / "editors" / file).read_text(encoding="utf-8") for file in GENERATED}
+
+    vocabulary = tmp_path / "improv_core" / "syntax" / "vocabulary.py"
+    down = '        _primitive("down", "One step down.", z=-1),\n'
+    spin = '        _primitive("spin", "A full turn.", yaw=4),\n'
+    vocabulary.write_text(vocabulary.read_text(encoding="utf-8").replace(down, down + spin), encoding="utf-8")
+    assert sorted(generate(tmp_path, "--check", code=1).splitlines()) == sorted(
+        f"editors/{file} is out of date" for file in GENERATED
+    )
+
+    generate(tmp_path)
+    for file, (words, more) in GENERATED.items():
+        assert (tmp_path / "editors" / file).read_text(encoding="utf-8") == before[file].replace(words, more)
+    assert generate(tmp_path, "--check") == ""
+
+
+@pytest.mark.parametrize("snippets", SNIPPETS, ids=lambda path: path.parents[1].name)
+def test_snippets_are_right_as_they_are(snippets: Path) -> None:
+    for name, snippet in json.loads(snippets.read_text(encoding="utf-8")).items():
+        (body,) = snippet["body"]
+        for choices in re.findall(r"\$\{\d+\|(.*?)\|\}", body):
+            assert set(choices.split(",")) <= set(WORDS), name
+        text = re.sub(r"\$\{\d+(?::|\|)([^},|]*)[^}]*\}", r"\1", body).replace("\\$", "$")
+        program = text if re.search(r"[$=]|^beat ", text) else f"r $ {text}"
+        assert {each.code for each in analyze(program).diagnostics} <= {"unused-name"}, program
+
+
+def generate(root: Path, *options: str, code: int = 0) -> str:
+    command = [sys.executable, str(root / "editors" / "generate.py"), *options]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == code, done.stdout + done.stderr
+    return done.stdout

@@ -1,4 +1,4 @@
-" The colors of an Improv program. tests/editors/test_vocabulary.py keeps the words those of the language.
+" The colors of an Improv program; editors/generate.py writes the lists of words.
 if exists('b:current_syntax')
   finish
 endif

@@ -1,0 +1,90 @@
+"""Writes the language's words into all that colors them without a server: `python editors/generate.py`.
+
+The words are those of `improv_core/syntax/vocabulary.py`. `--check` writes nothing, and fails where a file has others.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+EDITORS = Path(__file__).resolve().parent
+sys.path.insert(0, str(EDITORS.parent))
+
+from improv_core.syntax.vocabulary import Kind, of_kind  # noqa: E402
+
+GROUPS = {
+    "beat": of_kind(Kind.BEAT),
+    "primitive": of_kind(Kind.PRIMITIVE),
+    "transformer": of_kind(Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR),
+    "plane": of_kind(Kind.PLANE),
+}
+"""The words that are colored alike."""
+
+
+def main() -> None:
+    """Write what has changed, or with `--check` only say what would."""
+    check = sys.argv[1:] == ["--check"]
+    if sys.argv[1:] and not check:
+        sys.exit("usage: python editors/generate.py [--check]")
+    stale = [(path, text) for path, text in files() if not path.exists() or path.read_text(encoding="utf-8") != text]
+    for path, text in stale:
+        print(path.relative_to(EDITORS.parent), "is out of date" if check else "written")
+        if not check:
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+    if check and stale:
+        sys.exit("run `python editors/generate.py`")
+
+
+def files() -> Iterator[tuple[Path, str]]:
+    """Each file that has the words, and what should be in it."""
+    yield EDITORS / "tree-sitter-improv" / "words.json", _tree_sitter()
+    yield EDITORS / "emacs" / "improv-words.el", _emacs()
+    yield _rewritten("vscode/syntaxes/improv.tmLanguage.json", _text_mate())
+    yield _rewritten("neovim/syntax/improv.vim", _vim())
+
+
+def _tree_sitter() -> str:
+    lists = [f"  {json.dumps(kind.value.lower())}: {json.dumps(of_kind(kind))}" for kind in Kind]
+    return "{\n" + ",\n".join(lists) + "\n}\n"
+
+
+def _emacs() -> str:
+    names = {"beat": "statement-words"} | {group: f"{group}s" for group in GROUPS if group != "beat"}
+    lists = [
+        f"(defconst improv-{names[group]}\n  '({' '.join(json.dumps(word) for word in words)})\n"
+        f'  "Words of Improv that are colored as {group}.")\n'
+        for group, words in GROUPS.items()
+    ]
+    head = ";;; improv-words.el --- The words of Improv, from editors/generate.py  -*- lexical-binding: t; -*-\n"
+    about = ";;; Commentary:\n\n;; For `improv-mode'; what is in the lists is in improv_core/syntax/vocabulary.py.\n"
+    return "\n".join([head, about, ";;; Code:\n", *lists, "(provide 'improv-words)", ";;; improv-words.el ends here\n"])
+
+
+def _text_mate() -> Iterator[tuple[str, str]]:
+    for group, words in GROUPS.items():
+        yield rf'("{group}": \{{[^{{}}]*"match": "\\\\b\(\?:)[\w|]+', "|".join(words)
+
+
+def _vim() -> Iterator[tuple[str, str]]:
+    for group, words in GROUPS.items():
+        yield rf"(syntax keyword improv{group.capitalize()} )[^\n]+", " ".join(words)
+
+
+def _rewritten(file: str, lists: Iterator[tuple[str, str]]) -> tuple[Path, str]:
+    """A file of which only the word lists are made here: each follows what its pattern matches."""
+    path = EDITORS / file
+    text = path.read_text(encoding="utf-8")
+    for pattern, words in lists:
+        text, found = re.subn(pattern, rf"\g<1>{words}", text)
+        if found != 1:
+            sys.exit(f"write the list of words into {path} once: {pattern}")
+    return path, text
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,3 @@
+[(group) (squeeze)] @indent
+
+[")" "]"] @outdent

@@ -1,0 +1,4 @@
+(document) @local.scope
+
+(definition name: (name) @local.definition.variable)
+(name) @local.reference

@@ -1,0 +1,7 @@
+[
+  (definition)
+  (play)
+  (group)
+  (squeeze)
+  (comment)+
+] @fold

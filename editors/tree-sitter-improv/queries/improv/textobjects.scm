@@ -1,0 +1,14 @@
+; A statement is a function, an item of a series a parameter.
+
+(definition movement: (_) @function.inner) @function.outer
+(play movement: (_) @function.inner) @function.outer
+
+(definition name: (name) @assignment.lhs movement: (_) @assignment.rhs @assignment.inner) @assignment.outer
+
+(series (_) @parameter.inner @parameter.outer)
+
+(group (_) @block.inner) @block.outer
+(squeeze (_) @block.inner) @block.outer
+
+(number) @number.inner
+(comment)+ @comment.outer

@@ -1,0 +1,36 @@
+"""The tree-sitter grammar, compiled as a person compiles it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+
+from tests.editors.editors import ROOT, find
+from tests.needs import need
+
+
+def tool() -> str:
+    """tree-sitter's command line."""
+    return find("TREE_SITTER", "tree-sitter/usr/bin/tree-sitter")
+
+
+def build(library: Path) -> None:
+    """Compile the grammar into a file that editors load."""
+    run(f'sh editors/tree-sitter-improv/build.sh "{library}"', {})
+
+
+def run(commands: str, env: Mapping[str, str]) -> None:
+    """Run what a page of instructions says, in the repository, in this environment beside the process's own."""
+    need("node"), need("cc")
+    path = f"{Path(tool()).parent}:{os.environ['PATH']}"
+    done = subprocess.run(
+        ["sh", "-euc", commands],
+        cwd=ROOT,
+        env={**os.environ, "PATH": path, **env},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr

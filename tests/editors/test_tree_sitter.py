@@ -1,0 +1,383 @@
+"""The tree-sitter grammar reads programs as our parser does; where one has mistakes, all statements without any."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import random
+import re
+import shutil
+import subprocess
+from itertools import accumulate
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import pytest
+
+from improv_core.syntax.lexer import NAME, Token
+from improv_core.syntax.nodes import Apply, Bracket, Node, Statement, children
+from improv_core.syntax.parser import parse_statement
+from improv_core.syntax.statements import split
+from improv_core.syntax.vocabulary import WORDS, Kind
+from tests.editors import grammar
+from tests.editors.editors import ROOT, find
+from tests.needs import lacking
+
+if TYPE_CHECKING:
+    import tree_sitter
+
+GRAMMAR = ROOT / "editors" / "tree-sitter-improv"
+FOR_NEOVIM, FOR_HELIX = GRAMMAR / "queries" / "improv", ROOT / "editors" / "helix" / "runtime" / "queries" / "improv"
+
+CONFORMANCE = [
+    case["program"] for case in json.loads((ROOT / "tests" / "conformance.json").read_text("utf-8"))["cases"]
+]
+PROGRAMS = [
+    *(program for program in CONFORMANCE if "left = " not in program),  # built-in words can't be defined any more
+    *(path.read_text("utf-8") for path in sorted((ROOT / "examples").glob("*.improv"))),
+    *(f"r $ {word.usage.replace('movement', '(up)')}" for word in WORDS.values() if word.kind != Kind.BEAT),
+    "x = forward # an (open [bracket\n\n\n# in a comment = $\ny = x\r\nr $ y\rs $ x",
+    "größe_1 = (\n\n  left # one\n  # two\n\n  [ up\r\n\tdown ]\n) x\n\ufeff r $ größe_1",
+    "r $ repeat repeat 2 fast -1/2 scale .5 reflect XZ slow 1.5 (()[[]])",
+    "forwards = left repeats\nlefts = repeat\tforwards\n",
+]
+"""All are right."""
+
+
+class Tree(NamedTuple):
+    """What a piece of a program is, where it is, and what is in it."""
+
+    kind: str
+    start: int
+    end: int
+    parts: tuple[Tree, ...] = ()
+
+
+@pytest.fixture(scope="module")
+def parser(tmp_path_factory: pytest.TempPathFactory) -> tree_sitter.Parser:
+    try:
+        import tree_sitter
+    except ImportError:
+        lacking("tree-sitter is not installed: pip install -e '.[test]'")
+    library = tmp_path_factory.mktemp("grammar") / "improv.so"
+    grammar.build(library)
+    improv = ctypes.CDLL(str(library)).tree_sitter_improv
+    improv.restype = ctypes.c_void_p
+    capsule = ctypes.pythonapi.PyCapsule_New
+    capsule.restype, capsule.argtypes = ctypes.py_object, (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p)
+    return tree_sitter.Parser(tree_sitter.Language(capsule(improv(), b"tree_sitter.Language", None)))
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_programs_are_read_alike(program: str, parser: tree_sitter.Parser) -> None:
+    assert check(parser, program) == 0
+
+
+@pytest.mark.parametrize(
+    ("program", "mistakes"),
+    [
+        ("x = (forward\n\ny = left", 1),
+        ("x = (forward # (\n# (\nr1 r2 $ left", 1),
+        ("x = [forward\n  beat 60", 1),
+        ("x = (forward\nbeats = left\nz = up)\nr $ x", 2),
+        ("r\n\ns $ left\nx\ny = up", 2),
+        ("r $ reflect\nx = fast\ny = repeat 2\nbeat\ns $ y", 4),
+        ("r $ forward)\ns $ left", 1),
+        ("r $ ((forward]\ns $ (left)", 1),
+        ("left right\nx\nturtle forward x || up\nleft = up\nup $ left\nr $ left", 5),
+        ("r $ , forward\n- $ up\ns $ up | left\nt $ left", 3),
+    ],
+)
+def test_a_mistake_stays_in_its_statement(program: str, mistakes: int, parser: tree_sitter.Parser) -> None:
+    assert check(parser, program) == mistakes
+
+
+def test_whatever_is_mistyped(parser: tree_sitter.Parser) -> None:
+    chance = random.Random(1)
+    pieces = [
+        *"()[]\n\n\r$=|,#2- ",
+        "||",
+        "repeat ",
+        "fast",
+        "forward",
+        "x",
+        "beat ",
+        "YZ",
+        "r $ ",
+        "x = ",
+        "é",
+        "\ud7ff",
+    ]
+    mistakes = 0
+    for _ in range(5_000):
+        program = chance.choice(PROGRAMS)
+        for _ in range(chance.choice([1, 1, 2, 4])):
+            place = chance.randrange(len(program) + 1)
+            inserted, removed = chance.choice(["", *pieces]), chance.choice([0, 0, 1, 3])
+            program = program[:place] + inserted + program[place + removed :]
+        mistakes += check(parser, program)
+    assert mistakes > 2_000
+
+
+@pytest.mark.parametrize("program", PROGRAMS[-12:])
+def test_typed_letter_by_letter(program: str, parser: tree_sitter.Parser) -> None:
+    """As in editors: each tree is made from the one before."""
+    source = program.encode()
+    tree = parser.parse(b"")
+    for end in range(1, len(source) + 1):
+        before, after = (_point(source[:place]) for place in (end - 1, end))
+        tree.edit(end - 1, end - 1, end, before, before, after)
+        tree = parser.parse(source[:end], tree)
+    assert _drawn(tree) == _drawn(parser.parse(source))
+
+
+def _point(source: bytes) -> tuple[int, int]:
+    return source.count(b"\n"), len(source) - source.rfind(b"\n") - 1
+
+
+def _drawn(tree: tree_sitter.Tree) -> str:
+    def drawn(node: tree_sitter.Node) -> str:
+        return f"({node.type} {node.start_byte} {node.end_byte} {' '.join(map(drawn, node.children))})"
+
+    return drawn(tree.root_node)
+
+
+def test_colors_in_neovims_names(parser: tree_sitter.Parser) -> None:
+    check_colors(
+        parser,
+        FOR_NEOVIM,
+        {
+            "attribute": {"beat"},
+            "number": {"60", "3/2"},
+            "variable": {"sq"},
+            "operator": {"=", "||", "$"},
+            "punctuation.bracket": set("()[]"),
+            "keyword": {"slow", "reflect"},
+            "constant": {"YZ"},
+            "function.builtin": {"up", "left"},
+            "type": {"r1", "r2"},
+            "comment": {"# why"},
+            "spell": {"# why"},
+        },
+    )
+
+
+def test_colors_in_helixs_names(parser: tree_sitter.Parser) -> None:
+    check_colors(
+        parser,
+        FOR_HELIX,
+        {
+            "keyword": {"beat"},
+            "constant.numeric": {"60", "3/2"},
+            "variable": {"sq"},
+            "operator": {"=", "||", "$"},
+            "punctuation.bracket": set("()[]"),
+            "keyword.control": {"slow", "reflect"},
+            "constant.builtin": {"YZ"},
+            "function.builtin": {"up", "left"},
+            "type": {"r1", "r2"},
+            "comment.line": {"# why"},
+        },
+    )
+
+
+def check_colors(parser: tree_sitter.Parser, queries: Path, expected: dict[str, set[str]]) -> None:
+    program = "beat 60 # why\nsq = slow 3/2 (left) || [up]\nr1 r2 $ reflect YZ sq"
+    found = captures(parser, queries / "highlights.scm", program)
+    assert {name: set(texts) for name, texts in found.items()} == expected
+
+
+@pytest.mark.parametrize(
+    ("file", "capture", "texts"),
+    [
+        (FOR_NEOVIM / "folds.scm", "fold", ["# a\n# b", "x = (up\n[left]\n)", "(up\n[left]\n)", "[left]", "r $ x"]),
+        (FOR_NEOVIM / "indents.scm", "indent.begin", ["(up\n[left]\n)", "[left]"]),
+        (FOR_NEOVIM / "locals.scm", "local.definition.var", ["x"]),
+        (FOR_NEOVIM / "locals.scm", "local.reference", ["x", "x"]),
+        (FOR_NEOVIM / "textobjects.scm", "function.inner", ["(up\n[left]\n)", "x"]),
+        (FOR_NEOVIM / "textobjects.scm", "parameter.inner", ["up", "[left]"]),
+        (FOR_HELIX / "indents.scm", "indent", ["(up\n[left]\n)", "[left]"]),
+        (FOR_HELIX / "indents.scm", "outdent", ["]", ")"]),
+        (FOR_HELIX / "locals.scm", "local.definition.variable", ["x"]),
+        (FOR_HELIX / "textobjects.scm", "function.inside", ["(up\n[left]\n)", "x"]),
+        (FOR_HELIX / "textobjects.scm", "entry.inside", ["up", "[left]"]),
+    ],
+    ids=lambda value: f"{value.parents[1].parent.name}-{value.stem}" if isinstance(value, Path) else None,
+)
+def test_other_queries(file: Path, capture: str, texts: list[str], parser: tree_sitter.Parser) -> None:
+    found = captures(parser, file, "# a\n# b\nx = (up\n[left]\n)\nr $ x")
+    assert found[capture] == texts
+
+
+def test_tree_sitters_own_tests(tmp_path: Path) -> None:
+    """The same programs as a corpus for `tree-sitter test`; its form leaves out places."""
+    corpus: list[str] = []
+    for program in PROGRAMS:
+        statements = [parse_statement(text) for _, text in split(program)]
+        if "#" not in program and "\r" not in program and "\ufeff" not in program:
+            document = Tree("document", 0, 0, tuple(tree_of(statement, 0) for statement in statements))
+            corpus.append(f"{'=' * 9}\n{len(corpus)}\n{'=' * 9}\n{program}\n{'-' * 9}\n{outline(document)}\n")
+    assert len(corpus) > 80
+    shutil.copytree(GRAMMAR, tmp_path / "grammar")
+    programs = tmp_path / "grammar" / "test" / "corpus" / "programs.txt"
+    programs.parent.mkdir(parents=True)
+    programs.write_text("\n".join(corpus), "utf-8")
+    commands = f"cd '{programs.parents[2]}' && tree-sitter generate --abi 14 && tree-sitter test"
+    grammar.run(commands, {"HOME": str(tmp_path)})
+
+
+@pytest.mark.parametrize(("variable", "fetched"), [("NVIM", "nvim-0.10"), ("NVIM_0_12", "nvim-0.12")])
+def test_colors_in_neovim(variable: str, fetched: str, tmp_path: Path) -> None:
+    neovim = find(variable, f"{fetched}/usr/bin/nvim")
+    env = {"HOME": str(tmp_path)} | {f"XDG_{kind}_HOME": str(tmp_path / kind) for kind in ("CONFIG", "DATA", "STATE")}
+    (install,) = re.findall(r"```sh\n(.*?)```", (GRAMMAR / "README.md").read_text("utf-8"), re.DOTALL)
+    grammar.run(install, env)
+    program, script = tmp_path / "dance.improv", tmp_path / "colors.lua"
+    program.write_text("beat 60\nsq = slow 2 up # why\nr $ reflect YZ sq || left", "utf-8")
+    script.write_text(WORDS_TO_GROUPS, "utf-8")
+    plugin = f"set runtimepath^={ROOT / 'editors' / 'neovim'}"
+    command = [neovim, "--headless", "-i", "NONE", "-n", "--cmd", plugin, "-c", f"luafile {script}", str(program)]
+    done = subprocess.run(command, env={**os.environ, **env}, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == {
+        **dict.fromkeys(["beat"], "@attribute"),
+        **dict.fromkeys(["60", "2"], "@number"),
+        **dict.fromkeys(["sq"], "@variable"),
+        **dict.fromkeys(["=", "$", "||"], "@operator"),
+        **dict.fromkeys(["slow", "reflect"], "@keyword"),
+        **dict.fromkeys(["up", "left"], "@function.builtin"),
+        **dict.fromkeys(["YZ"], "@constant"),
+        **dict.fromkeys(["r"], "@type"),
+        **dict.fromkeys(["#", "why"], "@comment"),
+    }
+
+
+WORDS_TO_GROUPS = """
+vim.treesitter.get_parser(0):parse()
+local found = {}
+for row, line in ipairs(vim.api.nvim_buf_get_lines(0, 0, -1, true)) do
+  for column, word in line:gmatch("()(%S+)") do
+    for _, color in ipairs(vim.inspect_pos(0, row - 1, column - 1).treesitter) do
+      if color.capture ~= "spell" then
+        found[word] = color.hl_group:gsub("%.improv$", "")
+      end
+    end
+  end
+end
+io.stdout:write(vim.json.encode(found))
+vim.cmd("qa!")
+"""
+"""What colors each word on the screen, as Neovim's :Inspect tells it."""
+
+LEAVES = {"beat", "number", "name", "robot", "transformer", "primitive", "plane", "comment"}
+SIGNS = {"=", "$", "||", "(", ")", "[", "]"}
+KINDS = {
+    "BEAT": "beat",
+    "NUMBER": "number",
+    "NAME": "name",
+    "PRIMITIVE": "primitive",
+    "PLANE": "plane",
+    **dict.fromkeys(["MIRROR", "REPEAT", "REFLECT", "FACTOR"], "transformer"),
+}
+"""Our tokens in the kinds of the grammar; signs and brackets are what they look like."""
+
+
+def check(parser: tree_sitter.Parser, program: str) -> int:
+    """Both read the program alike; returns how many of its statements have mistakes, on which they may differ."""
+    trees, words, comments = theirs(parser, program)
+    assert comments == [comment.span() for comment in re.finditer(r"#[^\r\n]*", program)]
+    mistakes = 0
+    for start, text in split(program):
+        statement, here = parse_statement(text), range(start, start + len(text))
+        if is_right(statement):
+            assert [tree for tree in trees if tree.start in here] == [tree_of(statement, start)], program
+            assert [word for word in words if word.start in here] == words_of(statement, start), program
+        else:
+            mistakes += 1
+    return mistakes
+
+
+def is_right(statement: Statement) -> bool:
+    """Whether it has the form of a statement; our parser leaves it to others what stands before the sign."""
+    heads = [head.text for head in statement.heads]
+    return not statement.diagnostics and all(re.fullmatch(NAME, head) and head not in WORDS for head in heads)
+
+
+def tree_of(statement: Statement, start: int) -> Tree:
+    """Our tree of a statement, in the kinds of the grammar."""
+    assert statement.sign
+    if statement.sign.type == "BEAT":
+        kind, parts = "tempo", [word for word in words_of(statement, start) if word.kind in ("beat", "number")]
+    else:
+        assert statement.body
+        kind = "definition" if statement.sign.type == "EQUAL" else "play"
+        heads = [word for word in words_of(statement, start) if word.start < start + statement.sign.start]
+        parts = [*heads, _node(statement.body, start)]
+    return Tree(kind, parts[0].start, parts[-1].end, tuple(parts))
+
+
+def _node(node: Node, start: int) -> Tree:
+    kind = type(node).__name__.lower()
+    parts = [_node(child, start) for child in children(node)]
+    if isinstance(node, Bracket):
+        kind = "squeeze" if node.squeezes else "group"
+    elif isinstance(node, Apply):
+        kind = "transformation"
+        before = [_word("transformer", node.word, start)]
+        if node.argument:
+            before.append(_word(node.argument.type.lower(), node.argument, start))
+        parts = [*before, *parts]
+    return Tree(kind, start + node.span.start, start + node.span.end, tuple(parts))
+
+
+def words_of(statement: Statement, start: int) -> list[Tree]:
+    """All words of a statement, each as what it is."""
+    head = "name" if statement.sign and statement.sign.type == "EQUAL" else "robot"
+    heads = [token.span for token in statement.heads]
+    return [
+        _word(head if token.span in heads else KINDS.get(token.type, token.text), token, start)
+        for token in statement.tokens
+    ]
+
+
+def _word(kind: str, token: Token, start: int) -> Tree:
+    return Tree(kind, start + token.start, start + token.end)
+
+
+def theirs(parser: tree_sitter.Parser, program: str) -> tuple[list[Tree], list[Tree], list[tuple[int, int]]]:
+    """The grammar's trees of the statements, all words, and the comments."""
+    source = program.encode()
+    offsets = {place: index for index, place in enumerate(accumulate((len(c.encode()) for c in program), initial=0))}
+    words: list[Tree] = []
+    comments: list[tuple[int, int]] = []
+
+    def tree(node: tree_sitter.Node) -> Tree:
+        start, end = offsets[node.start_byte], offsets[node.end_byte]
+        parts = [tree(child) for child in node.children if node.type not in LEAVES]
+        if node.type == "comment":
+            comments.append((start, end))
+        elif not parts and start < end:
+            words.append(Tree(node.type, start, end))
+        kind = f"missing {node.type}" if node.is_missing else node.type
+        return Tree(kind, start, end, tuple(part for part in parts if part.kind not in {*SIGNS, "comment"}))
+
+    return list(tree(parser.parse(source).root_node).parts), words, comments
+
+
+def captures(parser: tree_sitter.Parser, query: Path, program: str) -> dict[str, list[str]]:
+    """What a query finds: its names, and the texts that each is given to."""
+    from tree_sitter import Query, QueryCursor
+
+    assert parser.language
+    cursor = QueryCursor(Query(parser.language, query.read_text("utf-8")))
+    found: dict[str, list[str]] = {}
+    for _, nodes in cursor.matches(parser.parse(program.encode()).root_node):
+        for name, several in nodes.items():
+            text = program[several[0].start_byte : several[-1].end_byte]
+            found.setdefault(name, []).append(text)
+    return found
+
+
+def outline(tree: Tree) -> str:
+    return f"({' '.join([tree.kind, *map(outline, tree.parts)])})"

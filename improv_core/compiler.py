@@ -30,7 +30,7 @@ def score_of(analysis: Analysis) -> Score:
         robot = analysis.cast.robot(name)
         profile = replace(robot.profile, message=robot.message)
         behind, beside = divmod(place, SIDE_BY_SIDE)
-        start = robot.start or Pose(-APART * behind, -APART * beside)
+        start = robot.start or Pose(0 - APART * behind, 0 - APART * beside)  # -0.0 would look odd
         use_sim_time = analysis.cast.use_sim_time
         parts[name] = Part(name, movement, profile, start, robot.topic, robot.reset, use_sim_time)
     if len(analysis.text) > LONGEST_TEXT:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from html import escape
@@ -12,6 +12,7 @@ from typing import NamedTuple
 from improv_core.motion import Pose, Twist
 from improv_core.movement import ENDLESS, Exact, Place, walk
 from improv_core.score import Part, Score, twist
+from improv_core.world import Box, World
 
 COLORS = ("#e8590c", "#1c7ed6", "#2f9e44", "#9c36b5", "#c78100", "#d6336c", "#0c8599", "#8d6e58")
 """Of the robots, one after the other; each can be told apart on white and on near-black."""
@@ -56,17 +57,19 @@ def paths(score: Score, most_moments: int = MOST_MOMENTS) -> list[Path]:
 def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) -> str:
     """A small SVG of the paths alone: start, direction and end, under 20 KB for one robot."""
     drawn = paths(score, most_moments)
-    frame = _Frame.around(drawn, size)
+    frame = _Frame.around((point for path in drawn for point in _points(path)), size)
     return _svg(
         frame.width, frame.height, "The ideal path", [_drawn(path, frame, place) for place, path in enumerate(drawn)]
     )
 
 
-def plot(score: Score, timeline: bool = False) -> str:
-    """A large SVG of the paths with the robots' names and a scale, and under it, if asked for, the timeline."""
-    drawn = paths(score)
-    frame = _Frame.around(drawn, LARGE)
-    parts = [_drawn(path, frame, place) for place, path in enumerate(drawn)]
+def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS) -> str:
+    """A large SVG of the paths, what stands around them, names and a scale; below, if asked for, the timeline."""
+    drawn = paths(score, most_moments)
+    points = [point for path in drawn for point in _points(path)]
+    frame = _Frame.around([*points, *_outline(score.world)], LARGE)
+    parts = _obstacles(score.world, frame)
+    parts += [_drawn(path, frame, place) for place, path in enumerate(drawn)]
     parts += [_named(path, frame, place) for place, path in enumerate(drawn)]
     parts.append(_scale(frame))
     height = frame.height + 28
@@ -134,9 +137,10 @@ class _Frame:
     height: float
 
     @classmethod
-    def around(cls, drawn: Sequence[Path], size: float) -> _Frame:
-        points = [point for path in drawn for point in _points(path)] or [(0.0, 0.0)]
-        (left, right), (bottom, top) = ((min(axis), max(axis)) for axis in zip(*points, strict=True))
+    def around(cls, points: Iterable[tuple[float, float]], size: float) -> _Frame:
+        (left, right), (bottom, top) = (
+            (min(axis), max(axis)) for axis in zip(*(list(points) or [(0.0, 0.0)]), strict=True)
+        )
         longer = max(right - left, top - bottom, 0.5)
         scale = (size - 2 * _MARGIN) / longer
         width, height = (max(span * scale, size / 4) + 2 * _MARGIN for span in (right - left, top - bottom))
@@ -169,6 +173,34 @@ def _middle(stroke: Stroke) -> tuple[float, float]:
     bulge = stroke.radius - math.sqrt(max(stroke.radius**2 - half**2, 0.0))
     across = math.copysign(bulge, stroke.turn) / max(2 * half, _FLAT)
     return (x0 + x1) / 2 + (y1 - y0) * across, (y0 + y1) / 2 - (x1 - x0) * across
+
+
+def _outline(world: World) -> Iterator[tuple[float, float]]:
+    """Points that show how much room a world takes."""
+    for x1, y1, x2, y2 in world.all_walls():
+        yield from ((x1, y1), (x2, y2))
+    for x, y, radius in world.circles:
+        yield from ((x - radius, y - radius), (x + radius, y + radius))
+    for box in world.boxes:
+        yield from _corners(box)
+
+
+def _corners(box: Box) -> Iterator[tuple[float, float]]:
+    cos, sin = math.cos(box.heading), math.sin(box.heading)
+    for along, across in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+        x, y = along * box.width / 2, across * box.height / 2
+        yield box.x + cos * x - sin * y, box.y + sin * x + cos * y
+
+
+def _obstacles(world: World, frame: _Frame) -> list[str]:
+    parts = []
+    if walls := "".join(f"M{frame.place(x1, y1)}L{frame.place(x2, y2)}" for x1, y1, x2, y2 in world.all_walls()):
+        parts.append(f'<path d="{walls}" stroke="{_QUIET}" stroke-width="3" stroke-linecap="round"/>')
+    for x, y, radius in world.circles:
+        across, down = frame.place(x, y).split()
+        parts.append(f'<circle cx="{across}" cy="{down}" r="{_number(radius * frame.scale)}" fill="{_QUIET}"/>')
+    boxes = ("L".join(frame.place(*corner) for corner in _corners(box)) for box in world.boxes)
+    return parts + [f'<path d="M{corners}Z" fill="{_QUIET}"/>' for corners in boxes]
 
 
 def _drawn(path: Path, frame: _Frame, place: int) -> str:

@@ -14,7 +14,7 @@ CORE = sorted((ROOT / "improv_core").rglob("*.py"))
 STAGE = [path for path in CORE if "stage" in path.parts]
 BARE = [
     ROOT / "improv_core" / f"{name}.py"
-    for name in ("__init__", "motion", "movement", "path", "profiles", "score", "world")
+    for name in ("__init__", "drawing", "motion", "movement", "path", "profiles", "score", "world")
 ]
 BARE += [ROOT / "improv_core" / "text.py", *STAGE]
 LIBRARIES = {

@@ -22,7 +22,7 @@ STILL = 1.0
 async def moves(url: str) -> None:
     """Return once a robot is away from where it was."""
     async with asyncio.timeout(LIMIT), _live(url) as live:
-        start: dict[str, Sequence[float]] = {}
+        start: dict[int, Sequence[float]] = {}
         async for poses in _poses(live):
             for name, pose in poses.items():
                 if math.dist(pose[:3], start.setdefault(name, pose)[:3]) >= AWAY:
@@ -52,12 +52,12 @@ async def _live(url: str) -> AsyncIterator[ClientWebSocketResponse]:
         yield live
 
 
-async def _poses(live: ClientWebSocketResponse) -> AsyncIterator[Mapping[str, Sequence[float]]]:
+async def _poses(live: ClientWebSocketResponse) -> AsyncIterator[Mapping[int, Sequence[float]]]:
     """x, y, z and heading of each robot, whenever one has changed."""
     while True:
         message = await live.receive_json()
         if message["type"] == "poses":
-            yield message["poses"]
+            yield dict(enumerate(message["poses"]))  # in the order of the robots
 
 
 if __name__ == "__main__":

@@ -3,45 +3,27 @@
 from __future__ import annotations
 
 import struct
-import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
 from typing import Any, Literal
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from improv_core.motion import Pose
-from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.viewer.server import Viewer
+from improv_core.analysis import analyze
+from improv_core.compiler import score_of
+from improv_core.drawing import plot
 from tests.needs import lacking
-from tests.page.conftest import LIMIT, Show, part, wait, watch
+from tests.page.conftest import Show, wait, watch
+from tests.page.looks import COUNT, PIXEL
 
 ROOT = Path(__file__).parents[2]
 AXE = ROOT / ".cache" / "axe" / "node_modules" / "axe-core" / "axe.min.js"
-SVG = "{http://www.w3.org/2000/svg}"
 
-# How many pixels of the stage are of a color, give or take: [red, green, blue].
-COUNT = """([red, green, blue]) => {
-  const stage = document.getElementById("stage")
-  const copy = new OffscreenCanvas(stage.width, stage.height)
-  const pen = copy.getContext("2d")
-  pen.drawImage(stage, 0, 0)
-  const { data } = pen.getImageData(0, 0, copy.width, copy.height)
-  let count = 0
-  for (let i = 0; i < data.length; i += 4) {
-    if (Math.abs(data[i] - red) + Math.abs(data[i + 1] - green) + Math.abs(data[i + 2] - blue) < 12) count++
-  }
-  return count
-}"""
-# The color of the stage at a point of the world.
-PIXEL = """(x, y) => {
-  const place = improv.toScreen(x, y)
-  const stage = document.getElementById("stage")
-  const copy = new OffscreenCanvas(stage.width, stage.height)
-  const pen = copy.getContext("2d")
-  pen.drawImage(stage, 0, 0)
-  return pen.getImageData(Math.round(place.x), Math.round(place.y), 1, 1).data.slice(0, 3).join()
-}"""
 FAINT = [222, 164, 124]  # half of the first robot's color in the light
 
 
@@ -124,16 +106,53 @@ def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Sh
     page.screenshot(path=artifacts / "page-fifty.png")
 
 
-def test_it_comes_back_after_the_stage_with_all_it_needs(page: Page, show: Show) -> None:
-    show.play("beat 60\nada $ repeat forward\n")
+def test_after_the_end_the_page_says_so_and_goes_on_with_what_is_played_next(
+    page: Page, show: Show, artifacts: Path, tmp_path: Path
+) -> None:
+    program = "beat 60\nada $ forward left forward\n"
+    show.play(program)
     watch(page, show)
     wait(page, "improv.robots.ada.x > 0.2")
     show.end_stage()
-    expect(page.locator("#notice")).to_have_text("disconnected, trying again…", timeout=LIMIT * 1000)
+    notice = page.locator("#notice")
+    expect(notice).to_have_text("The performance is over. Play again from your editor or terminal.")
+    expect(page.get_by_role("status")).to_have_text(notice.inner_text())
+    expect(page.locator("#state")).to_have_text("stopped")
+    expect(page.locator("#stage")).to_have_css("filter", "none")
+    page.get_by_role("button", name="Save").click()
+    assert downloaded(page, "SVG", tmp_path / "paths.svg").read_text() == plot(score_of(analyze(program)))
+    page.screenshot(path=artifacts / "page-over.png")
     expect(page.get_by_role("button", name="Play")).to_have_attribute("aria-disabled", "true")
     show.play("beat 60\nbo $ forward left\n")
     wait(page, "improv.connected && improv.known.bo === 2 && improv.transport.state === 'playing'")
-    expect(page.locator("#notice")).to_be_hidden()
+    expect(notice).to_be_hidden()
+
+
+def test_editors_on_this_machine_may_frame_the_page_and_strangers_may_not(
+    browser: Browser, show: Show, tmp_path: Path
+) -> None:
+    show.play("beat 60\nada $ repeat (forward || left)\n")
+    (tmp_path / "index.html").write_text(f"<iframe src='{show.url}' width=900 height=600></iframe>", encoding="utf-8")
+    page = browser.new_page()
+    with served(tmp_path) as editor:
+        page.goto(editor)
+        inside = page.frame_locator("iframe")
+        expect(inside.locator("#state")).to_have_text("playing")
+        inside.get_by_role("button", name="Stop").click()
+        expect(inside.locator("#state")).to_have_text("stopped")
+    with page.expect_event("requestfailed") as failed:
+        page.goto((tmp_path / "index.html").as_uri())
+    assert (failed.value.url, failed.value.failure) == (show.url, "net::ERR_BLOCKED_BY_RESPONSE")
+    page.close()
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The URL of a folder's files, as an editor in a browser has one."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=folder)) as server:
+        Thread(target=server.serve_forever).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
 
 
 def test_what_the_server_should_not_say_is_dropped(page: Page, show: Show) -> None:
@@ -143,29 +162,14 @@ def test_what_the_server_should_not_say_is_dropped(page: Page, show: Show) -> No
           const { read } = await import("/messages.js")
           return [
             "", "{", "7", "null", "[]", "{}", '{"type":"constructor"}',
-            '{"type":"poses","at":0,"poses":{"ada":[0,0,0]}}',
-            '{"type":"poses","at":null,"poses":{}}', '{"type":"transport","generation":1,"state":"dancing"}',
+            '{"type":"poses","at":0,"poses":[[0,0,0]]}', '{"type":"poses","at":0,"poses":{"ada":[0,0,0,0]}}',
+            '{"type":"poses","at":null,"poses":[]}', '{"type":"transport","generation":1,"state":"dancing"}',
             '{"type":"robots","robots":[]}', '{"type":"bumps","bumps":[{}]}',
             '{"type":"window","generation":1,"from":0,"to":1,"robots":{"ada":{"pose":null,"moments":[[0]],"until":1}}}',
           ].map(read)
         }"""
     )
-    assert read == [None] * 13
-
-
-def test_a_world_and_bumps_are_drawn(page: Page, viewer: Viewer, simulator: Simulator) -> None:
-    simulator.prepare({"ada": part("ada", Pose(3.0, 3.0))}, restart=True)
-    about = {"profile": "turtlesim", "radius": 0.3, "motions": [], "start": [3, 3, 0, 0], "beats": 0}
-    world = {"size": [8, 8], "walls": [[-4, 0, 0, 0]], "circles": [{"x": 2, "y": 0, "radius": 0.5}]}
-    score = {"type": "score", "generation": 1, "tempo": 60, "beats": 0, "text": "", "starts": {}, "world": world}
-    page.goto(viewer.url)
-    viewer.publish({**score, "robots": {"ada": about}})
-    viewer.publish(
-        {"type": "transport", "generation": 1, "state": "paused", "tempo": 60, "beats": 0, "beat": 0, "wall": 0}
-    )
-    wait(page, f"window.improv?.view && ({PIXEL})(2.1, 0.1) === '107,114,128'")
-    viewer.publish({"type": "bumps", "bumps": [{"at": 0, "x": 3, "y": 3, "robots": ["ada", "bo"]}]})
-    wait(page, f"({COUNT})([201, 42, 42]) > 20")
+    assert read == [None] * 14
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -199,12 +203,8 @@ def test_who_wants_no_motion_gets_a_view_that_stands(page: Page, show: Show) -> 
 def test_the_paths_can_be_taken_away_as_svg_and_png(page: Page, show: Show, tmp_path: Path) -> None:
     still(page, show, "beat 60\nada $ forward || left\nbo $ forward\n")
     page.get_by_role("button", name="Save").click()
-    svg = ET.parse(downloaded(page, "SVG", tmp_path / "paths.svg")).getroot()
-    assert svg.tag == f"{SVG}svg"
-    assert [text.text for text in svg.iter(f"{SVG}text")][:2] == ["ada", "bo"]
-    ways = [path.get("d") or "" for path in svg.iter(f"{SVG}path")]
-    # A quarter of a circle of 2 m along; radius 2 / (π / 2), to the left: exact.
-    assert ways[0] == "M0 0A1.2732 1.2732 0 0 0 1.2732 -1.2732"
+    svg = downloaded(page, "SVG", tmp_path / "paths.svg").read_text(encoding="utf-8")
+    assert svg == plot(score_of(analyze("beat 60\nada $ forward || left\nbo $ forward\n")))
     png = downloaded(page, "PNG", tmp_path / "paths.png").read_bytes()
     assert png.startswith(b"\x89PNG\r\n\x1a\n")
     width, height = struct.unpack(">II", png[16:24])

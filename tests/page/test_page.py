@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import queue
 import time
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -13,6 +14,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from improv_core.motion import Pose, Twist
+from improv_core.score import Score
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
 from tests.page.conftest import LIMIT, part, wait
@@ -53,8 +55,8 @@ def test_the_page_shows_a_dance_and_stop_sends_hush(
     open_page(page, viewer)
     expect(page.get_by_text("Save a program to see it dance")).to_be_visible()
 
-    cast = {"ada": Pose(), "bo": Pose(3.0, 0.0, 0.0, 1.5), "cleo": Pose(3.0, 3.0, 0.0, 3.0), "dot": Pose(0.0, 3.0)}
-    simulator.prepare({robot: part(robot, start) for robot, start in cast.items()}, restart=True)
+    cast = {"ada": Pose(), "bo": Pose(9.0, 0.0, 0.0, 1.5), "cleo": Pose(9.0, 9.0, 0.0, 3.0), "dot": Pose(0.0, 9.0)}
+    simulator.prepare(Score(Fraction(60), {robot: part(robot, start) for robot, start in cast.items()}), restart=True)
     viewer.publish(transport(1, "playing"))
     for index, robot in enumerate(cast):
         for beat in range(8):
@@ -101,7 +103,7 @@ def test_the_beat_is_counted_by_the_page_itself(page: Page, viewer: Viewer) -> N
 
 def test_the_motion_shown_is_smooth(page: Page, viewer: Viewer, simulator: Simulator) -> None:
     open_page(page, viewer)
-    simulator.prepare({"ada": part("ada", Pose())}, restart=True)
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose())}), restart=True)
     simulator.send("ada", Twist(x=1.0), 0.0)
     page.evaluate(
         """() => {
@@ -148,12 +150,12 @@ def test_poses_are_drawn_between_two_messages_and_trails_belong_to_one_program(p
 
 def test_a_new_program_starts_with_a_clean_stage(page: Page, viewer: Viewer, simulator: Simulator) -> None:
     open_page(page, viewer)
-    simulator.prepare({"ada": part("ada", Pose()), "bo": part("bo", Pose(0.0, 2.0))}, restart=True)
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose()), "bo": part("bo", Pose(0.0, 2.0))}), restart=True)
     wait(page, "Object.keys(improv.robots).join() == 'ada,bo'")
     simulator.send("ada", Twist(x=1.0), 0.0)
     simulator.advance(3.0)
     wait(page, "improv.robots.ada.x == 3")
-    simulator.prepare({"ada": part("ada", Pose(1.0, 1.0))}, restart=True)
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose(1.0, 1.0))}), restart=True)
     wait(page, "Object.keys(improv.robots).join() == 'ada' && improv.robots.ada.y == 1")
 
 

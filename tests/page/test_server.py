@@ -8,6 +8,7 @@ import json
 import queue
 import socket
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -16,7 +17,10 @@ import pytest
 
 from improv_core.analysis import analyze
 from improv_core.compiler import score_of
+from improv_core.drawing import plot
 from improv_core.motion import STILL, Pose, Twist
+from improv_core.score import Score
+from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
 from improv_core.stage.viewer.server import MAX_MESSAGE, MAX_PAGES, MOST_BEATS, Viewer
 from tests.page.conftest import part
@@ -59,7 +63,9 @@ def test_only_hosts_of_this_machine_are_answered(viewer: Viewer) -> None:
     host, token = own(viewer)
     local = host.replace("127.0.0.1", "localhost")
     assert ask(viewer, f"/?{token}", Host=local).status == 200
-    for stranger in ("evil.example", f"evil.example:{local.split(':')[1]}", "127.0.0.1", ""):
+    assert ask(viewer, f"/?{token}", Host="127.0.0.1:1").status == 200  # through an editor's tunnel
+    strangers = ("evil.example", f"evil.example:{local.split(':')[1]}", "127.0.0.1", "127.0.0.1:1.evil.example", "")
+    for stranger in strangers:
         assert ask(viewer, f"/?{token}", Host=stranger).status == 403
         assert ask(viewer, "/page.js", Host=stranger).status == 403
 
@@ -85,7 +91,9 @@ def test_the_page_may_load_nothing_from_elsewhere_but_may_be_framed(viewer: View
     policy = answer.getheader("Content-Security-Policy") or ""
     assert "default-src 'none'" in policy
     assert "script-src 'self'" in policy
-    assert "frame-ancestors" not in policy
+    around = next(each for each in policy.split("; ") if each.startswith("frame-ancestors ")).split()
+    assert {"vscode-webview:", "vscode-file:", "http://127.0.0.1:*", "http://localhost:*"} < set(around)
+    assert {"*", "http:", "https:"}.isdisjoint(around)
     assert answer.getheader("X-Frame-Options") is None
     assert answer.getheader("Referrer-Policy") == "no-referrer"
 
@@ -111,7 +119,7 @@ async def until(socket: aiohttp.ClientWebSocketResponse, wanted: Callable[[dict[
 
 
 def test_a_new_page_gets_what_was_published_and_who_is_there(viewer: Viewer, simulator: Simulator) -> None:
-    simulator.prepare({"ada": part("ada", Pose(1.0, 2.0))}, restart=True)
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose(1.0, 2.0))}), restart=True)
     simulator.send("ada", Twist(y=1 / 3), 0.0)
     simulator.advance(1.0)
     viewer.publish({"type": "transport", "generation": 1})
@@ -126,11 +134,11 @@ def test_a_new_page_gets_what_was_published_and_who_is_there(viewer: Viewer, sim
     messages = asyncio.run(check())
     assert messages["transport"]["generation"] == 2
     assert messages["robots"] == {"type": "robots", "robots": {"ada": {"radius": 0.3}}}
-    assert messages["poses"] == {"type": "poses", "at": 1.0, "poses": {"ada": [1.0, 2.3333, 0.0, 0.0]}}
+    assert messages["poses"] == {"type": "poses", "at": 1.0, "poses": [[1.0, 2.3333, 0.0, 0.0]]}
 
 
 def test_nothing_is_sent_while_nothing_changes(viewer: Viewer, simulator: Simulator) -> None:
-    simulator.prepare({"ada": part("ada", Pose())}, restart=True)
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose())}), restart=True)
 
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
@@ -142,9 +150,90 @@ def test_nothing_is_sent_while_nothing_changes(viewer: Viewer, simulator: Simula
                 await socket.receive(timeout=0.2)
             simulator.send("ada", Twist(z=1.0), 1.0)
             simulator.advance(2.0)
-            assert (await socket.receive_json(timeout=LIMIT))["poses"] == {"ada": [0.0, 0.0, 1.0, 0.0]}
+            assert (await socket.receive_json(timeout=LIMIT))["poses"] == [[0.0, 0.0, 1.0, 0.0]]
+            viewer.publish({"type": "pong", "number": 1})
+            viewer.publish({"type": "transport", "generation": 1})
+            assert (await socket.receive_json(timeout=LIMIT))["type"] == "transport"
 
     asyncio.run(check())
+
+
+def test_who_stands_where_another_stood_is_told_with_a_pose(viewer: Viewer, simulator: Simulator) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            for name in ("ada", "bo"):
+                simulator.prepare(Score(Fraction(60), {name: part(name, Pose(1.0))}), restart=True)
+                robots = await until(socket, lambda message: message["type"] == "robots" and message["robots"])
+                assert list(robots["robots"]) == [name]
+                assert (await socket.receive_json(timeout=LIMIT))["poses"] == [[1.0, 0.0, 0.0, 0.0]]
+
+    asyncio.run(check())
+
+
+def test_each_bump_is_told_once_also_those_of_a_dance_that_is_played_again() -> None:
+    bump = Bump(1.5, 0.25, 0.0, ("ada", "bo"))
+    again = Bump(*bump)
+    shown = Snapshot(bumps=(bump,))
+    viewer = Viewer(0, lambda: shown, lambda command: None)
+
+    async def check() -> None:
+        nonlocal shown
+        async with aiohttp.ClientSession() as session:
+            first = await connected(viewer, session)
+            told = {"at": 1.5, "x": 0.25, "y": 0.0, "robots": ["ada", "bo"]}
+            assert await until(first, is_bumps) == {"type": "bumps", "past": True, "bumps": [told]}
+            shown = Snapshot(bumps=(bump, Bump(2.0, 1.0, 1.0, ("ada",))))
+            assert await times(first) == (False, [2.0])
+            later = await connected(viewer, session)
+            assert await times(later) == (True, [1.5, 2.0])
+            shown = Snapshot(bumps=(again,))
+            for socket in (first, later):
+                assert await until(socket, is_bumps) == {"type": "bumps", "past": False, "bumps": [told]}
+            with pytest.raises(asyncio.TimeoutError):
+                await first.receive(timeout=0.2)
+
+    asyncio.run(check())
+    viewer.close()
+
+
+async def times(socket: aiohttp.ClientWebSocketResponse) -> tuple[bool, list[float]]:
+    message = await until(socket, is_bumps)
+    return message["past"], [bump["at"] for bump in message["bumps"]]
+
+
+def is_bumps(message: dict[str, Any]) -> bool:
+    return bool(message["type"] == "bumps")
+
+
+def test_the_last_that_was_published_comes_before_the_end(viewer: Viewer) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            await until(socket, lambda message: message["type"] == "poses")
+            viewer.publish({"type": "stopped"})
+            await asyncio.to_thread(viewer.close)
+            assert (await socket.receive_json(timeout=LIMIT)) == {"type": "stopped"}
+            assert (await socket.receive(timeout=LIMIT)).type in (aiohttp.WSMsgType.CLOSED, aiohttp.WSMsgType.ERROR)
+
+    asyncio.run(check())
+
+
+# The picture
+
+
+def test_the_picture_is_that_of_plot_and_is_given_to_those_with_the_token(viewer: Viewer) -> None:
+    host, token = own(viewer)
+    assert ask(viewer, f"/path.svg?{token}").status == 404  # nothing has been played
+    for program in ("ada $ forward left forward", "ada $ left"):
+        score = score_of(analyze(program))
+        viewer.show(score, 1)
+        answer = ask(viewer, f"/path.svg?{token}", Origin=f"http://{host}")
+        assert answer.getheader("Content-Type") == "image/svg+xml; charset=utf-8"
+        assert answer.read().decode() == plot(score)
+    assert ask(viewer, "/path.svg").status == 403
+    assert ask(viewer, f"/path.svg?{token}", Origin="http://evil.example").status == 403
+    assert ask(viewer, f"/path.svg?{token}", Host="evil.example").status == 403
 
 
 def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.SimpleQueue[dict[str, Any]]) -> None:

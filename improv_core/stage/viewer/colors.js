@@ -4,7 +4,7 @@
 export function readColors() {
   const style = getComputedStyle(document.documentElement)
   const read = (name) => style.getPropertyValue(`--${name}`).trim()
-  const names = ["ground", "panel", "grid", "grid-strong", "ink", "quiet", "shadow", "bump", "wall"]
+  const names = ["ground", "panel", "grid", "grid-strong", "ink", "quiet", "shadow", "below", "bump", "wall"]
   return {
     ...Object.fromEntries(names.map((name) => [name, read(name)])),
     robots: read("robots").split(/\s+/),

@@ -69,12 +69,13 @@ export class Controls {
   }
 
   /** Shows the transport, as far as it does not change by itself. */
-  show(open) {
+  show(connection) {
+    const open = connection === "open"
     const { generation, state, beats, tempo, speed, backend } = this.#clock.transport
     const played = generation > 0
     document.body.dataset.state = state
     const playing = state === "playing"
-    find("state-word").textContent = open ? (played ? WORDS[state] : "ready") : "offline"
+    find("state-word").textContent = open || connection === "over" ? (played ? WORDS[state] : "ready") : "offline"
     find("hint").hidden = played || !open
     find("beat").hidden = !played
     find("beat-end").textContent = beats === null ? "· ∞" : `/ ${whole(this.#clock.lastBeat)}`
@@ -99,8 +100,8 @@ export class Controls {
     const changed = find("beat-now").textContent !== text
     if (changed) find("beat-now").textContent = text
     const pulse = this.#clock.playing ? 1 + 0.5 * (1 - (beat % 1)) ** 3 : 1
-    find("bar").style.setProperty("--pulse", pulse.toFixed(2))
-    find("bar").style.setProperty("--done", beats ? (beat / beats).toFixed(4) : "0")
+    find("lamp").style.setProperty("--pulse", pulse.toFixed(2))
+    find("progress").style.setProperty("--done", beats ? (beat / beats).toFixed(4) : "0")
     return changed
   }
 

@@ -4,72 +4,99 @@
 import { roundLength } from "./camera.js"
 import { mix } from "./colors.js"
 import { after, trace } from "./path.js"
+import { paintWorld } from "./world.js"
 
 const SHADES = 12 // steps in which a trail fades
 const FADED = 0.36
 const AHEAD = 0.5 // how much of its color a path ahead has
-const OLD = 0.4 // seconds after which a sheet is painted anew while robots move
+const OLD = 0.4 // seconds after which a sheet has to be brought up to date while robots move
+const TURNED = 0.1 // seconds after which it is, while the view changes
+const FADING = 5 // seconds after which it is painted anew, as trails fade
 
 export class Ground {
-  #shown = null // {canvas, view, size, painted, signs, since}
+  #canvas = null // to paint on; what is finished is an image, which is copied faster
+  #shown = null // {image, view, middle, ratio, painted, signs, begun, since}: painted from `begun` on, up to date as of `since`
   #making = null // the same, with the `steps` that are left
-  #spare = null
 
   /** Goes on painting for so many milliseconds. Whether there is more to paint. */
   paint(scene, milliseconds) {
     const signs = scene.signs.join()
     const { view } = scene.camera
     const outdated = (sheet) => sheet.view !== view || sheet.signs !== signs
-    if (this.#making && outdated(this.#making) && (!this.#shown || performance.now() - this.#making.since > 250)) {
-      this.#spare = this.#making.canvas // what is half done would be wrong for long
-      this.#making = null
+    const now = performance.now()
+    if (this.#making && outdated(this.#making) && (!this.#shown || now - this.#making.begun > 250)) {
+      this.#making = null // what is half done would be wrong for long
     }
     if (!this.#making) {
       const fresh = this.#shown && !outdated(this.#shown)
-      if (fresh && !(scene.moving && performance.now() - this.#shown.since > OLD * 1000)) return false
+      if (this.#shown?.signs === signs && !fresh && now - this.#shown.begun < TURNED * 1000) return true
+      if (fresh && !(scene.moving && now - this.#shown.since > OLD * 1000)) return false
+      if (fresh && scene.trail === Infinity && now - this.#shown.begun < FADING * 1000) {
+        this.#lengthen(scene)
+        return false
+      }
       this.#making = this.#begin(scene, signs)
     }
-    const end = performance.now() + milliseconds
+    const end = now + milliseconds
     while (!this.#making.steps.next().done) if (performance.now() > end && this.#shown) return true
-    this.#spare = this.#shown?.canvas
-    this.#shown = this.#making
+    this.#show(this.#making)
     this.#making = null
     return outdated(this.#shown)
   }
 
-  /** Copies the last finished sheet, moved to where the camera looks now. */
+  /** Copies the last finished sheet, moved to where the camera looks now. What of each trail is on it. */
   draw(pen, camera, colors) {
-    const { canvas, view, painted } = this.#shown
-    const { x, y } = camera.toScreen(view)
-    const factor = camera.view.scale / view.scale
-    const [middleX, middleY] = this.#shown.middle
+    const { image, view, middle, ratio, painted } = this.#shown
     pen.setTransform(1, 0, 0, 1, 0, 0)
-    if (camera.view === view) {
-      pen.drawImage(canvas, 0, 0)
-      return painted
+    if (camera.view !== view) {
+      const { x, y } = camera.toScreen(view)
+      const factor = camera.view.scale / view.scale
+      pen.fillStyle = colors.ground
+      pen.fillRect(0, 0, image.width, image.height)
+      pen.setTransform(factor, 0, 0, factor, (x - middle.x * factor) * ratio, (y - middle.y * factor) * ratio)
     }
-    pen.fillStyle = colors.ground
-    pen.fillRect(0, 0, canvas.width, canvas.height)
-    const { ratio } = this.#shown
-    pen.setTransform(factor, 0, 0, factor, (x - middleX * factor) * ratio, (y - middleY * factor) * ratio)
-    pen.drawImage(canvas, 0, 0)
+    pen.drawImage(image, 0, 0)
     return painted
   }
 
   /** Throws all away: the size has changed, or the theme. */
   reset() {
-    this.#shown = this.#making = this.#spare = null
+    this.#canvas = this.#shown = this.#making = null
+  }
+
+  #show(sheet) {
+    this.#shown?.image.close()
+    this.#shown = { ...sheet, image: this.#canvas.transferToImageBitmap() }
+  }
+
+  /** Adds to the sheet what has been gone since it was painted. */
+  #lengthen(scene) {
+    const { image, ratio, painted } = this.#shown
+    const pen = this.#pen()
+    pen.setTransform(1, 0, 0, 1, 0, 0)
+    pen.drawImage(image, 0, 0)
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0)
+    for (const robot of scene.cast) paintTail(pen, scene, robot, painted.get(robot.name))
+    const now = new Map(scene.cast.map(({ name, pose }) => [name, { at: scene.at, place: pose }]))
+    this.#show({ ...this.#shown, painted: now, since: performance.now() })
   }
 
   #begin(scene, signs) {
     const { camera, ratio } = scene
-    const canvas = this.#spare ?? new OffscreenCanvas(Math.round(camera.size.width * ratio), Math.round(camera.size.height * ratio))
-    this.#spare = null
-    const middle = camera.toScreen(camera.view)
-    const frozen = { ...scene, view: camera.view, middle, size: { ...camera.size } }
+    const { view } = camera
+    const [width, height] = [camera.size.width, camera.size.height].map((length) => Math.round(length * ratio))
+    this.#canvas ??= new OffscreenCanvas(width, height)
+    const middle = camera.toScreen(view)
     const painted = new Map()
-    const steps = paintAll(canvas.getContext("2d", { alpha: false }), frozen, painted)
-    return { canvas, view: camera.view, middle: [middle.x, middle.y], ratio, painted, signs, steps, since: performance.now() }
+    const now = performance.now()
+    const steps = paintAll(this.#pen(), { ...scene, view, middle, size: { ...camera.size } }, painted)
+    return { view, middle, ratio, painted, signs, steps, begun: now, since: now }
+  }
+
+  #pen() {
+    const pen = this.#canvas.getContext("2d", { alpha: false })
+    pen.lineJoin = pen.lineCap = "round"
+    return pen
   }
 }
 
@@ -82,14 +109,13 @@ function* paintAll(pen, scene, painted) {
   const { colors, cast, ratio, size } = scene
   const flat = () => pen.setTransform(ratio, 0, 0, ratio, 0, 0)
   flat()
-  pen.lineJoin = pen.lineCap = "round"
   pen.fillStyle = colors.ground
   pen.fillRect(0, 0, size.width, size.height)
   paintGrid(pen, scene)
   yield
   if (scene.world) {
     inWorld(pen, scene)
-    paintWorld(pen, scene)
+    paintWorld(pen, scene.world, scene.view.scale, scene.colors.wall)
     flat()
     yield
   }
@@ -140,30 +166,6 @@ function paintGrid(pen, scene) {
     upright(0)
     level(0)
   })
-}
-
-function paintWorld(pen, { world, view, colors }) {
-  pen.strokeStyle = pen.fillStyle = colors.wall
-  pen.lineWidth = 4 / view.scale
-  pen.beginPath()
-  if (world.size) pen.rect(-world.size[0] / 2, -world.size[1] / 2, ...world.size) // the origin is its middle
-  for (const [x1, y1, x2, y2] of world.walls ?? []) {
-    pen.moveTo(x1, y1)
-    pen.lineTo(x2, y2)
-  }
-  pen.stroke()
-  for (const { x, y, radius } of world.circles ?? []) {
-    pen.beginPath()
-    pen.arc(x, y, radius, 0, 2 * Math.PI)
-    pen.fill()
-  }
-  for (const { x, y, width, height, heading = 0 } of world.boxes ?? []) {
-    pen.save()
-    pen.translate(x, y)
-    pen.rotate(heading)
-    pen.fillRect(-width / 2, -height / 2, width, height)
-    pen.restore()
-  }
 }
 
 function paintAhead(pen, { view, colors, beat, until }, { way, moved, color }) {
@@ -223,6 +225,26 @@ function paintTrail(pen, scene, { name, color, pose }) {
   return { at, place: pose }
 }
 
+/** Paints the part of a trail that is too new to be on the sheet: what was gone since `from`. */
+export function paintTail(pen, { trails, at, camera }, { name, place, color }, from) {
+  if (!from || from.at > at) return
+  const start = camera.toScreen(from.place)
+  const trail = trails.get(name) ?? []
+  let index = trail.length
+  while (index > 0 && trail[index - 1].at > from.at) index--
+  pen.beginPath()
+  pen.moveTo(start.x, start.y)
+  for (; index < trail.length && trail[index].at <= at; index++) {
+    const point = camera.toScreen(trail[index])
+    if (trail[index].first) pen.moveTo(point.x, point.y)
+    else pen.lineTo(point.x, point.y)
+  }
+  if (!trail[index]?.first) pen.lineTo(place.x, place.y) // else it is about to be put elsewhere
+  pen.strokeStyle = color
+  pen.lineWidth = trailWidth(camera.view)
+  pen.stroke()
+}
+
 function paintStart(pen, { x, y }, width, ground, color) {
   pen.beginPath()
   pen.arc(x, y, width * 1.1, 0, 2 * Math.PI)
@@ -248,6 +270,6 @@ function visible(trail, at, length) {
 }
 
 /** In pixels. */
-export function trailWidth(view) {
+function trailWidth(view) {
   return Math.min(Math.max(view.scale * 0.06, 3), 9)
 }

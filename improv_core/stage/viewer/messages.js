@@ -19,7 +19,7 @@ const moment = (value) =>
 
 const MESSAGES = {
   robots: shape({ robots: mapOf(shape({ radius: number })) }),
-  poses: shape({ at: number, poses: mapOf(numbers(4)) }),
+  poses: shape({ at: number, poses: listOf(numbers(4)) }),
   transport: shape({
     generation: count,
     state: oneOf("stopped", "waiting", "playing", "paused", "ended"),
@@ -40,17 +40,22 @@ const MESSAGES = {
     text,
     starts: mapOf(count),
     robots: mapOf(
-      shape({ profile: text, radius: number, motions: listOf(text), start: numbers(4), beats: nullOr(number) }),
+      shape({
+        profile: text,
+        dynamics: text,
+        radius: number,
+        motions: listOf(text),
+        start: numbers(4),
+        beats: nullOr(number),
+      }),
     ),
-    world: maybe(
-      nullOr(
-        shape({
-          size: maybe(nullOr(numbers(2))),
-          walls: maybe(listOf(numbers(4))),
-          circles: maybe(listOf(shape({ x: number, y: number, radius: number }))),
-          boxes: maybe(listOf(shape({ x: number, y: number, width: number, height: number, heading: maybe(number) }))),
-        }),
-      ),
+    world: nullOr(
+      shape({
+        size: nullOr(numbers(2)),
+        walls: listOf(numbers(4)),
+        circles: listOf(shape({ x: number, y: number, radius: number })),
+        boxes: listOf(shape({ x: number, y: number, width: number, height: number, heading: number })),
+      }),
     ),
   }),
   window: shape({
@@ -59,7 +64,8 @@ const MESSAGES = {
     to: number,
     robots: mapOf(shape({ pose: nullOr(numbers(4)), moments: listOf(moment), until: number })),
   }),
-  bumps: shape({ bumps: listOf(shape({ at: number, x: number, y: number, robots: listOf(text) })) }),
+  bumps: shape({ past: (value) => typeof value === "boolean", bumps: listOf(shape({ at: number, x: number, y: number, robots: listOf(text) })) }),
+  stopped: shape({ message: maybe(text) }),
 }
 
 /** The message in a text of the server's, or null. */

@@ -1,5 +1,7 @@
 // What the page knows of the robots: their latest poses in performance time, and the ways they have gone.
 
+import { bounds } from "./camera.js"
+
 const DELAY = 0.05 // seconds the page shows behind the newest poses, to have a pose on either side of its own time
 const CLOCK_ERROR = 0.01 // seconds between the clock of the messages and that of the page's frames, at most
 const FRAMES_KEPT = 30
@@ -16,6 +18,7 @@ export class Motion {
   #samples = new Map() // name -> places since the last point of its trail, all close to a straight line
   fastest = Infinity // m/s, of any robot
   trails = new Map() // name -> [{at, x, y, first}]; `first` where a stroke begins
+  room = [] // corners of what the trails take
 
   clear() {
     this.#frames = []
@@ -27,6 +30,7 @@ export class Motion {
   clearTrails() {
     this.trails.clear()
     this.#samples.clear()
+    this.room = []
   }
 
   /** Forgets the ways gone more than `age` seconds before `now`: those of an earlier program. */
@@ -37,16 +41,19 @@ export class Motion {
       this.#forget(name)
       if (kept.length) this.trails.set(name, [{ ...kept[0], first: true }, ...kept.slice(1)])
     }
+    this.#measure()
   }
 
   /** Forgets robots that are not in `names`. */
   keep(names) {
     for (const name of [...this.trails.keys()]) if (!names.has(name)) this.#forget(name)
+    this.#measure()
   }
 
-  /** Takes in poses that arrived at `now`, in seconds of the page's clock. */
+  /** Takes in poses that arrived at `now`, in seconds of the page's clock. Whether a new performance begins. */
   take({ at, poses }, now) {
-    if (at < this.#frames.at(-1)?.at) this.clear() // a new performance
+    const anew = at < this.#frames.at(-1)?.at
+    if (anew) this.clear()
     const offset = at - now
     // Messages are late, never early, so the largest offset is the truest; it gives way slowly, as clocks drift, and
     // at once after a pause of the performance.
@@ -57,6 +64,17 @@ export class Motion {
     this.#frames.push({ at, poses, jumped })
     if (this.#frames.length > FRAMES_KEPT) this.#frames.shift()
     for (const [name, [x, y]] of Object.entries(poses)) this.#draw(name, { at, x, y, first: jumped.has(name) })
+    return anew
+  }
+
+  #measure() {
+    this.room = this.trails.size ? bounds(this.trails.values()) : []
+  }
+
+  #widen(place) {
+    const [low, high] = this.room
+    if (low?.x <= place.x && low.y <= place.y && high.x >= place.x && high.y >= place.y) return
+    this.room = bounds([this.room, [place]])
   }
 
   #jumps(last, at, poses, name) {
@@ -74,6 +92,7 @@ export class Motion {
   #draw(name, place) {
     const trail = this.trails.get(name)
     const samples = this.#samples.get(name) ?? []
+    if (!trail || place.first) this.#widen(place)
     if (!trail) {
       this.trails.set(name, [{ ...place, first: true }])
       return
@@ -87,6 +106,7 @@ export class Motion {
     if (Math.hypot(place.x - last.x, place.y - last.y) < TRAIL_STEP) return
     if (samples.length && (samples.length === SAMPLES || !straight(trail.at(-1), place, samples))) {
       trail.push(last)
+      this.#widen(last)
       if (trail.length > TRAIL_POINTS) trail.splice(0, 2, { ...trail[1], first: true })
       this.#samples.set(name, [place])
       return

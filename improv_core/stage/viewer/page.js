@@ -1,6 +1,8 @@
 // The page: takes the server's messages, moves the stage sixty times a second, and asks for what people want.
 
 import { Anchor } from "./anchor.js"
+import { Bumps } from "./bumps.js"
+import { bounds } from "./camera.js"
 import { Clock } from "./clock.js"
 import { connect } from "./connection.js"
 import { Controls } from "./controls.js"
@@ -11,13 +13,15 @@ import { Panels } from "./panels.js"
 import { Lights, Score } from "./score.js"
 import { kindOf, Stage } from "./stage.js"
 import { Starts } from "./starts.js"
+import { fetchPicture } from "./takeaway.js"
 import { Timeline } from "./timeline.js"
+import { outline } from "./world.js"
 
 const NOTICES = {
   lost: "disconnected, trying again…",
   refused: "This link has expired. Open the page again from your editor or terminal.",
+  over: "The performance is over. Play again from your editor or terminal.",
 }
-const BUMPS_KEPT = 200
 const BEHIND = 0.06 // seconds that the robots are shown behind the clock
 
 const find = (id) => document.getElementById(id)
@@ -26,6 +30,7 @@ const stillness = matchMedia("(prefers-reduced-motion: reduce)")
 const clock = new Clock()
 const motion = new Motion()
 const anchor = new Anchor()
+const bumps = new Bumps()
 const stage = new Stage(find("stage"))
 const score = new Score(find("score-text"))
 const lights = new Lights(score, clock)
@@ -34,22 +39,23 @@ const timeline = new Timeline(clock, (beat) => controls.seek(beat), (muted, solo
 const starts = new Starts((message) => send(message), touch)
 
 let connection = "opening"
+let parting = "" // what the stage has said at its end
 let radii = {}
 let robots = {}
-let bumps = []
 let outlook = null // of the score that plays
 let next = null // of one that is to take over
+let picture = null // a promise of its paths as SVG
 let frames = 0
 let stale = true // something has changed since the last drawing
 let drawn = 0
 let cleared = 0 // how often trails were
 let pending = null // poses of which the ideal ones are not known yet
 let known = "" // what is known of the ways, in short
-let room = [] // points that the view should hold
+let room = [] // corners of what the view should hold
 let seen = false // whether there was a view that holds them
 let fastest = { way: Infinity, turn: Infinity } // of any robot, m/s and rad/s
 
-const panels = new Panels({ touch, resize, announce, picture, clearTrails, controls, camera: stage.camera, canvas: find("stage") })
+const panels = new Panels({ touch, resize, announce, getPicture, clearTrails, controls, camera: stage.camera, canvas: find("stage") })
 const send = connect(take, change)
 
 function take(message) {
@@ -58,12 +64,36 @@ function take(message) {
 }
 
 const taking = {
-  poses: (message) => motion.take(message, seconds()),
+  poses: takePoses,
   robots: takeRobots,
   transport: takeTransport,
   score: takeScore,
   window: (message) => [outlook, next].forEach((each) => each?.take(message)),
-  bumps: (message) => (bumps = [...bumps, ...message.bumps].slice(-BUMPS_KEPT)),
+  bumps: takeBumps,
+  stopped: ({ message }) => (parting = message ? `The stage has failed: ${message}. Play again.` : NOTICES.over),
+}
+
+/** Poses come in the order of the robots. */
+function takePoses({ at, poses }) {
+  const names = Object.keys(radii)
+  if (names.length !== poses.length) return
+  const anew = motion.take({ at, poses: Object.fromEntries(names.map((name, index) => [name, poses[index]])) }, seconds())
+  if (anew) clearBumps()
+}
+
+function takeBumps(message) {
+  bumps.take(message)
+  showBumps()
+}
+
+function clearBumps() {
+  bumps.clear()
+  showBumps()
+}
+
+function showBumps() {
+  find("bumps").hidden = !bumps.count
+  find("bumps").textContent = bumps.count === 1 ? "1 bump" : `${bumps.count} bumps`
 }
 
 function takeRobots({ robots: cast }) {
@@ -83,6 +113,7 @@ function takeTransport(message) {
   const { generation, state } = clock.transport
   const age = (clock.beat() * 60) / message.tempo
   const elsewhere = clock.take(message)
+  if (message.generation !== generation) clearBumps()
   if (message.generation !== generation) motion.forgetTrails(seconds(), Math.min(age, (clock.beat() * 60) / message.tempo))
   if (next?.score.generation === message.generation) show(next)
   if (elsewhere || message.state !== state) place(message)
@@ -94,8 +125,9 @@ function takeTransport(message) {
 /** Shows another score. */
 function show(coming) {
   outlook = coming
-  next = null
+  next = picture = null
   score.show(outlook.score.text)
+  find("dynamics").textContent = dynamics(Object.values(outlook.score.robots))
   lights.forget()
   anchor.clear()
   showCast()
@@ -114,22 +146,32 @@ function place({ state, poses, beat }) {
   else if (outlook && poses) pending = { poses, beat }
 }
 
+/** How the simulator moves its robots, in words: nobody should take an ideal for the world. */
+function dynamics(robots) {
+  const ideal = robots.filter((robot) => robot.dynamics === "ideal").length
+  return ideal === robots.length ? "ideal motion" : ideal ? "some with motors" : "with motors"
+}
+
 function change(now) {
+  if (now === "open") parting = ""
+  if (now === "lost" && parting) now = "over"
   if (now === "open") {
     motion.clear() // the ways gone meanwhile are not known
+    clearBumps()
     for (const each of [outlook, next]) each?.askAgain()
   }
-  if (now !== "open" || connection === "lost" || connection === "refused") announce(NOTICES[now] ?? "connected again")
+  const notice = now === "over" ? parting : (NOTICES[now] ?? "")
+  if (notice || connection !== "opening") announce(notice || "connected again")
   connection = now
   document.body.dataset.connection = now
-  find("notice").hidden = !(now in NOTICES)
-  find("notice").textContent = NOTICES[now] ?? ""
+  find("notice").hidden = !notice
+  find("notice").textContent = notice
   touch()
   showTransport()
 }
 
 function showTransport() {
-  controls.show(connection === "open")
+  controls.show(connection)
   find("next").hidden = !next || connection !== "open" || !clock.playing
   timeline.showSilence()
   timeline.showPosition()
@@ -161,9 +203,9 @@ function cast() {
   }))
 }
 
-/** What a picture of the paths is made of. */
-function picture() {
-  return { cast: cast(), trails: motion.trails, ground: stage.colors.ground, ink: stage.colors.ink }
+/** The paths as SVG; a page keeps them for when the stage is gone. */
+async function getPicture() {
+  return (await picture) ?? (picture = fetchPicture())
 }
 
 function frame() {
@@ -196,33 +238,39 @@ function frame() {
     known = key
     stale = true
     if (outlook) {
-      room = [...outlook.points(until)]
+      const points = [...outlook.points(until)]
+      const { world } = outlook.score
+      room = points.length || world ? bounds([points, world ? outline(world) : []]) : []
       const { way, turn } = outlook.fastest()
       fastest = { way: way * speed, turn: turn * speed }
       motion.fastest = fastest.way
-      if (!seen && room.length) stage.camera.view = null // the first view is there at once
-      seen ||= room.length > 0
+      if (!seen && points.length) stage.camera.view = null // the first view is there at once
+      seen ||= points.length > 0
     }
   }
-  if (stale || present.moving) {
+  const bumping = bumps.show(present.at, now)
+  const news = bumps.news(now)
+  if (news) announce(news)
+  if (outlook?.version) picture ??= fetchPicture()
+  if (stale || present.moving || bumping.length) {
     const ease = stillness.matches ? Infinity : Math.min(now - drawn, 0.1)
-    stale = stage.draw(scene(present, beat, until), ease)
-    stale ||= present.moving
+    stale = stage.draw(scene(present, beat, until, bumping), ease)
+    stale ||= present.moving || bumping.length > 0
   }
   timeline.draw(outlook, stillness.matches)
   drawn = now
   requestAnimationFrame(frame)
 }
 /** All that the stage shows in this frame. */
-function scene({ at, moving }, beat, until) {
+function scene({ at, moving }, beat, until, bumping) {
   const { muted, soloed } = clock.transport
   return {
     at,
     moving,
     beat,
     until,
-    bumps,
-    room,
+    bumps: bumping,
+    room: [...room, ...motion.room],
     trails: motion.trails,
     trail: panels.trail,
     ahead: panels.ahead,

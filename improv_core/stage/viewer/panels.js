@@ -1,6 +1,6 @@
 // What can be shown, hidden and taken away: the panels, the cards, the tools of the stage, and their keys.
 
-import { download, drawPng, drawSvg, record } from "./takeaway.js"
+import { download, drawPng, record } from "./takeaway.js"
 import { listen, settings } from "./keys.js"
 
 const SMALL = matchMedia("(max-width: 720px), (max-height: 520px)")
@@ -30,7 +30,8 @@ export class Panels {
     }
     const press = { clear: page.clearTrails, "zoom-in": () => this.#zoom(ZOOM), "zoom-out": () => this.#zoom(1 / ZOOM) }
     Object.assign(press, { ahead: () => this.#turnAhead(), fit: () => this.#fit(), record: () => this.#record() })
-    Object.assign(press, { "save-svg": () => this.#saveSvg(), "save-png": () => this.#savePng() })
+    press["save-svg"] = () => this.#save("improv.svg", (svg) => new Blob([svg], { type: "image/svg+xml" }))
+    press["save-png"] = () => this.#save("improv.png", drawPng)
     for (const [id, action] of Object.entries(press)) find(id).addEventListener("click", action)
     find("trail").addEventListener("change", () => this.#setTrail(Number(find("trail").value)))
     this.#setTrail(Number(settings.get("trail", "Infinity")))
@@ -143,17 +144,10 @@ export class Panels {
     this.#page.touch()
   }
 
-  #svg() {
-    const { cast, trails, ground, ink } = this.#page.picture()
-    return drawSvg(cast, trails, ground, ink)
-  }
-
-  #saveSvg() {
-    download("improv.svg", new Blob([this.#svg()], { type: "image/svg+xml" }))
-  }
-
-  async #savePng() {
-    download("improv.png", await drawPng(this.#svg()))
+  async #save(name, make) {
+    const svg = await this.#page.getPicture()
+    if (svg) download(name, await make(svg))
+    else this.#page.announce("There is no picture yet: save a program first")
   }
 
   async #record() {

@@ -19,6 +19,7 @@ export function picture(kind, color, shade, radius, ratio) {
     pen.scale(radius * ratio, -radius * ratio) // the world's y is up
     pen.lineJoin = pen.lineCap = "round"
     KINDS[kind](pen, color, shade)
+    made = made.transferToImageBitmap() // copied faster than a canvas, which might change
     pictures.set(key, made)
   }
   return made

@@ -3,27 +3,38 @@
 from __future__ import annotations
 
 import asyncio
+import atexit
 import json
 import queue
+import re
 import secrets
 import socket
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from improv_core.drawing import plot
 from improv_core.score import Score
-from improv_core.stage.window import about, window
+from improv_core.stage.viewer.outbox import Outbox, told
+from improv_core.stage.window import MOST_MOMENTS, about, window
 
 if TYPE_CHECKING:
     from aiohttp import web
     from aiohttp.typedefs import Handler
 
+    from improv_core.stage.sinks.collisions import Bump
     from improv_core.stage.sinks.simulator import Snapshot
 
 HOST = "127.0.0.1"
+OWN_HOST = re.compile(r"(127\.0\.0\.1|localhost):\d+")
 FRAME = 1 / 60
+PARTING = 0.25
+"""Seconds that pages have at the end to be told why."""
+SHOWN = ("score", "transport", "stopped")
+"""Messages of the stage that pages make something of."""
 MAX_PAGES = 64
 MAX_MESSAGE = 256 * 1024
 """Bytes of a message from a page: enough to silence every robot by its name."""
@@ -39,6 +50,7 @@ FILES = {
     "/page.css": "text/css",
     "/panels.css": "text/css",
     "/anchor.js": "text/javascript",
+    "/bumps.js": "text/javascript",
     "/camera.js": "text/javascript",
     "/clock.js": "text/javascript",
     "/colors.js": "text/javascript",
@@ -61,13 +73,17 @@ FILES = {
     "/takeaway.js": "text/javascript",
     "/timeline.js": "text/javascript",
     "/timesheet.js": "text/javascript",
+    "/world.js": "text/javascript",
 }
 """The files a page asks for, and their content types. Nothing else is ever read: no path comes from a URL."""
 
+_LOOPBACK = " ".join(f"{scheme}://{name}:*" for scheme in ("http", "https") for name in (HOST, "localhost"))
 HEADERS = {
-    # No frame-ancestors: editors show the page in a frame, from addresses of their own.
+    # Editors show the page in a frame: VS Code on a desktop from schemes of its own, in a browser from this machine and
+    # with webviews from its CDN. Every frame around the page has to be among these.
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
-    "img-src 'self' data:; base-uri 'none'; form-action 'none'",
+    "img-src 'self' data:; base-uri 'none'; form-action 'none'; "
+    f"frame-ancestors {_LOOPBACK} vscode-webview: vscode-file: https://*.vscode-cdn.net",
     "Referrer-Policy": "no-referrer",  # the address holds the token
     "X-Content-Type-Options": "nosniff",
     "Cache-Control": "no-store",
@@ -137,23 +153,25 @@ class Viewer:
         self._token = token or secrets.token_urlsafe()
         self._score: Score | None = None
         self._generation = 0
+        self._picture: tuple[Score, str] | None = None
         self._latest: dict[str, str] = {}
         self._drawn: dict[str, object] = {}
-        self._pages: dict[_Outbox, web.Request] = {}
-        self._asked: queue.SimpleQueue[_Outbox | None] = queue.SimpleQueue()
+        self._bumps: tuple[Bump, ...] = ()
+        self._pages: dict[Outbox, web.Request] = {}
+        self._work: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._windows: dict[tuple[float, float], str] = {}
         self._watched = asyncio.Event()
         self._stop = asyncio.Event()
         self._loop = asyncio.new_event_loop()
         self._socket = socket.create_server((HOST, port))
         self._port: int = self._socket.getsockname()[1]
-        self._hosts = {f"{name}:{self._port}" for name in (HOST, "localhost")}
         application = self._application()
         self._thread = threading.Thread(target=self._run, args=(application,), name="improv-viewer", daemon=True)
         self._thread.start()
         # What is to come is computed beside everything else: a page that asks for much holds up neither the others nor
         # the robots. Nobody waits for this thread at the end.
-        threading.Thread(target=self._foresee, name="improv-windows", daemon=True).start()
+        threading.Thread(target=self._compute, name="improv-windows", daemon=True).start()
+        atexit.register(self.close)  # a page should know whether a performance is over or has broken off
 
     @property
     def url(self) -> str:
@@ -161,10 +179,9 @@ class Viewer:
         return f"http://{HOST}:{self._port}/?token={self._token}"
 
     def publish(self, message: dict[str, Any]) -> None:
-        """Send a message to every page, and to later ones until another message has its "type"."""
-        kind, text = message["type"], json.dumps(message)
-        with suppress(RuntimeError):  # closed already
-            self._loop.call_soon_threadsafe(self._put, kind, text)
+        """Send a message of `SHOWN` to every page, and to later ones until another has its "type"."""
+        if message["type"] in SHOWN:
+            self._soon(self._put, message["type"], json.dumps(message))
 
     def show(self, score: Score, generation: int) -> None:
         """Show what is to be played, once the player's messages have this generation."""
@@ -173,11 +190,16 @@ class Viewer:
         self.publish(about(score, generation))
 
     def close(self) -> None:
-        """End all connections and the thread."""
-        with suppress(RuntimeError):  # closed already
-            self._loop.call_soon_threadsafe(self._stop.set)
-        self._asked.put(None)
+        """Send what has been published, end all connections and the thread."""
+        atexit.unregister(self.close)
+        self._soon(self._stop.set)
+        self._work.put(None)
         self._thread.join()
+
+    def _soon(self, what: Callable[..., None], *values: object) -> None:
+        """Have the server's thread do something."""
+        with suppress(RuntimeError):  # closed already
+            self._loop.call_soon_threadsafe(what, *values)
 
     def _run(self, application: web.Application) -> None:
         asyncio.set_event_loop(self._loop)
@@ -195,6 +217,8 @@ class Viewer:
         watching = asyncio.create_task(self._watch())
         await self._stop.wait()
         watching.cancel()
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(asyncio.gather(*(outbox.emptied() for outbox in self._pages)), PARTING)
         for request in self._pages.values():
             if request.transport is not None:
                 request.transport.abort()  # a polite end would wait for pages that no longer listen
@@ -209,8 +233,9 @@ class Viewer:
 
         @web.middleware
         async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
-            # A stranger's page may point a name of its own at this machine; only our own names are answered.
-            if request.headers.get("Host") not in self._hosts:
+            # A stranger's page may point a name of its own at this machine; only this machine's names are answered. The
+            # port may be another: that of the tunnel by which an editor brings the page to where its window is.
+            if not OWN_HOST.fullmatch(request.headers.get("Host", "")):
                 raise web.HTTPForbidden
             return await handler(request)
 
@@ -224,10 +249,20 @@ class Viewer:
         async def show_file(request: web.Request) -> web.Response:
             return web.Response(body=files[request.path], content_type=FILES[request.path], charset="utf-8")
 
+        async def show_path(request: web.Request) -> web.Response:
+            self._check_token(request)
+            if "Origin" in request.headers:  # browsers leave it out where a page asks for what is its own
+                _check_origin(request)
+            drawn: asyncio.Future[str | None] = self._loop.create_future()
+            self._work.put(partial(self._draw_path, drawn))
+            text = await drawn
+            if text is None:
+                raise web.HTTPNotFound
+            return web.Response(text=text, content_type="image/svg+xml")
+
         async def live(request: web.Request) -> web.WebSocketResponse:
             self._check_token(request)
-            if request.headers.get("Origin") != f"http://{request.host}":
-                raise web.HTTPForbidden
+            _check_origin(request)
             if len(self._pages) >= MAX_PAGES:
                 raise web.HTTPServiceUnavailable
             # Nothing is buffered beyond what the system takes, so that a slow page sees the present.
@@ -250,6 +285,7 @@ class Viewer:
         application = web.Application(middlewares=[guard])
         application.on_response_prepare.append(harden)
         application.router.add_get("/", show_page)
+        application.router.add_get("/path.svg", show_path)
         application.router.add_get("/live", live)
         for path in FILES:
             application.router.add_get(path, show_file)
@@ -261,12 +297,14 @@ class Viewer:
         if not secrets.compare_digest(request.query.get("token", "").encode(), self._token.encode()):
             raise web.HTTPForbidden(text="Open the page with the address that Improv printed.")
 
-    def _join(self, request: web.Request) -> _Outbox:
+    def _join(self, request: web.Request) -> Outbox:
         """A new page's outbox, filled with what the other pages know."""
         self._draw()
-        outbox = _Outbox()
+        outbox = Outbox()
         for kind, text in self._latest.items():
             outbox.put(kind, text)
+        if self._bumps:
+            outbox.put("past", told(self._bumps, past=True))
         self._pages[outbox] = request
         self._watched.set()
         return outbox
@@ -276,7 +314,7 @@ class Viewer:
         for outbox in self._pages:
             outbox.put(kind, text)
 
-    def _receive(self, text: str, outbox: _Outbox) -> None:
+    def _receive(self, text: str, outbox: Outbox) -> None:
         try:
             message = json.loads(text)
         except (ValueError, RecursionError):
@@ -286,30 +324,37 @@ class Viewer:
             return
         if kind == "window" and _fits(message, WINDOW):
             outbox.asked = message
-            self._asked.put(outbox)
+            self._work.put(partial(self._foresee, outbox))
         elif kind in COMMANDS and _fits(message, COMMANDS[kind]):
             self._command({"type": kind, **{name: message[name] for name in COMMANDS[kind]}})
 
-    def _foresee(self) -> None:
-        """Answer who asks for windows, in turns, the latest question of each page only."""
-        while (outbox := self._asked.get()) is not None:
-            question, outbox.asked = outbox.asked, None
-            score, generation, known = self._score, self._generation, self._windows
-            if question is None or score is None or question["generation"] != generation:
-                continue
-            start = question["from"]
-            end = min(question["to"], start + MOST_BEATS)
-            text = known.get((start, end))
-            if text is None:
-                answer = {"type": "window", "generation": generation, "from": start, "to": end}
-                text = json.dumps({**answer, "robots": window(score, start, end)})
-                if len(known) >= WINDOWS_KEPT:
-                    del known[next(iter(known))]
-                known[start, end] = text
-            try:
-                self._loop.call_soon_threadsafe(outbox.put, "window", text)
-            except RuntimeError:  # closed
-                return
+    def _compute(self) -> None:
+        while (work := self._work.get()) is not None:
+            work()
+
+    def _foresee(self, outbox: Outbox) -> None:
+        """Answer the latest question of a page for a window."""
+        question, outbox.asked = outbox.asked, None
+        score, generation, known = self._score, self._generation, self._windows
+        if question is None or score is None or question["generation"] != generation:
+            return
+        start = question["from"]
+        end = min(question["to"], start + MOST_BEATS)
+        text = known.get((start, end))
+        if text is None:
+            answer = {"type": "window", "generation": generation, "from": start, "to": end}
+            text = json.dumps({**answer, "robots": window(score, start, end)})
+            if len(known) >= WINDOWS_KEPT:
+                del known[next(iter(known))]
+            known[start, end] = text
+        self._soon(outbox.put, "window", text)
+
+    def _draw_path(self, drawn: asyncio.Future[str | None]) -> None:
+        """Tell the picture of the score's paths, None where there is no score; the same score is drawn once."""
+        score, known = self._score, self._picture
+        if score and (not known or known[0] is not score):
+            known = self._picture = score, plot(score, most_moments=MOST_MOMENTS // max(len(score.parts), 1))
+        self._soon(_settle, drawn, known[1] if score and known else None)
 
     async def _watch(self) -> None:
         while True:
@@ -318,42 +363,37 @@ class Viewer:
             await asyncio.sleep(FRAME)
 
     def _draw(self) -> None:
-        """Send the robots and their poses where they have changed."""
+        """Send the robots, their poses in the same order, and bumps, where there is something new."""
         snapshot = self._snapshot()
         robots = {name: {"radius": radius} for name, radius in snapshot.radii.items()}
-        poses = {
-            name: [round(pose.x, 4), round(pose.y, 4), round(pose.z, 4), round(pose.heading, 5)]
-            for name, pose in snapshot.poses.items()
-        }
+        poses = [
+            [round(pose.x, 4), round(pose.y, 4), round(pose.z, 4), round(pose.heading, 4)]
+            for pose in map(snapshot.poses.__getitem__, robots)
+        ]
         if robots != self._drawn.get("robots"):
             self._put("robots", json.dumps({"type": "robots", "robots": robots}))
-        if poses != self._drawn.get("poses"):
-            self._put("poses", json.dumps({"type": "poses", "at": round(snapshot.at, 5), "poses": poses}))
+        if {"robots": robots, "poses": poses} != self._drawn:
+            message = {"type": "poses", "at": round(snapshot.at, 4), "poses": poses}
+            self._put("poses", json.dumps(message, separators=(",", ":")))
         self._drawn = {"robots": robots, "poses": poses}
+        known = set(map(id, self._bumps))  # a dance that is played again may have equal ones
+        new = [bump for bump in snapshot.bumps if id(bump) not in known]
+        self._bumps = snapshot.bumps
+        for outbox in self._pages if new else ():
+            outbox.add_bumps(new)
+
+
+def _check_origin(request: web.Request) -> None:
+    from aiohttp import web
+
+    if request.headers.get("Origin") != f"http://{request.host}":
+        raise web.HTTPForbidden
+
+
+def _settle(drawn: asyncio.Future[str | None], text: str | None) -> None:
+    if not drawn.done():  # who asked may be gone
+        drawn.set_result(text)
 
 
 def _fits(message: Mapping[str, object], checks: Mapping[str, Check]) -> bool:
     return all(check(message.get(name)) for name, check in checks.items())
-
-
-class _Outbox:
-    """What one page has yet to get: the latest message of each type, so that a slow page skips frames."""
-
-    def __init__(self) -> None:
-        self._waiting: dict[str, str] = {}
-        self._filled = asyncio.Event()
-        self.asked: dict[str, Any] | None = None
-        """The latest question for a window that has not been looked at."""
-
-    def put(self, kind: str, text: str) -> None:
-        self._waiting[kind] = text
-        self._filled.set()
-
-    async def empty_into(self, page: web.WebSocketResponse) -> None:
-        while True:
-            await self._filled.wait()
-            self._filled.clear()
-            while self._waiting:
-                kind = next(iter(self._waiting))
-                with suppress(ConnectionError):  # gone: the reading side ends the page
-                    await page.send_str(self._waiting.pop(kind))

@@ -2,12 +2,12 @@
 
 import { bounds, Camera, roundLength } from "./camera.js"
 import { mix, readColors } from "./colors.js"
-import { Ground, trailWidth } from "./ground.js"
+import { Ground, paintTail } from "./ground.js"
 import { kindOf, picture, REACH } from "./robots.js"
 
 const LEAST_RADIUS = 0.021 // of the stage's shorter side
-const PAINTING = 4 // milliseconds of each frame
-const BUMP = 0.9 // seconds that one is seen
+const PAINTING = 3 // milliseconds of each frame
+const NARROW = 720 // pixels
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 
 export class Stage {
@@ -58,7 +58,7 @@ export class Stage {
     const { camera } = this
     if (!camera.size.width || !camera.size.height) return false
     const seen = scene.cast.filter(({ pose }) => pose)
-    const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room, ...scene.trails.values()]), seconds)
+    const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), seconds)
     const { scale } = camera.view
     const least = Math.max(12, LEAST_RADIUS * Math.min(camera.size.width, camera.size.height))
     const cast = seen.map((robot) => ({
@@ -71,37 +71,14 @@ export class Stage {
     const painted = this.#ground.draw(pen, camera, this.colors)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     pen.lineJoin = pen.lineCap = "round"
-    if (scene.trail > 0) for (const robot of cast) this.#drawTail(scene, robot, painted.get(robot.name))
+    if (scene.trail > 0) for (const robot of cast) paintTail(pen, { ...scene, camera }, robot, painted.get(robot.name))
     cast.sort((one, other) => one.pose.z - other.pose.z)
     for (const robot of cast) this.#drawRobot(robot)
     for (const robot of cast) this.#drawName(robot)
     for (const start of scene.starts) this.#drawStart(start)
-    const bumping = this.#drawBumps(scene)
+    this.#drawBumps(scene)
     this.#drawScale()
-    return turning || painting || bumping
-  }
-
-  /** The part of a trail that is too new to be on the ground. */
-  #drawTail({ trails, at }, { name, place, color }, from) {
-    if (!from) return
-    const pen = this.#pen
-    const start = this.camera.toScreen(from.place)
-    const trail = trails.get(name) ?? []
-    let index = trail.length
-    while (index > 0 && trail[index - 1].at > from.at) index--
-    pen.beginPath()
-    pen.moveTo(start.x, start.y)
-    for (; index < trail.length && trail[index].at <= at; index++) {
-      const point = this.camera.toScreen(trail[index])
-      if (trail[index].first) pen.moveTo(point.x, point.y)
-      else pen.lineTo(point.x, point.y)
-    }
-    if (index < trail.length && trail[index].first) return // it is about to be put elsewhere
-    if (from.at > at) return
-    pen.lineTo(place.x, place.y)
-    pen.strokeStyle = color
-    pen.lineWidth = trailWidth(this.camera.view)
-    pen.stroke()
+    return turning || painting
   }
 
   #drawRobot({ kind, pose, place, size, color, silent }) {
@@ -109,11 +86,11 @@ export class Stage {
     const shade = mix(color, this.colors.shadow, 0.28)
     const made = picture(kind, color, shade, Math.round(size), this.#ratio)
     const height = Math.min(Math.max(pose.z, -2), 4)
-    const lift = Math.max(height, 0) * size * 0.5
-    const scale = 1 + height * 0.1
-    const reach = size * (height > 0 ? 1.35 + 0.12 * height : 1.35)
-    pen.globalAlpha = silent ? 0.2 : 0.55 / (1 + Math.max(height, 0) * 0.25)
-    this.#shadow ??= shadow(this.colors.shadow)
+    const lift = Math.max(height, 0) * size * 0.8
+    const scale = 1 + height * 0.12
+    const reach = size * 1.35 * Math.max(scale, 1)
+    pen.globalAlpha = silent ? 0.2 : 0.6 / (1 + Math.max(height, 0) * 0.15)
+    this.#shadow ??= shadow(this.colors.below) // in the dark, a light that falls beside: no shadow could be seen
     pen.drawImage(this.#shadow, place.x - reach + lift * 0.7, place.y - reach + lift + size * 0.1, 2 * reach, 2 * reach)
     pen.globalAlpha = silent ? 0.4 : 1
     pen.save()
@@ -129,11 +106,10 @@ export class Stage {
     const { width, height } = this.camera.size
     const text = Math.round(Math.min(Math.max(14, Math.min(width, height) * 0.026), 32))
     const below = place.y + size * 1.35 + text * 0.8
-    const label = this.#label(silent ? `${name} · muted` : name, text)
-    const [wide, high] = [label.width / this.#ratio, label.height / this.#ratio]
-    this.#pen.drawImage(label, Math.round(place.x - wide / 2), Math.round(below - high / 2), wide, high)
+    this.#drawText(silent ? `${name} · muted` : name, place.x, below, text)
     if (Math.abs(pose.z) < 0.05) return
-    this.#write(`${pose.z > 0 ? "↑" : "↓"} ${Math.abs(pose.z).toFixed(1)} m`, place.x, below + text * 1.1, text * 0.85)
+    const high = `${pose.z > 0 ? "↑" : "↓"} ${Math.abs(pose.z).toFixed(1)} m`
+    this.#drawText(high, place.x, below + text * 1.15, text)
   }
 
   #drawStart({ x, y, heading, color, chosen }) {
@@ -156,36 +132,34 @@ export class Stage {
     }
   }
 
-  #drawBumps({ bumps, at, still }) {
+  #drawBumps({ bumps, still }) {
     const pen = this.#pen
-    const seen = bumps.filter((bump) => at >= bump.at && at < bump.at + BUMP)
-    for (const bump of seen) {
-      const age = (at - bump.at) / BUMP
-      const { x, y } = this.camera.toScreen(bump)
-      const reach = still ? 22 : 12 + 20 * Math.sqrt(age)
-      pen.globalAlpha = still ? 1 : 1 - age
+    const unit = Math.max(1, Math.min(this.camera.size.width, this.camera.size.height) / 600)
+    pen.lineWidth = 4 * unit
+    for (const { x, y, age } of bumps) {
+      const place = this.camera.toScreen({ x, y })
+      const reach = (still ? 26 : 16 + 20 * Math.sqrt(age)) * unit
+      pen.globalAlpha = still ? 1 : 1 - age ** 2
       pen.strokeStyle = this.colors.bump
-      pen.lineWidth = 4
       pen.beginPath()
       for (let i = 0; i < 8; i++) {
         const [cos, sin] = [Math.cos((i * Math.PI) / 4), Math.sin((i * Math.PI) / 4)]
-        pen.moveTo(x + cos * reach * 0.55, y + sin * reach * 0.55)
-        pen.lineTo(x + cos * reach, y + sin * reach)
+        pen.moveTo(place.x + cos * reach * 0.55, place.y + sin * reach * 0.55)
+        pen.lineTo(place.x + cos * reach, place.y + sin * reach)
       }
       pen.stroke()
-      pen.globalAlpha = 1
     }
-    return seen.length > 0
+    pen.globalAlpha = 1
   }
 
   #drawScale() {
     const pen = this.#pen
-    const { size, view } = this.camera
+    const { size, view, insets } = this.camera
     const metres = roundLength(64 / view.scale)
     const length = metres * view.scale
     const text = Math.min(Math.max(14, size.height * 0.022), 26)
     const x = 20
-    const y = size.height - 18
+    const y = size.height - 18 - (size.width < NARROW ? insets.bottom - 8 : 0) // where tools take all of the width
     pen.beginPath()
     pen.moveTo(x, y - 7)
     pen.lineTo(x, y)
@@ -194,12 +168,18 @@ export class Stage {
     pen.strokeStyle = this.colors.quiet
     pen.lineWidth = 2.5
     pen.stroke()
-    this.#write(`${metres} m`, x + length / 2, y - text * 0.85, text, this.colors.quiet)
+    this.#drawText(`${metres} m`, x + length / 2, y - text * 0.85, Math.round(text), this.colors.quiet)
   }
 
-  /** A name as a picture: text with an edge is slow to draw. */
-  #label(name, size) {
-    const key = `${name} ${size}`
+  /** Draws text around a point, as a picture: text with an edge is slow to draw. */
+  #drawText(name, x, y, size, color = this.colors.ink) {
+    const label = this.#label(name, size, color)
+    const [width, height] = [label.width / this.#ratio, label.height / this.#ratio]
+    this.#pen.drawImage(label, Math.round(x - width / 2), Math.round(y - height / 2), width, height)
+  }
+
+  #label(name, size, color) {
+    const key = `${name} ${size} ${color}`
     let label = this.#labels.get(key)
     if (!label) {
       if (this.#labels.size > 300) this.#labels.clear()
@@ -209,13 +189,14 @@ export class Stage {
       label = new OffscreenCanvas(width * this.#ratio, size * 1.8 * this.#ratio)
       const own = label.getContext("2d")
       own.scale(this.#ratio, this.#ratio)
-      this.#write(name, width / 2, size * 0.9, size, this.colors.ink, own)
+      this.#write(name, width / 2, size * 0.9, size, color, own)
+      label = label.transferToImageBitmap()
       this.#labels.set(key, label)
     }
     return label
   }
 
-  #write(text, x, y, size, color = this.colors.ink, pen = this.#pen) {
+  #write(text, x, y, size, color, pen) {
     pen.font = `600 ${size}px ${FONT}`
     pen.textAlign = "center"
     pen.textBaseline = "middle"
@@ -239,5 +220,5 @@ function shadow(color) {
   fade.addColorStop(1, `${color}00`)
   pen.fillStyle = fade
   pen.fillRect(0, 0, 96, 96)
-  return canvas
+  return canvas.transferToImageBitmap()
 }

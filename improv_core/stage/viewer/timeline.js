@@ -4,6 +4,7 @@ import { TimelineSheet } from "./timesheet.js"
 
 const LEAST = 30 // pixels of a beat, at 16 pixels a letter: a longer score scrolls
 const LEAD = 0.25 // where in the view the playhead stays
+const CROWD = 16 // robots, whose rows are lower: the stage needs the room
 const SENDING = 60 // milliseconds between two seeks while scrubbing
 
 export class Timeline {
@@ -63,6 +64,7 @@ export class Timeline {
   show(score, cast) {
     this.#score = score
     this.#left = 0
+    this.#tracks.classList.toggle("crowd", cast.length > CROWD)
     this.#sheet.show(score, cast)
     this.#list.replaceChildren(...cast.map((robot) => this.#row(robot)))
     this.showSilence()
@@ -106,13 +108,17 @@ export class Timeline {
     const shown = width / scale
     if (fits) this.#left = 0
     else if (this.#scrubbed === null) this.#left = this.#follow(beat, shown, still)
-    const look = [beat.toFixed(4), this.#left.toFixed(4), scale, outlook?.version, this.#clock.transport.state].join()
+    // In whole pixels: between them the sheet would be copied slowly, and nothing new be seen.
+    const pixels = scale * Math.min(devicePixelRatio, 2)
+    const left = Math.round(this.#left * pixels) / pixels
+    const playhead = Math.round((beat - left) * pixels)
+    const look = [playhead, left, scale, outlook?.version, this.#clock.transport.state].join()
     if (look === this.#drawn) return
     this.#drawn = look
     this.#sheet.draw({
       outlook,
       beat,
-      left: this.#left,
+      left,
       scale,
       ...this.#sizes,
       top: this.#tracks.scrollTop,

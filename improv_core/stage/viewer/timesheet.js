@@ -10,7 +10,7 @@ const MOST_ITEMS = 600 // of a row: beyond, they would be finer than pixels
 export class TimelineSheet {
   #canvas
   #pen
-  #sheet = null // {canvas, left, right, signs}
+  #sheet = null // {image, left, right, signs}
   #width = 0
   #height = 0
   #ratio = 1
@@ -27,7 +27,7 @@ export class TimelineSheet {
 
   constructor(canvas) {
     this.#canvas = canvas
-    this.#pen = canvas.getContext("2d")
+    this.#pen = canvas.getContext("2d", { alpha: false })
   }
 
   show(score, cast) {
@@ -59,8 +59,7 @@ export class TimelineSheet {
     if (sheet?.signs !== signs || view.left < sheet.left || right > sheet.right) this.#paint(view, signs)
     const pen = this.#pen
     pen.setTransform(1, 0, 0, 1, 0, 0)
-    pen.clearRect(0, 0, this.#canvas.width, this.#canvas.height)
-    pen.drawImage(this.#sheet.canvas, (this.#sheet.left - view.left) * view.scale * this.#ratio, 0)
+    pen.drawImage(this.#sheet.image, Math.round((this.#sheet.left - view.left) * view.scale * this.#ratio), 0)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     this.#clipRows(pen, view)
     if (view.lit && view.outlook) {
@@ -78,16 +77,17 @@ export class TimelineSheet {
   #paint(view, signs) {
     const right = view.left + (this.#width * (1 + SPARE)) / view.scale
     const width = Math.ceil(this.#width * (1 + SPARE) * this.#ratio)
-    const canvas = this.#sheet?.canvas.width === width ? this.#sheet.canvas : new OffscreenCanvas(width, this.#canvas.height)
-    const pen = canvas.getContext("2d")
-    pen.setTransform(1, 0, 0, 1, 0, 0)
-    pen.clearRect(0, 0, canvas.width, canvas.height)
+    const canvas = new OffscreenCanvas(width, this.#canvas.height)
+    const pen = canvas.getContext("2d", { alpha: false })
+    pen.fillStyle = this.#colors.panel
+    pen.fillRect(0, 0, canvas.width, canvas.height)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     this.#paintRuler(pen, view, right)
     this.#clipRows(pen, view, 1 + SPARE)
     for (const [index, robot] of this.#visible(view)) this.#paintRow(pen, view, right, index, robot)
     pen.restore()
-    this.#sheet = { canvas, left: view.left, right, signs }
+    this.#sheet?.image.close()
+    this.#sheet = { image: canvas.transferToImageBitmap(), left: view.left, right, signs }
   }
 
   *#visible({ head, row, top }) {

@@ -1,0 +1,153 @@
+"""How smoothly the page shows many robots, and what that takes of the stage: Chromium without a graphics card."""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import which
+from urllib.parse import urlsplit
+
+from playwright.sync_api import sync_playwright
+
+from tests.benchmarks.tables import p99, print_row
+from tests.page.conftest import FLAGS, Show, watch
+from tests.processes import descendants
+
+ROBOTS = 50
+SIZE = (1920, 1080)
+LATE = 25.0
+"""Milliseconds between two frames after which one was dropped, at 60 frames a second."""
+GOAL = 60
+SETTLE = 5
+"""Seconds after which a page knows what is to come, and its view stands."""
+
+# How many milliseconds apart the frames of so many seconds are.
+_GAPS = """seconds => new Promise(done => {
+  const gaps = []
+  let last = null
+  const look = now => {
+    if (last !== null) gaps.push(now - last)
+    last ??= now
+    last = now
+    if (gaps.reduce((sum, gap) => sum + gap, 0) < seconds * 1000) requestAnimationFrame(look)
+    else done(gaps)
+  }
+  requestAnimationFrame(look)
+})"""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What one page showed, and its price: `gaps` are milliseconds between frames, the stage takes seconds a second."""
+
+    gaps: list[float]
+    bytes_per_second: float
+    stage_alone: float
+    stage_watched: float
+
+    @property
+    def frames_per_second(self) -> float:
+        return 1000 * len(self.gaps) / sum(self.gaps)
+
+    @property
+    def dropped(self) -> int:
+        return sum(gap > LATE for gap in self.gaps)
+
+
+def run(quick: bool) -> None:
+    """Measure and print; `quick` measures for a few seconds."""
+    seconds = 5 if quick else 30
+    print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}")
+    print_page(measure(seconds), seconds)
+
+
+def print_page(seen: Seen, seconds: int) -> None:
+    """The table of what was measured for so many seconds."""
+    width, height = SIZE
+    print(f"\nThe page with {ROBOTS} robots that all move, {width}×{height}, headless Chromium, {seconds} s\n")
+    print_row("what", "", "goal", "")
+    print_row("---", "---:", "---", "---")
+    verdict = "met" if seen.frames_per_second >= GOAL - 0.5 else "not met"
+    print_row("frames a second", f"{seen.frames_per_second:.1f}", str(GOAL), verdict)
+    print_row(f"frames dropped (over {LATE:g} ms)", f"{seen.dropped} of {len(seen.gaps)}", "", "")
+    print_row("longest frame, p99 and max, ms", f"{p99(seen.gaps):.1f}, {max(seen.gaps):.1f}", "", "")
+    print_row("bytes a second to a page", f"{seen.bytes_per_second:,.0f}", "", "")
+    print_row("the stage's processor seconds a second, no page", f"{seen.stage_alone:.3f}", "", "")
+    print_row("with one page", f"{seen.stage_watched:.3f}", "", "")
+
+
+def measure(seconds: float, robots: int = ROBOTS, program: str | None = None) -> Seen:
+    """Play a program of so many robots, first unwatched, then to a page, then to a socket that counts."""
+    chromium = which("chromium")
+    if not chromium:
+        raise RuntimeError("chromium is not installed")
+    show = Show()
+    try:
+        show.play(program or _dance(robots))
+        stage = _stage()
+        time.sleep(1)
+        alone = _busy(stage, seconds)
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+            page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+            watch(page, show)
+            time.sleep(SETTLE)
+            before, began = _cpu(stage), time.monotonic()
+            gaps: list[float] = page.evaluate(_GAPS, seconds)
+            watched = (_cpu(stage) - before) / (time.monotonic() - began)
+            browser.close()
+        return Seen(gaps, _bytes_per_second(show.url, seconds), alone, watched)
+    finally:
+        show.close()
+
+
+def _dance(robots: int) -> str:
+    """All move all the time, in several ways that lead back to where they began."""
+    ways = ("forward || left", "forward left", "scale 1/2 forward || halfright", "forward || slow 2 left")
+    lines = (f"r{place} $ repeat ({ways[place % len(ways)]})\n" for place in range(robots))
+    return "beat 60\n" + "".join(lines)
+
+
+def _bytes_per_second(url: str, seconds: float) -> float:
+    """What comes through the socket of one page, all that the WebSocket adds included."""
+    where = urlsplit(url)
+    with socket.create_connection(("127.0.0.1", where.port or 0)) as page:
+        page.sendall(
+            f"GET /live?{where.query} HTTP/1.1\r\nHost: {where.netloc}\r\nOrigin: http://{where.netloc}\r\n"
+            "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
+        )
+        first = time.monotonic() + 0.5  # a new page gets the score first
+        count = 0
+        while (now := time.monotonic()) < first + seconds:
+            received = len(page.recv(65536))
+            count += received if now >= first else 0
+    return count / seconds
+
+
+def _stage() -> int:
+    """The process of the stage."""
+    for pid, descriptor in descendants(os.getpid()).items():
+        os.close(descriptor)
+        if b"--sink" in Path(f"/proc/{pid}/cmdline").read_bytes():
+            return pid
+    raise RuntimeError("no stage runs")
+
+
+def _busy(pid: int, seconds: float) -> float:
+    before = _cpu(pid)
+    time.sleep(seconds)
+    return (_cpu(pid) - before) / seconds
+
+
+def _cpu(pid: int) -> float:
+    """Seconds of a processor that a process has used (Linux)."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+if __name__ == "__main__":
+    run(quick=False)

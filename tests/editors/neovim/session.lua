@@ -1,14 +1,7 @@
 -- A person's session with an open, wrong program. Each step waits for what the person would see.
 
-local LIMIT = 30000 -- milliseconds, for a busy machine
-
-local function await(what, seen)
-  assert(vim.wait(LIMIT, seen, 10), what .. " was not seen; messages:\n" .. vim.fn.execute("messages"))
-end
-
-local function message(text)
-  return function() return vim.fn.execute("messages"):find(text, 1, true) end
-end
+local person = dofile(vim.env.IMPROV_PERSON)
+local await = person.await
 
 local function floating_text()
   for _, window in ipairs(vim.api.nvim_list_wins()) do
@@ -19,22 +12,24 @@ local function floating_text()
   return ""
 end
 
-local function color(word)
+local function place(word)
   vim.fn.cursor(1, 1)
-  local line, column = unpack(vim.fn.searchpos([[\<]] .. word .. [[\>]], "c"))
+  return unpack(vim.fn.searchpos([[\<]] .. word .. [[\>]], "c"))
+end
+
+local function color(word)
+  local line, column = place(word)
   return vim.fn.synIDattr(vim.fn.synID(line, column, 1), "name")
 end
 
 local function token(word)
-  vim.fn.cursor(1, 1)
-  local line, column = unpack(vim.fn.searchpos([[\<]] .. word .. [[\>]], "c"))
+  local line, column = place(word)
   local found = vim.lsp.semantic_tokens.get_at_pos(0, line - 1, column - 1)
   return found and found[1] and found[1].type
 end
 
 local function rename(word, new)
-  vim.fn.cursor(1, 1)
-  vim.fn.search([[\<]] .. word .. [[\>]])
+  place(word)
   vim.lsp.buf.rename(new)
   await("the name " .. new, function() return vim.fn.search([[\<]] .. new .. [[\>]], "nw") > 0 end)
 end
@@ -43,17 +38,11 @@ local function completions(line, column)
   local client = vim.lsp.get_clients({ bufnr = 0 })[1]
   vim.fn.cursor(line, column)
   local params = vim.lsp.util.make_position_params(0, client.offset_encoding)
-  local answer = vim.lsp.buf_request_sync(0, "textDocument/completion", params, LIMIT)[client.id]
+  local answer = vim.lsp.buf_request_sync(0, "textDocument/completion", params, person.LIMIT)[client.id]
   return vim.tbl_map(function(item) return item.label end, answer.result.items or answer.result)
 end
 
-local function robot(does)
-  local command = { vim.env.IMPROV_PYTHON, "-m", "tests.editors.robot", vim.g.page, does }
-  local watch = vim.system(command, { cwd = vim.env.IMPROV_ROOT }):wait(2 * LIMIT)
-  assert(watch.code == 0, "the robot never " .. does .. ":\n" .. watch.stderr)
-end
-
-local function session()
+person.session(function()
   assert(vim.bo.filetype == "improv")
   assert(vim.bo.commentstring == "# %s")
   assert(color("repeat") == "improvTransformer")
@@ -64,8 +53,7 @@ local function session()
   local problem = vim.diagnostic.get(0)[1]
   assert(problem.lnum == 2 and problem.message:find("did you mean `left`?", 1, true), vim.inspect(problem))
 
-  vim.fn.cursor(1, 1)
-  vim.fn.search("forward")
+  place("forward")
   vim.lsp.buf.hover()
   await("the timing", function() return floating_text():find("1 beat, 0.50 s at beat 120", 1, true) end)
 
@@ -79,26 +67,35 @@ local function session()
   assert(vim.tbl_contains(words, "forward") and vim.tbl_contains(words, "repeat"), vim.inspect(words))
 
   vim.cmd.write()
-  await("why it does not play", message("✗ line 3: `lft` is not known"))
+  person.await_message("✗ line 3: `lft` is not known")
+  assert(person.marks() == 0)
   vim.cmd.substitute("/lft/left/")
   await("the end of the error", function() return #vim.diagnostic.get(0) == 0 end)
   await("the movement's color", function() return token("left") == "function" end)
   vim.cmd.write()
-  await("what plays", message("▶ turtle1 ∞, endless at beat 120, simulator"))
+  person.await_status("^▶ beat %d+/∞, 120 bpm, simulator$")
+  person.await_lit("3:19 forward")
+  person.await_lit("3:27 left")
+  person.await_lit("3:19 forward")
   await("the page", function() return vim.g.page end)
-  robot("moves")
+  person.robot("moves")
+
+  -- A wrong save: the dance goes on.
+  person.break_undo()
+  vim.cmd.substitute("/left/lft/")
+  vim.cmd.messages("clear")
+  vim.cmd.write()
+  person.await_message("✗ line 3: `lft` is not known")
+  person.robot("moves")
+  person.await_lit("3:19 forward")
+  vim.cmd.undo()
 
   vim.cmd.ImprovHush()
-  robot("stands")
+  person.await_status("^■ stopped$")
+  assert(person.marks() == 0, person.lit())
+  person.robot("stands")
 
   vim.cmd.ImprovPlay()
-  robot("moves")
-end
-
-local passed, problem = xpcall(session, debug.traceback)
-if passed then
-  vim.cmd.quitall()
-else
-  io.stderr:write(problem, "\n")
-  vim.cmd.cquit()
-end
+  person.robot("moves")
+  person.await_lit("3:27 left")
+end)

@@ -1,2 +1,0 @@
-setlocal commentstring=#\ %s comments=:#
-let b:undo_ftplugin = 'setlocal commentstring< comments<'

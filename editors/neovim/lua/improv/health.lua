@@ -1,0 +1,70 @@
+-- `:checkhealth improv`
+
+local server = require("improv.server")
+
+local M = {}
+
+local LIMIT = 20000 -- milliseconds for the server to start, on a busy machine
+
+local function message(content)
+  local body = vim.json.encode(vim.tbl_extend("error", { jsonrpc = "2.0" }, content))
+  return ("Content-Length: %d\r\n\r\n%s"):format(#body, body)
+end
+
+--- Start the server, have it say who it is, and end it.
+local function try_server()
+  local said = message { id = 1, method = "initialize", params = { capabilities = vim.empty_dict() } }
+    .. message { id = 2, method = "shutdown" }
+    .. message { method = "exit" }
+  local done = vim.system(server.cmd, { stdin = said, timeout = LIMIT }):wait()
+  local info = (done.stdout or ""):match('"serverInfo":%s*(%b{})')
+  return info and vim.json.decode(info), vim.trim(done.stderr or "")
+end
+
+local function check_server()
+  local path = vim.fn.exepath(server.cmd[1])
+  if path == "" then
+    local advice = "Install Improv so that it is on your PATH, or give `require('improv').setup()` a `cmd`"
+    return vim.health.error(("`%s` is not found"):format(server.cmd[1]), advice)
+  end
+  local info, problem = try_server()
+  if info then
+    vim.health.ok(("server: %s %s, `%s`"):format(info.name, info.version, path))
+  else
+    vim.health.error(("`%s` does not start"):format(table.concat(server.cmd, " ")), problem ~= "" and problem or nil)
+  end
+end
+
+local function check_clients()
+  local clients = vim.lsp.get_clients { name = "improv" }
+  if #clients == 0 then
+    vim.health.info("no program is open: open a file that ends in `.improv`")
+  end
+  for _, client in ipairs(clients) do
+    local told = require("improv.playing").told(client.id)
+    local plays = told.backend and ("plays on %s, %s"):format(told.backend, told.state) or "has played nothing yet"
+    vim.health.ok(("at work in %s, %s"):format(client.config.root_dir, plays))
+  end
+end
+
+local function check_colors()
+  if pcall(vim.treesitter.get_string_parser, "", "improv") then
+    vim.health.ok("colors: by the tree-sitter grammar, and by the server")
+  else
+    vim.health.info("colors: by `syntax/improv.vim` and the server, as there is no tree-sitter grammar `improv`")
+  end
+end
+
+function M.check()
+  vim.health.start("improv")
+  if vim.fn.has("nvim-0.10") == 1 then
+    vim.health.ok(("Neovim %s"):format(tostring(vim.version())))
+  else
+    vim.health.error("Neovim is older than 0.10", "Install a newer one")
+  end
+  check_server()
+  check_clients()
+  check_colors()
+end
+
+return M

@@ -1,0 +1,89 @@
+-- The language server: how it is started, asked and heard, in Neovim 0.10 and in newer ones.
+
+local M = { cmd = { "improv-ls" } }
+
+local NEW = vim.fn.has("nvim-0.11") == 1
+
+--- The server of a buffer; 0 is the one in sight.
+function M.of(buffer)
+  return vim.lsp.get_clients({ name = "improv", bufnr = buffer })[1]
+end
+
+--- Ask the server something that concerns a buffer; it hears first of all that was typed there.
+function M.request(client, method, params, answered, buffer)
+  if NEW then
+    client:request(method, params, answered, buffer)
+  else
+    client.request(method, params, answered, buffer)
+  end
+end
+
+--- Have the server do something; what goes wrong is said in a line.
+function M.execute(client, command, arguments)
+  local offered = vim.tbl_get(client.server_capabilities, "executeCommandProvider", "commands") or {}
+  if not vim.tbl_contains(offered, command) then
+    return vim.notify("This improv-ls has no " .. command .. ": install a newer one", vim.log.levels.WARN)
+  end
+  M.request(client, "workspace/executeCommand", { command = command, arguments = arguments }, function(problem)
+    if problem then
+      vim.notify(problem.message, vim.log.levels.ERROR)
+    end
+  end)
+end
+
+--- The folder of the nearest improv.toml, else the file's own: files that share it share a server and a stage.
+local function root_of(buffer)
+  local name = vim.api.nvim_buf_get_name(buffer)
+  return vim.fs.root(buffer, "improv.toml") or (name == "" and vim.fn.getcwd() or vim.fs.dirname(name))
+end
+
+--- Show a message of the server in one line, which need not be confirmed.
+local function show_message(_, params)
+  local line = params.message:gsub("%s*[\r\n]+%s*", " ")
+  if vim.fn.strdisplaywidth(line) <= vim.v.echospace then
+    vim.notify(line, vim.log.levels.ERROR + 1 - params.type)
+  else -- shortened in its middle; `:messages` has all of it
+    vim.cmd.echohl(params.type == vim.lsp.protocol.MessageType.Error and "ErrorMsg" or "WarningMsg")
+    vim.cmd.echomsg(vim.fn.string(line))
+    vim.cmd.echohl("None")
+  end
+end
+
+--- Start the server for each buffer of ours, one for each folder.
+function M.enable(group, settings)
+  local playing = require("improv.playing")
+  local config = {
+    cmd = M.cmd,
+    filetypes = { "improv" },
+    capabilities = { experimental = { improv = true } }, -- we light up by ourselves what plays
+    init_options = { improv = settings }, -- known before the first file is opened
+    settings = { improv = settings }, -- given again when the server asks
+    handlers = {
+      ["improv/evaluated"] = function(_, params, context) playing.evaluated(context.client_id, params) end,
+      ["improv/transport"] = function(_, params, context) playing.transport(context.client_id, params) end,
+      ["window/showMessage"] = show_message,
+    },
+    on_exit = vim.schedule_wrap(function(_, _, id) playing.forget(id) end),
+  }
+  if NEW then
+    config.root_dir = function(buffer, start) start(root_of(buffer)) end
+    vim.lsp.config("improv", config)
+    vim.lsp.enable("improv")
+    return
+  end
+  config.capabilities =
+    vim.tbl_deep_extend("force", vim.lsp.protocol.make_client_capabilities(), config.capabilities)
+  local function start(buffer)
+    if vim.fn.executable(M.cmd[1]) == 1 then
+      local here = { name = "improv", root_dir = root_of(buffer) }
+      vim.lsp.start(vim.tbl_extend("error", here, config), { bufnr = buffer })
+    end
+  end
+  vim.api.nvim_create_autocmd("FileType", {
+    group = group,
+    pattern = "improv",
+    callback = function(event) start(event.buf) end,
+  })
+end
+
+return M

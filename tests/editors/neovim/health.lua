@@ -1,0 +1,17 @@
+-- What `:checkhealth improv` and `:help improv` say; the path of what is written is in the environment.
+
+local person = dofile(vim.env.IMPROV_PERSON)
+
+person.session(function()
+  person.await("the server", function() return #vim.lsp.get_clients { bufnr = 0 } > 0 end)
+  vim.cmd.checkhealth("improv")
+  vim.fn.writefile(vim.api.nvim_buf_get_lines(0, 0, -1, false), vim.env.IMPROV_REPORT)
+
+  vim.cmd.helptags(vim.env.IMPROV_DOC)
+  vim.opt.runtimepath:append(vim.fs.dirname(vim.env.IMPROV_DOC))
+  for _, tag in ipairs { "improv", ":ImprovPlay", ":ImprovHush", "hl-ImprovPlaying", "g:improv_playing" } do
+    vim.cmd.help(tag)
+    assert(vim.fn.expand("%:t") == "improv.txt", tag)
+    vim.cmd.helpclose()
+  end
+end)

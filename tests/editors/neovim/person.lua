@@ -1,0 +1,87 @@
+-- What a person at Neovim sees and waits for.
+
+local M = {}
+
+M.LIMIT = 30000 -- milliseconds, for a busy machine
+
+--- Wait until something is seen.
+function M.await(what, seen)
+  assert(vim.wait(M.LIMIT, seen, 5), what .. " was not seen; messages:\n" .. vim.fn.execute("messages"))
+end
+
+function M.await_message(text)
+  M.await(text, function() return vim.fn.execute("messages"):find(text, 1, true) end)
+end
+
+function M.await_status(pattern)
+  M.await("the status line " .. pattern, function() return require("improv").statusline():find(pattern) end)
+end
+
+--- The words that are lit, by their place: `3:19 forward`.
+function M.lit()
+  local found = {}
+  local space = vim.api.nvim_create_namespace("improv.playing")
+  for _, mark in ipairs(vim.api.nvim_buf_get_extmarks(0, space, 0, -1, { details = true })) do
+    local _, row, column, more = unpack(mark)
+    if more.hl_group == "ImprovPlaying" and not more.invalid then
+      local text = vim.api.nvim_buf_get_text(0, row, column, more.end_row, more.end_col, {})[1]
+      found[#found + 1] = ("%d:%d %s"):format(row + 1, column + 1, text)
+    end
+  end
+  return table.concat(found, ", ")
+end
+
+function M.await_lit(words)
+  M.await(words .. " in light", function() return M.lit() == words end)
+end
+
+--- How many marks of ours are in the buffer.
+function M.marks()
+  local space = vim.api.nvim_create_namespace("improv.playing")
+  return #vim.api.nvim_buf_get_extmarks(0, space, 0, -1, {})
+end
+
+--- Wait until a robot `moves`, or all of them `stands`.
+function M.robot(does)
+  local command = { vim.env.IMPROV_PYTHON, "-m", "tests.editors.robot", vim.g.page, does }
+  local watch = vim.system(command, { cwd = vim.env.IMPROV_ROOT }):wait(2 * M.LIMIT)
+  assert(watch.code == 0, "the robot never " .. does .. ":\n" .. watch.stderr)
+end
+
+--- Undo goes back to here, as if keys had been typed since.
+function M.break_undo()
+  vim.o.undolevels = vim.o.undolevels
+end
+
+--- Change settings of the server.
+function M.set(settings)
+  local client = vim.lsp.get_clients({ bufnr = 0 })[1]
+  local params = { settings = { improv = settings } }
+  if vim.fn.has("nvim-0.11") == 1 then
+    client:notify("workspace/didChangeConfiguration", params)
+  else
+    client.notify("workspace/didChangeConfiguration", params)
+  end
+end
+
+function M.write(...)
+  vim.api.nvim_buf_set_lines(0, 0, -1, false, { ... })
+  vim.cmd.write()
+end
+
+--- Do what a test does, and end; an error is said where the test reads it.
+function M.session(act)
+  local passed, problem = xpcall(act, debug.traceback)
+  local said = vim.fn.execute("messages")
+  if passed and said:find("stack traceback", 1, true) then
+    passed, problem = false, said
+  end
+  if passed then
+    vim.cmd.quitall { bang = true }
+  else
+    io.stderr:write(problem, "\n")
+    vim.cmd.cquit()
+  end
+end
+
+return M

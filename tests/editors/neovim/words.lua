@@ -1,0 +1,109 @@
+-- The words that play, in light: they are where the text is, whatever is typed, and go out when nothing plays.
+
+local person = dofile(vim.env.IMPROV_PERSON)
+local await_lit, await_status = person.await_lit, person.await_status
+
+local function insert(row, column, ...)
+  vim.api.nvim_buf_set_text(0, row, column, row, column, { ... })
+end
+
+local function has_ended(client)
+  if vim.fn.has("nvim-0.11") == 1 then
+    return client:is_stopped()
+  end
+  return client.is_stopped()
+end
+
+person.session(function()
+  person.await("the server", function() return #vim.lsp.get_clients { bufnr = 0 } > 0 end)
+
+  -- 𝒹 is one letter, two units in UTF-16, four bytes in UTF-8.
+  person.write("# 🤖", "𝒹 = right", "a $ repeat (𝒹 forward)", "bob $ repeat left")
+  await_lit("2:8 right, 3:13 𝒹, 4:14 left")
+  await_lit("3:18 forward, 4:14 left")
+  await_status("^▶ beat %d+/∞, 60 bpm, simulator$")
+  vim.cmd.ImprovSpeed("2")
+  await_status("^▶ beat %d+/∞, 120 bpm, simulator$")
+
+  -- What is typed before a word moves its light, what is typed beside it does not widen it.
+  insert(1, 0, "# 🤖", "")
+  insert(4, 13, "slow 2 ")
+  await_lit("3:8 right, 4:13 𝒹, 5:21 left")
+  insert(3, 24, "  ")
+  await_lit("4:18 forward, 5:21 left")
+
+  -- A word that is deleted is dark; undone, it is lit.
+  person.break_undo()
+  vim.api.nvim_buf_set_lines(0, 2, 4, false, {})
+  await_lit("3:21 left")
+  vim.cmd.undo()
+  await_lit("4:18 forward, 5:21 left")
+  await_lit("3:8 right, 4:13 𝒹, 5:21 left")
+
+  -- What was typed since the save is no obstacle: the server is asked where the words are now.
+  person.write("a $ repeat (forward left)")
+  insert(0, 0, "# typed at once", "", "")
+  await_lit("3:13 forward")
+  await_lit("3:21 left")
+
+  -- Beyond what the server tells at once: it is asked for more.
+  vim.cmd.ImprovSeek("5000.5")
+  await_status("^▶ beat 500%d/∞")
+  await_lit("3:21 left")
+  await_lit("3:13 forward")
+
+  vim.cmd.ImprovPause()
+  await_status("^‖ beat %d+/∞, 120 bpm, simulator$")
+  assert(person.lit() == "3:13 forward" or person.lit() == "3:21 left", person.lit())
+  vim.cmd.ImprovResume()
+  await_status("^▶ beat")
+
+  assert(vim.deep_equal(vim.fn.getcompletion("ImprovMute ", "cmdline"), { "a" }))
+  vim.cmd.ImprovMute("a")
+  await_lit("")
+  vim.cmd.ImprovMute("a")
+  await_lit("3:13 forward")
+
+  vim.g.improv_playing = false
+  await_lit("")
+  vim.g.improv_playing = nil
+  await_lit("3:21 left")
+
+  vim.g.page = nil
+  vim.cmd.ImprovPage()
+  person.await("the page", function() return vim.g.page end)
+  vim.cmd.ImprovRestart()
+  await_status("^▶ beat %d%d?/∞")
+
+  -- The buffer goes, and the dance goes on; the lights come back with the next save.
+  vim.cmd.bwipeout { bang = true }
+  vim.cmd.edit("dance.improv")
+  await_status("^▶ beat")
+  vim.cmd.write()
+  await_lit("1:13 forward")
+
+  -- A program that takes over later: until then, the words of the one that plays are lit.
+  person.write("a $ slow 6 (forward left)")
+  await_status("^▶ beat %d+/12")
+  person.set { onSave = "continue", switchAt = "end" }
+  local marks = person.marks()
+  vim.api.nvim_buf_set_lines(0, 1, 1, false, { "bob $ repeat left" })
+  vim.cmd.write()
+  person.await("the marks of what is to come", function() return person.marks() > marks end)
+  assert(person.lit() == "1:13 forward" or person.lit() == "1:21 left", person.lit())
+  await_lit("1:13 forward, 2:14 left")
+  assert(person.marks() == 3)
+  person.set { onSave = "restart" }
+
+  person.write("a $ forward")
+  await_status("^■ ended$")
+  assert(person.marks() == 0)
+
+  -- The server's end leaves nothing.
+  person.write("a $ repeat forward")
+  await_lit("1:12 forward")
+  local client = vim.lsp.get_clients({ bufnr = 0 })[1]
+  vim.lsp.stop_client(client.id)
+  person.await("the end of the server", function() return has_ended(client) and person.marks() == 0 end)
+  await_status("^$")
+end)

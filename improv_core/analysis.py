@@ -208,7 +208,9 @@ class Analysis:
             return Diagnostic("used-before-definition", node.span, message, (), (related,))
         message = f"move the definition of `{name}` (line {line}) above this line"
         here = self._relative(Span(self.starts[index], self.starts[index]), index)
-        moved = (Edit(here, self.statements[later].text + "\n"), Edit(self._whole_line(later, index), ""))
+        above = self.lines.position(self.starts[index]).line
+        line_end = self.text[self.lines.end(above) : self.lines.start(above + 1)]
+        moved = (Edit(here, self.statements[later].text + line_end), Edit(self._whole_line(later, index), ""))
         fixes = (Fix(f"Move the definition of {name} up", moved),)
         return Diagnostic("used-before-definition", node.span, message, fixes, (related,))
 

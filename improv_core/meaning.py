@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from improv_core import movement
-from improv_core.diagnostics import Diagnostic, replace
+from improv_core.diagnostics import Diagnostic, Severity, replace
 from improv_core.movement import ENDLESS, SAME, Movement, all_by
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
@@ -56,6 +56,11 @@ class Meaning:
     tempo: Fraction | None = None
     definition: Definition | None = None
     robots: tuple[str, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether it has no error of its own."""
+        return not self.unresolved and all(each.severity is not Severity.ERROR for each in self.diagnostics)
 
 
 def understand(statement: Statement, number: int, scope: Scope) -> Meaning:

@@ -37,6 +37,8 @@ class Velocity(NamedTuple):
 
     def times(self, other: Velocity) -> Velocity:
         """Each component times the same component of `other`. Most are zero, and need no arithmetic."""
+        if other is SAME:
+            return self
         return Velocity(
             self.x and self.x * other.x,
             self.y and self.y * other.y,
@@ -297,10 +299,10 @@ def _moments(movement: Movement, at: Duration, backward: bool, merge: bool, stat
             assert part.uniform is not None
             assert not isinstance(left, float)
             own = (*places, Place(statement, part.span)) if isinstance(part, Hold) and part.span else places
-            yield left / rate, part.uniform.times(gain).times(all_by(rate)), own
+            yield *_at_rate(left, part.uniform.times(gain), rate), own
         elif isinstance(part, Parallel):
             for duration, velocity, inner in _together(part, at, backward, merge, statement):
-                yield duration / rate, velocity.times(gain).times(all_by(rate)), places + inner
+                yield *_at_rate(duration, velocity.times(gain), rate), places + inner
         elif isinstance(part, Pace):
             inside = iter(((part.body, at * part.rate, backward),))
             stack.append(_Frame(inside, rate * part.rate, gain, statement, places))
@@ -318,6 +320,11 @@ def _moments(movement: Movement, at: Duration, backward: bool, merge: bool, stat
             stack.append(_Frame(_turns(part, at, backward), rate, gain, statement, places))
         elif isinstance(part, Series):
             stack.append(_Frame(_items(part, at, backward), rate, gain, statement, places))
+
+
+def _at_rate(duration: Exact, velocity: Velocity, rate: Fraction) -> tuple[Exact, Velocity]:
+    """Most is played at its own rate, and needs no arithmetic."""
+    return (duration, velocity) if rate is NORMAL else (duration / rate, velocity.times(all_by(rate)))
 
 
 def _items(part: Series, at: Duration, backward: bool) -> Iterator[_Visit]:

@@ -61,13 +61,8 @@ class Score:
 def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
     """A velocity in SI units: steps per beat times metres per step times beats per second."""
     per_second = tempo / 60
-    step, turn = profile.step, profile.quarter_turn
-    return Twist(
-        float(velocity.x * per_second) * step,
-        float(velocity.y * per_second) * step,
-        float(velocity.z * per_second) * step,
-        float(velocity.yaw * per_second) * turn,
-    )
+    x, y, z, yaw = (float(value * per_second) if value else 0.0 for value in velocity)
+    return Twist(x * profile.step, y * profile.step, z * profile.step, yaw * profile.quarter_turn)
 
 
 def to_json(score: Score) -> dict[str, Any]:

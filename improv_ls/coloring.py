@@ -103,14 +103,21 @@ class _Shape(NamedTuple):
 
 def _shape(text: str, unknown: tuple[str, ...], strange: tuple[str, ...], encoding: Encoding | str) -> _Shape:
     starts = LineIndex(text).starts
+    last_line, plain = len(starts) - 1, text.isascii()
     found: list[int] = []
     line = place = 0
     for start, end, kind, modifiers in colored(text, unknown, strange):
         line_before = line
-        while line + 1 < len(starts) and starts[line + 1] <= start:
+        while line < last_line and starts[line + 1] <= start:
             line += 1
-        column = units(text[max(place, starts[line]) : start], encoding)  # from the word before, in the same line
-        found += (line - line_before, column, units(text[start:end], encoding), kind, modifiers)
+            place = starts[line]
+        # From the word before, in the same line.
+        column, length = (
+            (start - place, end - start)
+            if plain
+            else (units(text[place:start], encoding), units(text[start:end], encoding))
+        )
+        found += (line - line_before, column, length, kind, modifiers)
         place = start
     return _Shape(found[0], found[1], tuple(found[2:]), line) if found else _Shape(0, 0, (), 0)
 

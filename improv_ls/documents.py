@@ -42,6 +42,12 @@ def robots_of(uri: str) -> Robots:
         return Robots()
 
 
+def moved(uri: str, old: str, new: str) -> str:
+    """Where a document is once its file, or a folder around it, has another name."""
+    rest = uri.removeprefix(old)
+    return new + rest if rest != uri and rest[:1] in ("", "/") else uri
+
+
 def changed(
     document: Document,
     version: int | None,

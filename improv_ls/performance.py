@@ -7,6 +7,7 @@ import os
 import sys
 import webbrowser
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 from uuid import uuid4
 
@@ -17,7 +18,7 @@ from improv_core.ide.hover import summary
 from improv_core.stage.client import Options, Playback, each_beat, whole_beats
 from improv_core.stage.process import Message, StageError
 from improv_ls import live
-from improv_ls.documents import Document
+from improv_ls.documents import Document, moved
 from improv_ls.placing import offer
 from improv_ls.session import ANSWER_LIMIT, Session
 
@@ -33,6 +34,7 @@ class Performance:
         self._playback: Playback | None = None
         self._document: Document | None = None  # as it was saved
         self._generation = 0
+        self._silenced = self.silenced  # as the editor was last told
         self._telling: asyncio.Task[None] | None = None
         self._progress: asyncio.Task[None] | None = None
 
@@ -49,7 +51,7 @@ class Performance:
         try:
             self._generation = await playback.play(score_of(analysis), when)
         except StageError as error:
-            self._session.say(f"Improv can't play: {error}", types.MessageType.Error)
+            self._say_why(error)
             return
         self._document = document
         if self._session.shows_live:
@@ -57,7 +59,33 @@ class Performance:
         self._session.say(f"▶ {summary(analysis)}, {playback.status}")
         if self._session.settings.page_open and playback.page and not self._session.page_shown:
             self._session.page_shown = True
-            await self._show_page(playback.page)
+            await self._show(playback.page)
+
+    async def restart(self) -> None:
+        """Play from beat 0 what was played last."""
+        if self._document:
+            await self.play(self._document, "restart")
+        else:
+            self._session.say(
+                "improv.restart: nothing has been played yet: save a program, or use improv.play",
+                types.MessageType.Warning,
+            )
+
+    async def show_page(self) -> str | None:
+        """Show the simulator's page, or say its URL where nothing can show it; that URL, if there is a page."""
+        playback = self._stages()
+        try:
+            await playback.open()
+        except StageError as error:
+            self._say_why(error)
+            return None
+        if not playback.page:
+            self._session.say("improv.page: set improv.backend to auto, sim or both", types.MessageType.Warning)
+            return None
+        self._session.page_shown = True
+        if not await self._show(playback.page):
+            self._session.say(f"the page is at {playback.page}")
+        return playback.page
 
     def moments(self, start: float) -> Mapping[str, Any]:
         """What plays from a beat on, and where it stands in the text as it is now; nothing if nothing was played."""
@@ -79,6 +107,16 @@ class Performance:
             self._playback.silence(
                 muted ^ {robot} if command == "mute" else muted, soloed ^ {robot} if command == "solo" else soloed
             )
+
+    @property
+    def silenced(self) -> tuple[frozenset[str], frozenset[str]]:
+        """The muted robots, and the soloed ones."""
+        return (self._playback.muted, self._playback.soloed) if self._playback else (frozenset(), frozenset())
+
+    def renamed(self, old: str, new: str) -> None:
+        """What was played is in another file, or in another folder, from here on."""
+        if self._document:
+            self._document = replace(self._document, uri=moved(self._document.uri, old, new))
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""
@@ -105,6 +143,9 @@ class Performance:
         if kind == "transport" and leads:
             self._stop_progress()
             self._tell_transport(message)
+            if self.silenced != self._silenced:
+                self._silenced = self.silenced
+                self._session.ask_again("code_lens")
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
         elif kind == "place" and self._document:
@@ -163,11 +204,17 @@ class Performance:
     ) -> None:
         self._session.progress(types.ProgressParams(token, value))
 
-    async def _show_page(self, url: str) -> None:
+    def _say_why(self, error: StageError) -> None:
+        self._session.say(f"Improv can't play: {error}", types.MessageType.Error)
+
+    async def _show(self, url: str) -> bool:
+        """Whether the editor or a browser has been asked to."""
         window = self._session.client_capabilities.window
         if window and window.show_document and window.show_document.support:
             params = types.ShowDocumentParams(uri=url, external=True)
             self._session.window_show_document(params)
-        elif sys.platform in ("darwin", "win32") or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ:
+            return True
+        if sys.platform in ("darwin", "win32") or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ:
             # Without a screen a browser would be one for the terminal, on top of the editor.
-            await asyncio.to_thread(webbrowser.open, url)
+            return await asyncio.to_thread(webbrowser.open, url)
+        return False

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from lsprotocol import types
+from pygls.capabilities import get_capability
 from pygls.uris import from_fs_path, to_fs_path
 
 from improv_core.placing import place
@@ -15,8 +16,8 @@ from improv_core.program import ReadError, robots_near
 from improv_core.robots import FILE_NAME
 from improv_core.text import LineIndex
 from improv_ls.documents import Document
-from improv_ls.positions import to_range
 from improv_ls.session import ANSWER_LIMIT, Session
+from improv_ls.to_lsp_places import Changed, workspace_edit
 
 
 async def offer(ls: Session, document: Document, asked: Mapping[str, Any]) -> None:
@@ -51,8 +52,10 @@ def _edit(
         return None
     edit = place(robots.text, robot, x, y, heading, document.analysis.robots)
     uri = from_fs_path(str(robots.path or folder / FILE_NAME))
-    if edit is None or uri is None:
+    creates = get_capability(ls.client_capabilities, "workspace.workspace_edit.resource_operations") or ()
+    if edit is None or uri is None or not (robots.path or types.ResourceOperationKind.Create in creates):
         return None
-    text_edit = types.TextEdit(to_range(LineIndex(robots.text), edit.span, ls.encoding), edit.text)
-    changed = types.TextDocumentEdit(types.OptionalVersionedTextDocumentIdentifier(uri), [text_edit])
-    return types.WorkspaceEdit(document_changes=[*([] if robots.path else [types.CreateFile(uri)]), changed])
+    made = workspace_edit({uri: Changed(None, LineIndex(robots.text), [edit])}, bool(creates), ls.encoding)
+    if made.document_changes and not robots.path:
+        made.document_changes = [types.CreateFile(uri), *made.document_changes]
+    return made

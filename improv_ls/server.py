@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import threading
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
@@ -18,16 +19,22 @@ FEATURES = {
     types.INITIALIZED: "lifecycle.initialized",
     types.WORKSPACE_DID_CHANGE_CONFIGURATION: "lifecycle.did_change_configuration",
     types.WORKSPACE_DID_CHANGE_WATCHED_FILES: "documents.did_change_watched_files",
+    types.WORKSPACE_DID_RENAME_FILES: "documents.did_rename_files",
+    types.WORKSPACE_DID_DELETE_FILES: "documents.did_delete_files",
     types.TEXT_DOCUMENT_DID_OPEN: "documents.did_open",
     types.TEXT_DOCUMENT_DID_CHANGE: "documents.did_change",
     types.TEXT_DOCUMENT_DID_CLOSE: "documents.did_close",
+    types.TEXT_DOCUMENT_DIAGNOSTIC: "diagnostics.diagnostic",
     types.TEXT_DOCUMENT_HOVER: "language.hover",
     types.TEXT_DOCUMENT_COMPLETION: "language.completion",
     types.COMPLETION_ITEM_RESOLVE: "language.resolve",
     types.TEXT_DOCUMENT_SIGNATURE_HELP: "language.signature_help",
     types.TEXT_DOCUMENT_CODE_ACTION: "actions.code_action",
+    types.TEXT_DOCUMENT_CODE_LENS: "hints.code_lens",
+    types.TEXT_DOCUMENT_INLAY_HINT: "hints.inlay_hint",
     types.TEXT_DOCUMENT_FORMATTING: "layout.formatting",
     types.TEXT_DOCUMENT_RANGE_FORMATTING: "layout.range_formatting",
+    types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: "layout.on_type_formatting",
     types.TEXT_DOCUMENT_DEFINITION: "navigation.definition",
     types.TEXT_DOCUMENT_REFERENCES: "navigation.references",
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: "navigation.document_highlight",
@@ -43,7 +50,18 @@ FEATURES = {
     types.TEXT_DOCUMENT_DID_SAVE: "playback.did_save",
     "improv/moments": "playback.moments",
 }
+_FILES = types.FileOperationRegistrationOptions(
+    [
+        types.FileOperationFilter(types.FileOperationPattern("**/*.{improv,toml}"), "file"),
+        types.FileOperationFilter(types.FileOperationPattern("**", types.FileOperationPatternKind.Folder), "file"),
+    ]
+)
 OPTIONS: Mapping[str, Any] = {
+    types.WORKSPACE_DID_RENAME_FILES: _FILES,
+    types.WORKSPACE_DID_DELETE_FILES: _FILES,
+    types.TEXT_DOCUMENT_DIAGNOSTIC: types.DiagnosticOptions(
+        inter_file_dependencies=True, workspace_diagnostics=False, identifier="improv"
+    ),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: types.SemanticTokensLegend(TYPES, MODIFIERS),
     types.TEXT_DOCUMENT_COMPLETION: types.CompletionOptions(trigger_characters=[" "], resolve_provider=True),
     types.TEXT_DOCUMENT_CODE_ACTION: types.CodeActionOptions(
@@ -54,10 +72,12 @@ OPTIONS: Mapping[str, Any] = {
             types.CodeActionKind.RefactorRewrite,
         ]
     ),
+    types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: types.DocumentOnTypeFormattingOptions("\n", [")", "]"]),
     types.TEXT_DOCUMENT_SIGNATURE_HELP: types.SignatureHelpOptions(trigger_characters=[" ", "("]),
 }
 COMMANDS = {
     "improv.play": "playback.play",
+    "improv.restart": "playback.restart",
     "improv.hush": "playback.hush",
     "improv.pause": "playback.pause",
     "improv.resume": "playback.resume",
@@ -75,6 +95,7 @@ def create_server() -> Session:
         server.feature(method, OPTIONS.get(method))(_handler(place))
     for name, place in COMMANDS.items():
         server.command(name)(_handler(place))
+    server.command("improv.page")(_page)
     server.feature(types.WORKSPACE_SYMBOL)(_workspace_symbol)
     server.feature(types.SHUTDOWN)(_shutdown)
     return server
@@ -101,10 +122,19 @@ async def _workspace_symbol(ls: Session, params: types.WorkspaceSymbolParams) ->
     """Files are read beside the event loop, so that typing goes on."""
     search = import_module("improv_ls.handlers.structure").workspace_symbols
     documents = list(ls.documents.values())
-    found: list[types.SymbolInformation] = await asyncio.to_thread(
-        search, documents, ls.folders, params.query, ls.encoding
-    )
+    given_up = threading.Event()
+    try:
+        found: list[types.SymbolInformation] = await asyncio.to_thread(
+            search, documents, ls.folders, params.query, ls.encoding, given_up.is_set
+        )
+    finally:
+        given_up.set()
     return found
+
+
+async def _page(ls: Session, *arguments: Any) -> str | None:
+    """The answer waits until there is a page."""
+    return await ls.performance.show_page()
 
 
 async def _shutdown(ls: Session, params: None) -> None:

@@ -7,13 +7,15 @@ import json
 import os
 import sys
 import threading
-from collections.abc import Coroutine
+from collections.abc import Collection, Coroutine, Iterator, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from lsprotocol import types
-from pygls.exceptions import JsonRpcException
+from pygls.capabilities import get_capability
+from pygls.exceptions import JsonRpcException, JsonRpcRequestCancelled
 from pygls.io_ import StdoutWriter
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
@@ -26,7 +28,9 @@ from improv_ls.settings import Settings
 if TYPE_CHECKING:
     from improv_ls.coloring import Coloring
     from improv_ls.documents import Document
+    from improv_ls.handlers.diagnostics import Report
     from improv_ls.performance import Performance
+    from improv_ls.to_lsp import Takes
 
 ANSWER_LIMIT = 2.0
 """Seconds to wait for a client's answer: some never answer."""
@@ -47,10 +51,12 @@ class Session(LanguageServer):
         self.settings = Settings()
         self.documents: dict[str, Document] = {}
         self.colorings: dict[str, Coloring] = {}
+        self.reports: dict[str, Report] = {}
         self.saved_by_themselves: set[str] = set()
         self.page_shown = False
         self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps none of them alive
         self.wrong_settings: list[str] = []
+        """What is wrong with the settings as they were last given."""
         self.ended = asyncio.Event()
         """Set once there is nobody left to serve."""
 
@@ -84,6 +90,29 @@ class Session(LanguageServer):
         asked = asked.get("improv") if isinstance(asked, dict) else getattr(asked, "improv", None)
         return bool(asked)
 
+    @cached_property
+    def pulls(self) -> bool:
+        """Whether the client asks for diagnostics, and can be told to ask again when `improv.toml` has changed."""
+        asks = get_capability(self.client_capabilities, "text_document.diagnostic") is not None
+        return asks and bool(get_capability(self.client_capabilities, "workspace.diagnostics.refresh_support"))
+
+    @cached_property
+    def takes(self) -> Takes:
+        """What the client takes of a diagnostic. Clients that ask may say so, as they did before they could, for
+        those that are sent."""
+        from improv_ls.to_lsp import Takes
+
+        def said(what: str) -> bool:
+            places = ("publish_diagnostics", "diagnostic")
+            return any(get_capability(self.client_capabilities, f"text_document.{place}.{what}") for place in places)
+
+        return Takes(said("related_information"), said("tag_support"))
+
+    def ask_again(self, feature: Literal["code_lens", "diagnostics", "inlay_hint"]) -> None:
+        """Have the client ask again for what it shows, where it can be told to."""
+        if get_capability(self.client_capabilities, f"workspace.{feature}.refresh_support"):
+            self.protocol.send_request(_REFRESHES[feature])
+
     def soon(self, work: Coroutine[Any, Any, None]) -> None:
         """Do something that takes a while, after the message at hand. pygls starts asynchronous handlers later, too,
         but then messages that come in the meantime would overtake what a handler does first."""
@@ -92,8 +121,8 @@ class Session(LanguageServer):
         task.add_done_callback(self._tasks.discard)
 
     def say(self, message: str, kind: types.MessageType = types.MessageType.Info) -> None:
-        """Show one line to the person at the editor."""
-        self.window_show_message(types.ShowMessageParams(kind, message))
+        """Show one line to the person at the editor; more would hold up Neovim until a key is pressed."""
+        self.window_show_message(types.ShowMessageParams(kind, " ".join(message.splitlines())))
 
     def start_io(self, stdin: Any = None, stdout: Any = None) -> None:
         """Serve over the standard streams. pygls reads each line on a thread of a pool, which every key would pay."""
@@ -112,8 +141,10 @@ class Session(LanguageServer):
 
         def take(data: bytes) -> None:
             try:
-                for body in frames.fed(data):
-                    self.protocol.receive(body)
+                bodies = list(frames.fed(data))
+                given_up = frozenset(_given_up(bodies)) if len(bodies) > 1 else ()
+                for body in bodies:
+                    self.protocol.receive(body, given_up)
             except BrokenPipeError:  # nobody reads what we say any more
                 data = b""
             if not data:
@@ -140,17 +171,38 @@ class Session(LanguageServer):
 
 
 READ_SIZE = 65_536
+_REFRESHES = {
+    "code_lens": types.WORKSPACE_CODE_LENS_REFRESH,
+    "diagnostics": types.WORKSPACE_DIAGNOSTIC_REFRESH,
+    "inlay_hint": types.WORKSPACE_INLAY_HINT_REFRESH,
+}
 DOCUMENTS = {types.TEXT_DOCUMENT_DID_OPEN, types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DID_CLOSE}
 """Ours alone: pygls keeps a copy of every text, and its way to edit it goes wrong after a form feed, after U+2028 and
 at the end of a file."""
 
 
+def _given_up(bodies: Sequence[bytes]) -> Iterator[int | str]:
+    """The requests that these messages give up: who types on does so before the server has come to them."""
+    for body in bodies:
+        if b"cancelRequest" in body:
+            with suppress(ValueError, LookupError, TypeError):  # what is no message is said where it is handled
+                note = json.loads(body)
+                if note["method"] == types.CANCEL_REQUEST:
+                    yield note["params"]["id"]
+
+
 class Protocol(LanguageServerProtocol):
-    def receive(self, body: bytes) -> None:
-        """Handle one message; those of documents at once, without what pygls does for requests and for threads."""
+    def receive(self, body: bytes, given_up: Collection[int | str] = ()) -> None:
+        """Handle one message; those of documents at once, without what pygls does for requests and for threads.
+
+        Requests whose ids are among those given up are refused.
+        """
         try:
             message = self.structure_message(json.loads(body))
-            if getattr(message, "method", None) in DOCUMENTS and not self._shutdown:
+            if given_up and getattr(message, "id", None) in given_up and hasattr(message, "method"):
+                error = JsonRpcRequestCancelled(f"request {message.id} was given up before it was begun")
+                self._send_response(message.id, error=error.to_response_error())
+            elif getattr(message, "method", None) in DOCUMENTS and not self._shutdown:
                 self.fm.features[message.method](message.params)
             else:
                 self.handle_message(message)

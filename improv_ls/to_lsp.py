@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from lsprotocol import types
-from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import FADED, Diagnostic, Severity
 from improv_core.ide.completion import Completion
 from improv_core.ide.hover import Hover
 from improv_core.ide.signature import Signature
-from improv_core.robots import Robots
 from improv_core.text import LineIndex
 from improv_ls.documents import Document
 from improv_ls.positions import Encoding, to_range
@@ -25,33 +24,27 @@ _SEVERITIES = {
 
 _KINDS = {
     "keyword": types.CompletionItemKind.Keyword,
-    "movement": types.CompletionItemKind.Function,
+    "movement": types.CompletionItemKind.Unit,  # behind a function, some editors write the brackets of a call
     "name": types.CompletionItemKind.Variable,
     "robot": types.CompletionItemKind.Class,
-    "plane": types.CompletionItemKind.EnumMember,
+    "plane": types.CompletionItemKind.Enum,  # members of it are of a later version of LSP
     "number": types.CompletionItemKind.Value,
 }
 
 
-def diagnostics(document: Document, encoding: Encoding | str) -> types.PublishDiagnosticsParams:
-    found = document.analysis.diagnostics
-    converted = [diagnostic(document.uri, document.lines, each, encoding) for each in found]
-    return types.PublishDiagnosticsParams(document.uri, converted, document.version)
+class Takes(NamedTuple):
+    """What of a diagnostic a client takes, beyond its place and message."""
+
+    related: bool
+    tags: bool
 
 
-def robots_diagnostics(robots: Robots, encoding: Encoding | str) -> types.PublishDiagnosticsParams | None:
-    """What is wrong with an `improv.toml`, in that file; None if there is no such file."""
-    uri = from_fs_path(str(robots.path)) if robots.path else None
-    if not uri:
-        return None
-    lines = LineIndex(robots.text)
-    return types.PublishDiagnosticsParams(uri, [diagnostic(uri, lines, each, encoding) for each in robots.diagnostics])
-
-
-def diagnostic(uri: str, lines: LineIndex, found: Diagnostic, encoding: Encoding | str) -> types.Diagnostic:
+def diagnostic(
+    uri: str, lines: LineIndex, found: Diagnostic, encoding: Encoding | str, takes: Takes
+) -> types.Diagnostic:
     related = [
         types.DiagnosticRelatedInformation(types.Location(uri, to_range(lines, other.span, encoding)), other.message)
-        for other in found.related
+        for other in (found.related if takes.related else ())
     ]
     return types.Diagnostic(
         range=to_range(lines, found.span, encoding),
@@ -59,7 +52,7 @@ def diagnostic(uri: str, lines: LineIndex, found: Diagnostic, encoding: Encoding
         severity=_SEVERITIES[found.severity],
         code=found.code,
         source="improv",
-        tags=[types.DiagnosticTag.Unnecessary] if found.code in FADED else None,
+        tags=[types.DiagnosticTag.Unnecessary] if takes.tags and found.code in FADED else None,
         related_information=related or None,
     )
 

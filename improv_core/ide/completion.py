@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -11,6 +11,7 @@ from improv_core.analysis import Analysis
 from improv_core.ide.cursor import Before, before
 from improv_core.ide.hover import Hover, name_at, robot_at
 from improv_core.ide.timing import beats
+from improv_core.meaning import Definition
 from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.vocabulary import WORDS, Kind, Word
 from improv_core.text import Span
@@ -55,7 +56,7 @@ def complete(analysis: Analysis, offset: int) -> Completion | None:
     found = before(analysis, offset)
     if not found or found.in_number:
         return None
-    names: list[Item] = []
+    names: list[Definition] = []
     sign = next((place for place, token in enumerate(found.tokens) if token.type in ("EQUAL", "DOLLAR")), None)
     if sign is None:
         others = list(_heads(analysis, found))
@@ -63,14 +64,14 @@ def complete(analysis: Analysis, offset: int) -> Completion | None:
         accepted = may_come_next(["HEAD"] * sign + [token.type for token in found.tokens[sign:]])
         others = list(_words(accepted, found, bare=not _NOTHING_BEHIND.match(analysis.text, offset)))
         if "NAME" in accepted:
-            names = list(islice(_names(analysis, found.statement), MOST_NAMES + 1))
+            names = list(_names(analysis, found.statement))
     whole = len(names) <= MOST_NAMES
     if not whole:
         letters = found.begun.lower()
-        fitting = (name for name in _names(analysis, found.statement) if _fits(name.label.lower(), letters))
-        names = list(islice(fitting, MOST_NAMES))
+        names = list(islice((each for each in names if _fits(each.name.lower(), letters)), MOST_NAMES))
     span = Span(offset - len(found.begun), offset)
-    return Completion(span, [*names, *others], found.statement, whole)
+    offered = (Item(each.name, "name", beats(each.movement.duration)) for each in names)
+    return Completion(span, [*offered, *others], found.statement, whole)
 
 
 def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> Hover | None:
@@ -125,14 +126,13 @@ def _snippet(word: Word, bare: bool) -> str:
     return f"{word.text}{argument}" if bare else f"{word.text}{argument} ($0)"
 
 
-def _names(analysis: Analysis, before: int) -> Iterator[Item]:
+def _names(analysis: Analysis, before: int) -> Iterable[Definition]:
     """The names in scope of a statement, the nearest above first."""
-    told = set()
-    for index in range(min(before, len(analysis.statements)) - 1, -1, -1):
-        definition = analysis.meanings[index].definition
-        if definition and definition.name not in told:
-            told.add(definition.name)
-            yield Item(definition.name, "name", beats(definition.movement.duration))
+    found: dict[str, Definition] = {}
+    for meaning in reversed(analysis.meanings[:before]):
+        if definition := meaning.definition:
+            found.setdefault(definition.name, definition)
+    return found.values()
 
 
 def _fits(name: str, letters: str) -> bool:

@@ -28,7 +28,7 @@ from improv_core.text import Span
 LONGEST_SOURCE = 500
 """Characters of a definition that are shown."""
 LONGEST_NAME = 100
-MOST_MOMENTS = 300
+MOST_MOMENTS = 150
 """Of a path that is drawn: nobody waits for more."""
 SIZE = 160.0
 """Pixels of the longer side of a picture."""

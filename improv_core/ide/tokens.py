@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TypeAlias
 
 from improv_core.analysis import Analysis
 from improv_core.ide.legend import MODIFIERS, TYPES
-from improv_core.syntax.nodes import Statement
+from improv_core.syntax.lexer import NAME, NUMBER
 from improv_core.syntax.parser import parse_statement
+from improv_core.syntax.vocabulary import WORDS, Kind
 
 _COMMENT = re.compile(r"#[^\r\n]*")
+_WORD = re.compile(rf"({_COMMENT.pattern})|({NAME})|({NUMBER})|\|\||[=$]")
 
 
 Colored: TypeAlias = tuple[int, int, int, int]
@@ -41,25 +43,31 @@ def pieces(analysis: Analysis, first: int = 0, last: int | None = None) -> Itera
 
 
 def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> list[Colored]:
-    """The colored words of a piece, in its order: they depend on nothing else, so that they can be kept."""
-    found = [(*comment.span(), *_COMMENT_KIND) for comment in _COMMENT.finditer(text)]
+    """The colored words of a piece, in its order: they depend on nothing else, so that they can be kept.
+
+    Not from the lexer's tokens: a document that is opened has thousands of words, and a color is all that is asked.
+    """
+    sign, heads = None, set[tuple[int, int]]()
     if not text.startswith("#"):
-        found += _words(parse_statement(text), unknown, strange)
-    return sorted(found)
-
-
-def _words(statement: Statement, unknown: tuple[str, ...], strange: tuple[str, ...]) -> Iterator[Colored]:
-    sign = statement.sign
-    heads = {head.span for head in statement.heads}
-    for token in statement.tokens:
-        kind = _KINDS.get(token.type)
-        if token.type == "NAME" and sign and sign.type != "BEAT" and token.start < sign.start:
-            if token.span in heads and token.text not in strange:  # not only a part of one, as in `my-robot`
-                kind = _DEFINITION if sign.type == "EQUAL" else _ROBOT
-        elif token.type == "NAME" and token.text not in unknown:
-            kind = _USE
-        if kind:
-            yield token.start, token.end, *kind
+        statement = parse_statement(text)
+        sign = statement.sign
+        heads = {(head.start, head.end) for head in statement.heads if head.text not in strange}
+    head = _DEFINITION if sign and sign.type == "EQUAL" else _ROBOT
+    named = sign.start if sign and sign.type != "BEAT" else 0  # up to here, names are given
+    found = []
+    for match in _WORD.finditer(text):
+        word = match[0]
+        start, end = match.span()
+        kind = _KINDS.get(word) or _KINDS_BY_FORM[match.lastindex or 0]
+        if kind is _USE:
+            if start < named:
+                if (start, end) not in heads:  # only a part of one, as in `my-robot`
+                    continue
+                kind = head
+            elif word in unknown:
+                continue
+        found.append((start, end, *kind))
+    return found
 
 
 def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -84,16 +92,14 @@ _COMMENT_KIND = _kind("comment")
 _DEFINITION = _kind("variable", "definition")
 _USE = _kind("variable")
 _ROBOT = _kind("class")
-_KINDS: Mapping[str, tuple[int, int]] = {
-    "BEAT": _kind("modifier"),
-    "MIRROR": _kind("keyword"),
-    "REPEAT": _kind("keyword"),
-    "REFLECT": _kind("keyword"),
-    "FACTOR": _kind("keyword"),
-    "PRIMITIVE": _kind("function", "defaultLibrary"),
-    "PLANE": _kind("enumMember"),
-    "NUMBER": _kind("number"),
-    "EQUAL": _kind("operator"),
-    "DOLLAR": _kind("operator"),
-    "BAR": _kind("operator"),
+_KINDS_OF_WORDS = {
+    Kind.BEAT: _kind("modifier"),
+    Kind.MIRROR: _kind("keyword"),
+    Kind.REPEAT: _kind("keyword"),
+    Kind.REFLECT: _kind("keyword"),
+    Kind.FACTOR: _kind("keyword"),
+    Kind.PRIMITIVE: _kind("function", "defaultLibrary"),
+    Kind.PLANE: _kind("enumMember"),
 }
+_KINDS = {word.text: _KINDS_OF_WORDS[word.kind] for word in WORDS.values()}
+_KINDS_BY_FORM = (_kind("operator"), _COMMENT_KIND, _USE, _kind("number"))  # as the groups of _WORD are numbered

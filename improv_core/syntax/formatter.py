@@ -18,7 +18,7 @@ from improv_core.text import LINE_END, Span
 WIDTH = 100
 """The columns that code may take before its brackets are broken over lines; comments may stand beyond."""
 
-_INDENT = "  "
+INDENT = "  "
 _OPENERS, _CLOSERS = ("LPAR", "LSQB"), ("RPAR", "RSQB")
 # What a term may begin with: these and the token that follows are never parted, but by a comment.
 _LEADS = ("MIRROR", "REPEAT", "REFLECT", "FACTOR", "NUMBER", "PLANE")
@@ -190,7 +190,7 @@ def _broken(flat: _Flat) -> list[str]:
             line, closed = end_line(), open_until.pop()
         elif open_until and line and _begins_line(flat, index, len(line), after_broken=closed == index - 1):
             line = end_line()
-        line += flat.line[flat.ends[index - 1] : flat.starts[index]] if line else _INDENT * len(open_until)
+        line += flat.line[flat.ends[index - 1] : flat.starts[index]] if line else INDENT * len(open_until)
         last, breaks = flat.closers.get(index, index), False
         if flat.breakable(index):
             until = last if open_until else flat.line_end(last)
@@ -202,7 +202,7 @@ def _broken(flat: _Flat) -> list[str]:
         for comment in flat.comments[last]:
             if comment.alone:
                 line = end_line()
-                lines += [""] * comment.set_off + [_INDENT * len(open_until) + comment.text]
+                lines += [""] * comment.set_off + [INDENT * len(open_until) + comment.text]
             else:
                 line += "  " + comment.text
         if breaks or flat.comments[last]:

@@ -31,12 +31,13 @@ def _is_one_of(kind: str, wanted: list[str]) -> bool:
 
 def _converted(ls: Session, document: Document, action: Action) -> types.CodeAction:
     versions = bool(get_capability(ls.client_capabilities, "workspace.workspace_edit.document_changes"))
+    prefers = get_capability(ls.client_capabilities, "text_document.code_action.is_preferred_support")
     changed = {document.uri: Changed(document.version, document.lines, action.edits)}
-    mends = [to_lsp.diagnostic(document.uri, document.lines, each, ls.encoding) for each in action.mends]
+    mends = [to_lsp.diagnostic(document.uri, document.lines, each, ls.encoding, ls.takes) for each in action.mends]
     return types.CodeAction(
         title=action.title,
         kind=types.CodeActionKind(action.kind),
         diagnostics=mends or None,
-        is_preferred=action.preferred or None,
+        is_preferred=(prefers and action.preferred) or None,
         edit=workspace_edit(changed, versions, ls.encoding),
     )

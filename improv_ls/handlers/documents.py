@@ -1,4 +1,4 @@
-"""textDocument/didOpen, didChange, didClose: the text, and its diagnostics."""
+"""What the editor says of its documents and files: opened, changed, closed, renamed."""
 
 from __future__ import annotations
 
@@ -6,16 +6,14 @@ from dataclasses import replace
 
 from lsprotocol import types
 
-from improv_ls import to_lsp
-from improv_ls.documents import Document, changed, opened, robots_of
+from improv_ls.documents import Document, changed, moved, opened, robots_of
+from improv_ls.handlers.diagnostics import forget, publish, publish_robots
 from improv_ls.session import Session
 
 
 def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
     given = params.text_document
-    document = opened(given.uri, given.version, given.text)
-    _keep(ls, document)
-    _publish_robots(ls, document)
+    _take_in(ls, opened(given.uri, given.version, given.text))
     if ls.settings.on_save != "off":
         ls.soon(ls.performance.warm_up())
 
@@ -27,35 +25,54 @@ def did_change(ls: Session, params: types.DidChangeTextDocumentParams) -> None:
 
 
 def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
-    uri = params.text_document.uri
-    ls.documents.pop(uri, None)
-    ls.colorings.pop(uri, None)
-    ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri=uri, diagnostics=[]))
+    document = ls.documents.pop(params.text_document.uri, None)
+    if document:
+        ls.colorings.pop(document.uri, None)
+        ls.saved_by_themselves.discard(document.uri)
+        forget(ls, document)
 
 
 def did_change_watched_files(ls: Session, params: types.DidChangeWatchedFilesParams) -> None:
     """An `improv.toml` has come, changed or gone."""
+    refresh_robots(ls)
+
+
+def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
+    """Files or folders have other names. Most editors close their documents and open them anew, some do neither."""
+    for renamed in params.files:
+        for document in list(ls.documents.values()):
+            uri = moved(document.uri, renamed.old_uri, renamed.new_uri)
+            if uri not in ls.documents:
+                _take_in(ls, Document(uri, document.version, document.analysis.with_robots(robots_of(uri))))
+                did_close(ls, types.DidCloseTextDocumentParams(types.TextDocumentIdentifier(document.uri)))
+        ls.performance.renamed(renamed.old_uri, renamed.new_uri)
+    refresh_robots(ls)
+
+
+def did_delete_files(ls: Session, params: types.DeleteFilesParams) -> None:
+    """An `improv.toml` may be gone. What is open stays open until the editor closes it."""
+    refresh_robots(ls)
+
+
+def refresh_robots(ls: Session) -> None:
+    """Hold each document against the robots that the nearest `improv.toml` has now."""
+    different = False
     for document in list(ls.documents.values()):
-        refresh_robots(ls, document)
+        robots = robots_of(document.uri)
+        if robots != document.analysis.cast:
+            publish_robots(ls, replace(document.analysis.cast, diagnostics=()))
+            _take_in(ls, replace(document, analysis=document.analysis.with_robots(robots)))
+            different = True
+    if different and ls.pulls:
+        ls.ask_again("diagnostics")
 
 
-def refresh_robots(ls: Session, document: Document) -> Document:
-    """The document with the robots that the nearest `improv.toml` has now."""
-    robots = robots_of(document.uri)
-    if robots != document.analysis.cast:
-        if old := to_lsp.robots_diagnostics(replace(document.analysis.cast, diagnostics=()), ls.encoding):
-            ls.text_document_publish_diagnostics(old)
-        document = replace(document, analysis=document.analysis.with_robots(robots))
-        _keep(ls, document)
-        _publish_robots(ls, document)
-    return document
+def _take_in(ls: Session, document: Document) -> None:
+    """Keep a document whose robots we have not seen it with."""
+    _keep(ls, document)
+    publish_robots(ls, document.analysis.cast)
 
 
 def _keep(ls: Session, document: Document) -> None:
     ls.documents[document.uri] = document
-    ls.text_document_publish_diagnostics(to_lsp.diagnostics(document, ls.encoding))
-
-
-def _publish_robots(ls: Session, document: Document) -> None:
-    if params := to_lsp.robots_diagnostics(document.analysis.cast, ls.encoding):
-        ls.text_document_publish_diagnostics(params)
+    publish(ls, document)

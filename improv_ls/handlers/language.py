@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from lsprotocol import types
 from pygls.capabilities import get_capability
 
@@ -18,10 +20,10 @@ def hover(ls: Session, params: types.HoverParams) -> types.Hover | None:
     if not opened:
         return None
     place = to_offset(opened.lines, params.position, ls.encoding)
-    found = hover_at(opened.analysis, place, ls.settings.hover_pictures)
+    formats = get_capability(ls.client_capabilities, "text_document.hover.content_format")
+    found = hover_at(opened.analysis, place, _pictures(ls, formats))
     if not found:
         return None
-    formats = get_capability(ls.client_capabilities, "text_document.hover.content_format")
     return types.Hover(to_lsp.markup(found, formats), to_range(opened.lines, found.span, ls.encoding))
 
 
@@ -42,10 +44,11 @@ def resolve(ls: Session, item: types.CompletionItem) -> types.CompletionItem:
     uri, statement, kind = item.data if isinstance(item.data, list) and len(item.data) == 3 else ("", 0, "")
     opened = ls.documents.get(uri)
     offered = Item(item.label, kind)
-    found = document(opened.analysis, offered, statement, ls.settings.hover_pictures) if opened else None
+    option = "text_document.completion.completion_item.documentation_format"
+    formats = get_capability(ls.client_capabilities, option)
+    found = document(opened.analysis, offered, statement, _pictures(ls, formats)) if opened else None
     if found:
-        option = "text_document.completion.completion_item.documentation_format"
-        item.documentation = to_lsp.markup(found, get_capability(ls.client_capabilities, option))
+        item.documentation = to_lsp.markup(found, formats)
     return item
 
 
@@ -53,3 +56,8 @@ def signature_help(ls: Session, params: types.SignatureHelpParams) -> types.Sign
     opened = ls.documents.get(params.text_document.uri)
     found = signature(opened.analysis, to_offset(opened.lines, params.position, ls.encoding)) if opened else None
     return to_lsp.signature(found) if found else None
+
+
+def _pictures(ls: Session, formats: Sequence[str] | None) -> bool:
+    """Whether to draw: plain text has no place for it."""
+    return ls.settings.hover_pictures and types.MarkupKind.Markdown in (formats or ())

@@ -1,4 +1,4 @@
-"""Formatting: of a document, and of a selection."""
+"""Formatting: of a document, of a selection, and of the blanks before what is being typed."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from lsprotocol import types
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.layout import format_all, format_span
+from improv_core.ide.on_type import indent
 from improv_ls.documents import Document
-from improv_ls.positions import to_range, to_span
+from improv_ls.positions import to_offset, to_range, to_span
 from improv_ls.session import Session
 
 
@@ -23,6 +24,14 @@ def range_formatting(ls: Session, params: types.DocumentRangeFormattingParams) -
     if not document:
         return None
     return _converted(ls, document, format_span(document.analysis, to_span(document.lines, params.range, ls.encoding)))
+
+
+def on_type_formatting(ls: Session, params: types.DocumentOnTypeFormattingParams) -> list[types.TextEdit] | None:
+    document = ls.documents.get(params.text_document.uri)
+    if not document:
+        return None
+    offset = to_offset(document.lines, params.position, ls.encoding)
+    return _converted(ls, document, indent(document.analysis, offset))
 
 
 def _converted(ls: Session, document: Document, edits: Sequence[Edit]) -> list[types.TextEdit]:

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from lsprotocol import types
+from pygls.capabilities import get_capability
 
 from improv_ls.session import ANSWER_LIMIT, Session
 from improv_ls.settings import read_settings
@@ -19,6 +20,10 @@ PARENT_PERIOD = 1.0
 def initialize(ls: Session, params: types.InitializeParams) -> None:
     # What is wrong with these settings is told once the client may be told anything: in `initialized`.
     ls.settings, ls.wrong_settings = read_settings(params.initialization_options, ls.settings)
+    if not get_capability(params.capabilities, "text_document.code_action.code_action_literal_support"):
+        ls.protocol.fm.features.pop(types.TEXT_DOCUMENT_CODE_ACTION)  # all that is offered are such literals
+    if not ls.pulls:  # who were offered both would show everything twice
+        del ls.protocol.fm.features[types.TEXT_DOCUMENT_DIAGNOSTIC]
     if params.process_id and os.name == "posix":
         ls.soon(_watch_parent(ls, params.process_id))
 
@@ -26,7 +31,8 @@ def initialize(ls: Session, params: types.InitializeParams) -> None:
 def initialized(ls: Session, params: types.InitializedParams) -> None:
     # What the first document will need is brought in now, while the person at the editor still looks for it.
     asyncio.get_running_loop().call_soon(import_module, "improv_ls.handlers.documents")
-    _tell(ls, ls.wrong_settings)
+    for problem in ls.wrong_settings:
+        ls.say(problem, types.MessageType.Warning)
     workspace = ls.client_capabilities.workspace
     if not workspace:
         return
@@ -78,10 +84,12 @@ async def _pull(ls: Session) -> None:
 
 
 def _take(ls: Session, given: Any) -> None:
-    ls.settings, problems = read_settings(given, ls.settings)
-    _tell(ls, problems)
-
-
-def _tell(ls: Session, problems: list[str]) -> None:
-    for problem in problems:
-        ls.say(problem, types.MessageType.Warning)
+    before, told = ls.settings, ls.wrong_settings
+    ls.settings, ls.wrong_settings = read_settings(given, before)
+    for problem in ls.wrong_settings:
+        if problem not in told:  # clients send all settings whenever one of them changes
+            ls.say(problem, types.MessageType.Warning)
+    if ls.settings.hints_beats != before.hints_beats:
+        ls.ask_again("inlay_hint")
+    if ls.settings.code_lens != before.code_lens:
+        ls.ask_again("code_lens")

@@ -25,6 +25,7 @@ def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
     if uri in ls.saved_by_themselves:
         ls.saved_by_themselves.remove(uri)
         return
+    refresh_robots(ls)
     # What was saved is what plays, whatever is typed from here on.
     document = ls.documents.get(uri)
     if document and ls.settings.on_save != "off":
@@ -33,12 +34,18 @@ def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
 
 def play(ls: Session, *arguments: Any) -> None:
     """Play the document whose URI is the first argument, or the only one that is open."""
+    refresh_robots(ls)
     uris = list(arguments[:1]) or list(ls.documents)
     document = ls.documents.get(str(uris[0])) if len(uris) == 1 else None
     if document:
         ls.soon(_play(ls, document))
     else:
         ls.say("improv.play: say which open document to play, by its URI", types.MessageType.Warning)
+
+
+def restart(ls: Session, *arguments: Any) -> None:
+    """Play what plays, or was played last, from beat 0 with robots at their start."""
+    ls.soon(ls.performance.restart())
 
 
 def hush(ls: Session, *arguments: Any) -> None:
@@ -98,7 +105,6 @@ def _number(arguments: tuple[Any, ...]) -> float | None:
 
 
 async def _play(ls: Session, document: Document) -> None:
-    document = refresh_robots(ls, document)
     if not document.analysis.cast.ok:
         ls.say("✗ improv.toml has errors; what plays goes on", types.MessageType.Warning)
         return

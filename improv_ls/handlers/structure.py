@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 from lsprotocol import types
@@ -37,11 +37,20 @@ def document_symbol(
 
 
 def workspace_symbols(
-    documents: Sequence[Document], folders: Iterable[Path], query: str, encoding: Encoding | str
+    documents: Sequence[Document],
+    folders: Iterable[Path],
+    query: str,
+    encoding: Encoding | str,
+    given_up: Callable[[], bool] = lambda: False,
 ) -> list[types.SymbolInformation]:
-    """The names and robots that have the letters of the query in this order, of open documents first."""
+    """The names and robots that have the letters of the query in this order, of open documents first.
+
+    Ends early once nobody wants to know any more.
+    """
     found: list[types.SymbolInformation] = []
     for uri, lines, entries in _programs(documents, folders):
+        if given_up():
+            return found
         for entry in entries:
             if len(found) == MOST_SYMBOLS:
                 return found

@@ -22,6 +22,7 @@ from tests.benchmarks.tables import p99, print_row
 LINES = 1_000
 AT_ONCE = 20
 KEYS_A_SECOND = 20
+_ASKED = replace(OURS, options={**OURS.options, "hover": {"pictures": True}})
 _PLAYER = replace(OURS, options={"backend": "sim", "page": {"open": True}})
 _BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking")
 
@@ -82,7 +83,7 @@ def _requests(rounds: int) -> Mapping[str, tuple[list[float], Goal | None]]:
     random = Random(3)
     shared = {"position": _place(SHARED_LINE, len(SHARED)), "newName": "theme"}
     asked = {
-        "hover": Request(
+        "hover with a picture": Request(
             "hover", lambda edit: {"position": _place(edit.line, random.randrange(len(edit.text)))}, Goal(3, 10)
         ),
         "completion": Request("completion", lambda edit: {"position": _place(edit.line, len(edit.text))}, Goal(3, 10)),
@@ -93,7 +94,7 @@ def _requests(rounds: int) -> Mapping[str, tuple[list[float], Goal | None]]:
         "code actions": Request("codeAction", lambda edit: {"range": _whole(edit), "context": {"diagnostics": []}}),
     }
     found: dict[str, list[float]] = {what: [] for what in asked}
-    with _server(OURS, shared=True) as server:
+    with _server(_ASKED, shared=True) as server:
         if not server.capabilities.get("codeActionProvider"):
             del found["code actions"]
         changes = edits(IMPROV, text)

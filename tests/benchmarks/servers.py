@@ -25,7 +25,11 @@ LIMIT = 60.0
 # No pull diagnostics: ruff then publishes them after every change, as our server does.
 _CAPABILITIES: Mapping[str, Any] = {
     "general": {"positionEncodings": ["utf-16"]},
-    "textDocument": {"publishDiagnostics": {"versionSupport": True}},
+    "textDocument": {
+        "codeAction": {"codeActionLiteralSupport": {"codeActionKind": {"valueSet": []}}},
+        "hover": {"contentFormat": ["markdown"]},
+        "publishDiagnostics": {"versionSupport": True},
+    },
     "window": {"workDoneProgress": True, "showDocument": {"support": True}},
     "workspace": {"configuration": True, "didChangeConfiguration": {"dynamicRegistration": True}},
 }

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
+from hypothesis import given
+from hypothesis import strategies as st
+
 from improv_core.analysis import Analysis, analyze
 from improv_core.ide.legend import MODIFIERS, TYPES
 from improv_core.ide.tokens import colored, pieces
 from improv_core.robots import read_robots
+from improv_core.syntax.lexer import lex
 
 
 def check(program: str | Analysis, *words: str) -> None:
@@ -60,3 +66,13 @@ def test_only_what_is_in_sight() -> None:
     text = "# one\nr $ up\n# two\ns $ up\n# three\n"
     found = [piece for _, piece, _, _ in pieces(analyze(text), text.index("up"), text.index("s"))]
     assert found == ["r $ up", "# two", "s $ up"]
+
+
+@given(st.lists(st.sampled_from([*"rx$=|(]-+?#😀 \n\ufeff", "up ", "beat", "||", ".5", "3/2", "1x"])).map("".join))
+def test_what_has_a_color_is_a_token_or_a_comment(text: str) -> None:
+    found = {(start, end) for start, end, *_ in colored(text, (), ())}
+    comments = {comment.span() for comment in re.finditer(r"#[^\r\n]*", text)}
+    tokens = {token.span: token.type for token in lex(text)}
+    assert found <= comments | set(tokens)
+    colorless = {span for span, kind in tokens.items() if kind in ("LPAR", "RPAR", "LSQB", "RSQB", "STRAY", "NAME")}
+    assert comments | set(tokens) <= found | colorless

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, NamedTuple
 
 Message = dict[str, Any]
 LIMIT = 30.0
@@ -18,13 +18,24 @@ LIMIT = 30.0
 
 CAPABILITIES: Mapping[str, Any] = {
     "general": {"positionEncodings": ["utf-16"]},
+    "textDocument": {"codeAction": {"codeActionLiteralSupport": {"codeActionKind": {"valueSet": []}}}},
     "window": {"workDoneProgress": True, "showDocument": {"support": True}},
     "workspace": {"configuration": True, "didChangeConfiguration": {"dynamicRegistration": True}},
 }
 
 
+class Spoken(NamedTuple):
+    """A message, and who wrote it."""
+
+    by_server: bool
+    message: Message
+
+
 class Client:
     """Starts `improv-ls` and speaks JSON-RPC to it; use as a context manager."""
+
+    of_test: ClassVar[list[Client]] = []
+    """All of the running test, for those who look at what was said."""
 
     def __init__(
         self,
@@ -35,7 +46,9 @@ class Client:
         answers: bool = True,
         process: int | None = None,
         folders: Sequence[Path] = (),
+        about: Mapping[str, Any] | None = None,
     ) -> None:
+        """`about` is what else the client says when it initializes the server."""
         self.process = subprocess.Popen(
             [sys.executable, "-m", "improv_ls"],
             stdin=subprocess.PIPE,
@@ -43,9 +56,13 @@ class Client:
             stderr=subprocess.PIPE,
             env=env,
         )
+        self.log: list[Spoken] = []
+        self.awaited: set[str] = set()
+        """Methods of the server that the test has waited for."""
+        self.of_test.append(self)
         self.notifications: list[Message] = []
         self.shown: list[str] = []
-        self._configuration = configuration
+        self.configuration = configuration
         self._answers = answers
         self._unanswered: list[Message] = []
         self._writing = threading.Lock()
@@ -60,6 +77,7 @@ class Client:
                 "workspaceFolders": [{"uri": folder.as_uri(), "name": folder.name} for folder in folders],
                 "capabilities": capabilities,
                 "initializationOptions": options,
+                **(about or {}),
             },
         )
         self.notify("initialized", {})
@@ -106,12 +124,13 @@ class Client:
 
     def wait(self, method: str, fits: Callable[[Any], bool] = lambda params: True) -> Any:
         """The params of the next notification (or one that came already) that fits; those before it are passed over."""
+        self.awaited.add(method)
         for place, message in enumerate(self.notifications):
-            if message["method"] == method and fits(message["params"]):
+            if message["method"] == method and fits(message.get("params")):
                 del self.notifications[: place + 1]
-                return message["params"]
+                return message.get("params")
         self._wait_for(lambda message: message.get("method") == method and fits(message.get("params")), method)
-        return self.notifications.pop()["params"]
+        return self.notifications.pop().get("params")
 
     def wait_for_line(self, part: str) -> str:
         """The next line shown to the person that has `part` in it."""
@@ -121,15 +140,26 @@ class Client:
 
     def wait_for_page(self) -> list[str]:
         """The URLs that the server has asked to show, once there is one."""
+        self.awaited.add("window/showDocument")
         if not self.shown:
             self._wait_for(lambda message: message.get("method") == "window/showDocument", "page")
         return self.shown
 
-    def _ask(self, method: str, params: Any) -> Message:
+    def begin(self, method: str, params: Any, given_up: bool = False) -> int:
+        """Ask, without waiting for the answer; the request's id. One that is given up is so in the same breath."""
         self._next_id += 1
-        number = self._next_id
-        self._write({"id": number, "method": method, "params": params})
-        return self._wait_for(lambda message: message.get("id") == number and "method" not in message, method)
+        note = {"method": "$/cancelRequest", "params": {"id": self._next_id}}
+        self._write({"id": self._next_id, "method": method, "params": params}, *([note] if given_up else []))
+        return self._next_id
+
+    def answer(self, number: int) -> Message:
+        """The answer to a request that has been begun."""
+        return self._wait_for(
+            lambda message: message.get("id") == number and "method" not in message, f"answer to {number}"
+        )
+
+    def _ask(self, method: str, params: Any) -> Message:
+        return self.answer(self.begin(method, params))
 
     def _wait_for(self, fits: Callable[[Message], bool], what: str) -> Message:
         end = time.monotonic() + LIMIT
@@ -156,24 +186,25 @@ class Client:
     def _answer(self, request: Message) -> None:
         method = request["method"]
         if method == "workspace/configuration":
-            result: Any = [self._configuration]
+            result: Any = [self.configuration for _ in request["params"]["items"]]
         elif method == "window/showDocument":
             self.shown.append(request["params"]["uri"])
             result = {"success": True}
         elif method == "workspace/applyEdit":
             result = {"applied": True}
-        elif method in ("client/registerCapability", "window/workDoneProgress/create"):
+        elif method in ("client/registerCapability", "window/workDoneProgress/create") or method.endswith("/refresh"):
             result = None
         else:
             self._inbox.put({"method": "error", "params": f"the client never said that it takes {method}"})
             return
         self._write({"id": request["id"], "result": result})
 
-    def _write(self, message: Message) -> None:
-        body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+    def _write(self, *messages: Message) -> None:
+        bodies = (json.dumps({"jsonrpc": "2.0", **message}).encode() for message in messages)
         with self._writing:
+            self.log += (Spoken(False, message) for message in messages)
             assert self.process.stdin
-            self.process.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+            self.process.stdin.write(b"".join(b"Content-Length: %d\r\n\r\n%s" % (len(body), body) for body in bodies))
             self.process.stdin.flush()
 
     def _read(self) -> None:
@@ -187,6 +218,7 @@ class Client:
                     length = int(value)
                 header = stream.readline()
             message = json.loads(stream.read(length))
+            self.log.append(Spoken(True, message))
             if "method" in message and "id" in message:
                 (self._answer if self._answers else self._unanswered.append)(message)
             self._inbox.put(message)

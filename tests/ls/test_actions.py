@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -47,23 +48,65 @@ def test_a_mistake_is_mended() -> None:
         assert found["Write forward"]["diagnostics"][0]["code"] == "unknown-name"
 
 
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with Client({"onSave": "off"}, capabilities=VERSIONED) as client:
+        yield client
+
+
+def check(client: Client, title: str, before: str, after: str) -> None:
+    """The one action for what is selected, `<…>`, whose title begins so makes this of the program."""
+    start, end = before.index("<"), before.index(">") - 1
+    text = before.replace("<", "").replace(">", "")
+    client.open(URI, text)
+    params = {
+        "textDocument": {"uri": URI},
+        "range": {"start": place(text, start), "end": place(text, end)},
+        "context": {"diagnostics": []},
+    }
+    found = client.request("textDocument/codeAction", params)
+    (action,) = [each for each in found if each["title"].startswith(title)]
+    (change,) = action["edit"]["documentChanges"]
+    assert applied(text, change["edits"]) == after
+    client.notify("textDocument/didClose", {"textDocument": {"uri": URI}})
+
+
+def place(text: str, offset: int) -> dict[str, int]:
+    before = text[:offset]
+    line = before[before.rfind("\n") + 1 :]
+    return {"line": before.count("\n"), "character": len(line.encode("utf-16-le")) // 2}
+
+
 @pytest.mark.parametrize(
-    ("part", "after"),
+    ("title", "before", "after"),
     [
-        ("Unroll", "# 🐢\nr $ (forward left forward left) up\n"),
-        ("Wrap in [ ]", None),
+        ("Name", "# 🐢\r\nr $ 𝑥 <up left> up\r\n", "# 🐢\r\nup_left = up left\r\nr $ 𝑥 up_left up\r\n"),
+        ("Write out", "𝑥 = up left\r\nr $ reverse <>𝑥 # 🐢\r\n", "r $ reverse (up left) # 🐢\r\n"),
+        ("Write out 𝑥 here", "𝑥 = up left\nr $ 𝑥 <>𝑥\n", "𝑥 = up left\nr $ 𝑥 up left\n"),
+        ("Write out 𝑥 everywhere", "<>𝑥 = up left\nr $ 𝑥 fast 2 𝑥\n", "r $ up left fast 2 (up left)\n"),
+        ("Unroll", "# 🐢\r\nr $ 𝑥 <>repeat 2 (up left)\r\n", "# 🐢\r\nr $ 𝑥 up left up left\r\n"),
+        ("Fold into repeat 2", "r $ 𝑥 <up left up left> # 🐢\r\n", "r $ 𝑥 repeat 2 (up left) # 🐢\r\n"),
+        ("Wrap in ( )", "r $ 𝑥 <up left> 𝑥\r\n", "r $ 𝑥 (up left) 𝑥\r\n"),
+        ("Wrap in [ ]", "r $ 𝑥 <up left> 𝑥\r\n", "r $ 𝑥 [up left] 𝑥\r\n"),
+        ("Wrap in slow 2", "r $ 𝑥 <up left> 𝑥\r\n", "r $ 𝑥 slow 2 (up left) 𝑥\r\n"),
     ],
 )
-def test_a_movement_is_written_differently(part: str, after: str | None) -> None:
-    before = "# 🐢\nr $ repeat 2 (forward left) up\n"
-    with Client({"onSave": "off"}) as client:
-        client.open(URI, before)
-        found = actions(client, 1, 6)
-        (title,) = [title for title in found if title.startswith(part)]
-        made = applied(before, found[title]["edit"]["changes"][URI])
-        assert made != before
-        if after:
-            assert made.replace("(", "").replace(")", "") == after.replace("(", "").replace(")", "")
+def test_a_movement_is_written_differently(client: Client, title: str, before: str, after: str) -> None:
+    check(client, title, before, after)
+
+
+@pytest.mark.parametrize(
+    ("title", "before", "after"),
+    [
+        ("Write )", "r $ 𝑥 <>(up # 🐢\r\n", "r $ 𝑥 (up) # 🐢\r\n"),
+        ("Remove it", "r $ 𝑥 up<>) # 🐢\r\n", "r $ 𝑥 up # 🐢\r\n"),
+        ("Write forward", "r $ 𝑥 <>forwrd # 🐢\r\n", "r $ 𝑥 forward # 🐢\r\n"),
+        ("Move the definition of 𝑥 up", "r $ <>𝑥\r\n𝑥 = up\r\n", "𝑥 = up\r\nr $ 𝑥\r\n"),
+        ("Remove the definition, and the other one", "<>𝑥 = up\r\n𝑦 = up # 🐢\r\nr $ up\r\n", "r $ up\r\n"),
+    ],
+)
+def test_a_mistake_is_mended_at_its_place(client: Client, title: str, before: str, after: str) -> None:
+    check(client, title, before, after)
 
 
 def test_a_document_and_a_selection_get_their_layout() -> None:

@@ -12,7 +12,10 @@ import pytest
 
 from tests.ls.client import Client
 
-CAPABILITIES = {"workspace": {"applyEdit": True}, "window": {"showDocument": {"support": True}}}
+CAPABILITIES = {
+    "workspace": {"applyEdit": True, "workspaceEdit": {"resourceOperations": ["create"]}},
+    "window": {"showDocument": {"support": True}},
+}
 PLACE = {"type": "place", "robot": "anna", "x": 1.5, "y": -2, "heading": 90}
 
 

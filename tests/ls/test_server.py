@@ -83,7 +83,7 @@ def test_a_wrong_save_says_why_and_what_plays_goes_on(client: Client) -> None:
 
 
 def test_hush_and_play_are_commands(client: Client) -> None:
-    assert client.initialized["capabilities"]["executeCommandProvider"]["commands"] == list(COMMANDS)
+    assert client.initialized["capabilities"]["executeCommandProvider"]["commands"] == [*COMMANDS, "improv.page"]
     client.open(URI, "r $ repeat left\n")
     client.request("workspace/executeCommand", {"command": "improv.play", "arguments": []})
     client.wait("$/progress", lambda params: params["value"]["kind"] == "begin")

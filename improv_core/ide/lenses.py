@@ -1,0 +1,50 @@
+"""What stands above each line that robots play: what can be done with it, and how long it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+from improv_core.analysis import Analysis, Placed
+from improv_core.ide.timing import beats, seconds
+from improv_core.movement import ENDLESS
+from improv_core.text import Span
+
+MOST_LINES = 200
+"""That get lenses: editors ask anew for those of the whole program after every key."""
+MOST_ROBOTS = 3
+"""Of one line that can be muted from above it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """A few words above the line of `span`; they do `command`: play, hush, or mute or solo a robot."""
+
+    span: Span
+    text: str
+    command: str
+    robot: str | None = None
+
+
+def lenses(analysis: Analysis, muted: Collection[str] = (), soloed: Collection[str] = ()) -> list[Lens]:
+    """The lenses of the lines that robots play, in the order of the text, while these are muted and soloed."""
+    playing = (index for index, meaning in enumerate(analysis.meanings) if meaning.robots)
+    return [
+        lens for index in islice(playing, MOST_LINES) for lens in _of(analysis, analysis.placed(index), muted, soloed)
+    ]
+
+
+def _of(analysis: Analysis, placed: Placed, muted: Collection[str], soloed: Collection[str]) -> Iterator[Lens]:
+    robots, duration = placed.meaning.robots, placed.meaning.movement.duration
+    span = Span(placed.start, placed.start + placed.statement.heads[-1].end)
+    lasts = f" · {beats(duration)}" if placed.meaning.ok else ""
+    if lasts and duration != ENDLESS:
+        lasts += f", {seconds(duration, analysis.tempo)}"
+    yield Lens(span, f"▶ play{lasts}", "play")
+    yield Lens(span, "■ hush", "hush")
+    if len(analysis.robots) > 1:
+        for robot in robots[:MOST_ROBOTS]:
+            of = f" {robot}" if len(robots) > 1 else ""
+            yield Lens(span, f"{'unmute' if robot in muted else 'mute'}{of}", "mute", robot)
+            yield Lens(span, f"{'unsolo' if robot in soloed else 'solo'}{of}", "solo", robot)

@@ -1,0 +1,62 @@
+"""The commands that show the page and play again."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from tests.ls.client import Client
+
+URI = "file:///dance.improv"
+QUIET = {"backend": "sim", "page": {"open": False}}
+NO_SCREEN = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+
+
+@pytest.fixture
+def client() -> Iterator[Client]:
+    with Client(QUIET) as client:
+        yield client
+
+
+def command(client: Client, name: str) -> Any:
+    return client.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": []})
+
+
+def test_what_was_saved_plays_again(client: Client) -> None:
+    command(client, "restart")
+    assert client.wait_for_line("improv.restart") == (
+        "improv.restart: nothing has been played yet: save a program, or use improv.play"
+    )
+    client.open(URI, "r $ forward\n")
+    client.save(URI)
+    played = client.wait_for_line("▶")
+    client.change(URI, 2, {"text": "r $ lft\n"})
+    command(client, "restart")
+    assert client.wait_for_line("▶") == played
+
+
+def test_the_page_is_shown_also_before_anything_plays(client: Client) -> None:
+    url = command(client, "page")
+    assert url.startswith("http://127.0.0.1:")
+    assert client.wait_for_page() == [url]
+    client.open(URI, "r $ forward\n")
+    client.save(URI)
+    client.wait_for_line("▶")
+    assert command(client, "page") == url
+    assert client.shown == [url, url]
+
+
+def test_where_nothing_can_show_the_page_its_place_is_said() -> None:
+    with Client(QUIET, capabilities={}, env=NO_SCREEN) as client:
+        url = command(client, "page")
+        assert client.wait_for_line("page") == f"the page is at {url}"
+
+
+@pytest.mark.parametrize("python", ["/nowhere/python", "/nowhere\n/python"])
+def test_without_a_stage_there_is_no_page_and_one_line_says_why(python: str) -> None:
+    with Client({"backend": "ros", "ros": {"python": python}}) as client:
+        assert command(client, "page") is None
+        assert client.wait_for_line("/nowhere").startswith("Improv can't play: ")

@@ -1,0 +1,122 @@
+"""Diagnostics for editors that ask for them, and what each kind of editor takes of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.ls.client import Client
+
+QUIET = {"onSave": "off"}
+TOLD = {"relatedInformation": True, "tagSupport": {"valueSet": [1]}}
+PULLS = {
+    "textDocument": {"diagnostic": {}, "publishDiagnostics": TOLD},
+    "workspace": {"diagnostics": {"refreshSupport": True}},
+}
+URI = "file:///dance.improv"
+PROGRAM = "# 🐢\r\n𝑥 = up 𝑦\r\n𝑦 = up\r\n"
+
+
+def pull(client: Client, uri: str, previous: str | None = None) -> dict[str, Any]:
+    before = {"previousResultId": previous} if previous else {}
+    answer: dict[str, Any] = client.request("textDocument/diagnostic", {"textDocument": {"uri": uri}, **before})
+    return answer
+
+
+def told(items: list[dict[str, Any]]) -> list[tuple[int, int, int, str]]:
+    """Line, first and last column, and code."""
+    places = [(each["range"], each["code"]) for each in items]
+    return [
+        (place["start"]["line"], place["start"]["character"], place["end"]["character"], code) for place, code in places
+    ]
+
+
+def published(client: Client) -> list[str]:
+    """The files about which the server has said something by itself."""
+    return [
+        each["params"]["uri"] for each in client.notifications if each["method"] == "textDocument/publishDiagnostics"
+    ]
+
+
+def test_who_asks_is_told_once_and_sent_nothing() -> None:
+    with Client(QUIET, capabilities=PULLS) as client:
+        assert client.initialized["capabilities"]["diagnosticProvider"] == {
+            "identifier": "improv",
+            "interFileDependencies": True,
+            "workspaceDiagnostics": False,
+        }
+        client.open(URI, PROGRAM)
+        first = pull(client, URI)
+        assert (first["kind"], told(first["items"])) == (
+            "full",
+            [(1, 0, 2, "unused-name"), (1, 8, 10, "used-before-definition")],
+        )
+        assert first["items"][0]["tags"] == [1]
+        assert first["items"][1]["relatedInformation"][0]["location"]["range"]["start"] == {"line": 2, "character": 0}
+        assert pull(client, URI, first["resultId"]) == {"kind": "unchanged", "resultId": first["resultId"]}
+
+        behind = {"start": {"line": 3, "character": 0}, "end": {"line": 3, "character": 0}}
+        client.change(URI, 2, {"range": behind, "text": "# what is said stays the same\n"})
+        assert pull(client, URI, first["resultId"])["kind"] == "unchanged"
+        client.change(URI, 3, {"range": {**behind, "start": {"line": 0, "character": 0}}, "text": "\n𝑦 = up\n"})
+        second = pull(client, URI, first["resultId"])
+        assert (second["kind"], told(second["items"])) == ("full", [(1, 0, 2, "unused-name")])
+        assert second["resultId"] != first["resultId"]
+        assert pull(client, URI, first["resultId"])["kind"] == "full"
+
+        client.notify("textDocument/didClose", {"textDocument": {"uri": URI}})
+        assert pull(client, URI)["items"] == []
+        assert published(client) == []
+
+
+def test_who_asks_is_told_to_ask_again_when_the_robots_change(tmp_path: Path) -> None:
+    program, robots = (tmp_path / "dance.improv").as_uri(), tmp_path / "improv.toml"
+    with Client(QUIET, capabilities=PULLS) as client:
+        client.open(program, "anna $ up\n")
+        first = pull(client, program)
+        assert first["items"] == []
+        robots.write_text("[robots.berta]\nspeed = 3\n")
+        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 1}]})
+        client.wait("workspace/diagnostic/refresh")
+        assert told(pull(client, program, first["resultId"])["items"]) == [(0, 0, 4, "unknown-robot")]
+        # Nobody asks about improv.toml: that is no document of ours.
+        assert published(client) == [robots.as_uri()]
+        assert _codes(client, robots) == ["robots"]
+        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 2}]})
+        client.notify("textDocument/didClose", {"textDocument": {"uri": program}})
+        assert _codes(client, robots) == []
+        assert not any(each["method"] == "workspace/diagnostic/refresh" for each in client.notifications)
+
+
+@pytest.mark.parametrize(
+    "capabilities",
+    [
+        {},
+        {"workspace": {"diagnostics": {"refreshSupport": True}}},
+        {"textDocument": {"diagnostic": {}}},  # it could not be told that the robots have changed
+    ],
+)
+def test_others_are_sent_them_with_their_version(capabilities: dict[str, Any]) -> None:
+    with Client(QUIET, capabilities=capabilities) as client:
+        assert "diagnosticProvider" not in client.initialized["capabilities"]
+        client.open(URI, PROGRAM)
+        sent = client.wait("textDocument/publishDiagnostics")
+        assert (sent["uri"], sent["version"], len(sent["diagnostics"])) == (URI, 1, 2)
+        assert not any({"tags", "relatedInformation"} & each.keys() for each in sent["diagnostics"])
+        client.change(URI, 7, {"text": ""})
+        assert client.wait("textDocument/publishDiagnostics") == {"uri": URI, "version": 7, "diagnostics": []}
+
+
+def test_what_a_client_takes_of_them_is_sent() -> None:
+    with Client(QUIET, capabilities={"textDocument": {"publishDiagnostics": TOLD}}) as client:
+        client.open(URI, PROGRAM)
+        unused, early = client.wait("textDocument/publishDiagnostics")["diagnostics"]
+        assert unused["tags"] == [1]
+        assert early["relatedInformation"][0]["message"] == "`𝑦` is defined here"
+
+
+def _codes(client: Client, path: Path) -> list[str]:
+    sent = client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == path.as_uri())
+    return [each["code"] for each in sent["diagnostics"]]

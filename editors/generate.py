@@ -46,6 +46,7 @@ def files() -> Iterator[tuple[Path, str]]:
     yield EDITORS / "emacs" / "improv-words.el", _emacs()
     yield _rewritten("vscode/syntaxes/improv.tmLanguage.json", _text_mate())
     yield _rewritten("neovim/syntax/improv.vim", _vim())
+    yield _rewritten("kate/improv.xml", _kate())
 
 
 def _tree_sitter() -> str:
@@ -73,6 +74,11 @@ def _text_mate() -> Iterator[tuple[str, str]]:
 def _vim() -> Iterator[tuple[str, str]]:
     for group, words in GROUPS.items():
         yield rf"(syntax keyword improv{group.capitalize()} )[^\n]+", " ".join(words)
+
+
+def _kate() -> Iterator[tuple[str, str]]:
+    for group, words in GROUPS.items():
+        yield rf'(<list name="{group}">)(?:<item>\w+</item>)*', "".join(f"<item>{word}</item>" for word in words)
 
 
 def _rewritten(file: str, lists: Iterator[tuple[str, str]]) -> tuple[Path, str]:

@@ -26,8 +26,10 @@ from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
 """Seconds to wait for a browser to show the page, so that nobody misses the first beat."""
-LOOK_AGAIN = 500
-"""Milliseconds between two looks at a watched file when the system tells of no change."""
+STEP, LOOK_AGAIN = 10, 500
+"""Milliseconds from a change in a watched folder to a look at the file, and between two looks without one."""
+SETTLING, MID_LINE_SETTLING = 0.1, 0.5
+"""Seconds that a file must stay as it is before it is played; longer if it ends within a line, as half a file may."""
 WRONG_PROGRAM, CANNOT, INTERRUPTED = 1, 2, 130
 
 
@@ -56,17 +58,44 @@ async def watch(path: Path, options: Options, *, browser: bool) -> int:
 
 
 async def _follow(show: _Show, path: Path, text: str) -> None:
+    await _play_if_right(show, path, text)
+    async for _ in _changes(path.parent):
+        with contextlib.suppress(ReadError):  # between the old file and the new one there is none
+            latest = await _settled(path, text)
+            if latest != text:
+                await _play_if_right(show, path, latest)
+                text = latest
+
+
+async def _changes(folder: Path) -> AsyncIterator[object]:
+    """Whenever there may be a change in a folder. It may go and come again; one that can't be watched is looked at."""
     from watchfiles import awatch
 
-    await _play_if_right(show, path, text)
     # The folder is watched, since many editors save by putting a new file in the old one's place. A look now and then
     # finds what the system did not tell: the save before it was asked to, and those over a network.
-    async for _ in awatch(path.parent, recursive=False, yield_on_timeout=True, rust_timeout=LOOK_AGAIN):
-        with contextlib.suppress(ReadError):  # between the old file and the new one there is none
-            latest = read_program(path)
-            if latest not in ("", text):  # some editors empty the file before they write it
-                text = latest
-                await _play_if_right(show, path, text)
+    while True:
+        with contextlib.suppress(OSError):
+            async for changes in awatch(
+                folder, recursive=False, yield_on_timeout=True, step=STEP, rust_timeout=LOOK_AGAIN
+            ):
+                yield changes
+        await asyncio.sleep(LOOK_AGAIN / 1000)
+        yield None
+
+
+async def _settled(path: Path, text: str) -> str:
+    """What a file has once it is left alone, or the old text while it has no other. Raises ReadError.
+
+    Half of a program may be one too, and not every editor, nor any network, puts a file in place all at once.
+    """
+    latest = read_program(path)
+    while latest not in ("", text):  # some editors empty the file before they write it
+        seen = latest
+        await asyncio.sleep(SETTLING if seen.endswith(("\n", "\r")) else MID_LINE_SETTLING)
+        latest = read_program(path)
+        if latest == seen:
+            return latest
+    return text
 
 
 async def _play_if_right(show: _Show, path: Path, text: str) -> None:

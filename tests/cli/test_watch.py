@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 
 LIMIT = 30.0
+PIECE, LONG = 0.03, 0.7
+"""Seconds between two pieces of a file that is written slowly; and longer than any look at a file takes to come."""
 
 
 class Watch:
@@ -25,9 +27,17 @@ class Watch:
 
     def wait(self, part: str) -> str:
         """The next line with `part` in it."""
-        while part not in (line := self._lines.get(timeout=LIMIT)):
+        while part not in (line := self.next()):
             pass
         return line
+
+    def next(self) -> str:
+        """The next line."""
+        return self._lines.get(timeout=LIMIT)
+
+    def says_nothing(self, seconds: float) -> None:
+        with pytest.raises(queue.Empty):
+            self._lines.get(timeout=seconds)
 
     def close(self) -> None:
         self._process.terminate()
@@ -41,7 +51,8 @@ class Watch:
 
 @pytest.fixture
 def program(tmp_path: Path) -> Path:
-    path = tmp_path / "dance.improv"
+    path = tmp_path / "folder" / "dance.improv"
+    path.parent.mkdir()
     path.write_text("r $ repeat forward\n")
     return path
 
@@ -65,6 +76,58 @@ def test_replaced_by_rename(watch: Watch, program: Path) -> None:
         new.write_text(f"r $ repeat {beats} left\n")
         new.rename(program)
         watch.wait(f"▶ r {beats} beats")
+
+
+def test_emptied_and_then_written(watch: Watch, program: Path) -> None:
+    with program.open("w") as file:
+        watch.says_nothing(LONG)
+        file.write("r $ left\n")
+    assert watch.next() == "▶ r 1 beat, 1.0 s at beat 60, simulator\n"
+
+
+def test_written_in_pieces_that_would_be_programs(watch: Watch, program: Path) -> None:
+    whole = "r $ left left # ça va\n".encode()
+    with program.open("wb", buffering=0) as file:
+        for piece in (b"r $ le", b"ft", b" left", b" # \xc3"):
+            file.write(piece)
+            watch.says_nothing(PIECE)
+        file.write(whole[file.tell() :])
+    assert "▶ r 2 beats" in watch.next()
+
+
+def test_what_is_not_text_is_waited_out(watch: Watch, program: Path) -> None:
+    program.write_bytes(b"r $ left # \xc3\n")
+    watch.says_nothing(LONG)
+    program.write_text("r $ left left\n")
+    assert "▶ r 2 beats" in watch.next()
+
+
+def test_deleted_and_made_again(watch: Watch, program: Path) -> None:
+    program.unlink()
+    watch.says_nothing(LONG)
+    program.write_text("r $ left\n")
+    assert "▶ r 1 beat" in watch.next()
+
+
+def test_its_folder_is_renamed_and_another_takes_its_place(watch: Watch, program: Path) -> None:
+    folder = program.parent
+    folder.rename(folder.with_name("old"))
+    watch.says_nothing(LONG)
+    (folder.with_name("old") / program.name).write_text("r $ left left left\n")  # no longer the file that is watched
+    watch.says_nothing(LONG)
+    folder.mkdir()
+    for beats in (1, 2):
+        program.write_text(f"r $ repeat {beats} left\n")
+        assert f"▶ r {beats} beat" in watch.next()
+
+
+def test_its_folder_is_deleted_and_made_again(watch: Watch, program: Path) -> None:
+    program.unlink()
+    program.parent.rmdir()
+    watch.says_nothing(LONG)
+    program.parent.mkdir()
+    program.write_text("r $ left\n")
+    assert "▶ r 1 beat" in watch.next()
 
 
 def test_a_wrong_save_is_told_as_check_tells_it(watch: Watch, program: Path) -> None:

@@ -62,7 +62,7 @@ code_server() {
 
 # Emacs looks for its files where Debian has them; a script beside it tells where they are here.
 emacs() {
-  unpack trixie emacs-nox emacs emacs-nox 2>/dev/null
+  unpack trixie emacs-nox emacs emacs-nox
   cat >.cache/emacs/usr/bin/emacs <<-'END'
 	#!/bin/bash
 	usr=$(realpath "$0") && usr=${usr%/bin/emacs}

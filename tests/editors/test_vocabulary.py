@@ -18,6 +18,7 @@ from tests.editors.editors import ROOT
 GENERATED = {
     "vscode/syntaxes/improv.tmLanguage.json": ("|up|down", "|up|down|spin"),
     "neovim/syntax/improv.vim": (" up down", " up down spin"),
+    "kate/improv.xml": ("<item>down</item>", "<item>down</item><item>spin</item>"),
     "emacs/improv-words.el": (' "up" "down"', ' "up" "down" "spin"'),
     "tree-sitter-improv/words.json": (', "up", "down"', ', "up", "down", "spin"'),
 }

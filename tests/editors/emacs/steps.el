@@ -1,0 +1,109 @@
+;;; steps.el --- What a person does and sees; each waits for what is to be seen  -*- lexical-binding: t; -*-
+
+;;; Code:
+
+(require 'cl-lib)
+
+(defconst limit 40 "Seconds, for a busy machine.")
+
+(defmacro await (what &rest seen)
+  "Wait until the forms SEEN are true; say WHAT was awaited if they never are."
+  `(let ((end (+ (float-time) limit)) value)
+     (while (not (setq value (progn ,@seen)))
+       (when (> (float-time) end)
+         (error "%s was not seen; messages:\n%s" ,what (string-join (reverse init-messages) "\n")))
+       (accept-process-output nil 0.01))
+     (princ (format "%s\n" ,what))
+     value))
+
+(defun check (right &rest otherwise)
+  "Fail unless RIGHT, showing OTHERWISE."
+  (unless right (error "Wrong: %S" otherwise)))
+
+(defun told (text)
+  "Whether a message had TEXT."
+  (cl-some (lambda (line) (string-search text line)) init-messages))
+
+(defun open-program ()
+  "Open the program that the command line names, and have the server at work."
+  (find-file (getenv "IMPROV_PROGRAM"))
+  (run-hooks 'post-command-hook)
+  (await "server" (eglot-managed-p)))
+
+(defun at (word)
+  "Go to the first WORD."
+  (goto-char (point-min))
+  (re-search-forward (concat "\\_<" word "\\_>"))
+  (goto-char (match-beginning 0)))
+
+(defun exchange (word other)
+  "Write OTHER in place of the first WORD."
+  (at word)
+  (delete-region (match-beginning 0) (match-end 0))
+  (insert other))
+
+(defun save ()
+  "Save as by \\[save-buffer]."
+  (setq init-messages nil)
+  (save-buffer))
+
+(defun color (word)
+  "The face of the first WORD."
+  (font-lock-ensure)
+  (at word)
+  (get-text-property (point) 'face))
+
+(defun problems ()
+  "What Flymake has to say, and on what."
+  (flymake-start)
+  (mapcar (lambda (each) (cons (buffer-substring (flymake-diagnostic-beg each) (flymake-diagnostic-end each))
+                               (flymake-diagnostic-text each)))
+          (flymake-diagnostics)))
+
+(defun documentation-at (word)
+  "What Eldoc shows at WORD."
+  (at word)
+  (eldoc-print-current-symbol-info t)
+  (mapconcat (lambda (buffer) (if (string-search "*eldoc" (buffer-name buffer))
+                                  (with-current-buffer buffer (buffer-string))
+                                ""))
+             (buffer-list)))
+
+(defun completions-behind (text)
+  "What may be written behind TEXT."
+  (goto-char (point-min))
+  (search-forward text)
+  (pcase-let ((`(,start ,end ,table . ,_) (run-hook-with-args-until-success 'completion-at-point-functions)))
+    (all-completions (buffer-substring start end) table)))
+
+(defun lit ()
+  "The words that are lit, with their lines."
+  (sort (cl-loop for overlay in (overlays-in (point-min) (point-max))
+                 when (eq (overlay-get overlay 'face) 'improv-playing)
+                 collect (cons (line-number-at-pos (overlay-start overlay))
+                               (buffer-substring (overlay-start overlay) (overlay-end overlay))))))
+
+(defun left-behind ()
+  "What reminds of a dance: overlays in this buffer, and timers."
+  (append (cl-remove-if-not (lambda (overlay) (overlay-get overlay 'improv-playing))
+                            (overlays-in (point-min) (point-max)))
+          (cl-remove-if-not (lambda (timer) (eq (timer--function timer) #'improv-playing--show)) timer-list)))
+
+(defun mode-line ()
+  "What the mode line says of what plays; in batch, Emacs itself makes none."
+  (or (pcase mode-line-process (`(:eval ,form) (eval form t))) ""))
+
+(defun beat ()
+  "The beat in the mode line, if that says what is to be said of a dance without end."
+  (and (string-match " ▶ \\([0-9]+\\)/∞ 120 bpm, simulator\\'" (mode-line))
+       (string-to-number (match-string 1 (mode-line)))))
+
+(defun robot (does)
+  "Wait until a robot of the simulator DOES it: moves or stands."
+  (with-temp-buffer
+    (setq default-directory (file-name-as-directory (getenv "IMPROV_ROOT")))
+    (check (eq 0 (call-process (getenv "IMPROV_PYTHON") nil t nil "-m" "tests.editors.robot" init-page does))
+           does (buffer-string))
+    (princ (format "robot %s\n" does))))
+
+;;; steps.el ends here

@@ -1,0 +1,161 @@
+"""A real Emacs with the package: what a person sees, the robot that moves, and nothing left after the end."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from tests.editors.editors import LIMIT, ROOT, find, nothing_left
+from tests.editors.terminal import PATIENCE, Terminal
+
+PACKAGE = ROOT / "editors" / "emacs"
+SCRIPTS = Path(__file__).parent / "emacs"
+PROGRAM = "beat 120\n\nturtle1 $ repeat (forward lft)\n"
+INDENTED = """\
+beat 60
+star = ( # five
+  [
+    forward || slow 2 (
+      left right
+    )
+  ]
+  repeat 2 (left
+    right) rest
+) || halfleft
+left_open = (forward
+  [left
+r1 r2 $ (star
+  || [up
+    up # a = (
+    up
+  ]
+)
+"""
+LINT = """
+(setq native-comp-enable-subr-trampolines nil byte-compile-warnings t
+      byte-compile-dest-file-function (lambda (file) (expand-file-name (concat (file-name-base file) ".elc"))))
+(require 'checkdoc)
+(dolist (file command-line-args-left)
+  (unless (byte-compile-file file) (kill-emacs 1))
+  (checkdoc-file file))
+(kill-emacs 0)
+"""
+
+
+@pytest.fixture
+def emacs() -> str:
+    return find("EMACS", "emacs/usr/bin/emacs")
+
+
+@pytest.mark.timeout(LIMIT + 60)
+def test_session(emacs: str, tmp_path: Path) -> None:
+    with nothing_left() as env:
+        run(command(emacs, "session.el"), tmp_path, surroundings(env, tmp_path, PROGRAM))
+
+
+@pytest.mark.timeout(LIMIT)
+def test_keys_and_the_screen(emacs: str, tmp_path: Path) -> None:
+    program = PROGRAM.replace("120", "30").replace("lft", "left")
+    with nothing_left() as env:
+        environment = surroundings(env, tmp_path, program)
+        line = [emacs, "-Q", "-nw", "-l", str(SCRIPTS / "init.el"), environment["IMPROV_PROGRAM"]]
+        with Terminal(tmp_path / "tmux", line, environment) as terminal:
+            terminal.see("[eglot:")  # in the mode line, once the server is at work
+            plain = terminal.background("left")
+
+            def wait_until_lit(word: str) -> None:
+                end = time.monotonic() + PATIENCE
+                while terminal.background(word) == plain:
+                    assert time.monotonic() < end, terminal.screen()
+                    time.sleep(0.05)
+
+            terminal.type("C-c", "C-c")
+            terminal.see("▶ turtle1 ∞, endless at beat 30, simulator")
+            for beat, word in ((3, "forward"), (4, "left")):
+                terminal.see(f"(Improv ▶ {beat}/∞ 30 bpm, simulator")
+                wait_until_lit(word)
+            terminal.type("C-c", "C-k")
+            terminal.see("(Improv ■ stopped")
+            assert terminal.background("forward") == terminal.background("left") == plain
+            terminal.type("M-<", "C-o", "C-c", "C-b")  # an edit, so that words are where they were not
+            wait_until_lit("forward")
+            terminal.type("C-c", "C-p")
+            terminal.see("(Improv ‖")
+            terminal.type("C-x", "C-c")
+            terminal.see("Save file")
+            terminal.type("n")
+            terminal.see("exit anyway?")
+            terminal.type("yes", "Enter")
+
+
+@pytest.mark.timeout(LIMIT)
+def test_a_killed_emacs_leaves_nothing_that_moves(emacs: str, tmp_path: Path) -> None:
+    with nothing_left() as env:
+        environment = surroundings(env, tmp_path, PROGRAM.replace("lft", "left"))
+        line = command(emacs, "playing.el")
+        with subprocess.Popen(line, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True) as editor:
+            try:
+                assert editor.stdout
+                page = next(said.split()[1] for said in editor.stdout if said.startswith("page: "))
+                subprocess.run([sys.executable, "-m", "tests.editors.robot", page, "moves"], cwd=ROOT, check=True)
+            finally:
+                editor.kill()
+
+
+def test_indents_what_stands_in_brackets(emacs: str, tmp_path: Path) -> None:
+    flat = "".join(line.lstrip() + "\n" for line in INDENTED.splitlines())
+    done = run(command(emacs, "indent.el"), tmp_path, surroundings(os.environ, tmp_path, PROGRAM), flat)
+    assert done.stdout == INDENTED, done.stderr
+
+
+def test_is_installed_as_its_page_says(emacs: str, tmp_path: Path) -> None:
+    environment = surroundings(os.environ, tmp_path, PROGRAM)
+    install = f'(package-install-file "{PACKAGE}/")'
+    batch = [emacs, "--batch", "--eval", "(setq native-comp-enable-subr-trampolines nil)"]
+    run([*batch, "-f", "package-initialize", "--eval", install], tmp_path, environment)
+    tell = "(princ (list major-mode (fboundp 'improv-hush)))"
+    done = run(
+        [*batch, "-f", "package-initialize", environment["IMPROV_PROGRAM"], "--eval", tell], tmp_path, environment
+    )
+    assert done.stdout == "(improv-mode t)"
+
+
+def test_compiles_without_warnings_and_reads_as_emacs_packages_do(emacs: str, tmp_path: Path) -> None:
+    files = sorted(map(str, PACKAGE.glob("*.el")))
+    script = tmp_path / "lint.el"
+    script.write_text(LINT)
+    done = run([emacs, "-Q", "--batch", "-L", str(PACKAGE), "-l", str(script), *files], tmp_path, os.environ)
+    assert done.stderr == ""
+    assert len(list(tmp_path.glob("*.elc"))) == len(files)
+
+
+def command(emacs: str, script: str) -> list[str]:
+    return [emacs, "-Q", "--batch", "-l", str(SCRIPTS / "init.el"), "-l", str(SCRIPTS / script)]
+
+
+def run(line: list[str], folder: Path, env: Mapping[str, str], text: str = "") -> subprocess.CompletedProcess[str]:
+    """Run an Emacs in batch to its end, which must be a good one."""
+    done = subprocess.run(line, cwd=folder, env=env, input=text, capture_output=True, text=True, timeout=LIMIT)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
+
+
+def surroundings(env: Mapping[str, str], folder: Path, program: str) -> dict[str, str]:
+    """The environment of an Emacs that opens a program in a folder of its own."""
+    path = folder / "dance.improv"
+    path.write_text(program)
+    return {
+        **env,
+        "HOME": str(folder),
+        "IMPROV_ROOT": str(ROOT),
+        "IMPROV_PACKAGE": str(PACKAGE),
+        "IMPROV_PROGRAM": str(path),
+        "IMPROV_PYTHON": sys.executable,
+        "LANG": "C.UTF-8",
+    }

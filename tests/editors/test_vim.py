@@ -1,0 +1,71 @@
+"""A real Vim with ALE, set up as its page says: what a person sees, the robot that moves, nothing left."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import sys
+import time
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+
+from tests.editors import robot
+from tests.editors.editors import LIMIT, ROOT, nothing_left
+from tests.editors.terminal import PATIENCE, Terminal
+from tests.needs import lacking, need
+
+FOLDER = ROOT / "editors" / "vim"
+ALE = Path("/usr/share/vim-ale")
+
+
+@pytest.mark.timeout(LIMIT)
+def test_session(tmp_path: Path) -> None:
+    vim = need("vim")
+    if not ALE.is_dir():
+        lacking("vim-ale is not installed")
+    (blocks,) = re.findall(r"```vim\n(.*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "vimrc").write_text(
+        f"set nocompatible runtimepath^={ALE}\n"
+        + dedent(blocks).replace("/path/to/improv/editors/vim", str(FOLDER))
+        + f"let g:ale_improv_executable = '{tmp_path}/server'\n"
+        + "let g:ale_improv_config = {'improv': {'backend': 'sim'}}\n"
+    )
+    page = tmp_path / "page"  # all that the person's browser does is to note the address
+    (tmp_path / "server").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m improv_ls\n')
+    (tmp_path / "browser").write_text(f'#!/bin/sh\necho "$1" >"{page}.new" && mv "{page}.new" "{page}"\n')
+    for program in ("server", "browser"):
+        (tmp_path / program).chmod(0o755)
+    (tmp_path / "dance.improv").write_text("beat 120\n\nturtle1 $ repeat (forward lft)\n")
+    command = [vim, "-u", str(tmp_path / "vimrc"), "-i", "NONE", "-n", str(tmp_path / "dance.improv")]
+    with nothing_left() as env:
+        env |= {"LANG": "C.UTF-8", "DISPLAY": ":none", "BROWSER": f"{tmp_path}/browser"}
+        with Terminal(tmp_path / "tmux", command, env) as terminal:
+            terminal.see("`lft` is not known: did you mean `left`?")
+            terminal.type(
+                "/repeat", "Enter", ":call setline(2, '# ' .. synIDattr(synID(3, col('.'), 1), 'name'))", "Enter"
+            )
+            terminal.see("# improvTransformer")
+            terminal.type("/forward", "Enter", ":ALEHover", "Enter")
+            terminal.see("1 beat, 0.50 s at beat 120")
+            terminal.type(":pclose", "Enter", ":%s/lft/hal/", "Enter")
+            terminal.see("`hal` is not known")
+            terminal.type("/hal/e", "Enter", "a", "C-x", "C-o")
+            terminal.see("halfleft")
+            terminal.type("C-n", "Escape", ":w", "Enter")
+            url = _written(page)
+            asyncio.run(robot.moves(url))
+            terminal.type(":ImprovHush", "Enter")
+            asyncio.run(robot.stands(url))
+            terminal.type(":ImprovPlay", "Enter")
+            asyncio.run(robot.moves(url))
+            terminal.type(":quit!", "Enter")
+
+
+def _written(file: Path) -> str:
+    end = time.monotonic() + PATIENCE
+    while not file.exists():
+        assert time.monotonic() < end, f"nothing has written {file}"
+        time.sleep(0.05)
+    return file.read_text().strip()

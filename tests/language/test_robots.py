@@ -121,10 +121,10 @@ def test_what_is_wrong_in_a_world_is_not_there() -> None:
                    ^ robots: write this in metres, from 0.001 to 1000
         walls = [[0, 0, 1], [0, 0, 1, 1]]
                  ^^^^^^^^^ robots: write 4 numbers in metres, such as [0, 0, 2, 0]: from x, y to x, y
-        circles = [{ x = 1 }, 3, { radius = 0.3, colour = 1 }]
+        circles = [{ x = 1 }, 3, { radius = 0.3, tint = 1 }]
                    ^^^^^^^^^ robots: add `radius`, in metres
                               ^ robots: write it in metres: `{ x = 1, y = 0, radius = 0.3 }`
-                                                 ^^^^^^ robots: `colour` is not known here: write one of `x`, `y`, `radius`
+                                                 ^^^^ robots: `tint` is not known here: write one of `x`, `y`, `radius`
         boxes = { width = 1, height = "2" }
                 ^^^^^^^^^^^^^^^^^^^^^^^^^^^ robots: write `boxes` as a list, in `[` and `]`
         lake = 1

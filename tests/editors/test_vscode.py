@@ -1,94 +1,204 @@
-"""A real VS Code, from the npm package code-server, in Chromium: what a person sees, and the robot that moves."""
+"""A real VS Code: what a person sees, and the robot that moves."""
 
 from __future__ import annotations
 
-import json
+import os
 import re
-import socket
+import signal
 import subprocess
 import sys
-import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
-from urllib.request import urlopen
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
-from playwright.sync_api import Locator, Page, expect, sync_playwright
+from playwright.sync_api import Frame, Locator, Page, expect
 
-from tests.editors.editors import LIMIT, ROOT, find, nothing_left, started_from
-from tests.needs import need
+from tests.editors.editors import LIMIT, ROOT, nothing_left, started_from
+from tests.editors.vscode.workbench import PATIENCE, framed_page, keep_picture, run_command, word, workbench
 
-FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
-FLAGS += ["--disable-background-networking", "--disable-component-update", "--disable-sync"]
 PROGRAM = "beat 120\n\nturtle1 $ repeat (forward lft)\n"
-PATIENCE = 60.0
-"""Seconds that anything on the screen may take to come."""
+SERVER = str(Path(sys.executable).with_name("improv-ls"))
+IS_LIT = """text => {
+  const boxes = selector => [...document.querySelectorAll(selector)].map(
+    each => [each.textContent.trim(), each.getBoundingClientRect()])
+  const near = (a, b) => Math.abs(a.left - b.left) < 2 && Math.abs(a.right - b.right) < 2 && Math.abs(a.top - b.top) < 9
+  const lit = boxes(".view-overlays [class*=TextEditorDecorationType]")
+  const words = boxes(".view-line span:not(:has(span))")
+  return words.some(([word, its]) => word === text && lit.some(([, light]) => near(light, its)))
+}"""
+"""Whether a word of the program is lit, and nothing beside it."""
 
 
 @pytest.mark.timeout(2 * LIMIT)
 def test_session(tmp_path: Path) -> None:
-    code_server = find("CODE_SERVER", "code-server/node_modules/code-server/out/node/entry.js")
-    work, user = tmp_path / "work", tmp_path / "user"
-    work.mkdir()
-    (work / "dance.improv").write_text(PROGRAM)
-    (user / "User").mkdir(parents=True)
-    settings = {"improv.server.path": str(Path(sys.executable).with_name("improv-ls")), "improv.backend": "sim"}
-    (user / "User" / "settings.json").write_text(json.dumps(settings))
-    with nothing_left() as env, _vscode(code_server, tmp_path, work, env) as address, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=need("chromium"), args=FLAGS)
-        page = browser.new_page()
-        page.set_default_timeout(PATIENCE * 1000)
-        expect.set_options(timeout=PATIENCE * 1000)
-        page.add_init_script("window.opened = []; window.open = address => { opened.push(address); return window }")
-        page.goto(f"{address}/?folder={work}")
-        _session(page, env)
-        browser.close()
+    settings = {"improv.server.path": SERVER, "improv.backend": "sim"}
+    with nothing_left() as env, workbench(tmp_path, PROGRAM, settings, env) as page:
+        _nothing_moves_in_a_workspace_that_is_not_trusted(page, env)
+        _words_are_checked_and_explained(page)
+        _a_save_plays(page)
+        robots = _robots(_frame(page))
+        _the_words_that_play_are_lit(page)
+        _a_wrong_save_changes_nothing(page, robots)
+        _keys_stop_the_robots(page, robots)
+        _a_new_server_plays(page)
+        _kill_the_editor(env)
 
 
-def _session(page: Page, env: Mapping[str, str]) -> None:
-    page.get_by_role("treeitem", name="dance.improv").dblclick()
+@pytest.mark.timeout(2 * LIMIT)
+def test_installs_its_server(tmp_path: Path) -> None:
+    with nothing_left() as env:
+        folders = [each for each in env["PATH"].split(os.pathsep) if not (Path(each) / "improv-ls").exists()]
+        with workbench(tmp_path, PROGRAM, {"improv.backend": "sim"}, {**env, "PATH": os.pathsep.join(folders)}) as page:
+            _toast(page, "Improv needs its language server").get_by_role("button", name="Install it…").click()
+            dialog = page.locator(".monaco-dialog-box")
+            expect(dialog).to_contain_text(re.compile(r"Improv 0\.\d+\.\d+, which is in this extension.*pygls.*lark"))
+            keep_picture(page, "install")
+            dialog.get_by_role("button", name="Install").click()
+            expect(page.locator(".squiggly-error")).to_have_count(1, timeout=LIMIT * 1000)
+            run_command(page, "Improv: Show versions")
+            expect(_toast(page, "improv-ls")).to_contain_text(str(tmp_path))
+
+
+def _nothing_moves_in_a_workspace_that_is_not_trusted(page: Page, env: Mapping[str, str]) -> None:
     expect(page.locator(".squiggly-error")).to_have_count(1)
+    word(page, "forward").click()
+    page.keyboard.press("Control+S")
+    page.keyboard.press("Control+Enter")
+    refusal = _toast(page, "Robots move only in a workspace that you trust")
+    assert not _stages(env)
+    refusal.get_by_role("button", name="Manage trust").click()
+    page.get_by_role("button", name="Trust", exact=True).first.click()
+    page.get_by_role("tab", name="dance.improv").click()
 
-    colors = {name: _color(_word(page, name)) for name in ("beat", "120", "turtle1", "repeat", "forward", "lft")}
+
+def _words_are_checked_and_explained(page: Page) -> None:
+    colors = {name: _color(word(page, name)) for name in ("beat", "120", "turtle1", "repeat", "forward", "lft")}
     assert len(set(colors.values())) == len(colors), colors
 
-    _word(page, "forward").hover()
-    expect(page.locator(".monaco-hover:visible")).to_contain_text("1 beat, 0.50 s at beat 120")
+    hover = _explained(page, "forward")
+    expect(hover).to_contain_text("1 beat, 0.50 s at beat 120")
+    picture = hover.locator("img[src^='data:image/svg']")
+    page.wait_for_function("picture => picture.naturalWidth > 100", arg=picture.element_handle())
+    keep_picture(page, "hover")
     page.keyboard.press("Escape")
 
-    _word(page, "lft").dblclick()
-    page.keyboard.type("left")
+    word(page, "lft").dblclick()
+    page.keyboard.type("le")
+    page.keyboard.press("Control+Space")
+    offered = page.locator(".suggest-widget .monaco-list-row", has_text="left").first
+    expect(offered).to_be_visible()
+    keep_picture(page, "completion")
+    offered.click()
+    expect(word(page, "left")).to_be_visible()
     expect(page.locator(".squiggly-error")).to_have_count(0)
+
+
+def _a_save_plays(page: Page) -> None:
     page.keyboard.press("Control+S")
-    toast = page.locator(".notification-toast")
-    expect(toast).to_contain_text("▶ turtle1 ∞, endless at beat 120, simulator")
-    expect(page.locator(".statusbar")).to_contain_text(re.compile(r"beat \d+/∞"))
-
-    # code-server sends the browser to a proxy, and drops the token on the way.
-    page.wait_for_function("opened.length > 0")
-    port = re.findall(r"proxy/(\d+)", page.evaluate("opened[0]"))[0]
-    token = next(its["IMPROV_PAGE_TOKEN"] for its in started_from(env).values() if "IMPROV_PAGE_TOKEN" in its)
-    url = f"http://127.0.0.1:{port}/?token={token}"
-    _robot(url, "moves")
-    _run_command(page, "Improv: Stop the robots")
-    _robot(url, "stands")
-    _run_command(page, "Improv: Play")
-    _robot(url, "moves")
+    expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞ · ♩ 120 · simulator"))
+    expect(framed_page(page).get_by_role("button", name="Stop")).to_be_visible()
+    drawn = _frame(page).evaluate("document.querySelector('#stage').toDataURL()")
+    _frame(page).wait_for_function("drawn => document.querySelector('#stage').toDataURL() !== drawn", arg=drawn)
+    expect(page.locator(".notification-toast")).to_have_count(0)
+    run_command(page, "Preferences: Toggle between Light/Dark Themes")
+    _frame(page).wait_for_function("() => matchMedia('(prefers-color-scheme: dark)').matches")
 
 
-def _word(page: Page, text: str) -> Locator:
-    return page.locator(".view-line span:not(:has(span))").get_by_text(re.compile(rf"^\s*{text}\s*$"))
+def _the_words_that_play_are_lit(page: Page) -> None:
+    for name in ("forward", "left", "forward"):
+        page.wait_for_function(IS_LIT, arg=name)
+    keep_picture(page, "playing")
+    word(page, "beat").click()
+    page.keyboard.press("Home")
+    page.keyboard.press("Enter")
+    page.keyboard.press("ArrowUp")
+    page.keyboard.type("# A line above moves them.")
+    for name in ("forward", "left", "forward"):
+        page.wait_for_function(IS_LIT, arg=name)
 
 
-def _color(word: Locator) -> str:
-    return str(word.evaluate("element => getComputedStyle(element).color"))
+def _a_wrong_save_changes_nothing(page: Page, robots: str) -> None:
+    word(page, "left").dblclick()
+    page.keyboard.type("lft")
+    expect(page.locator(".squiggly-error")).to_have_count(1)
+    page.keyboard.press("Control+S")
+    expect(_status(page)).to_have_text(re.compile(r"line 4: `lft` is not known.*beat \d+/∞$"))
+    keep_picture(page, "wrong-save")
+    _robot(robots, "moves")
+    page.wait_for_function(IS_LIT, arg="forward")
+    word(page, "lft").dblclick()
+    page.keyboard.type("left")
+    expect(_status(page)).to_have_text(re.compile(r"^ ?beat \d+/∞"))
+    page.keyboard.press("Control+S")
 
 
-def _run_command(page: Page, title: str) -> None:
-    page.keyboard.press("F1")
-    page.keyboard.type(title)
-    page.locator(".quick-input-list .monaco-list-row", has_text=title.split(": ")[1]).first.click()
+def _keys_stop_the_robots(page: Page, robots: str) -> None:
+    page.wait_for_function(IS_LIT, arg="left")
+    page.keyboard.press("Control+.")
+    expect(_status(page)).to_have_text("stopped · simulator")
+    keep_picture(page, "stopped")
+    _robot(robots, "stands")
+    expect(page.locator(".view-overlays [class*=TextEditorDecorationType]")).to_have_count(0)
+    page.keyboard.press("Control+Enter")
+    expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
+    expect(_status(page)).to_have_text("stopped · simulator")
+
+
+def _a_new_server_plays(page: Page) -> None:
+    run_command(page, "Improv: Restart the language server")
+    expect(_status(page)).to_have_text("Improv")
+    with page.expect_event("framenavigated", lambda frame: "token=" in frame.url) as frame:
+        page.get_by_text("▶ play").click()
+    expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
+    _robot(_robots(frame.value), "moves")
+    expect(_explained(page, "forward")).to_contain_text("1 beat")
+
+
+def _kill_the_editor(env: Mapping[str, str]) -> None:
+    """The whole of it at once, with no time to say anything; the stage stops its robots before it ends."""
+    assert _stages(env)
+    for pid in started_from(env):
+        with suppress(OSError):
+            if Path(f"/proc/{pid}/exe").readlink().name == "node":
+                os.kill(pid, signal.SIGKILL)
+
+
+def _explained(page: Page, name: str) -> Locator:
+    """What is shown with the mouse over a word. Lines may still move from under it, as what is above them comes."""
+    hover = page.locator(".monaco-hover:visible", has_text=f"{name}: ")
+    for _ in range(10):
+        page.mouse.move(0, 0)
+        word(page, name).hover()
+        with suppress(AssertionError):
+            expect(hover).to_be_visible(timeout=PATIENCE * 100)
+            break
+    return hover
+
+
+def _status(page: Page) -> Locator:
+    return page.locator(".statusbar-item[id$='improv.status']")
+
+
+def _toast(page: Page, text: str) -> Locator:
+    return page.locator(".notification-toast", has_text=text)
+
+
+def _color(its: Locator) -> str:
+    return str(its.evaluate("element => getComputedStyle(element).color"))
+
+
+def _frame(page: Page) -> Frame:
+    return next(frame for frame in page.frames if "token=" in frame.url)
+
+
+def _robots(frame: Frame) -> str:
+    """The page's own address: the frame has it from code-server's proxy."""
+    shown = urlsplit(frame.url)
+    return f"http://127.0.0.1:{shown.path.split('/')[2]}/?token={parse_qs(shown.query)['token'][0]}"
 
 
 def _robot(url: str, does: str) -> None:
@@ -96,29 +206,5 @@ def _robot(url: str, does: str) -> None:
     subprocess.run([sys.executable, "-m", "tests.editors.robot", url, does], cwd=ROOT, check=True)
 
 
-@contextmanager
-def _vscode(code_server: str, folder: Path, work: Path, env: Mapping[str, str]) -> Iterator[str]:
-    """code-server with our extension; its address."""
-    package = [need("npm"), "run", "package", "--", "--out", str(folder / "improv.vsix")]
-    subprocess.run(package, cwd=ROOT / "editors" / "vscode", check=True, capture_output=True)
-    (folder / "config.yaml").touch()
-    command = [need("node"), code_server, "--config", str(folder / "config.yaml")]
-    command += ["--user-data-dir", str(folder / "user"), "--extensions-dir", str(folder / "extensions")]
-    command += ["--disable-telemetry", "--disable-update-check"]
-    subprocess.run([*command, "--install-extension", str(folder / "improv.vsix")], check=True, capture_output=True)
-
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        address = f"127.0.0.1:{free.getsockname()[1]}"
-    command += ["--bind-addr", address, "--auth", "none", "--disable-workspace-trust"]
-    with (folder / "log").open("wb") as log:
-        server = subprocess.Popen([*command, str(work)], env=env, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
-    try:
-        end = time.monotonic() + PATIENCE
-        while time.monotonic() < end:
-            with suppress(OSError), urlopen(f"http://{address}/healthz"):
-                break
-            time.sleep(0.1)
-        yield f"http://{address}"
-    finally:
-        server.terminate()
-        server.wait(PATIENCE)
+def _stages(env: Mapping[str, str]) -> list[int]:
+    return [pid for pid, its in started_from(env).items() if "IMPROV_PAGE_TOKEN" in its]

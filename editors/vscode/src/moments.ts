@@ -1,0 +1,89 @@
+// Which words play at a beat, and where they are once the text has been edited.
+
+/** Start line, start column, end line, end column. */
+export type Place = readonly [number, number, number, number];
+
+/** What the server tells once for each save that plays; places that an edit has touched are null. */
+export interface Evaluated {
+  uri: string;
+  version: number;
+  generation: number;
+  ranges: readonly (Place | null)[];
+  robots: Record<string, Stretch>;
+}
+
+/** First beat, last beat, and the indices of the places that play; sorted, without overlaps. */
+export type Moment = readonly [number, number, readonly number[]];
+
+interface Stretch {
+  moments: readonly Moment[];
+  until: number | null; // the beat that the moments reach; null: the end
+}
+
+export interface Change {
+  range: { start: { line: number; character: number }; end: { line: number; character: number } };
+  text: string;
+}
+
+/** What plays at a beat, and the next beat at which something else does. */
+export function playing(
+  evaluated: Evaluated,
+  beat: number,
+  isSilent: (robot: string) => boolean,
+): { places: Place[]; next: number } {
+  const indices = new Set<number>();
+  let next = Infinity;
+  for (const [robot, { moments }] of Object.entries(evaluated.robots)) {
+    const after = firstAfter(moments, beat);
+    const current = moments[after - 1];
+    const plays = current !== undefined && beat < current[1];
+    if (plays && !isSilent(robot)) current[2].forEach((index) => indices.add(index));
+    next = Math.min(next, plays ? current[1] : (moments[after]?.[0] ?? Infinity));
+  }
+  const places = [...indices].map((index) => evaluated.ranges[index]).filter((place) => place !== null);
+  return { places: places as Place[], next };
+}
+
+/** Whether the moments say what plays at a beat, as far as that can be known. */
+export function reaches({ robots }: Evaluated, beat: number): boolean {
+  return Object.values(robots).every(({ moments, until }) => {
+    const first = moments[0];
+    return (first === undefined || first[0] <= beat) && (until === null || beat < until);
+  });
+}
+
+/** Where the places are after an edit; one that it touches is none any more. */
+export function edited(ranges: readonly (Place | null)[], change: Change): (Place | null)[] {
+  return ranges.map((place) => place && moved(place, change));
+}
+
+function moved(place: Place, { range: { start, end }, text }: Change): Place | null {
+  const [line, column, lastLine, lastColumn] = place;
+  if (isBefore(lastLine, lastColumn, start)) return place;
+  if (lastLine === start.line && lastColumn === start.character) return /^[\p{L}\p{N}_]/u.test(text) ? null : place;
+  const touches = line === end.line && column === end.character;
+  if (!touches && !isBefore(end.line, end.character, { line, character: column })) return null;
+  if (touches && /[\p{L}\p{N}_]$/u.test(text)) return null;
+
+  const lines = text.split(/\r\n|\r|\n/);
+  const down = lines.length - 1 - (end.line - start.line);
+  const right = (lines.at(-1) ?? "").length + (lines.length === 1 ? start.character : 0) - end.character;
+  const shift = (its: number): number => (its === end.line ? right : 0);
+  return [line + down, column + shift(line), lastLine + down, lastColumn + shift(lastLine)];
+}
+
+function isBefore(line: number, column: number, other: { line: number; character: number }): boolean {
+  return line < other.line || (line === other.line && column < other.character);
+}
+
+/** The index of the first moment that begins after a beat. */
+function firstAfter(moments: readonly Moment[], beat: number): number {
+  let low = 0;
+  let high = moments.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if ((moments[middle] as Moment)[0] <= beat) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}

@@ -1,0 +1,66 @@
+// Finds the language server. Nothing that an untrusted workspace brings along is ever run.
+
+import { existsSync } from "node:fs";
+import { delimiter, dirname, isAbsolute, join, sep } from "node:path";
+import { Disposable, ExtensionContext, extensions, Uri, workspace } from "vscode";
+
+const WINDOWS = process.platform === "win32";
+
+/** The server's path: the setting's, or the first that there is; undefined if there is none. */
+export async function findServer(context: ExtensionContext): Promise<string | undefined> {
+  const set = workspace.getConfiguration("improv").get<string>("server.path");
+  if (set) return isAbsolute(set) ? set : onPath(set)[0];
+  const name = WINDOWS ? "improv-ls.exe" : "improv-ls";
+  const python = await selectedPython();
+  const beside = python ? [join(dirname(python), name)] : [];
+  return [...onPath("improv-ls"), ...beside, ownServer(context)].find(isThere);
+}
+
+/** Where the server is, or would be, in the extension's own environment: one for each version of the extension. */
+export function ownServer(context: ExtensionContext): string {
+  return join(ownEnvironment(context), WINDOWS ? "Scripts\\improv-ls.exe" : "bin/improv-ls");
+}
+
+export function ownEnvironment(context: ExtensionContext): string {
+  const { version } = context.extension.packageJSON as { version: string };
+  return join(context.globalStorageUri.fsPath, `server-${version}`);
+}
+
+/** The programs of a name on the PATH. */
+export function onPath(name: string): string[] {
+  const file = WINDOWS && !name.endsWith(".exe") ? `${name}.exe` : name;
+  const folders = (process.env["PATH"] ?? "").split(delimiter).filter(isAbsolute); // others are the workspace's
+  return folders.map((folder) => join(folder, file)).filter(isThere);
+}
+
+/** The Python of the environment that is selected in the Python extension, if that is installed. */
+export async function selectedPython(): Promise<string | undefined> {
+  const environments = await pythonEnvironments();
+  const folder = workspace.workspaceFolders?.[0]?.uri;
+  const path = environments?.getActiveEnvironmentPath(folder);
+  const python = path && (await environments?.resolveEnvironment(path))?.executable.uri?.fsPath;
+  return python && isThere(python) ? python : undefined;
+}
+
+/** Calls back when another environment is selected in the Python extension. */
+export async function onSelectedPython(callback: () => void): Promise<Disposable | undefined> {
+  return (await pythonEnvironments())?.onDidChangeActiveEnvironmentPath(callback);
+}
+
+/** What we use of the Python extension's public API. */
+interface Environments {
+  getActiveEnvironmentPath(resource?: Uri): { path: string };
+  resolveEnvironment(path: { path: string }): Promise<{ executable: { uri?: Uri } } | undefined>;
+  onDidChangeActiveEnvironmentPath(callback: () => void): Disposable;
+}
+
+async function pythonEnvironments(): Promise<Environments | undefined> {
+  const python = extensions.getExtension<{ environments?: Environments }>("ms-python.python");
+  return python && (await python.activate()).environments;
+}
+
+/** Whether there is such a file, and it may be run. */
+function isThere(path: string): boolean {
+  const folders = workspace.isTrusted ? [] : (workspace.workspaceFolders ?? []);
+  return existsSync(path) && !folders.some(({ uri }) => path.startsWith(uri.fsPath + sep));
+}

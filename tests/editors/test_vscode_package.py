@@ -1,0 +1,71 @@
+"""What is in VS Code's extension, and the parts of it that need no window."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import zipfile
+from pathlib import Path
+
+from improv_core import __version__
+from improv_ls.server import create_server
+from tests.editors.editors import ROOT
+from tests.editors.vscode.workbench import packaged
+from tests.needs import need
+
+FOLDER = ROOT / "editors" / "vscode"
+LARGEST = 1_000_000
+"""Bytes of the .vsix."""
+CONTENTS = {
+    "LICENSE.txt",
+    "dist/extension.js",
+    "icons/dark.svg",
+    "icons/improv.png",
+    "icons/light.svg",
+    "language-configuration.json",
+    "package.json",
+    "readme.md",
+    "snippets/improv.json",
+    "syntaxes/improv.tmLanguage.json",
+    "walkthrough/change.svg",
+    "walkthrough/play.svg",
+    "walkthrough/stop.svg",
+    "walkthrough/write.svg",
+    f"wheel/improv-{__version__}-py3-none-any.whl",
+}
+
+
+def test_the_package_is_small_and_has_what_is_needed() -> None:
+    package = packaged()
+    assert package.stat().st_size < LARGEST
+    names = set(zipfile.ZipFile(package).namelist())
+    assert {name.removeprefix("extension/") for name in names if name.startswith("extension/")} == CONTENTS
+
+
+def test_the_version_is_improvs() -> None:
+    assert f'"version": "{__version__}"' in (FOLDER / "package.json").read_text(encoding="utf-8")
+
+
+def test_commands_are_the_extensions_or_the_servers_and_never_both() -> None:
+    servers = set(create_server().protocol.fm.commands)
+    own = set(re.findall(r'register\("([\w.]+)"', (FOLDER / "src" / "extension.ts").read_text(encoding="utf-8")))
+    contributes = json.loads((FOLDER / "package.json").read_text(encoding="utf-8"))["contributes"]
+    assert own
+    assert not servers & own
+    assert {each["command"] for each in contributes["commands"] + contributes["keybindings"]} <= servers | own
+
+
+def test_the_lock_file_names_no_place_to_get_packages_from() -> None:
+    assert '"resolved"' not in (FOLDER / "package-lock.json").read_text(encoding="utf-8")
+
+
+def test_words_that_play_move_with_the_text(tmp_path: Path) -> None:
+    packaged()  # brings esbuild, if it is not there
+    bundle = ["node_modules/.bin/esbuild", "src/moments.ts", f"--outfile={tmp_path / 'moments.mjs'}", "--format=esm"]
+    subprocess.run(bundle, cwd=FOLDER, check=True, capture_output=True)
+    test = tmp_path / "moments.test.mjs"
+    test.write_text((Path(__file__).parent / "vscode" / test.name).read_text(encoding="utf-8"), encoding="utf-8")
+    ran = subprocess.run([need("node"), "--test", str(test)], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stdout
+    assert "# pass 5" in ran.stdout

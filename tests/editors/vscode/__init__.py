@@ -1,0 +1,1 @@
+"""VS Code's part of the tests of editors."""

@@ -1,0 +1,118 @@
+"""Film a session in VS Code: `python -m tests.editors.vscode.film docs/images/vscode.webp`.
+
+Needs code-server (`tests/editors/fetch.sh code-server`), Chromium, and `pip install pillow`.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from io import BytesIO
+from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from PIL import Image
+from playwright.sync_api import Page, expect
+
+from tests.editors.editors import nothing_left
+from tests.editors.vscode.workbench import framed_page, run_command, word, workbench
+
+SIZE = {"width": 1120, "height": 640}
+KEY = 0.05
+"""Seconds between two keys, at least."""
+FRAME = 0.15
+"""Seconds between two looks at the window, at least."""
+QUALITY = 55
+SERVER = str(Path(sys.executable).with_name("improv-ls"))
+SETTINGS = {"improv.server.path": SERVER, "improv.backend": "sim", "improv.codeLens": False}
+PROGRAM = "# Two robots, one square\nbeat 90\n\nsquare = repeat 4 (forward left)\nturtle1 $ repeat square\n"
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What the window shows at a second."""
+
+    time: float
+    picture: bytes
+
+
+def main() -> None:
+    with (
+        TemporaryDirectory() as folder,
+        nothing_left() as env,
+        workbench(Path(folder), PROGRAM, SETTINGS, env) as page,
+    ):
+        _prepare(page)
+        looks = list(_session(page))
+    _save(looks, Path(sys.argv[1]))
+
+
+def _prepare(page: Page) -> None:
+    page.set_viewport_size(SIZE)  # type: ignore[arg-type]
+    run_command(page, "Workspaces: Manage Workspace Trust")
+    page.get_by_role("button", name="Trust", exact=True).first.click()
+    run_command(page, "View: Close Editor")
+    run_command(page, "View: Toggle Primary Side Bar Visibility")
+    run_command(page, "View: Toggle Minimap")
+    expect(word(page, "square").first).to_be_visible()
+    page.keyboard.press("Control+End")
+    time.sleep(2)  # until nothing moves by itself any more
+
+
+def _session(page: Page) -> Iterator[Look]:
+    yield from _look(page, 0.5)
+    yield from _type(page, "turtle2 $ repeat retrograde square")
+    page.keyboard.press("Escape")
+    page.keyboard.press("Control+S")
+    with suppress(AssertionError):
+        expect(framed_page(page).get_by_role("button", name="Stop")).to_be_visible(timeout=8000)
+    yield from _look(page, 7)
+    word(page, "forward").first.hover()
+    yield from _look(page, 3)
+    page.mouse.move(0, 0)
+    word(page, "left").first.dblclick()
+    yield from _type(page, "lft")
+    page.keyboard.press("Escape")
+    page.keyboard.press("Control+S")
+    yield from _look(page, 3)
+    word(page, "lft").first.dblclick()
+    yield from _type(page, "right")
+    page.keyboard.press("Escape")
+    page.keyboard.press("Control+S")
+    yield from _look(page, 5)
+    page.keyboard.press("Control+.")
+    expect(page.locator(".statusbar-item[id$='improv.status']")).to_have_text(re.compile("stopped"))
+    yield from _look(page, 1.5)
+
+
+def _type(page: Page, text: str) -> Iterator[Look]:
+    for letter in text:
+        page.keyboard.type(letter)
+        yield from _look(page, KEY)
+
+
+def _look(page: Page, seconds: float) -> Iterator[Look]:
+    end = time.monotonic() + seconds
+    while True:
+        began = time.monotonic()
+        yield Look(began, page.screenshot())
+        time.sleep(max(min(FRAME - (time.monotonic() - began), end - time.monotonic()), 0))
+        if time.monotonic() >= end:
+            return
+
+
+def _save(looks: list[Look], path: Path) -> None:
+    times = [look.time for look in looks] + [looks[-1].time + 2.0]
+    durations = [round((end - start) * 1000) for start, end in pairwise(times)]
+    frames = [Image.open(BytesIO(look.picture)).convert("RGB") for look in looks]
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=durations, loop=0, quality=QUALITY, method=4)
+    print(f"{path}: {len(frames)} frames, {sum(durations) / 1000:.0f} s, {path.stat().st_size // 1000} KB")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+"""A real VS Code, from the npm package code-server, in Chromium, with our extension as people get it."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from urllib.request import urlopen
+
+from playwright.sync_api import FrameLocator, Locator, Page, expect, sync_playwright
+
+from tests.editors.editors import ROOT, find
+from tests.needs import need
+
+FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
+FLAGS += ["--disable-background-networking", "--disable-component-update", "--disable-sync"]
+QUIET = {
+    "security.workspace.trust.startupPrompt": "never",
+    "security.workspace.trust.banner": "never",
+    "workbench.startupEditor": "none",
+    "workbench.tips.enabled": False,
+}
+PATIENCE = 60.0
+"""Seconds that anything on the screen may take to come."""
+
+
+@cache
+def packaged() -> Path:
+    """The extension as a .vsix, made once for all tests."""
+    folder = ROOT / "editors" / "vscode"
+    if not (folder / "node_modules").is_dir():
+        subprocess.run([need("npm"), "ci"], cwd=folder, check=True, capture_output=True)
+    env = {**os.environ, "PYTHON": sys.executable}
+    made = subprocess.run([need("npm"), "run", "package"], cwd=folder, env=env, capture_output=True, text=True)
+    assert made.returncode == 0, made.stdout + made.stderr
+    return folder / "improv.vsix"
+
+
+@contextmanager
+def workbench(folder: Path, program: str, settings: Mapping[str, object], env: Mapping[str, str]) -> Iterator[Page]:
+    """A window with `dance.improv` in a folder that is not trusted yet."""
+    work, user = folder / "work", folder / "user"
+    for scope, values in (("User", QUIET), ("Machine", settings)):  # where the server is, belongs to the machine
+        (user / scope).mkdir(parents=True)
+        (user / scope / "settings.json").write_text(json.dumps(values))
+    work.mkdir()
+    (work / "dance.improv").write_text(program)
+    with _code_server(folder, work, env) as address, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=need("chromium"), args=FLAGS)
+        page = browser.new_page(viewport={"width": 1280, "height": 800}, color_scheme="null")
+        page.set_default_timeout(PATIENCE * 1000)
+        expect.set_options(timeout=PATIENCE * 1000)
+        page.goto(f"{address}/?folder={work}")
+        page.get_by_role("treeitem", name="dance.improv").dblclick()
+        try:
+            yield page
+        except BaseException:
+            keep_picture(page, "failed")
+            raise
+        browser.close()
+
+
+def word(page: Page, text: str) -> Locator:
+    """A word of the program, as it stands on the screen."""
+    return page.locator(".view-line span:not(:has(span))").get_by_text(re.compile(rf"^\s*{text}\s*$"))
+
+
+def run_command(page: Page, title: str) -> None:
+    """Choose a command from the palette."""
+    page.keyboard.press("F1")
+    page.keyboard.type(title)
+    page.locator(".quick-input-list .monaco-list-row", has_text=title.split(": ")[1]).first.click()
+
+
+def framed_page(page: Page) -> FrameLocator:
+    """The page with the robots, in the panel beside the text."""
+    return page.frame_locator("iframe.webview.ready").frame_locator("iframe#active-frame").frame_locator("iframe")
+
+
+def keep_picture(page: Page, name: str) -> None:
+    """Keep a picture of the window, where the environment says where."""
+    if folder := os.environ.get("IMPROV_ARTIFACTS"):
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=Path(folder) / f"{name}.png")
+
+
+@contextmanager
+def _code_server(folder: Path, work: Path, env: Mapping[str, str]) -> Iterator[str]:
+    """The address of a code-server with our extension."""
+    code_server = find("CODE_SERVER", "code-server/node_modules/code-server/out/node/entry.js")
+    (folder / "config.yaml").touch()
+    command = [need("node"), code_server, "--config", str(folder / "config.yaml")]
+    command += ["--user-data-dir", str(folder / "user"), "--extensions-dir", str(folder / "extensions")]
+    command += ["--disable-telemetry", "--disable-update-check"]
+    subprocess.run([*command, "--install-extension", str(packaged())], check=True, capture_output=True)
+
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        address = f"127.0.0.1:{free.getsockname()[1]}"
+    command += ["--bind-addr", address, "--auth", "none"]
+    with (folder / "log").open("wb") as log:
+        server = subprocess.Popen([*command, str(work)], env=env, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+    try:
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            with suppress(OSError), urlopen(f"http://{address}/healthz"):
+                break
+            time.sleep(0.1)
+        yield f"http://{address}"
+    finally:
+        server.terminate()
+        server.wait(PATIENCE)

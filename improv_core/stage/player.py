@@ -104,6 +104,7 @@ class Player:
 
     def pause(self, now: float) -> None:
         """Stop every robot at once, to go on from here."""
+        self._catch_up(now)
         if self._state == "playing":
             self._from = self._beat(now)
             self._stop_all(now, "paused")
@@ -127,6 +128,7 @@ class Player:
 
     def set_speed(self, factor: float, now: float) -> None:
         """Play so many times as fast: 0.1 to 4. Kept for what is played later."""
+        self._catch_up(now)
         beat = self._beat(now)
         self._speed = Fraction(str(min(max(factor, SLOWEST), FASTEST)))
         if self._state == "playing":
@@ -136,6 +138,7 @@ class Player:
 
     def set_silent(self, muted: Collection[str], soloed: Collection[str], now: float) -> None:
         """These robots stand still while the others play; or all but the soloed ones. Kept for what is played later."""
+        self._catch_up(now)
         before = {robot for robot in self._score.parts if self._is_silent(robot)}
         self._muted, self._soloed = frozenset(muted), frozenset(soloed)
         for robot in self._score.parts if self._state == "playing" else ():
@@ -290,8 +293,13 @@ class Player:
             at = self._switch_time(swap.when, performed)
             self._next = Swap(swap.score, swap.generation, swap.when, at)
         self._look = now + LOOK_WHILE_PLAYING
-        self._tell_transport(now)
+        self._tell_transport(now, self._zero + performed)
         self.advance(now)
+
+    def _catch_up(self, now: float) -> None:
+        """Send what was due before something changes, or robots would miss it."""
+        if self._state == "playing":
+            self.advance(now)
 
     def _stop_all(self, now: float, state: str) -> None:
         performed = now - self._zero
@@ -355,7 +363,9 @@ class Player:
         poses = _as_json(self._sink.poses())
         return {"start": self._start_poses, "poses": poses} if poses else {}
 
-    def _tell_transport(self, now: float) -> None:
+    def _tell_transport(self, now: float, at: float | None = None) -> None:
+        """Tell where it is at a time by the clock, or now: the sink must be there, as poses are told too."""
+        at = now if at is None else at
         beats = self._score.beats
         self._tell(
             {
@@ -366,11 +376,12 @@ class Player:
                 "tempo": float(self._tempo),
                 "speed": float(self._speed),
                 "beats": None if beats == ENDLESS else float(beats),
-                "beat": float(self._beat(now)),
+                "beat": float(self._beat(at)),
+                "performed": at - self._zero,
                 "muted": sorted(self._muted),
                 "soloed": sorted(self._soloed),
-                "monotonic": now,
-                "wall": self._wall(),
+                "monotonic": at,
+                "wall": self._wall() - (now - at),
                 **self.whereabouts(),
             }
         )

@@ -94,6 +94,26 @@ def test_a_program_that_takes_over_goes_on_from_where_the_robots_are(page: Page,
     assert page.evaluate("improv.robots.ada.x") > 2.9
 
 
+def test_the_path_ahead_begins_exactly_where_a_program_takes_over(page: Page, show: Show) -> None:
+    show.play("beat 240\nada $ repeat forward\n")
+    watch(page, show)
+    wait(page, "improv.robots.ada.x > 3")
+    show.play("beat 120\nada $ repeat left\n", when="now")
+    wait(page, "improv.transport.generation === 2 && improv.beat > 2 && improv.moved.ada")
+    moved, robot = page.evaluate("[improv.moved.ada, improv.robots.ada]")
+    assert (moved["x"], moved["y"], moved["heading"]) == pytest.approx((robot["x"], 0, 0), abs=0.001)
+
+
+def test_a_page_that_was_held_up_leaves_the_path_ahead_where_it_is(page: Page, show: Show) -> None:
+    show.play("beat 240\nada $ repeat (forward left)\n")
+    watch(page, show)
+    for _ in range(3):
+        beat = page.evaluate("improv.beat")
+        page.evaluate("() => { const end = performance.now() + 400; while (performance.now() < end); }")
+        wait(page, f"improv.beat > {beat} + 3")
+        assert page.evaluate("improv.moved") == {}
+
+
 def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Show, artifacts: Path) -> None:
     names = [f"r{index}" for index in range(50)]
     starts = (f"[robots.{name}]\nstart = {{x={5 * (i % 10)},y={-5 * (i // 10)}}}\n" for i, name in enumerate(names))

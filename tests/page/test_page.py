@@ -30,6 +30,7 @@ def transport(generation: int, state: str, beats: float | None = 8.0, beat: floa
         "beat": beat,
         "wall": time.time(),
         "monotonic": time.monotonic(),
+        "performed": beat,
         "backend": "simulator",
     }
 
@@ -132,7 +133,7 @@ def test_poses_are_drawn_between_two_messages_and_trails_belong_to_one_program(p
           const between = motion.present(100.925)
           const after = motion.present(102)
           const before = ways()
-          motion.forgetTrails(101, 0.5)
+          motion.forgetTrails(0.5)
           const sameProgram = ways()
           motion.take({ at: 0, poses: { ada: [7, 0, 0, 0] } }, 103)
           return { between, after, before, sameProgram, restarted: ways(), now: motion.present(103).robots.ada.x }

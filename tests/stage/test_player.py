@@ -312,6 +312,37 @@ def test_speed_scales_velocities_and_times_alike() -> None:
     assert stage.sink.changes("r")[-2:] == [(0, 4, 0), (0.5, 0, 0)]
 
 
+def test_what_was_due_is_sent_before_the_speed_changes() -> None:
+    stage = Stage()
+    stage.load("r $ forward left")
+    stage.run(0.99)
+    stage.now += 0.02  # the machine was busy
+    stage.player.set_speed(2, stage.now)
+    stage.run(10)
+    half = (1 - 0.01) / 2
+    assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, QUARTER), (1.01, 0, 2 * QUARTER), (1.01 + half, 0, 0)]
+
+
+def test_what_was_due_is_sent_before_a_pause() -> None:
+    stage = Stage()
+    stage.load("r $ forward left")
+    stage.run(0.99)
+    stage.now += 0.02
+    stage.player.pause(stage.now)
+    assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, QUARTER), (1.01, 0, 0)]
+
+
+def test_a_takeover_is_told_as_of_its_own_time() -> None:
+    stage = Stage()
+    stage.load("beat 60\nr $ forward forward")
+    stage.run(0.5)
+    stage.load("r $ left left", when="beat")
+    stage.now += 0.75  # the machine was busy
+    stage.player.advance(stage.now)
+    told = stage.told[-1]
+    assert (told["beat"], told["performed"], told["monotonic"], told["wall"]) == (0, 1, 1001, -0.25)
+
+
 @pytest.mark.parametrize(("asked", "got"), [(0.0, 0.1), (0.1, 0.1), (3.7, 3.7), (100.0, 4.0)])
 def test_speed_has_limits(asked: float, got: float) -> None:
     stage = Stage()

@@ -1,12 +1,11 @@
 // How the way that a score tells lies in the world. Ideally it begins at the robots' starts; a program that takes over
 // begins where they are, and a robot that was pushed or stood still goes on from there.
 
-import { joined, shift } from "./path.js"
+import { joined, named, shift } from "./path.js"
 
 const CHECKING = 0.25 // seconds between two looks
 const SLACK = 0.1 // metres that a robot may be off
 const TURN = 0.3 // radians
-const LATE = 0.2 // seconds that what is shown may be late
 
 export class Anchor {
   #moved = new Map() // robot -> what takes its ideal pose to its own
@@ -29,14 +28,14 @@ export class Anchor {
     for (const [name, pose] of Object.entries(poses)) this.#check(name, outlook.poseAt(name, beat), pose, 0.01, 0.01)
   }
 
-  /** Looks now and then whether robots that are shown at `poses` are still on their ways; `fastest` is m/s and rad/s. */
-  look(outlook, poses, beat, fastest, now, isSilent) {
+  /** Looks now and then whether robots that are at `poses`, as messages have them, at a beat are still on their ways. */
+  look(outlook, poses, beat, now, isSilent) {
     if (now - this.#checked < CHECKING) return
     this.#checked = now
     for (const [name, pose] of Object.entries(poses)) {
       if (!outlook.at(name, beat) || isSilent(name)) continue
       const ideal = outlook.poseAt(name, beat)
-      this.#check(name, ideal, pose, SLACK + LATE * fastest.way, TURN + LATE * fastest.turn)
+      this.#check(name, ideal, named(pose), SLACK, TURN)
     }
   }
 

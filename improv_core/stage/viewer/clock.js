@@ -1,7 +1,7 @@
 // Where in the score it is: the latest transport message, moved on by the tempo. No message tells of single beats.
 
 export class Clock {
-  transport = { generation: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, muted: [], soloed: [] }
+  transport = { generation: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, muted: [], soloed: [] }
 
   /** Takes in a transport message. Whether the score was left for another place in it: by a seek, a new beginning. */
   take(message) {
@@ -20,6 +20,13 @@ export class Clock {
     const { beat, beats, wall, tempo } = this.transport
     const gone = this.playing ? ((Date.now() / 1000 - wall) * tempo) / 60 : 0
     return Math.min(Math.max(beat + gone, 0), beats ?? Infinity)
+  }
+
+  /** The position in beats at a performance time; undefined for one before the latest change, or if nothing plays. */
+  beatAt(time) {
+    const { beat, beats, performed, tempo } = this.transport
+    if (!this.playing || time < performed) return undefined
+    return Math.min(beat + ((time - performed) * tempo) / 60, beats ?? Infinity)
   }
 
   /** The number of the last beat, counted from 1; a beat that has only begun counts. */

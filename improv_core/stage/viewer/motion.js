@@ -3,7 +3,7 @@
 import { bounds } from "./camera.js"
 
 const DELAY = 0.05 // seconds the page shows behind the newest poses, to have a pose on either side of its own time
-const CLOCK_ERROR = 0.01 // seconds between the clock of the messages and that of the page's frames, at most
+const ROUNDING = 0.0001 // seconds by which the time of poses may be rounded
 const FRAMES_KEPT = 30
 const TRAIL_POINTS = 4000
 const TRAIL_STEP = 0.01 // metres between two samples of a trail
@@ -33,11 +33,10 @@ export class Motion {
     this.room = []
   }
 
-  /** Forgets the ways gone more than `age` seconds before `now`: those of an earlier program. */
-  forgetTrails(now, age) {
-    const since = now + this.#offset - age - CLOCK_ERROR
+  /** Forgets the ways gone before a performance time: those of an earlier program. */
+  forgetTrails(since) {
     for (const [name, trail] of [...this.trails]) {
-      const kept = [...trail, ...(this.#samples.get(name) ?? [])].filter(({ at }) => at >= since)
+      const kept = [...trail, ...(this.#samples.get(name) ?? [])].filter(({ at }) => at >= since - ROUNDING)
       this.#forget(name)
       if (kept.length) this.trails.set(name, [{ ...kept[0], first: true }, ...kept.slice(1)])
     }
@@ -113,6 +112,11 @@ export class Motion {
     }
     samples.push(place)
     this.#samples.set(name, samples)
+  }
+
+  /** The latest message: performance time `at` and `poses` as they came; or undefined. */
+  get newest() {
+    return this.#frames.at(-1)
   }
 
   /** Performance time and poses to show at `now`, and whether later ones will differ without a new message. */

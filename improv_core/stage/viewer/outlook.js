@@ -1,6 +1,6 @@
 // What is to come: the stretches of a score that the server has told, fetched piece by piece as time passes.
 
-import { after, along } from "./path.js"
+import { after, along, named } from "./path.js"
 
 const AHEAD = 48 // beats to know of an endless score
 const SHOWN = 24 // beats of it that the stage shows
@@ -110,18 +110,11 @@ export class Outlook {
     }
   }
 
-  /** The fastest that any robot is told to go and to turn, in m/s and rad/s; infinite as long as nothing is known. */
+  /** The fastest that any robot is told to go, in m/s; infinite as long as nothing is known. */
   fastest() {
-    if (!this.#count) return { way: Infinity, turn: Infinity }
-    let way = 0
-    let turn = 0
-    for (const stretches of this.robots.values()) {
-      for (const { velocity } of stretches) {
-        way = Math.max(way, Math.hypot(velocity.x, velocity.y))
-        turn = Math.max(turn, Math.abs(velocity.yaw))
-      }
-    }
-    return { way, turn }
+    if (!this.#count) return Infinity
+    const speeds = [...this.robots.values()].flat().map(({ velocity: { x, y } }) => Math.hypot(x, y))
+    return speeds.reduce((fastest, speed) => Math.max(fastest, speed), 0)
   }
 
   #add(name, pose, moments) {
@@ -164,8 +157,4 @@ export class Outlook {
     this.#from = beat
     this.version++
   }
-}
-
-function named([x, y, z, heading]) {
-  return { x, y, z, heading }
 }

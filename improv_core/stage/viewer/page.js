@@ -22,7 +22,6 @@ const NOTICES = {
   refused: "This link has expired. Open the page again from your editor or terminal.",
   over: "The performance is over. Play again from your editor or terminal.",
 }
-const BEHIND = 0.06 // seconds that the robots are shown behind the clock
 
 const find = (id) => document.getElementById(id)
 const seconds = () => performance.now() / 1000
@@ -53,7 +52,6 @@ let pending = null // poses of which the ideal ones are not known yet
 let known = "" // what is known of the ways, in short
 let room = [] // corners of what the view should hold
 let seen = false // whether there was a view that holds them
-let fastest = { way: Infinity, turn: Infinity } // of any robot, m/s and rad/s
 
 const panels = new Panels({ touch, resize, announce, getPicture, clearTrails, controls, camera: stage.camera, canvas: find("stage") })
 const send = connect(take, change)
@@ -111,10 +109,9 @@ function takeScore(message) {
 
 function takeTransport(message) {
   const { generation, state } = clock.transport
-  const age = (clock.beat() * 60) / message.tempo
   const elsewhere = clock.take(message)
   if (message.generation !== generation) clearBumps()
-  if (message.generation !== generation) motion.forgetTrails(seconds(), Math.min(age, (clock.beat() * 60) / message.tempo))
+  if (message.generation !== generation) motion.forgetTrails(message.performed - (message.beat * 60) / message.tempo)
   if (next?.score.generation === message.generation) show(next)
   if (elsewhere || message.state !== state) place(message)
   if (message.generation !== generation || message.state !== state) announce(controls.spoken())
@@ -226,10 +223,9 @@ function frame() {
     anchor.set(outlook, pending.poses, pending.beat)
     pending = null
   }
-  if (outlook && clock.playing) {
-    const shown = Math.max(beat - (BEHIND * clock.transport.tempo) / 60, 0)
-    anchor.look(outlook, robots, shown, fastest, now, (name) => clock.isSilent(name))
-  }
+  const newest = motion.newest
+  const then = newest && clock.beatAt(newest.at)
+  if (outlook && then !== undefined) anchor.look(outlook, newest.poses, then, now, (name) => clock.isSilent(name))
   lights.show(begins ? null : outlook, beat, (index) => stage.color(index), stage.colors.ink)
   const until = outlook?.horizon(beat) ?? 0
   const { speed } = clock.transport
@@ -241,9 +237,7 @@ function frame() {
       const points = [...outlook.points(until)]
       const { world } = outlook.score
       room = points.length || world ? bounds([points, world ? outline(world) : []]) : []
-      const { way, turn } = outlook.fastest()
-      fastest = { way: way * speed, turn: turn * speed }
-      motion.fastest = fastest.way
+      motion.fastest = outlook.fastest() * speed
       if (!seen && points.length) stage.camera.view = null // the first view is there at once
       seen ||= points.length > 0
     }
@@ -334,6 +328,10 @@ window.improv = Object.freeze({
   /** Of each robot, until which beat its way is known. */
   get known() {
     return Object.fromEntries([...(outlook?.robots ?? [])].map(([name, way]) => [name, way.at(-1)?.end ?? 0]))
+  },
+  /** How the ways of robots are moved, which have not begun at their starts. */
+  get moved() {
+    return Object.fromEntries(cast().flatMap(({ name }) => (anchor.of(name) ? [[name, anchor.of(name)]] : [])))
   },
   get view() {
     return structuredClone(stage.camera.view)

@@ -14,6 +14,11 @@ export function after(pose, velocity, seconds) {
   return joined(pose, { x: forward, y: left, z: velocity.z * seconds, heading: angle })
 }
 
+/** A pose as the messages have it. */
+export function named([x, y, z, heading]) {
+  return { x, y, z, heading }
+}
+
 /** A pose that is seen from another, seen from where that one is seen from. */
 export function joined(first, then) {
   const cos = Math.cos(first.heading)

@@ -25,9 +25,11 @@ from tests.editors.vscode.workbench import framed_page, run_command, word, workb
 SIZE = {"width": 1120, "height": 640}
 KEY = 0.05
 """Seconds between two keys, at least."""
-FRAME = 0.15
+FRAME = 0.2
 """Seconds between two looks at the window, at least."""
-QUALITY = 55
+QUALITY = 45
+ASIDE = (300, 500)
+"""Where the mouse points at nothing, in pixels."""
 SERVER = str(Path(sys.executable).with_name("improv-ls"))
 SETTINGS = {"improv.server.path": SERVER, "improv.backend": "sim", "improv.codeLens": False}
 PROGRAM = "# Two robots, one square\nbeat 90\n\nsquare = repeat 4 (forward left)\nturtle1 $ repeat square\n"
@@ -54,27 +56,30 @@ def main() -> None:
 
 def _prepare(page: Page) -> None:
     page.set_viewport_size(SIZE)  # type: ignore[arg-type]
+    expect(word(page, "square").first).to_be_visible()
     run_command(page, "Workspaces: Manage Workspace Trust")
     page.get_by_role("button", name="Trust", exact=True).first.click()
     run_command(page, "View: Close Editor")
     run_command(page, "View: Toggle Primary Side Bar Visibility")
     run_command(page, "View: Toggle Minimap")
-    expect(word(page, "square").first).to_be_visible()
     page.keyboard.press("Control+End")
+    page.mouse.move(*ASIDE)
     time.sleep(2)  # until nothing moves by itself any more
 
 
 def _session(page: Page) -> Iterator[Look]:
     yield from _look(page, 0.5)
     yield from _type(page, "turtle2 $ repeat retrograde square")
-    page.keyboard.press("Escape")
+    yield from _look(page, 1)
+    for _ in range(2):  # what is offered, and what the word takes
+        page.keyboard.press("Escape")
     page.keyboard.press("Control+S")
     with suppress(AssertionError):
         expect(framed_page(page).get_by_role("button", name="Stop")).to_be_visible(timeout=8000)
     yield from _look(page, 7)
-    word(page, "forward").first.hover()
+    word(page, "square").first.hover()
     yield from _look(page, 3)
-    page.mouse.move(0, 0)
+    page.mouse.move(*ASIDE)
     word(page, "left").first.dblclick()
     yield from _type(page, "lft")
     page.keyboard.press("Escape")

@@ -76,6 +76,7 @@ def word(page: Page, text: str) -> Locator:
 def run_command(page: Page, title: str) -> None:
     """Choose a command from the palette."""
     page.keyboard.press("F1")
+    expect(page.locator(".quick-input-widget input[type=text]")).to_be_focused()
     page.keyboard.type(title)
     page.locator(".quick-input-list .monaco-list-row", has_text=title.split(": ")[1]).first.click()
 

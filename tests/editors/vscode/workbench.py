@@ -48,7 +48,8 @@ def packaged() -> Path:
 def workbench(folder: Path, program: str, settings: Mapping[str, object], env: Mapping[str, str]) -> Iterator[Page]:
     """A window with `dance.improv` in a folder that is not trusted yet."""
     work, user = folder / "work", folder / "user"
-    for scope, values in (("User", QUIET), ("Machine", settings)):  # where the server is, belongs to the machine
+    ours = {name: value for name, value in settings.items() if name.startswith("improv.")}
+    for scope, values in (("User", {**QUIET, **settings}), ("Machine", ours)):  # where the server is, the machine says
         (user / scope).mkdir(parents=True)
         (user / scope / "settings.json").write_text(json.dumps(values))
     work.mkdir()

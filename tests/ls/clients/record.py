@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from tests.editors.editors import LIMIT, ROOT, find
+from tests.needs import need
 
 HOME = "/home/person"
 """What the folder above the program's is called in a record."""
@@ -106,6 +107,22 @@ def _emacs(setting: Setting) -> None:
     _run([*command, "-l", str(init), str(setting.program)], setting, {"HOME": str(setting.folder)})
 
 
+def _kate(setting: Setting) -> None:
+    """The Kate of Debian 12."""
+    kate = ROOT / "editors" / "kate"
+    for file, place in (
+        (kate / "improv.xml", ".local/share/org.kde.syntax-highlighting/syntax"),
+        (kate / "settings.json", ".config/kate/lspclient"),
+    ):
+        (setting.folder / place).mkdir(parents=True)
+        (setting.folder / place / file.name).write_bytes(file.read_bytes())
+    # As if it had asked whether it may start the server.
+    (setting.folder / ".config" / "katerc").write_text(f"[lspclient]\nAllowedServerCommandLines={setting.server}\n")
+    env = {"HOME": str(setting.folder), "QT_QPA_PLATFORM": "offscreen", "DBUS_SESSION_BUS_ADDRESS": "disabled:"}
+    places = {"XDG_CONFIG_HOME": str(setting.folder / ".config"), "XDG_DATA_HOME": str(setting.folder / ".local/share")}
+    _run([need("kate"), str(setting.program)], setting, {**env, **places})
+
+
 def _vscode(setting: Setting) -> None:
     """VS Code itself, in a browser."""
     from tests.editors.vscode.workbench import workbench
@@ -147,6 +164,7 @@ EDITORS: Mapping[str, Callable[[Setting], Any]] = {
     "neovim-0.12": _neovim("NVIM_0_12", "nvim-0.12"),
     "helix": _helix,
     "emacs": _emacs,
+    "kate-22.12": _kate,
     "vscode": _vscode,
 }
 

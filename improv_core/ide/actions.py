@@ -9,8 +9,8 @@ from improv_core.analysis import Analysis
 from improv_core.diagnostics import Diagnostic, Edit
 from improv_core.text import Span
 
-SAFE = frozenset({"empty-group", "never-performed", "unused-name", "duplicate-beat"})
-"""Codes whose fixes only remove what does nothing, or what has been said before: all can be made at once."""
+SAFE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
+"""Codes whose fixes only remove what nobody performs, or what has been said before: all can be made at once."""
 
 
 @dataclass(frozen=True, slots=True)

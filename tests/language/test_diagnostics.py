@@ -209,6 +209,14 @@ def test_what_is_cut_off_is_never_performed() -> None:
         r $ forward || () || []
                        ^^ empty-group: write a movement in `()`: it does nothing
                              ^^ empty-group: write a movement in `[]`: it does nothing
+        r $ [left slow 2 left forward || up down]
+                              ^^^^^^^ never-performed: this is never reached: make what runs beside it last longer
+        r $ [left repeat left forward] up
+            ^^^^^^^^^^^^^^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
+                              ^^^^^^^ never-performed: this is never reached: make what runs beside it last longer
+                                       ^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ [(left forward || left) up]
+                   ^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
         r $ slow 2 (left (forward right || slow 3/2 left))
         r $ slow 2 (left repeat 2 forward left) || repeat 4 rest
                                           ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer

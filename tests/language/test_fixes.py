@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from improv_core.analysis import Analysis, analyze
+from improv_core.compiler import compiled
 from improv_core.diagnostics import Fix
 from improv_core.robots import read_robots
 
@@ -59,6 +62,24 @@ def test_fix(code: str, before: str, after: str) -> None:
 def test_too_fast_is_slowed_down_as_far_as_needed() -> None:
     robots = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
     check("too-fast", "beat 90\nburger $ forward || left\n", "beat 90\nburger $ slow 3/2 (forward || left)\n", robots)
+
+
+WORDS = st.sampled_from(["left", "forward", "rest", "slow 2 left", "fast 2 up", "repeat 2 right", "repeat left"])
+
+
+def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    series = st.lists(inner, min_size=1, max_size=4).map(" ".join)
+    voices = st.lists(series, min_size=1, max_size=3).map(" || ".join)
+    return st.builds(str.format, st.sampled_from(["({})", "[{}]", "reverse ({})", "repeat 3 [{}]"]), voices)
+
+
+@given(st.recursive(WORDS, combined, max_leaves=20))
+def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None:
+    analysis = analyze(f"r $ {movement}")
+    for each in analysis.diagnostics:
+        for fix in each.fixes if each.code == "never-performed" else ():
+            after = analyze(fixed(analysis, fix))
+            assert compiled(after)["robots"] == compiled(analysis)["robots"]
 
 
 def test_related_places_are_shown() -> None:

@@ -64,7 +64,10 @@ class Stage:
         """Start a stage and wait until it is ready. Raises StageError with what it says is wrong."""
         pipe = subprocess.PIPE
         try:
-            process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, env=env)  # noqa: ASYNC220
+            # In a session of its own: Ctrl-Z must not halt it too, or robots would go on as they were told last.
+            process = subprocess.Popen(  # noqa: ASYNC220
+                command, stdin=pipe, stdout=pipe, stderr=pipe, env=env, start_new_session=True
+            )
         except OSError as error:
             raise StageError(f"{command[0]} can't be started: {error.strerror}") from None
         stage = cls(process, hear)

@@ -114,6 +114,32 @@ def test_a_page_that_was_held_up_leaves_the_path_ahead_where_it_is(page: Page, s
         assert page.evaluate("improv.moved") == {}
 
 
+def test_the_timeline_is_there_wherever_it_is_scrolled_to(page: Page, show: Show, artifacts: Path) -> None:
+    show.play("".join(f"robot{number} $ repeat 8 (forward left)\n" for number in range(12)))
+    watch(page, show)
+    expect(page.locator("#cast-list li")).to_have_count(12)
+    page.locator("#tracks").evaluate("tracks => tracks.scrollTo(0, tracks.scrollHeight)")
+    wait(page, "document.getElementById('tracks').scrollTop > 100")
+    tracks, rows = (page.locator(each).bounding_box() for each in ("#tracks", "#rows"))
+    assert tracks and rows
+    assert rows["y"] == pytest.approx(tracks["y"], abs=1)
+    page.screenshot(path=artifacts / "page-scrolled.png")
+
+
+def test_a_seek_after_a_long_pause_draws_no_way_between(page: Page, show: Show) -> None:
+    show.play("beat 120\nada $ forward left forward left forward left forward\n")
+    watch(page, show)
+    wait(page, "improv.robots.ada.y > 1.9")
+    page.keyboard.press("p")
+    wait(page, "improv.transport.state === 'paused'")
+    began = page.evaluate("performance.now()")
+    wait(page, f"performance.now() > {began} + 2500")
+    page.keyboard.press("Home")
+    wait(page, "improv.robots.ada.y < 0.1")
+    page.get_by_role("button", name="Paths").click()
+    assert page.evaluate(f"({PIXEL})(1.3, 1.3)") == "251,250,247"
+
+
 def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Show, artifacts: Path) -> None:
     names = [f"r{index}" for index in range(50)]
     starts = (f"[robots.{name}]\nstart = {{x={5 * (i % 10)},y={-5 * (i // 10)}}}\n" for i, name in enumerate(names))

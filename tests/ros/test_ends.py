@@ -172,6 +172,17 @@ def test_the_end_of_the_stage_of_a_played_file(
         stands(turtle, began, NEW_STAGE, record_property)
 
 
+def test_ctrl_z_stops_the_robots(
+    program: Path, turtle: Listener, ros_env: dict[str, str], record_property: Record
+) -> None:
+    with Terminal("watch", program, ros_env) as terminal:
+        dances(terminal, turtle)
+        began = time.monotonic()
+        os.killpg(terminal.pid, signal.SIGSTOP)  # SIGTSTP halts nothing in a session that has no terminal
+        stands(turtle, began, SOON, record_property)
+        os.killpg(terminal.pid, signal.SIGCONT)
+
+
 ENDS_OF_PLAY: dict[str, tuple[Callable[[int], None], int]] = {
     "Ctrl-C": (lambda pid: os.killpg(pid, signal.SIGINT), 130),
     "SIGINT": (lambda pid: os.kill(pid, signal.SIGINT), 130),

@@ -16,6 +16,7 @@ export class Motion {
   #offset = -Infinity // performance time minus the page's clock
   #shown = -Infinity // the latest performance time presented: a page that was held up never goes back
   #samples = new Map() // name -> places since the last point of its trail, all close to a straight line
+  #interrupted = false // whether robots are put elsewhere before the next poses
   fastest = Infinity // m/s, of any robot
   trails = new Map() // name -> [{at, x, y, first}]; `first` where a stroke begins
   room = [] // corners of what the trails take
@@ -43,6 +44,11 @@ export class Motion {
     this.#measure()
   }
 
+  /** Has the ways begin anew where robots are next: they are put elsewhere. */
+  interrupt() {
+    this.#interrupted = true
+  }
+
   /** Forgets robots that are not in `names`. */
   keep(names) {
     for (const name of [...this.trails.keys()]) if (!names.has(name)) this.#forget(name)
@@ -58,7 +64,10 @@ export class Motion {
     // at once after a pause of the performance.
     this.#offset = this.#offset - offset > 0.25 ? offset : Math.max(this.#offset - 0.0002, offset)
     const last = this.#frames.at(-1)
-    const jumped = new Set(last && Object.keys(poses).filter((name) => this.#jumps(last, at, poses, name)))
+    const jumped = new Set(
+      last && Object.keys(poses).filter((name) => this.#interrupted || this.#jumps(last, at, poses, name)),
+    )
+    this.#interrupted = false
     if (at === last?.at) this.#frames.pop() // the cast has changed, or it was put elsewhere
     this.#frames.push({ at, poses, jumped })
     if (this.#frames.length > FRAMES_KEPT) this.#frames.shift()

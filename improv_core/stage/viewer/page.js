@@ -113,6 +113,7 @@ function takeTransport(message) {
   if (message.generation !== generation) clearBumps()
   if (message.generation !== generation) motion.forgetTrails(message.performed - (message.beat * 60) / message.tempo)
   if (next?.score.generation === message.generation) show(next)
+  if (elsewhere) motion.interrupt()
   if (elsewhere || message.state !== state) place(message)
   if (message.generation !== generation || message.state !== state) announce(controls.spoken())
   if (message.state === "ended" || message.state === "stopped") panels.finish()

@@ -8,35 +8,32 @@ from itertools import islice
 from typing import Any
 
 from improv_core.analysis import Analysis
-from improv_core.motion import Pose
 from improv_core.movement import ENDLESS, walk
 from improv_core.score import Part, Score, twist
+from improv_core.starts import start_poses
 
 MOST_SEGMENTS = 10_000
 LONGEST_TEXT = 200_000
 """Characters of a program that goes along with its score, to be shown while it plays."""
-APART = 3.0
-"""Metres between robots that nobody has placed, side by side and from row to row."""
-SIDE_BY_SIDE = 8
-"""How many of them stand in a row; the others stand behind, so that a whole class can be seen."""
 _MOMENTS_PER_SEGMENT = 2
 """Neighbours that merge are walked one by one; a part that never ends and never changes must still come to an end."""
 
 
 def score_of(analysis: Analysis) -> Score:
-    """What the robots of a program play; those without a start pose stand in rows, three metres apart."""
+    """What the robots of a program play."""
+    cast = analysis.cast
+    robots = {name: cast.robot(name) for name in analysis.robots}
+    poses = start_poses(robots, cast.world.size)
     parts = {}
-    for place, (name, movement) in enumerate(analysis.robots.items()):
-        robot = analysis.cast.robot(name)
+    for name, robot in robots.items():
         profile = replace(robot.profile, message=robot.message)
-        behind, beside = divmod(place, SIDE_BY_SIDE)
-        start = robot.start or Pose(0 - APART * behind, 0 - APART * beside)  # -0.0 would look odd
-        use_sim_time = analysis.cast.use_sim_time
-        parts[name] = Part(name, movement, profile, start, robot.topic, robot.reset, use_sim_time)
+        parts[name] = Part(
+            name, analysis.robots[name], profile, poses[name], robot.topic, robot.reset, cast.use_sim_time
+        )
     if len(analysis.text) > LONGEST_TEXT:
-        return Score(analysis.tempo, parts, world=analysis.cast.world)
+        return Score(analysis.tempo, parts, world=cast.world)
     starts = dict(zip(analysis.numbers, analysis.starts, strict=True))
-    return Score(analysis.tempo, parts, analysis.text, starts, analysis.cast.world)
+    return Score(analysis.tempo, parts, analysis.text, starts, cast.world)
 
 
 def compiled(analysis: Analysis, most_segments: int = MOST_SEGMENTS) -> Mapping[str, Any]:

@@ -133,6 +133,9 @@ class _RobotsReading(TomlReading):
                 self.at_key(("robots", name), f"choose another name: `{name}` is a word of the language")
             else:
                 made[name] = robot
+                wide = 2 * robot.profile.radius
+                if world.size and wide > min(world.size):
+                    self.at_key(("robots", name), f"make the world larger: `{name}` is {wide:g} m wide")
                 if robot.start and not world.holds(robot.start.x, robot.start.y):
                     self.at_value(("robots", name, "start"), "start inside the walls: the world is smaller than that")
         return made

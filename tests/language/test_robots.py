@@ -145,6 +145,17 @@ def test_robots_start_inside_the_walls() -> None:
     """)
 
 
+def test_a_robot_that_is_wider_than_the_floor() -> None:
+    check("""
+        [world]
+        size = [6, 0.5]
+        [robots.a]
+                ^ robots: make the world larger: `a` is 0.6 m wide
+        [robots.b]
+        profile = "quadrotor"
+    """)
+
+
 def test_unknown_keys() -> None:
     check("""
         robts = 1

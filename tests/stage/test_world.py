@@ -100,6 +100,52 @@ def test_who_flies_above_another_passes(height: float, passes: bool) -> None:
     assert (simulator.poses()["above"] == Pose(2.0, z=height)) is passes
 
 
+def test_who_was_above_another_bumps_once_it_comes_down() -> None:
+    simulator = stage(World(), a=Pose(z=1.0), b=Pose(0.1))
+    for at, twist in [(0.0, STILL), (0.5, Twist(z=-0.5)), (2.5, STILL)]:
+        simulator.send("a", twist, at)
+    simulator.advance(1.2)
+    assert simulator.snapshot().bumps == ()
+    assert simulator.poses()["b"] == Pose(0.1)
+    poses = drive(simulator, 3.0)
+    assert poses["b"].x - poses["a"].x == pytest.approx(2 * RADIUS, abs=0.01)
+    (bump,) = simulator.snapshot().bumps
+    assert bump.robots == ("a", "b")
+    assert bump.at == pytest.approx(0.5 + (1.0 - 2 * RADIUS) / 0.5, abs=2 / 240)
+
+
+def test_who_rises_and_sinks_beside_another_does_not_bump() -> None:
+    simulator = stage(World(), a=Pose(), b=Pose(2 * RADIUS - 0.0005))
+    for at, twist in [(0.0, Twist(z=0.5)), (0.5, Twist(z=-0.5)), (1.0, STILL)]:
+        simulator.send("a", twist, at)
+    drive(simulator, 2.0)
+    assert simulator.snapshot().bumps == ()
+
+
+@pytest.mark.parametrize("waits", [0.0, 1.0])
+def test_who_overlaps_something_at_its_start_bumps_once_when_it_drives_in(waits: float) -> None:
+    simulator = stage(World(size=(6, 6)), a=Pose(2.9, 2.9))
+    simulator.send("a", FORWARD, waits)
+    simulator.advance(waits + 3.0)
+    (bump,) = simulator.snapshot().bumps
+    assert bump.at == pytest.approx(waits, abs=2 / 240)
+
+
+@pytest.mark.parametrize(("radius", "speed"), [(0.3, 160.0), (0.3, 1000.0), (0.01, 3.0), (0.01, 30.0), (0.001, 2.0)])
+def test_small_and_fast_robots_pass_nothing_either(radius: float, speed: float) -> None:
+    profile = Profile("disc", step=2.0, radius=radius)
+    for world in (World(size=(6, 6)), World(boxes=(Box(4, 0, 2, 2),)), World(walls=(Wall(3, 1, 3, -1),))):
+        simulator = Simulator()
+        score = Score(Fraction(60), {"a": Part("a", series([]), profile, Pose(), "/a/cmd_vel")}, world=world)
+        simulator.prepare(score, restart=True)
+        simulator.send("a", Twist(x=speed), 0.0)
+        simulator.advance(4.0)
+        simulator.send("a", STILL, 4.0)  # and are not thrown back
+        simulator.advance(5.0)
+        assert simulator.poses()["a"].x == pytest.approx(3 - radius, abs=0.002)
+        assert [bump.robots for bump in simulator.snapshot().bumps] == [("a",)]
+
+
 def test_a_restart_forgets_bumps_and_takes_the_new_world() -> None:
     simulator = stage(World(walls=(Wall(2, -1, 2, 1),)), a=Pose())
     drive(simulator, 2.0, a=FORWARD)
@@ -141,7 +187,7 @@ def test_scraping_along_a_wall_turns_a_base_with_motors_alone() -> None:
 
 twists = st.builds(
     Twist,
-    x=st.floats(-2, 2),
+    x=st.floats(-2, 2) | st.sampled_from([-200.0, 60.0]),
     y=st.sampled_from([0.0, 0.5]),
     yaw=st.floats(-3, 3),
 )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from improv_core.motion import Pose
+from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND
 from improv_core.world import EMPTY, World
 
 if TYPE_CHECKING:
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 OVERLAP = 0.001
 """How deep two robots in contact may rest in each other, in metres; pymunk needs some to keep the contact."""
+STEP = 1 / STEPS_PER_SECOND
+"""Seconds that pymunk is told each step takes."""
 BUMP = 0.01
 """m/s. Who comes nearer more slowly leans on the other, but does not bump."""
 APART = 0.5
@@ -62,9 +65,10 @@ class Collisions:
         self._stand(world)
         self._bodies: dict[str, tuple[pymunk.Body, pymunk.Circle, Disc]] = {}
         self._names: dict[pymunk.Shape, str] = {}
-        self._heights: Mapping[str, float] = {}
-        self._touched: dict[tuple[str, ...], float] = {}  # when each two touched last
-        self._end = 0.0
+        self._ways: Mapping[str, tuple[Pose, Pose]] = {}
+        self._touched: dict[tuple[str, ...], float] = {}  # when each two that have bumped touched last
+        self._above: dict[tuple[str, ...], float] = {}  # when one of two was above the other last
+        self._start = self._end = 0.0
         self._bumps: list[Bump] = []
 
     def near_obstacle(self, x: float, y: float, reach: float) -> bool:
@@ -90,26 +94,27 @@ class Collisions:
 
         Returns those that others did not let go there.
         """
-        seconds = end - start
-        self._end = end
-        self._heights = {name: before.z for name, (before, _) in ways.items()}
+        # pymunk always hears of steps as long, of robots that are slower in shorter ones: it would multiply what two
+        # pushed each other in the step before by how much longer this one is, and throw them apart.
+        real = STEP / (end - start)
+        self._ways, self._start, self._end = ways, start, end
         wanted = {}
         for name, (before, after) in ways.items():
             body, *_ = self._bodies[name]
-            velocity = ((after.x - before.x) / seconds, (after.y - before.y) / seconds)
-            yaw = (after.heading - before.heading) / seconds
+            velocity = ((after.x - before.x) / STEP, (after.y - before.y) / STEP)
+            yaw = (after.heading - before.heading) / STEP
             body.position, body.angle = (before.x, before.y), before.heading
             body.velocity, body.angular_velocity = velocity, yaw
             wanted[name] = (*velocity, yaw)
-        self._space.step(seconds)
+        self._space.step(STEP)
         pushed = {}
         for name, (_, after) in ways.items():
             body, *_ = self._bodies[name]
-            body.update_position(body, seconds)
+            body.update_position(body, STEP)
             velocity, yaw = body.velocity, body.angular_velocity
             if (*velocity, yaw) != wanted[name] or math.dist(body.position, (after.x, after.y)) > _ROUNDING:
                 pose = Pose(*body.position, after.z, body.angle)
-                pushed[name] = Pushed(pose, *velocity, yaw)
+                pushed[name] = Pushed(pose, velocity.x * real, velocity.y * real, yaw * real)
         return pushed
 
     def take_bumps(self) -> list[Bump]:
@@ -151,18 +156,30 @@ class Collisions:
     def _touch(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
         """Called by pymunk for every two that touch, before it lets them push each other."""
         names = tuple(sorted(self._names[shape] for shape in arbiter.shapes if shape in self._names))
+        arbiter.process_collision = True  # pymunk keeps what was said of these two until they separate
         if len(names) == 2 and self._pass_over(*names):
             arbiter.process_collision = False
+            self._above[names] = self._end
             return
-        last, self._touched[names] = self._touched.get(names, -math.inf), self._end
-        if self._end - last > APART and _closing(arbiter) > BUMP:
+        closing = _closing(arbiter) * STEP / (self._end - self._start)
+        if self._above.get(names) == self._start:
+            closing = max(closing, self._sinking(*names))
+        if self._end - self._touched.get(names, -math.inf) <= APART:
+            self._touched[names] = self._end
+        elif closing > BUMP:
+            self._touched[names] = self._end
             point = arbiter.contact_point_set.points[0].point_a
             self._bumps.append(Bump(self._end, point.x, point.y, names))
 
     def _pass_over(self, one: str, other: str) -> bool:
         """Whether one flies above the other."""
         (*_, disc), (*_, beside) = self._bodies[one], self._bodies[other]
-        return abs(self._heights[one] - self._heights[other]) >= disc.radius + beside.radius
+        return abs(self._ways[one][0].z - self._ways[other][0].z) >= disc.radius + beside.radius
+
+    def _sinking(self, one: str, other: str) -> float:
+        """How fast the upper one of two comes down on the other."""
+        (before, after), (below, later) = self._ways[one], self._ways[other]
+        return (abs(before.z - below.z) - abs(after.z - later.z)) / (self._end - self._start)
 
 
 _ROBOTS, _OBSTACLES = 1, 2
@@ -170,7 +187,7 @@ _ROUNDING = 1e-9
 
 
 def _closing(arbiter: pymunk.Arbiter) -> float:
-    """How fast two that touch come nearer."""
+    """How fast two that touch come nearer, by pymunk's time."""
     one, other = (shape.body.velocity for shape in arbiter.shapes if shape.body)
     return float((one - other).dot(arbiter.normal))
 

@@ -6,6 +6,7 @@ import math
 from collections import deque
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from threading import Lock
 
 from improv_core.motion import STILL, Pose, Twist
@@ -18,14 +19,20 @@ LOOK = 24
 """Steps between two looks at who is near whom: 0.1 s. Who could not touch anything until the next is not pushed."""
 MARGIN = 0.05
 """Metres more that count as near, for what pushing adds to the speeds of robots."""
+MOST_PARTS = 16
+"""Of a step, for robots that are fast or small: up to so many, each disc goes at most half its radius in one."""
 BUMPS_KEPT = 200
 
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """What a page draws: poses at `at` seconds of performance, radii in metres, and the latest bumps."""
+    """What a page draws: poses at `at` seconds of performance, radii in metres, and the latest bumps.
+
+    `placed` counts how often robots were put elsewhere: between two that differ, nobody went the way between.
+    """
 
     at: float = 0.0
+    placed: int = 0
     poses: Mapping[str, Pose] = field(default_factory=dict)
     radii: Mapping[str, float] = field(default_factory=dict)
     bumps: tuple[Bump, ...] = ()
@@ -66,8 +73,9 @@ class Simulator:
     """A sink that moves discs in a world of walls and obstacles.
 
     Robots that are near nothing are on exact arcs, with no step at all. Those that could touch something are pushed in
-    whole steps of 1/240 s counted from beat 0, and only the ones that are really pushed leave their arcs. Who is near
-    is decided at whole steps too: so the same program gives bit-equal poses, however often `advance` is called.
+    whole steps of 1/240 s counted from beat 0, cut in equal parts where one is fast, and only the ones that are really
+    pushed leave their arcs. Who is near is decided at whole steps too: so the same program gives bit-equal poses,
+    however often `advance` is called.
     """
 
     name: str = "simulator"
@@ -76,6 +84,7 @@ class Simulator:
     def __init__(self, period: float | None = 1 / 60) -> None:
         self.period = period
         self._lock = Lock()  # poses are asked for from any thread
+        self._placed = 0
         self._clear(World())
 
     def _clear(self, world: World) -> None:
@@ -100,6 +109,7 @@ class Simulator:
         with self._lock:
             if restart:
                 self._clear(score.world)
+                self._placed += 1
             elif score.world != self._world:
                 self._world, self._collisions = score.world, Collisions(score.world)
             for name, part in score.parts.items():
@@ -139,6 +149,7 @@ class Simulator:
                 # What it was told elsewhere no longer moves it.
                 robot.motion, robot.latest, robot.pushed = Motion(self._now, pose), STILL, None
                 robot.commands.clear()
+            self._placed += 1
             self._look_again = self._steps
 
     def advance(self, to: float) -> None:
@@ -170,6 +181,7 @@ class Simulator:
         with self._lock:
             return Snapshot(
                 self._now,
+                self._placed,
                 {name: robot.pose_at(self._now) for name, robot in self._robots.items()},
                 {name: robot.disc.radius for name, robot in self._robots.items()},
                 tuple(self._bumps),
@@ -212,20 +224,41 @@ class Simulator:
 
     def _step(self) -> None:
         start, end = self._steps / STEPS_PER_SECOND, (self._steps + 1) / STEPS_PER_SECOND
-        ahead = {name: self._robots[name].ahead(end) for name in self._awake}
-        ways = {name: (self._robots[name].pose_at(start), ahead[name].pose_at(end)) for name in self._awake}
-        pushed = self._collisions.push(ways, start, end)
-        for name in self._awake:
-            robot = self._robots[name]
-            robot.pushed = pushed.get(name)
-            if robot.pushed:
-                robot.settle(end)
-                robot.motion = _after_push(robot.motion, robot.pushed, end, robot.motors)
+        ways = self._ways(start, end)
+        parts = self._parts(ways)
+        if parts == 1:
+            self._push(ways, start, end)
+        else:
+            times = [start, *((self._steps + part / parts) / STEPS_PER_SECOND for part in range(1, parts)), end]
+            for since, until in pairwise(times):
+                self._push(self._ways(since, until), since, until)
         for bump in self._collisions.take_bumps():
             self._bumps.append(bump)
             first, *others = bump.robots
             self._met.setdefault(first, {}).update(dict.fromkeys(others or ["something that stands there"]))
         self._steps += 1
+
+    def _ways(self, start: float, end: float) -> dict[str, tuple[Pose, Pose]]:
+        """From where to where the robots go that are near something, if nothing pushes them."""
+        robots = {name: self._robots[name] for name in self._awake}
+        return {name: (robot.pose_at(start), robot.ahead(end).pose_at(end)) for name, robot in robots.items()}
+
+    def _parts(self, ways: Mapping[str, tuple[Pose, Pose]]) -> int:
+        """In how many parts a step has to be, so that nobody goes further than half its radius at once."""
+        farthest = max(
+            math.dist((before.x, before.y, before.z), (after.x, after.y, after.z)) / self._robots[name].disc.radius
+            for name, (before, after) in ways.items()
+        )
+        return max(1, min(MOST_PARTS, math.ceil(2 * farthest)))
+
+    def _push(self, ways: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> None:
+        pushed = self._collisions.push(ways, start, end)
+        for name in ways:
+            robot = self._robots[name]
+            robot.pushed = pushed.get(name)
+            if robot.pushed:
+                robot.settle(end)
+                robot.motion = _after_push(robot.motion, robot.pushed, end, robot.motors)
 
 
 def _whole_steps(time: float) -> int:

@@ -134,7 +134,7 @@ def test_a_new_page_gets_what_was_published_and_who_is_there(viewer: Viewer, sim
     messages = asyncio.run(check())
     assert messages["transport"]["generation"] == 2
     assert messages["robots"] == {"type": "robots", "robots": {"ada": {"radius": 0.3}}}
-    assert messages["poses"] == {"type": "poses", "at": 1.0, "poses": [[1.0, 2.3333, 0.0, 0.0]]}
+    assert messages["poses"] == {"type": "poses", "at": 1.0, "placed": 1, "poses": [[1.0, 2.3333, 0.0, 0.0]]}
 
 
 def test_nothing_is_sent_while_nothing_changes(viewer: Viewer, simulator: Simulator) -> None:
@@ -264,7 +264,7 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.Simpl
         {"type": "seek", "beat": 2.5},
         {"type": "speed", "factor": 0.1},
         {"type": "silence", "muted": ["ada"] * 1000, "soloed": []},
-        {"type": "place", "robot": "ada", "x": 1, "y": -2.5, "heading": 90},
+        {"type": "place", "starts": {"ada": {"x": 1, "y": -2.5, "heading": 90}, "bo": {"x": 0, "y": 0, "heading": 0}}},
     ],
     ids=lambda message: str(message["type"]),
 )
@@ -292,9 +292,13 @@ def test_a_command_is_passed_on_with_its_values_only(
         '{"type": "silence", "muted": [""], "soloed": []}',
         json.dumps({"type": "silence", "muted": ["ada"] * 1001, "soloed": []}),
         json.dumps({"type": "silence", "muted": ["a" * 101], "soloed": []}),
-        '{"type": "place", "robot": "ada", "x": 1, "y": 1}',
-        '{"type": "place", "robot": "ada", "x": 1001, "y": 1, "heading": 0}',
-        '{"type": "place", "robot": 7, "x": 1, "y": 1, "heading": 0}',
+        '{"type": "place", "robot": "ada", "x": 1, "y": 1, "heading": 0}',
+        '{"type": "place", "starts": ["ada"]}',
+        '{"type": "place", "starts": {"ada": 1}}',
+        '{"type": "place", "starts": {"ada": {"x": 1, "y": 1}}}',
+        '{"type": "place", "starts": {"ada": {"x": 1001, "y": 1, "heading": 0}}}',
+        '{"type": "place", "starts": {"ada": {"x": 1, "y": 1, "heading": 0, "more": 1}}}',
+        '{"type": "place", "starts": {"": {"x": 1, "y": 1, "heading": 0}}}',
         '{"type": "window", "generation": 1, "from": 0}',
         '{"type": "window", "generation": 1, "from": -1, "to": 4}',
         '{"type": "watched"}',

@@ -77,7 +77,7 @@ export class Ground {
     pen.drawImage(image, 0, 0)
     pen.setTransform(ratio, 0, 0, ratio, 0, 0)
     for (const robot of scene.cast) paintTail(pen, scene, robot, painted.get(robot.name))
-    const now = new Map(scene.cast.map(({ name, pose }) => [name, { at: scene.at, place: pose }]))
+    const now = new Map(scene.cast.map(({ name, pose }) => [name, reached(scene, pose)]))
     this.#show({ ...this.#shown, painted: now, since: performance.now() })
   }
 
@@ -195,7 +195,7 @@ function paintTrail(pen, scene, { name, color, pose }) {
   const points = visible(scene.trails.get(name) ?? [], at, length)
   const width = trailWidth(view)
   const place = onSheet(scene, pose)
-  if (!points.length) return { at, place: pose }
+  if (!points.length) return reached(scene, pose)
   const oldest = points[0].at
   const shade = (time) => Math.min(Math.floor(((time - oldest) / (at - oldest || 1)) * SHADES), SHADES - 1)
   pen.lineWidth = width
@@ -222,16 +222,22 @@ function paintTrail(pen, scene, { name, color, pose }) {
   pen.lineTo(place.x, place.y)
   finish()
   if (length === Infinity) paintStart(pen, onSheet(scene, points[0]), width, colors.ground, mix(colors.ground, color, 0.7))
-  return { at, place: pose }
+  return reached(scene, pose)
+}
+
+/** How far a trail is painted. */
+function reached({ at, placed }, place) {
+  return { at, placed, place }
 }
 
 /** Paints the part of a trail that is too new to be on the sheet: what was gone since `from`. */
-export function paintTail(pen, { trails, at, camera }, { name, place, color }, from) {
+export function paintTail(pen, { trails, at, placed, camera }, { name, place, color }, from) {
   if (!from || from.at > at) return
   const start = camera.toScreen(from.place)
   const trail = trails.get(name) ?? []
   let index = trail.length
-  while (index > 0 && trail[index - 1].at > from.at) index--
+  const isNew = (point) => point.at > from.at || (point.at === from.at && point.first && placed !== from.placed)
+  while (index > 0 && isNew(trail[index - 1])) index--
   pen.beginPath()
   pen.moveTo(start.x, start.y)
   for (; index < trail.length && trail[index].at <= at; index++) {
@@ -239,7 +245,7 @@ export function paintTail(pen, { trails, at, camera }, { name, place, color }, f
     if (trail[index].first) pen.moveTo(point.x, point.y)
     else pen.lineTo(point.x, point.y)
   }
-  if (!trail[index]?.first) pen.lineTo(place.x, place.y) // else it is about to be put elsewhere
+  pen.lineTo(place.x, place.y)
   pen.strokeStyle = color
   pen.lineWidth = trailWidth(camera.view)
   pen.stroke()

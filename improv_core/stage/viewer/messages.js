@@ -19,7 +19,7 @@ const moment = (value) =>
 
 const MESSAGES = {
   robots: shape({ robots: mapOf(shape({ radius: number })) }),
-  poses: shape({ at: number, poses: listOf(numbers(4)) }),
+  poses: shape({ at: number, placed: count, poses: listOf(numbers(4)) }),
   transport: shape({
     generation: count,
     state: oneOf("stopped", "waiting", "playing", "paused", "ended"),
@@ -38,6 +38,7 @@ const MESSAGES = {
     tempo: (value) => number(value) && value > 0,
     beats: nullOr(number),
     text,
+    takes_starts: (value) => typeof value === "boolean",
     starts: mapOf(count),
     robots: mapOf(
       shape({

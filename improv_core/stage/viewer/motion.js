@@ -9,15 +9,12 @@ const TRAIL_POINTS = 4000
 const TRAIL_STEP = 0.01 // metres between two samples of a trail
 const TOLERANCE = 0.003 // metres that a trail may be off
 const SAMPLES = 32 // between two points of a trail, at most
-const JUMP = 0.3 // metres, beyond what its speed explains: the robot was put elsewhere
 
 export class Motion {
   #frames = []
   #offset = -Infinity // performance time minus the page's clock
   #shown = -Infinity // the latest performance time presented: a page that was held up never goes back
   #samples = new Map() // name -> places since the last point of its trail, all close to a straight line
-  #interrupted = false // whether robots are put elsewhere before the next poses
-  fastest = Infinity // m/s, of any robot
   trails = new Map() // name -> [{at, x, y, first}]; `first` where a stroke begins
   room = [] // corners of what the trails take
 
@@ -44,19 +41,14 @@ export class Motion {
     this.#measure()
   }
 
-  /** Has the ways begin anew where robots are next: they are put elsewhere. */
-  interrupt() {
-    this.#interrupted = true
-  }
-
   /** Forgets robots that are not in `names`. */
   keep(names) {
     for (const name of [...this.trails.keys()]) if (!names.has(name)) this.#forget(name)
     this.#measure()
   }
 
-  /** Takes in poses that arrived at `now`, in seconds of the page's clock. Whether a new performance begins. */
-  take({ at, poses }, now) {
+  /** Takes in a message of poses that arrived at `now`, by the page's clock. Whether a new performance begins. */
+  take({ at, placed, poses }, now) {
     const anew = at < this.#frames.at(-1)?.at
     if (anew) this.clear()
     const offset = at - now
@@ -64,14 +56,10 @@ export class Motion {
     // at once after a pause of the performance.
     this.#offset = this.#offset - offset > 0.25 ? offset : Math.max(this.#offset - 0.0002, offset)
     const last = this.#frames.at(-1)
-    const jumped = new Set(
-      last && Object.keys(poses).filter((name) => this.#interrupted || this.#jumps(last, at, poses, name)),
-    )
-    this.#interrupted = false
     if (at === last?.at) this.#frames.pop() // the cast has changed, or it was put elsewhere
-    this.#frames.push({ at, poses, jumped })
+    this.#frames.push({ at, placed, poses })
     if (this.#frames.length > FRAMES_KEPT) this.#frames.shift()
-    for (const [name, [x, y]] of Object.entries(poses)) this.#draw(name, { at, x, y, first: jumped.has(name) })
+    for (const [name, [x, y]] of Object.entries(poses)) this.#draw(name, { at, x, y, first: placed !== last?.placed })
     return anew
   }
 
@@ -83,13 +71,6 @@ export class Motion {
     const [low, high] = this.room
     if (low?.x <= place.x && low.y <= place.y && high.x >= place.x && high.y >= place.y) return
     this.room = bounds([this.room, [place]])
-  }
-
-  #jumps(last, at, poses, name) {
-    const before = last.poses[name]
-    if (!before) return false
-    const gone = Math.hypot(poses[name][0] - before[0], poses[name][1] - before[1])
-    return gone > JUMP + 2 * this.fastest * Math.max(at - last.at, 1 / 60)
   }
 
   #forget(name) {
@@ -128,7 +109,7 @@ export class Motion {
     return this.#frames.at(-1)
   }
 
-  /** Performance time and poses to show at `now`, and whether later ones will differ without a new message. */
+  /** Performance time, `placed` and poses to show at `now`, and whether later ones will differ without a new message. */
   present(now) {
     const frames = this.#frames
     if (!frames.length) return { at: 0, robots: {}, moving: false }
@@ -136,16 +117,17 @@ export class Motion {
     const at = Math.min(Math.max(now + this.#offset - DELAY, this.#shown), newest.at)
     this.#shown = at
     const next = frames.findIndex((frame) => frame.at >= at)
-    const after = frames[next]
+    const later = frames[next]
     const before = frames[Math.max(next - 1, 0)]
+    const after = before.placed === later.placed || at === later.at ? later : before // put elsewhere all at once
     const part = after.at > before.at ? Math.max((at - before.at) / (after.at - before.at), 0) : 1
     const robots = {}
     for (const [name, to] of Object.entries(after.poses)) {
-      const from = (!after.jumped.has(name) && before.poses[name]) || to
+      const from = before.poses[name] ?? to
       const [x, y, z, heading] = to.map((value, axis) => from[axis] + (value - from[axis]) * part)
       robots[name] = { x, y, z, heading }
     }
-    return { at, robots, moving: at < newest.at }
+    return { at, placed: after.placed, robots, moving: at < newest.at }
   }
 }
 

@@ -110,13 +110,6 @@ export class Outlook {
     }
   }
 
-  /** The fastest that any robot is told to go, in m/s; infinite as long as nothing is known. */
-  fastest() {
-    if (!this.#count) return Infinity
-    const speeds = [...this.robots.values()].flat().map(({ velocity: { x, y } }) => Math.hypot(x, y))
-    return speeds.reduce((fastest, speed) => Math.max(fastest, speed), 0)
-  }
-
   #add(name, pose, moments) {
     const stretches = this.robots.get(name) ?? []
     let last = stretches.at(-1)

@@ -72,10 +72,10 @@ const taking = {
 }
 
 /** Poses come in the order of the robots. */
-function takePoses({ at, poses }) {
+function takePoses({ at, placed, poses }) {
   const names = Object.keys(radii)
   if (names.length !== poses.length) return
-  const anew = motion.take({ at, poses: Object.fromEntries(names.map((name, index) => [name, poses[index]])) }, seconds())
+  const anew = motion.take({ at, placed, poses: Object.fromEntries(names.map((name, index) => [name, poses[index]])) }, seconds())
   if (anew) clearBumps()
 }
 
@@ -113,7 +113,6 @@ function takeTransport(message) {
   if (message.generation !== generation) clearBumps()
   if (message.generation !== generation) motion.forgetTrails(message.performed - (message.beat * 60) / message.tempo)
   if (next?.score.generation === message.generation) show(next)
-  if (elsewhere) motion.interrupt()
   if (elsewhere || message.state !== state) place(message)
   if (message.generation !== generation || message.state !== state) announce(controls.spoken())
   if (message.state === "ended" || message.state === "stopped") panels.finish()
@@ -229,8 +228,7 @@ function frame() {
   if (outlook && then !== undefined) anchor.look(outlook, newest.poses, then, now, (name) => clock.isSilent(name))
   lights.show(begins ? null : outlook, beat, (index) => stage.color(index), stage.colors.ink)
   const until = outlook?.horizon(beat) ?? 0
-  const { speed } = clock.transport
-  const key = [outlook?.score.generation, outlook?.version, anchor.version, cleared, until, speed].join()
+  const key = [outlook?.score.generation, outlook?.version, anchor.version, cleared, until].join()
   if (key !== known) {
     known = key
     stale = true
@@ -238,7 +236,6 @@ function frame() {
       const points = [...outlook.points(until)]
       const { world } = outlook.score
       room = points.length || world ? bounds([points, world ? outline(world) : []]) : []
-      motion.fastest = outlook.fastest() * speed
       if (!seen && points.length) stage.camera.view = null // the first view is there at once
       seen ||= points.length > 0
     }
@@ -257,10 +254,11 @@ function frame() {
   requestAnimationFrame(frame)
 }
 /** All that the stage shows in this frame. */
-function scene({ at, moving }, beat, until, bumping) {
+function scene({ at, placed, moving }, beat, until, bumping) {
   const { muted, soloed } = clock.transport
   return {
     at,
+    placed,
     moving,
     beat,
     until,

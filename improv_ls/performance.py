@@ -19,7 +19,7 @@ from improv_core.stage.client import Options, Playback, each_beat, whole_beats
 from improv_core.stage.process import Message, StageError
 from improv_ls import live
 from improv_ls.documents import Document, moved
-from improv_ls.placing import offer
+from improv_ls.placing import Placing
 from improv_ls.session import ANSWER_LIMIT, Session
 
 TELL_PERIOD = 1.0
@@ -34,6 +34,9 @@ class Performance:
         self._playback: Playback | None = None
         self._document: Document | None = None  # as it was saved
         self._generation = 0
+        self.is_on = False
+        """Whether something plays, or waits to."""
+        self._placing = Placing(session)
         self._silenced = self.silenced  # as the editor was last told
         self._telling: asyncio.Task[None] | None = None
         self._progress: asyncio.Task[None] | None = None
@@ -53,7 +56,7 @@ class Performance:
         except StageError as error:
             self._say_why(error)
             return
-        self._document = document
+        self._document, self.is_on = document, True
         if self._session.shows_live:
             self._session.protocol.notify(live.EVALUATED, self.moments(0.0))
         self._session.say(f"▶ {summary(analysis)}, {playback.status}")
@@ -129,7 +132,9 @@ class Performance:
 
     def _stages(self) -> Playback:
         settings = self._session.settings
-        options = Options(settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery)
+        options = Options(
+            settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery, takes_starts=True
+        )
         if self._playback and self._playback.options != options:
             # The old stages stop their robots and end by themselves; nothing waits for that.
             self._closing = asyncio.create_task(self._playback.close())
@@ -142,6 +147,7 @@ class Performance:
         kind = message["type"]
         if kind == "transport" and leads:
             self._stop_progress()
+            self.is_on = message["state"] in ("waiting", "playing", "paused")
             self._tell_transport(message)
             if self.silenced != self._silenced:
                 self._silenced = self.silenced
@@ -149,11 +155,12 @@ class Performance:
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
         elif kind == "place" and self._document:
-            self._session.soon(offer(self._session, self._document, message))
+            self._session.soon(self._placing.offer(self._document, message["starts"]))
         elif kind == "warning":
             self._session.say(str(message["message"]), types.MessageType.Warning)
         elif kind in ("error", "gone"):
             self._stop_progress()
+            self.is_on = self.is_on and kind != "gone"
             self._session.say(str(message["message"]), types.MessageType.Error)
 
     def _tell_transport(self, message: Message) -> None:

@@ -1,47 +1,101 @@
-"""A robot was dragged on the page: its new start goes into improv.toml by way of the editor, where it can be undone."""
+"""Robots were dragged on the page: their new starts go into improv.toml by way of the editor, where they can be undone.
+
+All of them are one edit, of the text that the editor has. Few editors tell us of their improv.toml. Where one does not,
+its text is that of the file, unless it has taken an edit of ours that it has not saved yet: then it has to save first.
+"""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from lsprotocol import types
 from pygls.capabilities import get_capability
 from pygls.uris import from_fs_path, to_fs_path
 
-from improv_core.placing import place
+from improv_core.diagnostics import Edit
+from improv_core.placing import Start, inline, place
 from improv_core.program import ReadError, robots_near
 from improv_core.robots import FILE_NAME
-from improv_core.text import LineIndex
+from improv_core.text import LineIndex, Span, difference
 from improv_ls.documents import Document
 from improv_ls.session import ANSWER_LIMIT, Session
 from improv_ls.to_lsp_places import Changed, workspace_edit
 
 
-async def offer(ls: Session, document: Document, asked: Mapping[str, Any]) -> None:
-    """Ask the editor to make the edit; if it does not, say so in one line. `asked` has metres and degrees."""
-    robot = str(asked["robot"])
-    edit = _edit(ls, document, robot, float(asked["x"]), float(asked["y"]), float(asked["heading"]))
-    workspace = ls.client_capabilities.workspace
-    if edit is None or not (workspace and workspace.apply_edit):
-        ls.say(
-            f"the start of {robot} was not written: put the page's lines into improv.toml", types.MessageType.Warning
-        )
-        return
-    asking = ls.workspace_apply_edit_async(types.ApplyWorkspaceEditParams(edit, f"Improv: start of {robot}"))
-    try:
-        answer = await asyncio.wait_for(asyncio.shield(asking), ANSWER_LIMIT)
-    except Exception:  # no answer, or a refusal
-        return
-    if not answer.applied:
-        ls.say(f"the editor did not take the new start of {robot}", types.MessageType.Warning)
+@dataclass(frozen=True, slots=True)
+class _File:
+    """An improv.toml, as the editor has it; the version is None where it has not told us of it."""
+
+    path: Path
+    uri: str
+    text: str
+    version: int | None
+    exists: bool
 
 
-def _edit(
-    ls: Session, document: Document, robot: str, x: float, y: float, heading: float
-) -> types.WorkspaceEdit | None:
+_Stamp = tuple[int, int, int] | None
+"""Changes whenever a file is saved; None while there is none."""
+
+
+class Placing:
+    """Offers the editor new starts, one edit at a time."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._unsaved: dict[Path, _Stamp] = {}  # files edited here and not saved since, as they were then
+        self._one_at_a_time = asyncio.Lock()
+
+    async def offer(self, document: Document, asked: Mapping[str, Mapping[str, float]]) -> None:
+        """Ask the editor to make the edit; if it does not, say so in one line. `asked` has metres and degrees."""
+        starts = {robot: (float(pose["x"]), float(pose["y"]), float(pose["heading"])) for robot, pose in asked.items()}
+        async with self._one_at_a_time:
+            problem = await self._offer(document, starts)
+        if problem:
+            self._session.say(problem, types.MessageType.Warning)
+
+    async def _offer(self, document: Document, starts: Mapping[str, Start]) -> str | None:
+        """Make the edit, or tell why not."""
+        session = self._session
+        file = _find(session, document)
+        if file and file.version is None and self._is_unsaved(file):
+            return "save improv.toml first: it has starts that are not saved yet"
+        made = place(file.text, starts, document.analysis.robots) if file else None
+        if file and made == file.text:
+            return None
+        edit = _edit(session, file, made) if file and made else None
+        if not file or not edit:
+            lines = " and ".join(f"robots.{robot}.start = {inline(start)}" for robot, start in starts.items())
+            return f"improv.toml was left as it is: write {lines} there by hand"
+        self._unsaved[file.path] = _stamp(file.path)
+        params = types.ApplyWorkspaceEditParams(edit, f"Improv: start of {', '.join(starts)}")
+        asking = session.workspace_apply_edit_async(params)
+        try:
+            applied = (await asyncio.wait_for(asyncio.shield(asking), ANSWER_LIMIT)).applied
+        except TimeoutError:  # it may have made the edit, or make it yet
+            return None
+        except Exception:  # a refusal
+            applied = False
+        if not applied:
+            del self._unsaved[file.path]
+            return f"the editor did not take the new start of {', '.join(starts)}"
+        self._unsaved[file.path] = _stamp(file.path)  # a new file may be there now, still empty
+        now = _find(session, document)
+        if now and (now.version is not None or now.text == made):  # we are told of it, or it is saved already
+            del self._unsaved[file.path]
+        return None
+
+    def _is_unsaved(self, file: _File) -> bool:
+        """Whether the file is still as it was before an edit of ours; one of ours is never empty."""
+        known = self._unsaved
+        if file.path in known and known[file.path] != _stamp(file.path) and (file.text or not file.exists):
+            del known[file.path]
+        return file.path in known
+
+
+def _find(ls: Session, document: Document) -> _File | None:
     program = to_fs_path(document.uri) if document.uri.startswith("file:") else None
     if not program:
         return None
@@ -50,12 +104,35 @@ def _edit(
         robots = robots_near(folder)
     except ReadError:
         return None
-    edit = place(robots.text, robot, x, y, heading, document.analysis.robots)
-    uri = from_fs_path(str(robots.path or folder / FILE_NAME))
-    creates = get_capability(ls.client_capabilities, "workspace.workspace_edit.resource_operations") or ()
-    if edit is None or uri is None or not (robots.path or types.ResourceOperationKind.Create in creates):
+    path = robots.path or folder / FILE_NAME
+    for known in ls.documents.values():
+        if known.uri.startswith("file:") and to_fs_path(known.uri) == str(path):
+            return _File(path, known.uri, known.lines.text, known.version or 0, True)
+    uri = from_fs_path(str(path))
+    return _File(path, uri, robots.text, None, robots.path is not None) if uri else None
+
+
+def _stamp(path: Path) -> _Stamp:
+    try:
+        found = path.stat()
+    except OSError:
         return None
-    made = workspace_edit({uri: Changed(None, LineIndex(robots.text), [edit])}, bool(creates), ls.encoding)
-    if made.document_changes and not robots.path:
-        made.document_changes = [types.CreateFile(uri), *made.document_changes]
-    return made
+    return found.st_mtime_ns, found.st_ino, found.st_size
+
+
+def _edit(ls: Session, file: _File, made: str) -> types.WorkspaceEdit | None:
+    """The edit after which the editor has the text that was made; None if it can't be asked to."""
+    capabilities = ls.client_capabilities
+    creates = get_capability(capabilities, "workspace.workspace_edit.resource_operations") or ()
+    if not (capabilities.workspace and capabilities.workspace.apply_edit):
+        return None
+    if not (file.exists or types.ResourceOperationKind.Create in creates):
+        return None
+    versions = bool(creates or get_capability(capabilities, "workspace.workspace_edit.document_changes"))
+    start, end, text = difference(file.text, made)
+    changed = Changed(file.version, LineIndex(file.text), [Edit(Span(start, end), text)])
+    edit = workspace_edit({file.uri: changed}, versions, ls.encoding)
+    if edit.document_changes and not file.exists:
+        create = types.CreateFile(file.uri, options=types.CreateFileOptions(ignore_if_exists=True))
+        edit.document_changes = [create, *edit.document_changes]
+    return edit

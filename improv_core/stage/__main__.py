@@ -84,6 +84,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--sink", choices=["simulator", "ros"], required=True)
     parser.add_argument("--port", type=int, default=0, help="the page's port; 0 for any free one")
     parser.add_argument("--discovery", help="ROS_AUTOMATIC_DISCOVERY_RANGE, where the environment does not say")
+    parser.add_argument(
+        "--takes-starts", action="store_true", help="starts that were dragged on the page can be written"
+    )
     parser.add_argument("--report-sent", action="store_true", help="tell of every velocity that is sent")
     return parser.parse_args()
 
@@ -115,7 +118,10 @@ def _open(options: argparse.Namespace, put: Tell) -> _Opened:
             options.port,
             simulator.snapshot,
             lambda command: put({"type": "request", "command": command}),
-            os.environ.get("IMPROV_PAGE_TOKEN"),  # not an argument: those can be read by every user of the machine
+            takes_starts=options.takes_starts,
+            token=os.environ.get(
+                "IMPROV_PAGE_TOKEN"
+            ),  # not an argument: those can be read by every user of the machine
         )
     except OSError as error:
         if error.errno not in (errno.EADDRINUSE, errno.EACCES):

@@ -29,7 +29,8 @@ HALT_LIMIT = 8.0
 class Options:
     """What to play on: `backend` is auto, sim, ros or both; `ros_python` and `discovery` as in the settings.
 
-    With `report_sent`, stages tell of every velocity they send.
+    With `report_sent`, stages tell of every velocity they send. `takes_starts` is for a listener that does something
+    about `place` requests: only then does the page offer to write starts into improv.toml.
     """
 
     backend: str = "auto"
@@ -37,6 +38,7 @@ class Options:
     ros_python: str | None = None
     discovery: str | None = None
     report_sent: bool = False
+    takes_starts: bool = False
 
 
 def whole_beats(transport: Message) -> str:
@@ -51,7 +53,7 @@ async def each_beat(transport: Message) -> AsyncIterator[str]:
     zero = transport["monotonic"] - transport["beat"] * period
     while True:
         passed = max(int((loop.time() - zero) / period), 0)
-        yield f"beat {passed + 1}/{whole}"
+        yield f"beat {passed + 1 if transport['beats'] is None else min(passed + 1, int(whole))}/{whole}"
         await asyncio.sleep(zero + (passed + 1) * period - loop.time())
 
 
@@ -153,7 +155,8 @@ class Playback:
         self._leader = self._twin = None
 
     async def _start_simulator(self) -> Stage:
-        command = [sys.executable, _STAGE, "--sink", "simulator", "--port", str(self._port), *self._reporting]
+        taking = ["--takes-starts"] if self.options.takes_starts else []
+        command = [sys.executable, _STAGE, "--sink", "simulator", "--port", str(self._port), *taking, *self._reporting]
         stage = await Stage.start(command, {**os.environ, "IMPROV_PAGE_TOKEN": self._token}, self._hear)
         # A stage that has to be started anew serves the pages that are open already.
         self._port = urlsplit(stage.ready["page"]).port or 0

@@ -32,6 +32,8 @@ LOOK_AT = 20
 LATE = 0.5
 """Seconds. A live sink that could not send for so long stops: its robots have stopped by themselves, or should have."""
 SLOWEST, FASTEST = 0.1, 4.0
+LAST_BEAT = 1e15
+"""The last that can be sought: where beats stop being exact as numbers of JavaScript."""
 FINEST = 1_000_000
 """Parts of a beat at which playing can be taken up again."""
 
@@ -116,7 +118,7 @@ class Player:
 
     def seek(self, beat: float, now: float) -> None:
         """Play from another beat on, or be paused there; simulated robots stand where the score has them then."""
-        target = _fine(min(max(beat, 0.0), float(self._score.beats)))
+        target = _fine(min(max(beat, 0.0), float(self._score.beats), LAST_BEAT))
         if self._state != "waiting" and not self._sink.live:
             poses = {robot: pose_at(part, target) for robot, part in self._score.parts.items()}
             self._sink.place({robot: pose for robot, pose in poses.items() if pose})

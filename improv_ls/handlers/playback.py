@@ -8,7 +8,7 @@ from typing import Any
 from lsprotocol import types
 
 from improv_core.diagnostics import Severity
-from improv_core.stage.player import FASTEST, SLOWEST
+from improv_core.stage.player import FASTEST, LAST_BEAT, SLOWEST
 from improv_ls.documents import Document
 from improv_ls.handlers.documents import refresh_robots
 from improv_ls.session import Session
@@ -62,7 +62,7 @@ def resume(ls: Session, *arguments: Any) -> None:
 
 def seek(ls: Session, *arguments: Any) -> None:
     """Go on from the beat that is the argument, counted from 0."""
-    if (beat := _number(arguments)) is not None and beat >= 0:
+    if (beat := _number(arguments)) is not None and 0 <= beat <= LAST_BEAT:
         ls.performance.conduct("seek", beat=beat)
     else:
         ls.say("improv.seek: say a beat, counted from 0", types.MessageType.Warning)
@@ -104,16 +104,20 @@ def _number(arguments: tuple[Any, ...]) -> float | None:
     return float(arguments[0]) if len(arguments) == 1 and type(arguments[0]) in (int, float) else None
 
 
+def _goes_on(ls: Session) -> str:
+    return "; what plays goes on" if ls.performance.is_on else ""
+
+
 async def _play(ls: Session, document: Document) -> None:
     if not document.analysis.cast.ok:
-        ls.say("✗ improv.toml has errors; what plays goes on", types.MessageType.Warning)
+        ls.say(f"✗ improv.toml has errors{_goes_on(ls)}", types.MessageType.Warning)
         return
     errors = [each for each in document.analysis.diagnostics if each.severity is Severity.ERROR]
     if errors:
         first = errors[0]
         line = document.lines.position(first.span.start).line + 1
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        ls.say(f"✗ line {line}: {first.message}{more}; what plays goes on", types.MessageType.Warning)
+        ls.say(f"✗ line {line}: {first.message}{more}{_goes_on(ls)}", types.MessageType.Warning)
         return
     when = ls.settings.switch_at if ls.settings.on_save == "continue" else "restart"
     await ls.performance.play(document, when)

@@ -1,25 +1,32 @@
-"""A start dragged on the page becomes an edit of improv.toml that the editor is asked to make."""
+"""Starts dragged on the page become one edit of improv.toml that the editor is asked to make."""
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
 import aiohttp
 import pytest
+from lsprotocol import types
 
-from tests.ls.client import Client
+from improv_core.text import LineIndex
+from improv_ls.positions import to_span
+from tests.ls.client import Client, Message
 
 CAPABILITIES = {
     "workspace": {"applyEdit": True, "workspaceEdit": {"resourceOperations": ["create"]}},
     "window": {"showDocument": {"support": True}},
 }
-PLACE = {"type": "place", "robot": "anna", "x": 1.5, "y": -2, "heading": 90}
+ANNA = {"anna": {"x": 1.5, "y": -2, "heading": 90}}
+BERT = {"bert": {"x": 0.125, "y": 0, "heading": 0}}
+START = "start = { x = 1.5, y = -2, heading = 90 }\n"
+BERTS = "start = { x = 0.125, y = 0, heading = 0 }\n"
 
 
-def drag(page: str, message: dict[str, Any]) -> None:
+def drag(page: str, starts: Mapping[str, Any]) -> None:
     """Send what a page sends."""
 
     async def send() -> None:
@@ -27,45 +34,133 @@ def drag(page: str, message: dict[str, Any]) -> None:
         origin = f"{address.scheme}://{address.netloc}"
         live = f"{origin}/live?{address.query}"
         async with aiohttp.ClientSession() as session, session.ws_connect(live, headers={"Origin": origin}) as socket:
-            await socket.send_json(message)
+            await socket.send_json({"type": "place", "starts": starts})
 
     asyncio.run(send())
 
 
+def play(client: Client, folder: Path) -> str:
+    """Play a program of two robots; the address of its page."""
+    program = folder / "dance.improv"
+    client.open(program.as_uri(), "anna $ forward\nbert $ forward\n")
+    client.save(program.as_uri())
+    return client.wait_for_page()[0]
+
+
+def asked(client: Client) -> list[Any]:
+    """The changes of the one edit that the editor is asked to make."""
+    changes: list[Any] = client.wait("workspace/applyEdit")["edit"]["documentChanges"]
+    return changes
+
+
+def edited(text: str, change: Any) -> str:
+    """A text after a change of it."""
+    (edit,) = change["edits"]
+    begin, end = (types.Position(**edit["range"][side]) for side in ("start", "end"))
+    span = to_span(LineIndex(text), types.Range(begin, end), "utf-16")
+    return text[: span.start] + str(edit["newText"]) + text[span.end :]
+
+
 @pytest.mark.parametrize(
-    ("before", "changes"),
+    ("before", "starts", "after"),
     [
         (
-            None,
-            [
-                {"kind": "create"},
-                {"at": [0, 0, 0, 0], "text": "[robots.anna]\nstart = { x = 1.5, y = -2, heading = 90 }\n"},
-            ],
+            "[robots.anna]\nstart = { x = 3 } # 🐢\n[robots.bert]\n",
+            ANNA,
+            f"[robots.anna]\n{START[:-1]} # 🐢\n[robots.bert]\n",
         ),
-        (
-            "[robots.anna]\nstart = { x = 3 } # 🐢\n",
-            [{"at": [1, 8, 1, 17], "text": "{ x = 1.5, y = -2, heading = 90 }"}],
-        ),
+        ("# 🐢\n[robots.anna]\n[robots.bert]\n", ANNA | BERT, f"# 🐢\n[robots.anna]\n{START}[robots.bert]\n{BERTS}"),
+        ("", ANNA | BERT, f"[robots.anna]\n{START}\n[robots.bert]\n{BERTS}"),
     ],
 )
-def test_the_editor_is_asked_to_write_it(tmp_path: Path, before: str | None, changes: list[dict[str, Any]]) -> None:
-    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
-    if before:
-        robots.write_text(before, encoding="utf-8")
+def test_the_editor_is_asked_to_write_it(tmp_path: Path, before: str, starts: Mapping[str, Any], after: str) -> None:
+    robots = tmp_path / "improv.toml"
+    robots.write_text(before, encoding="utf-8")
     with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
-        client.open(program.as_uri(), "anna $ forward\n")
-        client.save(program.as_uri())
-        drag(client.wait_for_page()[0], PLACE)
-        edit = client.wait("workspace/applyEdit")["edit"]
-    found = []
-    for change in edit["documentChanges"]:
-        assert change.get("uri", change.get("textDocument", {}).get("uri")) == robots.as_uri()
-        if "kind" in change:
-            found.append({"kind": change["kind"]})
-            continue
-        (text,) = change["edits"]
-        start, end = text["range"]["start"], text["range"]["end"]
-        place = [start["line"], start["character"], end["line"], end["character"]]
-        found.append({"at": place, "text": text["newText"]})
-    assert found == changes
-    assert (robots.read_text(encoding="utf-8") if before else None) == before  # never behind the editor's back
+        drag(play(client, tmp_path), starts)
+        (change,) = asked(client)
+    assert change["textDocument"] == {"uri": robots.as_uri(), "version": None}
+    assert edited(before, change) == after
+    assert robots.read_text(encoding="utf-8") == before  # never behind the editor's back
+
+
+def test_a_file_that_is_not_there_is_made_once(tmp_path: Path) -> None:
+    robots = tmp_path / "improv.toml"
+    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        page = play(client, tmp_path)
+        drag(page, BERT)
+        create, change = asked(client)
+        assert create == {"kind": "create", "uri": robots.as_uri(), "options": {"ignoreIfExists": True}}
+        assert edited("", change) == f"[robots.anna]\n\n[robots.bert]\n{BERTS}"
+        drag(page, ANNA)
+        client.wait_for_line("save improv.toml first")
+        robots.touch()  # as VS Code makes it, before it is saved
+        drag(page, ANNA)
+        client.wait_for_line("save improv.toml first")
+        robots.write_text(edited("", change), encoding="utf-8")
+        drag(page, ANNA)
+        (change,) = asked(client)
+        before = robots.read_text(encoding="utf-8")
+        assert edited(before, change) == f"[robots.anna]\n{START}\n[robots.bert]\n{BERTS}"
+
+
+def test_what_the_editor_has_not_saved_is_not_written_twice(tmp_path: Path) -> None:
+    robots = tmp_path / "improv.toml"
+    before = "[robots.anna]\n[robots.bert]\n"
+    robots.write_text(before, encoding="utf-8")
+    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        page = play(client, tmp_path)
+        drag(page, ANNA)
+        unsaved = edited(before, asked(client)[0])
+        drag(page, BERT)
+        client.wait_for_line("save improv.toml first")
+        robots.write_text(unsaved, encoding="utf-8")
+        drag(page, BERT)
+        assert edited(unsaved, asked(client)[0]) == f"[robots.anna]\n{START}[robots.bert]\n{BERTS}"
+
+
+def test_the_text_of_an_editor_that_tells_it_is_the_one_edited(tmp_path: Path) -> None:
+    robots = tmp_path / "improv.toml"
+    robots.write_text("[robots.anna]\n[robots.bert]\n", encoding="utf-8")
+    text = "# not saved\n[robots.bert]\n[robots.anna]\n"
+    document = {"uri": robots.as_uri(), "languageId": "toml", "version": 7, "text": text}
+    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        page = play(client, tmp_path)
+        client.notify("textDocument/didOpen", {"textDocument": document})
+        drag(page, BERT)
+        (change,) = asked(client)
+        assert change["textDocument"] == {"uri": robots.as_uri(), "version": 7}
+        text = edited(text, change)
+        assert text == f"# not saved\n[robots.bert]\n{BERTS}[robots.anna]\n"
+        client.change(robots.as_uri(), 8, {"text": text})
+        drag(page, ANNA | {"bert": {"x": 3, "y": 0, "heading": 0}})
+        (change,) = asked(client)
+        after = f"# not saved\n[robots.bert]\nstart = {{ x = 3, y = 0, heading = 0 }}\n[robots.anna]\n{START}"
+        assert edited(text, change) == after
+
+
+def test_what_a_file_says_in_its_own_way_is_left_to_its_author(tmp_path: Path) -> None:
+    (tmp_path / "improv.toml").write_text('[robots]\nanna.profile = "turtlesim"\nbert = {}\n', encoding="utf-8")
+    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        drag(play(client, tmp_path), ANNA)
+        line = client.wait_for_line("improv.toml was left as it is")
+    assert line.endswith("write robots.anna.start = { x = 1.5, y = -2, heading = 90 } there by hand")
+
+
+class Refusing(Client):
+    """An editor that makes no edit."""
+
+    def _answer(self, request: Message) -> None:
+        if request["method"] == "workspace/applyEdit":
+            self._write({"id": request["id"], "result": {"applied": False}})
+        else:
+            super()._answer(request)
+
+
+def test_an_edit_that_is_not_made_may_be_asked_for_again(tmp_path: Path) -> None:
+    with Refusing({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        page = play(client, tmp_path)
+        for _ in range(2):
+            drag(page, ANNA)
+            assert len(asked(client)) == 2
+            client.wait_for_line("the editor did not take the new start of anna")

@@ -26,7 +26,7 @@ def test_robots_and_limits_are_those_of_the_file(tmp_path: Path) -> None:
         # A mistake in the file is told in the file, and stops every new dance until it is mended.
         robots.write_text(BURGER.replace("burger", "brger"))
         client.save(program.as_uri())
-        assert client.wait_for_line("✗") == "✗ improv.toml has errors; what plays goes on"
+        assert client.wait_for_line("✗") == "✗ improv.toml has errors"
         robots.write_text(BURGER + '[robots.bruger]\nprofile = "holonomic"\n')
         client.change(program.as_uri(), 2, {"text": "beat 30\nburger $ forward left\nbruger $ strafeleft\n"})
         client.save(program.as_uri())

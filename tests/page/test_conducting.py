@@ -187,6 +187,42 @@ def test_a_start_that_was_dragged_is_offered_and_not_written_unasked(stage: Page
     stage.screenshot(path=artifacts / "page-starts.png")
 
 
+def test_starts_are_written_all_at_once(stage: Page) -> None:
+    stage.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
+    stage.get_by_role("button", name="Starts").click()
+    dialog = stage.get_by_role("dialog", name="Start poses")
+    dialog.get_by_label("x", exact=True).first.fill("0.12549")
+    dialog.get_by_label("y", exact=True).last.fill("-2")
+    y = float(dialog.get_by_label("y", exact=True).first.input_value())
+    x = float(dialog.get_by_label("x", exact=True).last.input_value())
+    dialog.get_by_role("button", name="Write to improv.toml").click()
+    assert stage.evaluate("sent.filter(({ type }) => type === 'place')") == [
+        {
+            "type": "place",
+            "starts": {"ada": {"x": 0.125, "y": y, "heading": 0}, "bo": {"x": x, "y": -2, "heading": 0}},
+        }
+    ]
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
+def test_the_card_of_starts_can_be_closed_however_many_there_are(
+    page: Page, show: Show, artifacts: Path, size: tuple[int, int]
+) -> None:
+    width, height = size
+    page.set_viewport_size({"width": width, "height": height})
+    show.play("".join(f"r{number} $ repeat forward\n" for number in range(9)))
+    watch(page, show)
+    page.get_by_role("button", name="Starts").click()
+    dialog = page.get_by_role("dialog", name="Start poses")
+    for field in dialog.get_by_label("heading", exact=True).all():
+        field.fill("90")
+    page.screenshot(path=artifacts / f"page-starts-{width}.png")
+    for name in ("Write to improv.toml", "Close"):
+        expect(dialog.get_by_role("button", name=name)).to_be_in_viewport(ratio=1)
+    dialog.get_by_role("button", name="Close").click()
+    expect(dialog).to_be_hidden()
+
+
 def at(page: Page, x: float, y: float) -> tuple[float, float]:
     """Where a point of the world is on the page, in pixels; once the view has come to rest."""
     wait(page, "(v => (window.last === JSON.stringify(v) || (window.last = JSON.stringify(v), 0)))(improv.view)")

@@ -160,6 +160,16 @@ def test_a_new_program_starts_with_a_clean_stage(page: Page, viewer: Viewer, sim
     wait(page, "Object.keys(improv.robots).join() == 'ada' && improv.robots.ada.y == 1")
 
 
+def test_starts_are_only_copied_where_nobody_would_write_them(page: Page, viewer: Viewer) -> None:
+    viewer.show(Score(Fraction(60), {"ada": part("ada", Pose())}), 1)
+    viewer.publish(transport(1, "stopped"))
+    open_page(page, viewer)
+    page.get_by_role("button", name="Starts").click()
+    page.get_by_label("x", exact=True).fill("1")
+    expect(page.get_by_role("button", name="Copy")).to_be_visible()
+    expect(page.get_by_role("button", name="Write to improv.toml")).to_be_hidden()
+
+
 def test_the_page_comes_back_after_the_server(page: Page, viewer: Viewer, simulator: Simulator) -> None:
     open_page(page, viewer)
     where = urlsplit(viewer.url)
@@ -172,7 +182,7 @@ def test_the_page_comes_back_after_the_server(page: Page, viewer: Viewer, simula
     assert page.evaluate("improv.connected") is False
 
     assert where.port
-    again = Viewer(where.port, simulator.snapshot, lambda command: None, token)
+    again = Viewer(where.port, simulator.snapshot, lambda command: None, token=token)
     again.publish(transport(4, "stopped"))
     expect(page.locator("#state")).to_have_text("stopped")
     expect(notice).to_be_hidden()

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from improv_core.drawing import plot
 from improv_core.score import Score
+from improv_core.stage.player import LAST_BEAT
 from improv_core.stage.viewer.outbox import Outbox, told
 from improv_core.stage.window import MOST_MOMENTS, about, window
 
@@ -39,8 +40,6 @@ MAX_PAGES = 64
 MAX_MESSAGE = 256 * 1024
 """Bytes of a message from a page: enough to silence every robot by its name."""
 MOST_NAMES, LONGEST_NAME = 1000, 100
-LAST_BEAT = 1e15
-"""Where beats stop being exact as numbers of JavaScript."""
 MOST_BEATS = 256
 """In one window."""
 WINDOWS_KEPT = 64
@@ -106,6 +105,21 @@ def _are_names(value: object) -> bool:
     return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(_is_name, value))
 
 
+START: Mapping[str, Check] = {"x": _between(-1000, 1000), "y": _between(-1000, 1000), "heading": _between(-360, 360)}
+"""A start pose in metres and degrees, as improv.toml has it, within the limits it has there."""
+
+
+def _are_starts(value: object) -> bool:
+    """Robots' names, each with a start and nothing else."""
+    return (
+        isinstance(value, dict)
+        and _are_names([*value])
+        and all(
+            isinstance(pose, dict) and pose.keys() == START.keys() and _fits(pose, START) for pose in value.values()
+        )
+    )
+
+
 COMMANDS: Mapping[str, Mapping[str, Check]] = {
     "hush": {},
     "pause": {},
@@ -114,13 +128,7 @@ COMMANDS: Mapping[str, Mapping[str, Check]] = {
     "seek": {"beat": _between(0, LAST_BEAT)},
     "speed": {"factor": _between(0.1, 4)},
     "silence": {"muted": _are_names, "soloed": _are_names},
-    # A start pose in metres and degrees, as improv.toml has it, within the limits it has there.
-    "place": {
-        "robot": _is_name,
-        "x": _between(-1000, 1000),
-        "y": _between(-1000, 1000),
-        "heading": _between(-360, 360),
-    },
+    "place": {"starts": _are_starts},
 }
 """What a page may ask of those who conduct, and what each value must be. Anything else is dropped."""
 
@@ -136,8 +144,8 @@ class Viewer:
     """The page's server, on this machine's loopback address only.
 
     `snapshot` is called 60 times a second while a page is open, and `command` with each command from a page (and with
-    `WATCHED` when one is opened), both from the server's thread: they must return at once. A page keeps its place
-    across servers that share `port` and `token`.
+    `WATCHED` when one is opened), both from the server's thread: they must return at once. With `takes_starts`, one
+    may be `place`. A page keeps its place across servers that share `port` and `token`.
     Raises OSError if the port is taken; port 0 is any free one.
     """
 
@@ -146,10 +154,13 @@ class Viewer:
         port: int,
         snapshot: Callable[[], Snapshot],
         command: Callable[[dict[str, Any]], None],
+        *,
+        takes_starts: bool = False,
         token: str | None = None,
     ) -> None:
         self._snapshot = snapshot
         self._command = command
+        self._takes_starts = takes_starts
         self._token = token or secrets.token_urlsafe()
         self._score: Score | None = None
         self._generation = 0
@@ -187,7 +198,7 @@ class Viewer:
         """Show what is to be played, once the player's messages have this generation."""
         self._score, self._generation = score, generation
         self._windows = {}
-        self.publish(about(score, generation))
+        self.publish({**about(score, generation), "takes_starts": self._takes_starts})
 
     def close(self) -> None:
         """Send what has been published, end all connections and the thread."""
@@ -373,7 +384,7 @@ class Viewer:
         if robots != self._drawn.get("robots"):
             self._put("robots", json.dumps({"type": "robots", "robots": robots}))
         if {"robots": robots, "poses": poses} != self._drawn:
-            message = {"type": "poses", "at": round(snapshot.at, 4), "poses": poses}
+            message = {"type": "poses", "at": round(snapshot.at, 4), "placed": snapshot.placed, "poses": poses}
             self._put("poses", json.dumps(message, separators=(",", ":")))
         self._drawn = {"robots": robots, "poses": poses}
         known = set(map(id, self._bumps))  # a dance that is played again may have equal ones

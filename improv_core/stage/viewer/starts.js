@@ -2,6 +2,7 @@
 
 const NEAR = 24 // pixels to a ring
 const ARROW = 38 // pixels from its middle to the arrow's tip
+const FINEST = 0.001 // metres and degrees, as they are written
 const FIELDS = { x: ["x", 1000, 0.1], y: ["y", 1000, 0.1], heading: ["heading", 360, 15] }
 
 const find = (id) => document.getElementById(id)
@@ -15,13 +16,13 @@ export class Starts {
   #told = new Map() // what the score says
   #chosen = null
 
-  /** `send(message)` offers a start to the server; `changed` is called when there is something to draw. */
+  /** `send(message)` offers starts to the server; `changed` is called when there is something to draw. */
   constructor(send, changed) {
     this.#send = send
     this.#changed = changed
     find("starts-copy").addEventListener("click", () => this.#copy())
     find("starts-write").addEventListener("click", () => {
-      for (const [robot, pose] of this.#moved()) this.#send({ type: "place", robot, ...pose })
+      this.#send({ type: "place", starts: Object.fromEntries(this.#moved()) }) // one edit of the file
     })
   }
 
@@ -29,6 +30,7 @@ export class Starts {
   show(score, cast) {
     const moved = new Map(this.#moved())
     this.#cast = cast
+    find("starts-write").hidden = !score.takes_starts
     this.#told = new Map(Object.entries(score.robots).map(([name, { start }]) => [name, degrees(start)]))
     this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(moved.get(name) ?? pose) }]))
     find("starts-list").replaceChildren(...cast.map(({ name, color }) => this.#fields(name, color)))
@@ -102,7 +104,7 @@ export class Starts {
       })
       input.addEventListener("input", () => {
         if (!input.value || !input.checkValidity()) return
-        this.#poses.get(name)[key] = Number(input.value)
+        this.#poses.get(name)[key] = neat(Number(input.value), FINEST)
         this.#offer()
       })
       input.addEventListener("keydown", (event) => {
@@ -136,7 +138,7 @@ export class Starts {
 }
 
 function degrees([x, y, , heading]) {
-  return { x: neat(x, 0.0001), y: neat(y, 0.0001), heading: neat((heading * 180) / Math.PI, 0.001) }
+  return { x: neat(x, FINEST), y: neat(y, FINEST), heading: neat((heading * 180) / Math.PI, FINEST) }
 }
 
 /** The nearest multiple of a step, written as people would. */

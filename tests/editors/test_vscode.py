@@ -85,8 +85,7 @@ def _words_are_checked_and_explained(page: Page) -> None:
     page.keyboard.press("Escape")
 
     word(page, "lft").dblclick()
-    page.keyboard.type("le")
-    page.keyboard.press("Control+Space")
+    page.keyboard.type("le")  # completion comes by itself
     offered = page.locator(".suggest-widget .monaco-list-row", has_text="left").first
     expect(offered).to_be_visible()
     keep_picture(page, "completion")
@@ -141,8 +140,12 @@ def _keys_stop_the_robots(page: Page, robots: str) -> None:
     keep_picture(page, "stopped")
     _robot(robots, "stands")
     expect(page.locator(".view-overlays [class*=TextEditorDecorationType]")).to_have_count(0)
+    page.keyboard.press("Control+Space")
+    expect(page.locator(".suggest-widget")).to_be_visible()
     page.keyboard.press("Control+Enter")
     expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
+    page.keyboard.press("Escape")
+    expect(page.locator(".suggest-widget")).to_be_hidden()
     page.keyboard.press("Escape")
     page.keyboard.press("Escape")
     expect(_status(page)).to_have_text("stopped · simulator")

@@ -14,7 +14,7 @@ import click
 
 from improv_core.compiler import score_of
 from improv_core.ide.hover import summary
-from improv_core.live import INTERRUPTED, WRONG_PROGRAM, tell_diagnostics
+from improv_core.live import WRONG_PROGRAM, tell_diagnostics
 from improv_core.movement import ENDLESS
 from improv_core.program import ReadError, analyze_file
 from improv_core.report import outcome
@@ -61,13 +61,12 @@ def rehearse(path: Path, seconds: float | None, *, report: bool) -> int:
         else:
             click.echo(f"improv: {message['message']}", err=True)
 
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # also where a shell has had it ignored
+    # Ctrl-C ends it at once, also where a shell has had that ignored: there is nothing to put in order, and pymunk would
+    # swallow a KeyboardInterrupt raised while it calls us.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     began = time.perf_counter()
     simulator = Simulator(period=None)
-    try:
-        perform(score, simulator, seconds, tell)
-    except KeyboardInterrupt:
-        return INTERRUPTED
+    perform(score, simulator, seconds, tell)
     ended = outcome({**last, "poses": {robot: asdict(pose) for robot, pose in simulator.poses().items()}})
     if report:
         click.echo(json.dumps(ended))

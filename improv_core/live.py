@@ -10,7 +10,7 @@ import sys
 import webbrowser
 from collections.abc import AsyncIterator, Awaitable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
@@ -51,20 +51,34 @@ async def play(
 
 async def watch(path: Path, options: Options, *, browser: bool) -> int:
     """Play a program, and again at every save, until interrupted; the exit code. Raises ReadError and StageError."""
-    text = read_program(path)
+    saved = _saved(path)
     async with _on_stage(options, browser=browser, quiet=False) as show:
-        await _first(_follow(show, path, text), show.interrupted.wait())
+        await _first(_follow(show, path, saved), show.interrupted.wait())
     return INTERRUPTED
 
 
-async def _follow(show: _Show, path: Path, text: str) -> None:
-    await _play_if_right(show, path, text)
+async def _follow(show: _Show, path: Path, saved: _Saved) -> None:
+    await _play_if_right(show, path, saved.text)
     async for _ in _changes(path.parent):
         with contextlib.suppress(ReadError):  # between the old file and the new one there is none
-            latest = await _settled(path, text)
-            if latest != text:
-                await _play_if_right(show, path, latest)
-                text = latest
+            if _saved(path) != saved:
+                saved = await _settled(path)
+                if saved.text:  # some editors empty the file before they write it
+                    await _play_if_right(show, path, saved.text)
+
+
+class _Saved(NamedTuple):
+    """A file as it was saved, and when, in ns: a save plays also if it changes nothing."""
+
+    text: str
+    time: int
+
+
+def _saved(path: Path) -> _Saved:
+    """Raises ReadError."""
+    with contextlib.suppress(OSError):  # what reads it says why
+        return _Saved(read_program(path), path.stat().st_mtime_ns)
+    return _Saved(read_program(path), 0)
 
 
 async def _changes(folder: Path) -> AsyncIterator[object]:
@@ -83,23 +97,23 @@ async def _changes(folder: Path) -> AsyncIterator[object]:
         yield None
 
 
-async def _settled(path: Path, text: str) -> str:
-    """What a file has once it is left alone, or the old text while it has no other. Raises ReadError.
+async def _settled(path: Path) -> _Saved:
+    """A file once it is left alone. Raises ReadError.
 
     Half of a program may be one too, and not every editor, nor any network, puts a file in place all at once.
     """
-    latest = read_program(path)
-    while latest not in ("", text):  # some editors empty the file before they write it
+    latest = _saved(path)
+    while True:
         seen = latest
-        await asyncio.sleep(SETTLING if seen.endswith(("\n", "\r")) else MID_LINE_SETTLING)
-        latest = read_program(path)
+        await asyncio.sleep(SETTLING if seen.text.endswith(("\n", "\r")) else MID_LINE_SETTLING)
+        latest = _saved(path)
         if latest == seen:
             return latest
-    return text
 
 
 async def _play_if_right(show: _Show, path: Path, text: str) -> None:
     analysis = analyze(text, robots_near(path.parent))
+    show.clear_line()
     tell_diagnostics(path, analysis)
     if analysis.ok:
         await show.play(analysis)
@@ -189,6 +203,7 @@ class _Show:
             self._record(message)
         elif message["type"] in ("warning", "error", "gone"):
             if not self.interrupted.is_set():
+                self.clear_line()
                 click.echo(f"improv: {message['message']}", err=True)
             if message["type"] == "gone":
                 self.broken = True
@@ -227,8 +242,14 @@ class _Show:
             self._counter = None
             click.echo()
 
+    def clear_line(self) -> None:
+        """Make room for a line where the beat is counted; the count goes on below."""
+        if self._counter:
+            click.echo("\r\x1b[K", nl=False)
+
     def _say(self, line: str) -> None:
         if not self._quiet:
+            self.clear_line()
             click.echo(line)
 
 

@@ -130,6 +130,12 @@ def test_its_folder_is_deleted_and_made_again(watch: Watch, program: Path) -> No
     assert "▶ r 1 beat" in watch.next()
 
 
+def test_a_save_that_changes_nothing_plays_anew(watch: Watch, program: Path) -> None:
+    for _ in range(2):
+        program.write_text(program.read_text())
+        assert watch.wait("▶").startswith("▶ r ")
+
+
 def test_a_wrong_save_is_told_as_check_tells_it(watch: Watch, program: Path) -> None:
     program.write_text("r $ lft\n")
     assert watch.wait("error").endswith(":1:5: error[unknown-name] `lft` is not known: did you mean `left`?\n")

@@ -181,8 +181,10 @@ A statement begins anew, whatever was left open above."
 (defun improv-page ()
   "Show the robots in the browser."
   (interactive nil improv-mode)
-  (browse-url (or (plist-get (slot-value (improv--server) 'transport) :page)
+  (let ((page (or (plist-get (slot-value (improv--server) 'transport) :page)
                   (user-error "There is no page yet: save a program first"))))
+    (message "The page is at %s" page) ; no browser may come up
+    (browse-url page)))
 
 (defun improv--read-robot (what)
   "Ask for a robot to do WHAT with, one of those that play."

@@ -24,9 +24,11 @@ function M.execute(client, command, arguments)
   if not vim.tbl_contains(offered, command) then
     return vim.notify("This improv-ls has no " .. command .. ": install a newer one", vim.log.levels.WARN)
   end
-  M.request(client, "workspace/executeCommand", { command = command, arguments = arguments }, function(problem)
+  M.request(client, "workspace/executeCommand", { command = command, arguments = arguments }, function(problem, page)
     if problem then
       vim.notify(problem.message, vim.log.levels.ERROR)
+    elseif type(page) == "string" then
+      vim.notify("the page is at " .. page) -- no browser may have come up
     end
   end)
 end

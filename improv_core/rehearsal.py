@@ -61,8 +61,8 @@ def rehearse(path: Path, seconds: float | None, *, report: bool) -> int:
         else:
             click.echo(f"improv: {message['message']}", err=True)
 
-    # Ctrl-C ends it at once, also where a shell has had that ignored: there is nothing to put in order, and pymunk would
-    # swallow a KeyboardInterrupt raised while it calls us.
+    # Ctrl-C ends it at once, also where a shell has had that ignored: there is nothing to put in order, and pymunk
+    # would swallow a KeyboardInterrupt raised while it calls us.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     began = time.perf_counter()
     simulator = Simulator(period=None)

@@ -116,6 +116,11 @@ class Performance:
         """The muted robots, and the soloed ones."""
         return (self._playback.muted, self._playback.soloed) if self._playback else (frozenset(), frozenset())
 
+    @property
+    def robots(self) -> set[str]:
+        """The robots of what was played, and those that are muted or soloed."""
+        return {*(self._document.analysis.robots if self._document else ()), *self.silenced[0], *self.silenced[1]}
+
     def renamed(self, old: str, new: str) -> None:
         """What was played is in another file, or in another folder, from here on."""
         if self._document:

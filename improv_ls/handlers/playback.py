@@ -62,16 +62,16 @@ def resume(ls: Session, *arguments: Any) -> None:
 
 def seek(ls: Session, *arguments: Any) -> None:
     """Go on from the beat that is the argument, counted from 0."""
-    if (beat := _number(arguments)) is not None and 0 <= beat <= LAST_BEAT:
-        ls.performance.conduct("seek", beat=beat)
+    if len(arguments) == 1 and _is_beat(arguments[0]):
+        ls.performance.conduct("seek", beat=float(arguments[0]))
     else:
         ls.say("improv.seek: say a beat, counted from 0", types.MessageType.Warning)
 
 
 def speed(ls: Session, *arguments: Any) -> None:
     """Play so many times as fast."""
-    if (factor := _number(arguments)) is not None and SLOWEST <= factor <= FASTEST:
-        ls.performance.conduct("speed", factor=factor)
+    if len(arguments) == 1 and _is_number(arguments[0]) and SLOWEST <= arguments[0] <= FASTEST:
+        ls.performance.conduct("speed", factor=float(arguments[0]))
     else:
         ls.say(f"improv.speed: say a number from {SLOWEST:g} to {FASTEST:g}", types.MessageType.Warning)
 
@@ -89,19 +89,25 @@ def solo(ls: Session, *arguments: Any) -> None:
 def moments(ls: Session, params: Any) -> Mapping[str, Any]:
     """What plays from a beat on: docs/protocol.md."""
     beat = getattr(params, "beat", 0.0)
-    return ls.performance.moments(float(beat) if isinstance(beat, (int, float)) else 0.0)
+    return ls.performance.moments(float(beat) if _is_beat(beat) else 0.0)
 
 
 def _silence(ls: Session, command: str, arguments: tuple[Any, ...]) -> None:
-    if len(arguments) == 1 and isinstance(arguments[0], str) and arguments[0]:
-        ls.performance.toggle(command, arguments[0])
-    else:
+    if not (len(arguments) == 1 and isinstance(arguments[0], str) and arguments[0]):
         ls.say(f"improv.{command}: say a robot's name", types.MessageType.Warning)
+    elif arguments[0] not in ls.performance.robots.union(*(each.analysis.robots for each in ls.documents.values())):
+        # Soloing a robot that is not there would have all others stand still.
+        ls.say(f"improv.{command}: there is no robot `{arguments[0]}`", types.MessageType.Warning)
+    else:
+        ls.performance.toggle(command, arguments[0])
 
 
-def _number(arguments: tuple[Any, ...]) -> float | None:
-    """The one argument, if it is a number."""
-    return float(arguments[0]) if len(arguments) == 1 and type(arguments[0]) in (int, float) else None
+def _is_number(value: object) -> bool:
+    return type(value) in (int, float)
+
+
+def _is_beat(value: Any) -> bool:
+    return _is_number(value) and 0 <= value <= LAST_BEAT
 
 
 def _goes_on(ls: Session) -> str:

@@ -127,10 +127,12 @@ def test_what_plays_can_be_conducted(client: Client) -> None:
     [
         ("seek", ["three"], "improv.seek: say a beat, counted from 0"),
         ("seek", [-1], "improv.seek: say a beat, counted from 0"),
+        ("seek", [10**400], "improv.seek: say a beat, counted from 0"),
         ("speed", [5], "improv.speed: say a number from 0.1 to 4"),
         ("speed", [], "improv.speed: say a number from 0.1 to 4"),
         ("mute", [], "improv.mute: say a robot's name"),
         ("solo", [7], "improv.solo: say a robot's name"),
+        ("solo", ["nobody"], "improv.solo: there is no robot `nobody`"),
     ],
 )
 def test_a_command_with_wrong_arguments_says_what_it_takes(
@@ -157,6 +159,8 @@ def test_who_asks_for_it_is_told_what_plays_when_and_where_it_is() -> None:
         client.change(URI, 3, {"text": "# now\n\n# 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
         moments = client.request("improv/moments", {"beat": 4000})
         assert (moments["version"], moments["robots"]["s"]["moments"][0]) == (3, [4000, 4001, [0]])
+        for beat in (-1, float("nan"), 10**400, "x", None):
+            assert client.request("improv/moments", {"beat": beat})["robots"]["r"]["moments"][0][0] == 0
         assert moments["ranges"] == [[4, 11, 4, 15]]
         command(client, "hush")
         client.wait("improv/transport", lambda params: params["state"] == "stopped")

@@ -3,12 +3,17 @@ if exists('b:did_ftplugin')
 endif
 let b:did_ftplugin = 1
 let b:undo_ftplugin = 'setlocal commentstring< comments< omnifunc<'
-\ .. ' | delcommand -buffer ImprovPlay | delcommand -buffer ImprovHush'
+\ .. ' | delcommand -buffer ImprovPlay | delcommand -buffer ImprovHush | delcommand -buffer ImprovPage'
 
 setlocal commentstring=#\ %s comments=:#
 
 if exists('g:loaded_ale')
   setlocal omnifunc=ale#completion#OmniFunc
+  if !executable(ale#Var(bufnr(''), 'improv_executable'))
+    echohl WarningMsg
+    echomsg 'improv: improv-ls is not on your PATH: install Improv, or set g:ale_improv_executable'
+    echohl None
+  endif
 endif
 
 function! s:Execute(command, arguments) abort
@@ -18,3 +23,4 @@ endfunction
 
 command! -buffer -bar ImprovPlay call s:Execute('improv.play', [ale#util#ToURI(expand('%:p'))])
 command! -buffer -bar ImprovHush call s:Execute('improv.hush', [])
+command! -buffer -bar ImprovPage call s:Execute('improv.page', [])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Callable, Coroutine
 from pathlib import Path
@@ -39,9 +40,19 @@ def improv() -> None:
 
 
 _files = click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-LENGTH = click.FloatRange(0, 1e12, min_open=True)
-"""Seconds of a dance, and not without end."""
 
+
+class _Seconds(click.FloatRange):
+    """How much to play, and not without end."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        seconds = float(super().convert(value, param, ctx))
+        if math.isnan(seconds):  # neither below the least nor above the most
+            self.fail(f"{value} is no number of seconds.", param, ctx)
+        return seconds
+
+
+_LENGTH = _Seconds(0, 1e12, min_open=True)
 _file = click.argument("file", type=click.Path(path_type=Path))
 
 
@@ -118,7 +129,7 @@ _browser = click.option("--no-browser", is_flag=True, help="Do not open the simu
 @_port
 @_browser
 @click.option("--fast", is_flag=True, help="In the simulator, without its page, as fast as it can be computed.")
-@click.option("--for", "seconds", type=LENGTH, help="Seconds at most, with --fast.")
+@click.option("--for", "seconds", type=_LENGTH, help="Seconds at most, with --fast.")
 @click.option("--report", type=click.Choice(["json"]), help="End with a line that says where the robots are.")
 def play(
     file: Path, backend: str, port: int, no_browser: bool, fast: bool, seconds: float | None, report: str | None
@@ -150,7 +161,7 @@ def watch(file: Path, backend: str, port: int, no_browser: bool) -> None:
 @improv.command()
 @_file
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The MCAP file to write.")
-@click.option("--for", "seconds", type=LENGTH, help="Seconds at most.")
+@click.option("--for", "seconds", type=_LENGTH, help="Seconds at most.")
 @click.option("--backend", type=click.Choice(BACKENDS), help="Play it now, and record that.")
 @_port
 @_browser

@@ -219,9 +219,10 @@ EDITORS: Mapping[str, tuple[Sequence[str], tuple[int, ...]]] = {
     "VS Code": (("code", "codium"), (1, 91)),
     "Neovim": (("nvim",), (0, 10)),
     "Helix": (("hx", "helix"), (25, 7)),
-    "Emacs": (("emacs",), (29,)),
+    "Emacs": (("emacs",), (30,)),
+    "Vim": (("vim",), (9,)),
 }
-"""Per editor its commands, and the oldest version that its extension is for (Emacs: the first with Eglot)."""
+"""Per editor its commands, and the oldest version that its extension is for."""
 
 
 def _ros(cast: Mapping[str, Robot]) -> Iterator[Finding]:

@@ -50,15 +50,21 @@ async def play(
 
 
 async def watch(path: Path, options: Options, *, browser: bool) -> int:
-    """Play a program, and again at every save, until interrupted; the exit code. Raises ReadError and StageError."""
-    saved = _saved(path)
+    """Play a program, and again at every save, until interrupted; the exit code. Raises ReadError and StageError.
+
+    One that is not there yet is waited for, in a folder that is.
+    """
+    saved = _saved_or_awaited(path)
     async with _on_stage(options, browser=browser, quiet=False) as show:
         await _first(_follow(show, path, saved), show.interrupted.wait())
     return INTERRUPTED
 
 
 async def _follow(show: _Show, path: Path, saved: _Saved) -> None:
-    await _play_if_right(show, path, saved.text)
+    if saved.time:
+        await _play_if_right(show, path, saved.text)
+    else:
+        show.say(f"{path.name} is not there yet: save it, and it plays")
     async for _ in _changes(path.parent):
         with contextlib.suppress(ReadError):  # between the old file and the new one there is none
             if _saved(path) != saved:
@@ -79,6 +85,11 @@ def _saved(path: Path) -> _Saved:
     with contextlib.suppress(OSError):  # what reads it says why
         return _Saved(read_program(path), path.stat().st_mtime_ns)
     return _Saved(read_program(path), 0)
+
+
+def _saved_or_awaited(path: Path) -> _Saved:
+    """A file as it was saved; with nothing in it, of time 0, if only its folder is there. Raises ReadError."""
+    return _saved(path) if path.exists() or not path.parent.is_dir() else _Saved("", 0)
 
 
 async def _changes(folder: Path) -> AsyncIterator[object]:
@@ -117,6 +128,8 @@ async def _play_if_right(show: _Show, path: Path, text: str) -> None:
     tell_diagnostics(path, analysis)
     if analysis.ok:
         await show.play(analysis)
+    else:
+        show.say("✗ what plays goes on" if show.is_on else "✗ nothing plays: correct it and save")
 
 
 def tell_diagnostics(path: Path, analysis: Analysis) -> None:
@@ -165,12 +178,16 @@ class _Show:
         self.interrupted = asyncio.Event()
         self.broken = False  # whether a stage has ended by itself
 
+    @property
+    def is_on(self) -> bool:
+        return bool(self._playing)
+
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is one of both."""
         await self._playback.open()
         if not self._playback.page:
             return
-        self._say(f"watch it on {self._playback.page}")
+        self.say(f"watch it on {self._playback.page}")
         if browser and await asyncio.to_thread(webbrowser.open, self._playback.page):
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
@@ -181,7 +198,7 @@ class _Show:
         if self._recorder:
             self._recorder.prepare(score, restart=True)
         await self._playback.play(score)
-        self._say(f"▶ {summary(analysis)}, {self._playback.status}")
+        self.say(f"▶ {summary(analysis)}, {self._playback.status}")
 
     async def close(self) -> None:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
@@ -247,7 +264,7 @@ class _Show:
         if self._counter:
             click.echo("\r\x1b[K", nl=False)
 
-    def _say(self, line: str) -> None:
+    def say(self, line: str) -> None:
         if not self._quiet:
             self.clear_line()
             click.echo(line)

@@ -194,7 +194,7 @@ def _stop(player: Player) -> None:
 def _stop_for_silence(player: Player, tell: Tell, now: float) -> None:
     if player.state in ("playing", "waiting"):
         player.hush(now)
-        what = f"the editor's server said nothing for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
+        what = f"Improv was halted or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
         tell({"type": "error", "message": what})
 
 

@@ -149,7 +149,7 @@ def test_editors_and_how_old_they_are(tmp_path: Path) -> None:
         "✓ VS Code 1.95.3",
         "– Neovim 0.9.5: Improv wants 0.10 or newer",
         f"– Helix does not say its version: see that `{tmp_path}/hx --version` works",
-        "– no Emacs: any editor does with `improv watch FILE`",
+        "– no Emacs, no Vim: any editor does with `improv watch FILE`",
     ]
 
 
@@ -202,7 +202,7 @@ def test_a_machine_without_ros(tmp_path: Path) -> None:
     assert "✓ the simulator's page" in lines
     advice = ros_setup.unsuited() or "`improv ros setup` gets it (75 MB)"
     assert f"– no ROS 2, only the simulator plays: {advice}" in lines
-    assert lines[-1] == "– no VS Code, no Neovim, no Helix, no Emacs: any editor does with `improv watch FILE`"
+    assert lines[-1] == "– no VS Code, no Neovim, no Helix, no Emacs, no Vim: any editor does with `improv watch FILE`"
 
 
 def test_mistakes_are_told_and_count(tmp_path: Path) -> None:

@@ -79,6 +79,14 @@ def test_what_can_not_be_done_is_said(tmp_path: Path, program: str, options: lis
     assert (done.returncode, done.stdout, done.stderr) == (2, "", f"improv: {problem}\n")
 
 
+def test_a_dance_can_not_last_nan_seconds(tmp_path: Path) -> None:
+    (tmp_path / "dance.improv").write_text("a $ repeat forward\n")
+    command = [*PLAY, str(tmp_path / "dance.improv"), "--for", "nan"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
+    assert done.returncode == 2
+    assert "nan is no number of seconds." in done.stderr
+
+
 def test_ctrl_c_ends_it(tmp_path: Path) -> None:
     path = tmp_path / "dance.improv"
     path.write_text("a $ repeat [forward left]\n")

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -57,12 +58,18 @@ def program(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.fixture
-def watch(program: Path) -> Iterator[Watch]:
+@contextmanager
+def watching(program: Path) -> Iterator[Watch]:
     watch = Watch(program)
-    watch.wait("▶ r ∞")
     yield watch
     watch.close()
+
+
+@pytest.fixture
+def watch(program: Path) -> Iterator[Watch]:
+    with watching(program) as watch:
+        watch.wait("▶ r ∞")
+        yield watch
 
 
 def test_written_in_place(watch: Watch, program: Path) -> None:
@@ -139,5 +146,21 @@ def test_a_save_that_changes_nothing_plays_anew(watch: Watch, program: Path) -> 
 def test_a_wrong_save_is_told_as_check_tells_it(watch: Watch, program: Path) -> None:
     program.write_text("r $ lft\n")
     assert watch.wait("error").endswith(":1:5: error[unknown-name] `lft` is not known: did you mean `left`?\n")
+    assert watch.next() == "✗ what plays goes on\n"
     program.write_text("r $ left left\n")
     watch.wait("▶ r 2 beats")
+
+
+def test_wrong_from_the_beginning(program: Path) -> None:
+    program.write_text("r $ lft\n")
+    with watching(program) as watch:
+        watch.wait("`lft` is not known")
+        assert watch.next() == "✗ nothing plays: correct it and save\n"
+
+
+def test_saved_only_later(program: Path) -> None:
+    program.unlink()
+    with watching(program) as watch:
+        watch.wait("dance.improv is not there yet: save it, and it plays")
+        program.write_text("r $ left\n")
+        watch.wait("▶ r 1 beat")

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 import subprocess
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 from tests.needs import need
 
@@ -23,6 +24,24 @@ class Cell:
     color: str = ""
     background: str = ""
     bold: bool = False
+
+
+T = TypeVar("T")
+
+
+def until(what: Callable[[], T], problem: Callable[[], str]) -> T:
+    """Wait for something to be true; what it is then. A test fails with the problem if it takes too long."""
+    end = time.monotonic() + PATIENCE
+    while not (found := what()):
+        assert time.monotonic() < end, problem()
+        time.sleep(0.05)
+    return found
+
+
+def written(file: Path) -> str:
+    """What stands in a file, once it is there."""
+    until(file.exists, lambda: f"nothing has written {file}")
+    return file.read_text(encoding="utf-8").strip()
 
 
 class Terminal:
@@ -51,10 +70,10 @@ class Terminal:
 
     def see(self, text: str, there: bool = True) -> None:
         """Wait until the text is on the screen, or no longer there."""
-        end = time.monotonic() + PATIENCE
-        while (text in (screen := self.screen())) is not there:
-            assert time.monotonic() < end, f"{text!r} {'is not' if there else 'is still'} on the screen:\n{screen}"
-            time.sleep(0.05)
+        until(
+            lambda: (text in self.screen()) is there,
+            lambda: f"{text!r} {'is not' if there else 'is still'} on the screen:\n{self.screen()}",
+        )
 
     def screen(self, colors: bool = False) -> str:
         """What stands there, with the terminal's color sequences or without."""

@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import time
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
 from tests.editors.editors import LIMIT, ROOT, find, nothing_left
-from tests.editors.terminal import PATIENCE, Terminal
+from tests.editors.terminal import Terminal, until
 
 PACKAGE = ROOT / "editors" / "emacs"
 SCRIPTS = Path(__file__).parent / "emacs"
@@ -70,10 +69,7 @@ def test_keys_and_the_screen(emacs: str, tmp_path: Path) -> None:
             plain = terminal.background("left")
 
             def wait_until_lit(word: str) -> None:
-                end = time.monotonic() + PATIENCE
-                while terminal.background(word) == plain:
-                    assert time.monotonic() < end, terminal.screen()
-                    time.sleep(0.05)
+                until(lambda: terminal.background(word) != plain, terminal.screen)
 
             terminal.type("C-c", "C-c")
             terminal.see("▶ turtle1 ∞, endless at beat 30, simulator")

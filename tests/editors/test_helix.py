@@ -17,7 +17,7 @@ import pytest
 
 from tests.editors import grammar, robot
 from tests.editors.editors import LIMIT, ROOT, find, nothing_left, started_from
-from tests.editors.terminal import PATIENCE, Terminal
+from tests.editors.terminal import Terminal, until, written
 
 PAGE = (ROOT / "editors" / "helix" / "README.md").read_text(encoding="utf-8")
 COLORS = {
@@ -59,10 +59,10 @@ def test_colors_and_indentation(tmp_path: Path) -> None:
     theme.write_text(f'"ui.selection" = {{}}\n{colors}', encoding="utf-8")
     program = "\nbeat 60\nsq = (\n  slow 3/2 left # why\n)\nr $ reflect YZ sq || rest up [left]\nfast (\n"
     with helix(tmp_path, program, 'theme = "scopes"\n[editor]\ntrue-color = true\n') as (terminal, _):
-        end = time.monotonic() + PATIENCE
-        while (found := _scopes(terminal.screen(colors=True))) != expected:
-            assert time.monotonic() < end, set(found.items()) ^ set(expected.items())
-            time.sleep(0.05)
+        until(
+            lambda: _scopes(terminal.screen(colors=True)) == expected,
+            lambda: str(_scopes(terminal.screen(colors=True)).items() ^ expected.items()),
+        )
 
         terminal.type("3G", "o", "rest", "Enter", "forward")
         terminal.see("    forward")
@@ -98,7 +98,7 @@ def test_session(tmp_path: Path) -> None:
 
         terminal.type(":w", "Enter")
         first = _beat(terminal)
-        url = _opened(tmp_path)
+        url = written(tmp_path / "page")
         asyncio.run(robot.moves(url))
         _beat(terminal, first + 2)  # it counts on
 
@@ -106,8 +106,7 @@ def test_session(tmp_path: Path) -> None:
         _escape(terminal)
         terminal.see("`forwad` is not known: did you mean `forward`?")
         terminal.type(":w", "Enter")
-        terminal.see("[+]", there=False)
-        assert "forwad" in (tmp_path / "dance.improv").read_text(encoding="utf-8")
+        until(lambda: "forwad" in (tmp_path / "dance.improv").read_text(encoding="utf-8"), terminal.screen)
         asyncio.run(robot.moves(url))
 
         terminal.type(":lsp-workspace-command improv.hush", "Enter")
@@ -128,7 +127,7 @@ def test_killed_while_the_robot_dances(tmp_path: Path) -> None:
         terminal.see("●")  # `x` is not used: the server is at work
         terminal.type(":w", "Enter")
         terminal.see("▶ turtle1 ∞, endless at beat 60, simulator")
-        asyncio.run(robot.moves(_opened(tmp_path)))
+        asyncio.run(robot.moves(written(tmp_path / "page")))
         (editor,) = (pid for pid in started_from(env) if Path(f"/proc/{pid}/exe").resolve().name == "hx")
         os.kill(editor, signal.SIGKILL)
 
@@ -165,24 +164,17 @@ def _blocks(language: str) -> list[str]:
 
 def _beat(terminal: Terminal, least: int = 1) -> int:
     """The beat in the status line, once it is there and not below that."""
-    end = time.monotonic() + PATIENCE
-    while not (beats := re.findall(r"beat (\d+)/∞", screen := terminal.screen())) or int(beats[0]) < least:
-        assert time.monotonic() < end, screen
-        time.sleep(0.05)
-    return int(beats[0])
+
+    def seen() -> int:
+        beats = re.findall(r"beat (\d+)/∞", terminal.screen())
+        return int(beats[0]) if beats and int(beats[0]) >= least else 0
+
+    return until(seen, terminal.screen)
 
 
 def _escape(terminal: Terminal) -> None:
     terminal.type("Escape")
     time.sleep(0.2)  # or the terminal takes it and the next key for one
-
-
-def _opened(home: Path) -> str:
-    end = time.monotonic() + PATIENCE
-    while not (home / "page").exists():
-        assert time.monotonic() < end, "no page was opened"
-        time.sleep(0.05)
-    return (home / "page").read_text().strip()
 
 
 def _scopes(screen: str) -> dict[str, str]:

@@ -7,7 +7,6 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ import pytest
 
 from tests.editors import robot
 from tests.editors.editors import LIMIT, ROOT, find, nothing_left, started_from
-from tests.editors.terminal import PATIENCE, Terminal
+from tests.editors.terminal import Terminal, until, written
 
 SCRIPTS = Path(__file__).parent / "neovim"
 PLUGIN = ROOT / "editors" / "neovim"
@@ -136,11 +135,7 @@ def test_killed(neovim: Neovim) -> None:
         command = neovim.command("--headless", "-c", "autocmd LspAttach * ++nested write")
         editor = subprocess.Popen(command, cwd=neovim.folder, env=env, stdin=subprocess.PIPE)
         try:
-            end = time.monotonic() + PATIENCE
-            while not neovim.page.exists():
-                assert time.monotonic() < end, "nothing plays"
-                time.sleep(0.05)
-            asyncio.run(robot.moves(neovim.page.read_text().strip()))
+            asyncio.run(robot.moves(written(neovim.page)))
             assert len(started_from(env)) >= 3  # the editor, its server and the stage
         finally:
             editor.kill()
@@ -148,10 +143,7 @@ def test_killed(neovim: Neovim) -> None:
 
 
 def _await_light(terminal: Terminal, word: str, dark: str) -> None:
-    end = time.monotonic() + PATIENCE
-    while terminal.background(word) == dark:
-        assert time.monotonic() < end, f"{word} is never lit:\n{terminal.screen()}"
-        time.sleep(0.02)
+    until(lambda: terminal.background(word) != dark, lambda: f"{word} is never lit:\n{terminal.screen()}")
 
 
 def _keep(name: str, screen: str) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import re
 import sys
-import time
 from pathlib import Path
 from textwrap import dedent
 
@@ -13,7 +12,7 @@ import pytest
 
 from tests.editors import robot
 from tests.editors.editors import LIMIT, ROOT, nothing_left
-from tests.editors.terminal import PATIENCE, Terminal
+from tests.editors.terminal import Terminal, written
 from tests.needs import lacking, need
 
 FOLDER = ROOT / "editors" / "vim"
@@ -55,21 +54,13 @@ def test_session(tmp_path: Path) -> None:
             terminal.see("halfleft")
             terminal.type("C-n", "Escape", ":w", "Enter")
             terminal.see("▶ turtle1 ∞, endless at beat 120, simulator")
-            url = _written(page)
+            url = written(page)
             asyncio.run(robot.moves(url))
             terminal.type(":ImprovHush", "Enter")
             asyncio.run(robot.stands(url))
             page.unlink()
             terminal.type(":ImprovPage", "Enter")
-            assert _written(page) == url
+            assert written(page) == url
             terminal.type(":ImprovPlay", "Enter")
             asyncio.run(robot.moves(url))
             terminal.type(":quit!", "Enter")
-
-
-def _written(file: Path) -> str:
-    end = time.monotonic() + PATIENCE
-    while not file.exists():
-        assert time.monotonic() < end, f"nothing has written {file}"
-        time.sleep(0.05)
-    return file.read_text().strip()

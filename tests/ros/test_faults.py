@@ -64,7 +64,7 @@ def test_a_stage_that_hangs(server: Server, turtle: Listener, record_property: R
 
 
 def test_a_server_that_hangs(server: Server, turtle: Listener, record_property: Record) -> None:
-    line = "the editor's server said nothing for 0.5 s, so all robots were stopped: save to play again"
+    line = "Improv was halted or hung for 0.5 s, so all robots were stopped: save to play again"
     survives(server, turtle, lambda _: stop_for_a_while(server.pid), line, SOON, record_property)
 
 

@@ -104,11 +104,12 @@ export class TimelineSheet {
   }
 
   #paintRuler(pen, { left, scale, head, letter }, right) {
-    const step = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024].find((step) => step * scale >= letter * 2.2) ?? 2048
     pen.font = `600 ${letter * 0.8}px ${FONT}`
     pen.textAlign = "left"
     pen.textBaseline = "middle"
     const last = Math.min(right, this.#score.beats ?? Infinity)
+    const room = Math.max(pen.measureText(String(Math.ceil(last))).width + letter * 0.8, letter * 2.2)
+    const step = 2 ** Math.max(Math.ceil(Math.log2(room / scale)), 0)
     for (let beat = Math.ceil(left / step - 1) * step; beat <= last; beat += step) {
       const x = Math.round((beat - left) * scale) + 0.5
       pen.fillStyle = this.#colors["grid-strong"]

@@ -3,7 +3,8 @@
 const NEAR = 24 // pixels to a ring
 const ARROW = 38 // pixels from its middle to the arrow's tip
 const FINEST = 0.001 // metres and degrees, as they are written
-const FIELDS = { x: ["x", 1000, 0.1], y: ["y", 1000, 0.1], heading: ["heading", 360, 15] }
+const FARTHEST = 1000 // metres along x and y
+const FIELDS = { x: ["x", FARTHEST, 0.1], y: ["y", FARTHEST, 0.1], heading: ["heading", 360, 15] }
 
 const find = (id) => document.getElementById(id)
 
@@ -65,7 +66,7 @@ export class Starts {
     return (to) => {
       const pose = this.#poses.get(best.name)
       const world = camera.toWorld(to)
-      if (best.part === "place") Object.assign(pose, { x: neat(world.x, 0.05), y: neat(world.y, 0.05) })
+      if (best.part === "place") Object.assign(pose, { x: neat(within(world.x), 0.05), y: neat(within(world.y), 0.05) })
       else pose.heading = neat((Math.atan2(world.y - pose.y, world.x - pose.x) * 180) / Math.PI, 5)
       this.#showFields(best.name)
       this.#offer()
@@ -139,6 +140,10 @@ export class Starts {
 
 function degrees([x, y, , heading]) {
   return { x: neat(x, FINEST), y: neat(y, FINEST), heading: neat((heading * 180) / Math.PI, FINEST) }
+}
+
+function within(place) {
+  return Math.min(Math.max(place, -FARTHEST), FARTHEST)
 }
 
 /** The nearest multiple of a step, written as people would. */

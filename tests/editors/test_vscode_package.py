@@ -8,6 +8,8 @@ import subprocess
 import zipfile
 from pathlib import Path
 
+import pytest
+
 from improv_core import __version__
 from improv_ls.server import create_server
 from tests.editors.editors import ROOT
@@ -60,12 +62,13 @@ def test_the_lock_file_names_no_place_to_get_packages_from() -> None:
     assert '"resolved"' not in (FOLDER / "package-lock.json").read_text(encoding="utf-8")
 
 
-def test_words_that_play_move_with_the_text(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("name", "passes"), [("clock", 2), ("moments", 5), ("words", 7)])
+def test_words_that_play(tmp_path: Path, name: str, passes: int) -> None:
     packaged()  # brings esbuild, if it is not there
-    bundle = ["node_modules/.bin/esbuild", "src/moments.ts", f"--outfile={tmp_path / 'moments.mjs'}", "--format=esm"]
+    tests, bundled = Path(__file__).parent / "vscode", tmp_path / "test.mjs"
+    bundle = ["node_modules/.bin/esbuild", str(tests / f"{name}.test.mjs"), f"--outfile={bundled}", "--bundle"]
+    bundle += ["--platform=node", "--format=esm", f"--alias:vscode={tests / 'vscode.mjs'}"]
     subprocess.run(bundle, cwd=FOLDER, check=True, capture_output=True)
-    test = tmp_path / "moments.test.mjs"
-    test.write_text((Path(__file__).parent / "vscode" / test.name).read_text(encoding="utf-8"), encoding="utf-8")
-    ran = subprocess.run([need("node"), "--test", str(test)], capture_output=True, text=True)
+    ran = subprocess.run([need("node"), "--test", str(bundled)], capture_output=True, text=True)
     assert ran.returncode == 0, ran.stdout
-    assert "# pass 5" in ran.stdout
+    assert f"# pass {passes}" in ran.stdout

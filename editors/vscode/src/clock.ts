@@ -29,5 +29,5 @@ export function isOn(transport: Transport | undefined): transport is Transport {
 
 /** Whether a robot stands still while its part goes on. */
 export function isSilent({ muted, soloed }: Transport, robot: string): boolean {
-  return muted.includes(robot) || (soloed.length > 0 && !soloed.includes(robot));
+  return soloed.length > 0 ? !soloed.includes(robot) : muted.includes(robot);
 }

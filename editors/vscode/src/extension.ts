@@ -56,14 +56,13 @@ export async function activate(context: ExtensionContext): Promise<void> {
   const startOnce = async (): Promise<void> => {
     status.show("starts");
     await stop();
-    const found = await findServer(context);
-    if (!found) {
+    path = (await findServer(context)) ?? "";
+    if (!path) {
       status.show("missing");
       return void offer();
     }
-    path = found;
-    log.info(`starting ${found}`);
-    client = createClient(found, log, listener);
+    log.info(`starting ${path}`);
+    client = createClient(path, log, listener);
     client.onDidChangeState(({ newState }) => {
       void commands.executeCommand("setContext", "improv.ready", newState === State.Running);
       if (newState === State.Stopped) take(undefined);
@@ -74,11 +73,16 @@ export async function activate(context: ExtensionContext): Promise<void> {
     } catch (error) {
       log.error(error as Error);
       status.show("missing");
-      void offer(found);
+      void offer(path);
     }
   };
+  const failed = (error: Error): void => {
+    log.error(error);
+    status.show("missing");
+    void window.showErrorMessage(`Improv's language server can't be started: ${error.message}`);
+  };
   let starting = Promise.resolve();
-  const start = (): Promise<void> => (starting = starting.then(startOnce));
+  const start = (): Promise<void> => (starting = starting.then(startOnce).catch(failed));
 
   const offer = async (broken?: string): Promise<void> => {
     const problem = broken ? `${broken} does not start` : "no improv-ls was found";

@@ -12,6 +12,11 @@ export interface Evaluated {
   robots: Record<string, Stretch>;
 }
 
+/** What has been told of that, which holds from a beat on. */
+export interface Known extends Evaluated {
+  from: number;
+}
+
 /** First beat, last beat, and the indices of the places that play; sorted, without overlaps. */
 export type Moment = readonly [number, number, readonly number[]];
 
@@ -45,11 +50,8 @@ export function playing(
 }
 
 /** Whether the moments say what plays at a beat, as far as that can be known. */
-export function reaches({ robots }: Evaluated, beat: number): boolean {
-  return Object.values(robots).every(({ moments, until }) => {
-    const first = moments[0];
-    return (first === undefined || first[0] <= beat) && (until === null || beat < until);
-  });
+export function reaches({ robots, from }: Known, beat: number): boolean {
+  return from <= beat && Object.values(robots).every(({ until }) => until === null || beat < until);
 }
 
 /** Where the places are after an edit; one that it touches is none any more. */

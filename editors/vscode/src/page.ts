@@ -29,9 +29,10 @@ export class PagePanel implements Disposable {
   /** Goes where the page is now, if it is shown. */
   async follow(url: string): Promise<void> {
     if (!this.panel || url === this.url) return;
-    this.url = url;
     const address = await reachable(url);
-    if (this.panel) this.panel.webview.html = framed(address);
+    if (!this.panel || url === this.url) return; // closed meanwhile, or another was faster
+    this.url = url;
+    this.panel.webview.html = framed(address);
   }
 
   dispose(): void {

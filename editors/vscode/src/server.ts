@@ -33,12 +33,13 @@ export function onPath(name: string): string[] {
   return folders.map((folder) => join(folder, file)).filter(isThere);
 }
 
-/** The Python of the environment that is selected in the Python extension, if that is installed. */
+/** The Python of the environment that is selected in the Python extension, if that is installed and works. */
 export async function selectedPython(): Promise<string | undefined> {
   const environments = await pythonEnvironments();
   const folder = workspace.workspaceFolders?.[0]?.uri;
   const path = environments?.getActiveEnvironmentPath(folder);
-  const python = path && (await environments?.resolveEnvironment(path))?.executable.uri?.fsPath;
+  const resolved = path && (await environments?.resolveEnvironment(path).catch(() => undefined));
+  const python = resolved?.executable.uri?.fsPath;
   return python && isThere(python) ? python : undefined;
 }
 
@@ -55,8 +56,12 @@ interface Environments {
 }
 
 async function pythonEnvironments(): Promise<Environments | undefined> {
-  const python = extensions.getExtension<{ environments?: Environments }>("ms-python.python");
-  return python && (await python.activate()).environments;
+  const python = extensions.getExtension<{ environments?: Environments } | undefined>("ms-python.python");
+  try {
+    return (await python?.activate())?.environments;
+  } catch {
+    return undefined; // it says by itself what is wrong with it
+  }
 }
 
 /** Whether there is such a file, and it may be run. */

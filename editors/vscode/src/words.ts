@@ -2,7 +2,7 @@
 
 import { Disposable, Range, TextDocument, TextDocumentChangeEvent, ThemeColor, window, workspace } from "vscode";
 import { beatAt, isSilent, Transport } from "./clock";
-import { edited, Evaluated, Place, playing, reaches } from "./moments";
+import { edited, Evaluated, Known, Place, playing, reaches } from "./moments";
 
 const SHORTEST = 30; // ms between two changes on the screen
 const AHEAD = 4; // beats before the known ones end, at which more are asked for
@@ -20,10 +20,11 @@ export class PlayingWords implements Disposable {
   });
   private readonly listening = Disposable.from(
     workspace.onDidChangeTextDocument((event) => this.follow(event)),
+    workspace.onDidCloseTextDocument((document) => this.lose(document)),
     workspace.onDidChangeConfiguration((event) => event.affectsConfiguration("improv.highlight") && this.paint()),
     window.onDidChangeVisibleTextEditors(() => this.paint()),
   );
-  private readonly known = new Map<number, Evaluated>(); // by generation: one plays, the next may wait to take over
+  private readonly known = new Map<number, Known>(); // by generation: one plays, the next may wait to take over
   private transport?: Transport;
   private timer?: NodeJS.Timeout;
   private asking = false;
@@ -35,18 +36,15 @@ export class PlayingWords implements Disposable {
     for (const old of this.known.keys()) {
       if (old !== this.transport?.generation) this.known.delete(old);
     }
-    this.known.set(evaluated.generation, evaluated);
-    if (documentOf(evaluated)?.version !== evaluated.version) {
-      // Typed meanwhile: nothing is lit before the server has said where the words are now.
-      this.known.set(evaluated.generation, { ...evaluated, ranges: evaluated.ranges.map(() => null) });
-      void this.askOn(0);
-    }
+    const isCurrent = documentOf(evaluated)?.version === evaluated.version; // nobody has typed meanwhile
+    this.known.set(evaluated.generation, isCurrent ? { ...evaluated, from: 0 } : unknown(evaluated));
     this.paint();
   }
 
   /** Goes on from where the server says that it is; from nothing, where nothing plays any more. */
   take(transport: Transport | undefined): void {
     this.transport = transport;
+    if (!transport) this.known.clear(); // the next server counts its generations anew
     this.paint();
   }
 
@@ -65,17 +63,19 @@ export class PlayingWords implements Disposable {
     const { places, next } = playing(evaluated, beat, (robot) => isSilent(transport, robot));
     this.show(evaluated.uri, places);
 
-    if (!reaches(evaluated, beat) || !reaches(evaluated, beat + AHEAD)) void this.askOn(beat);
-    if (transport.state !== "playing") return;
-    const wait = ((next - beat) * 60_000) / transport.tempo;
+    const isKnown = reaches(evaluated, beat) && reaches(evaluated, beat + AHEAD);
+    if (!isKnown) void this.askOn(beat);
+    const change = transport.state === "playing" ? ((next - beat) * 60_000) / transport.tempo : Infinity;
+    const wait = isKnown ? change : Math.min(change, PATIENCE);
     if (wait < 2 ** 31) this.timer = setTimeout(() => this.paint(), Math.max(wait, SHORTEST));
   }
 
   /** What is known of what plays, where its words are to be lit. */
-  private evaluated(): Evaluated | undefined {
+  private evaluated(): Known | undefined {
     const isLit = this.transport?.state === "playing" || this.transport?.state === "paused";
     const isWanted = workspace.getConfiguration("improv").get("highlight.playing", true);
-    return isLit && isWanted ? this.known.get(this.transport?.generation ?? -1) : undefined;
+    const evaluated = this.known.get(this.transport?.generation ?? -1);
+    return isLit && isWanted && evaluated && documentOf(evaluated) ? evaluated : undefined;
   }
 
   private show(uri: string | undefined, places: Place[]): void {
@@ -96,17 +96,29 @@ export class PlayingWords implements Disposable {
     if (contentChanges.length > 0) this.paint();
   }
 
-  /** Gets what comes after the moments that are known. */
+  /** Who opens a document again may find another text in it. */
+  private lose(document: TextDocument): void {
+    for (const [generation, evaluated] of this.known) {
+      if (evaluated.uri === document.uri.toString()) this.known.set(generation, unknown(evaluated));
+    }
+  }
+
+  /** Gets what plays from a beat on, unless somebody types meanwhile. */
   private async askOn(beat: number): Promise<void> {
     if (this.asking) return;
     this.asking = true;
     const more = await this.ask(beat).catch(() => undefined);
-    if (more && documentOf(more)?.version === more.version && this.known.has(more.generation)) {
-      this.known.set(more.generation, more);
+    if (more && more.generation === this.transport?.generation && documentOf(more)?.version === more.version) {
+      this.known.set(more.generation, { ...more, from: beat });
     }
     setTimeout(() => (this.asking = false), PATIENCE);
     this.paint();
   }
+}
+
+/** Before the server has said where the words are now, nothing is lit. */
+function unknown(evaluated: Evaluated): Known {
+  return { ...evaluated, robots: {}, from: Infinity };
 }
 
 function documentOf(evaluated: Evaluated): TextDocument | undefined {

@@ -41,6 +41,20 @@ function M.marks()
   return #vim.api.nvim_buf_get_extmarks(0, space, 0, -1, {})
 end
 
+local new_timer, timers = vim.uv.new_timer, {}
+vim.uv.new_timer = function()
+  local timer = new_timer()
+  if debug.getinfo(2, "S").source:find("improv", 1, true) then
+    table.insert(timers, timer)
+  end
+  return timer
+end
+
+--- How many timers of ours are not closed.
+function M.timers()
+  return #vim.tbl_filter(function(timer) return not timer:is_closing() end, timers)
+end
+
 --- Wait until a robot `moves`, or all of them `stands`.
 function M.robot(does)
   local command = { vim.env.IMPROV_PYTHON, "-m", "tests.editors.robot", vim.g.page, does }

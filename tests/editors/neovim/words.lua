@@ -99,6 +99,11 @@ person.session(function()
   await_status("^■ ended$")
   assert(person.marks() == 0)
 
+  -- Another server than ours is none of our business.
+  assert(person.timers() == 1)
+  vim.api.nvim_exec_autocmds("LspDetach", { group = "improv", data = { client_id = 99 } })
+  assert(person.timers() == 1, "a timer for another server")
+
   -- The server's end leaves nothing.
   person.write("a $ repeat forward")
   await_lit("1:12 forward")
@@ -106,4 +111,5 @@ person.session(function()
   vim.lsp.stop_client(client.id)
   person.await("the end of the server", function() return has_ended(client) and person.marks() == 0 end)
   await_status("^$")
+  assert(person.timers() == 0, "a timer for a server that has ended")
 end)

@@ -1,8 +1,8 @@
-// Which words are lit, and where they are after an edit: editors/vscode/src/moments.ts, bundled for node.
+// Which words are lit, and where they are after an edit: editors/vscode/src/moments.ts.
 
 import assert from "node:assert/strict"
 import { test } from "node:test"
-import { edited, playing, reaches } from "./moments.mjs"
+import { edited, playing, reaches } from "../../../editors/vscode/src/moments.ts"
 
 /** In `before`, ‹…› is a word that plays, and what is between ^ and ^ is replaced; in `after` it is where it is then. */
 function check(before, text, after) {
@@ -54,6 +54,7 @@ test("brackets and blanks beside a word do not touch it", () => {
 })
 
 const EVALUATED = {
+  from: 0,
   ranges: [[0, 0, 0, 1], [0, 2, 0, 3], null],
   robots: {
     one: { moments: [[0, 1, [0]], [1, 2.5, [1, 2]]], until: null },
@@ -76,4 +77,5 @@ test("words are lit from their first beat to their last", () => {
 
 test("more is to be asked for where what is known ends", () => {
   assert.deepEqual([0, 1.4, 1.5, 9].map((beat) => reaches(EVALUATED, beat)), [true, true, false, false])
+  assert.deepEqual([0, 1, 1.4].map((beat) => reaches({ ...EVALUATED, from: 1 }, beat)), [false, true, true])
 })

@@ -9,12 +9,17 @@ local AHEAD = 3 -- seconds for which words are to be known; the server tells whe
 local SHORTEST = 15 -- milliseconds between two looks: what is shorter than that, nobody sees
 
 -- By server: `transport` as last heard, at `heard` (seconds by our clock), the `words` of each generation, which change
--- hands when the stage says so, and a `timer`, which runs only while something plays.
+-- hands when the stage says so, and a `timer`, which runs only while something plays. Only messages of the server make
+-- one: a status line may still be drawn for a server that has ended, and others than ours come and go.
 local players = {}
 
 local function player_of(id)
-  players[id] = players[id] or { words = {}, timer = assert(vim.uv.new_timer()) }
+  players[id] = players[id] or { words = {}, timer = assert(vim.uv.new_timer()), watched = true }
   return players[id]
+end
+
+local function words_of(id)
+  return players[id] and players[id].words or {}
 end
 
 local function seconds()
@@ -45,7 +50,7 @@ local function silence(transport)
 end
 
 local function is_under_way(player)
-  return player.transport and (player.transport.state == "playing" or player.transport.state == "paused")
+  return player and player.transport and (player.transport.state == "playing" or player.transport.state == "paused")
 end
 
 local function drop(player, generation)
@@ -120,7 +125,7 @@ end
 --- Have the server tell what plays from a beat on.
 local function ask(client, buffer, beat)
   server.request(client, "improv/moments", { beat = beat }, function(_, told)
-    if told and told.ranges and is_under_way(player_of(client.id)) then
+    if told and told.ranges and is_under_way(players[client.id]) then
       take(client, told, beat) -- if that fails, the next message of the transport has us ask again
     end
   end, buffer)
@@ -166,12 +171,13 @@ end
 
 --- What plays, in one line.
 function M.status(id)
-  local player = player_of(id)
-  player.watched = true
-  local told = player.transport
+  local player = players[id]
+  local told = player and player.transport
   if not told then
     return "Improv"
-  elseif told.state == "waiting" then
+  end
+  player.watched = true
+  if told.state == "waiting" then
     return ("… waits for robots, %s"):format(told.backend)
   elseif not is_under_way(player) then
     return ("■ %s"):format(told.state)
@@ -184,13 +190,13 @@ end
 
 --- The transport as last heard.
 function M.told(id)
-  return player_of(id).transport or {}
+  return players[id] and players[id].transport or {}
 end
 
 --- The robots of what plays.
 function M.robots(id)
-  local player, found = player_of(id), {}
-  for _, each in pairs(player.words) do
+  local found = {}
+  for _, each in pairs(words_of(id)) do
     vim.list_extend(found, vim.tbl_keys(each.robots))
   end
   table.sort(found)
@@ -199,10 +205,9 @@ end
 
 --- A server that no longer serves a buffer leaves nothing in it.
 function M.leave(id, buffer)
-  local player = player_of(id)
-  for generation, each in pairs(player.words) do
+  for generation, each in pairs(words_of(id)) do
     if each.buffer == buffer then
-      drop(player, generation)
+      drop(players[id], generation)
     end
   end
 end

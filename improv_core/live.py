@@ -66,11 +66,14 @@ async def _follow(show: _Show, path: Path, saved: _Saved) -> None:
     else:
         show.say(f"{path.name} is not there yet: save it, and it plays")
     async for _ in _changes(path.parent):
-        with contextlib.suppress(ReadError):  # between the old file and the new one there is none
-            if _saved(path) != saved:
-                saved = await _settled(path)
-                if saved.text:  # some editors empty the file before they write it
-                    await _play_if_right(show, path, saved.text)
+        try:
+            if _saved(path) == saved:
+                continue
+            saved = await _settled(path)
+        except ReadError:  # between the old file and the new one there is none
+            continue
+        if saved.text:  # some editors empty the file before they write it
+            await _play_if_right(show, path, saved.text)
 
 
 class _Saved(NamedTuple):
@@ -123,10 +126,14 @@ async def _settled(path: Path) -> _Saved:
 
 
 async def _play_if_right(show: _Show, path: Path, text: str) -> None:
-    analysis = analyze(text, robots_near(path.parent))
     show.clear_line()
-    tell_diagnostics(path, analysis)
-    if analysis.ok:
+    analysis = None
+    try:
+        analysis = analyze(text, robots_near(path.parent))
+        tell_diagnostics(path, analysis)
+    except ReadError as problem:
+        click.echo(f"improv: {problem}", err=True)
+    if analysis and analysis.ok:
         await show.play(analysis)
     else:
         show.say("✗ what plays goes on" if show.is_on else "✗ nothing plays: correct it and save")
@@ -146,7 +153,7 @@ async def _on_stage(
         with contextlib.suppress(NotImplementedError):  # Windows raises KeyboardInterrupt instead
             asyncio.get_running_loop().add_signal_handler(number, show.interrupted.set)
     try:
-        await show.open(browser)
+        await _first(show.open(browser), show.interrupted.wait())
         yield show
     finally:
         await show.close()
@@ -173,7 +180,7 @@ class _Show:
         self._unwritten: OSError | ValueError | None = None
         self._counter: asyncio.Task[None] | None = None
         self._latest: dict[str, Any] = {}  # of the stage that leads, with the poses of the one that has them
-        self._playing: set[bool] = set()  # which stages play: the one that leads, its twin
+        self._playing: set[str] = set()  # which stages play
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
         self.broken = False  # whether a stage has ended by itself
@@ -193,12 +200,14 @@ class _Show:
                 await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
 
     async def play(self, analysis: Analysis) -> None:
+        if self.interrupted.is_set():
+            return
         self.finished.clear()
         score = score_of(analysis)
         if self._recorder:
             self._recorder.prepare(score, restart=True)
-        await self._playback.play(score)
-        self.say(f"▶ {summary(analysis)}, {self._playback.status}")
+        if await self._playback.play(score):
+            self.say(f"▶ {summary(analysis)}, {self._playback.status}")
 
     async def close(self) -> None:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
@@ -223,6 +232,7 @@ class _Show:
                 self.clear_line()
                 click.echo(f"improv: {message['message']}", err=True)
             if message["type"] == "gone":
+                self._playing.discard(_role(leads))
                 self.broken = True
                 self.finished.set()
 
@@ -231,9 +241,9 @@ class _Show:
         if leads:
             self._latest.update(transport)
         if transport["state"] == "playing":
-            self._playing.add(leads)
+            self._playing.add(_role(leads))
         else:
-            self._playing.discard(leads)
+            self._playing.discard(_role(leads))
         if leads:
             self._stop_counter()
             if transport["state"] == "playing" and not self._quiet and sys.stdout.isatty():
@@ -268,6 +278,10 @@ class _Show:
         if not self._quiet:
             self.clear_line()
             click.echo(line)
+
+
+def _role(leads: bool) -> str:
+    return "leader" if leads else "twin"
 
 
 async def _count(transport: Message) -> None:

@@ -56,6 +56,15 @@ def exact(number: Fraction) -> Exact:
     return number if number.denominator != 1 else number.numerator
 
 
+FINEST = 1_000_000
+"""Parts of a beat at which playing, or what tells of it, may begin."""
+
+
+def near(beat: float) -> Exact:
+    """A beat as an exact number that is not long."""
+    return exact(Fraction(round(beat * FINEST), FINEST))
+
+
 def all_by(factor: Exact) -> Velocity:
     """The gain that multiplies every component by `factor`."""
     return Velocity(factor, factor, factor, factor)
@@ -217,7 +226,7 @@ def parallel(voices: Sequence[Movement]) -> Movement:
 
 
 def repeat(body: Movement, times: int | None = None) -> Movement:
-    """So many times, or for ever. Repeating what takes no time takes no time."""
+    """So many times, or forever. Repeating what takes no time takes no time."""
     if not body.duration or times == 0:
         return series(())
     duration = ENDLESS if times is None else body.duration * times

@@ -40,6 +40,7 @@ class Performance:
         self._silenced = self.silenced  # as the editor was last told
         self._telling: asyncio.Task[None] | None = None
         self._progress: asyncio.Task[None] | None = None
+        self._closing: set[asyncio.Task[None]] = set()
 
     async def warm_up(self) -> None:
         """Start the stages before the first save needs them; a problem is told when something is to play."""
@@ -52,11 +53,13 @@ class Performance:
         """Play a right program and say so in one line."""
         playback, analysis = self._stages(), document.analysis
         try:
-            self._generation = await playback.play(score_of(analysis), when)
+            generation = await playback.play(score_of(analysis), when)
         except StageError as error:
             self._say_why(error)
             return
-        self._document, self.is_on = document, True
+        if generation is None:
+            return
+        self._document, self._generation, self.is_on = document, generation, True
         if self._session.shows_live:
             self._session.protocol.notify(live.EVALUATED, self.moments(0.0))
         self._session.say(f"▶ {summary(analysis)}, {playback.status}")
@@ -128,24 +131,23 @@ class Performance:
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""
-        self._stop_progress()
-        if self._telling:
-            self._telling.cancel()
-        if self._playback:
-            playback, self._playback = self._playback, None
-            await playback.close()
+        self._stop_telling()
+        playback, self._playback = self._playback, None
+        await asyncio.gather(*self._closing, *([playback.close()] if playback else []))
 
     def _stages(self) -> Playback:
         settings = self._session.settings
         options = Options(
             settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery, takes_starts=True
         )
-        if self._playback and self._playback.options != options:
-            # The old stages stop their robots and end by themselves; nothing waits for that.
-            self._closing = asyncio.create_task(self._playback.close())
-            self._playback = None
-        if not self._playback:
+        old = self._playback
+        if not old or old.options != options:
             self._playback = Playback(options, self._hear)
+            if old:
+                self._playback.keep_as(old)
+                self._closing.add(closing := asyncio.create_task(old.close()))  # only the session's end waits for it
+                closing.add_done_callback(self._closing.discard)
+        assert self._playback
         return self._playback
 
     def _hear(self, message: Message, leads: bool) -> None:
@@ -164,8 +166,9 @@ class Performance:
         elif kind == "warning":
             self._session.say(str(message["message"]), types.MessageType.Warning)
         elif kind in ("error", "gone"):
-            self._stop_progress()
-            self.is_on = self.is_on and kind != "gone"
+            if kind == "gone" and leads:
+                self._stop_telling()
+                self.is_on = False
             self._session.say(str(message["message"]), types.MessageType.Error)
 
     def _tell_transport(self, message: Message) -> None:
@@ -183,6 +186,11 @@ class Performance:
             if message["state"] != "playing":
                 return
             await asyncio.sleep(TELL_PERIOD)
+
+    def _stop_telling(self) -> None:
+        self._stop_progress()
+        if self._telling:
+            self._telling.cancel()
 
     def _stop_progress(self) -> None:
         if self._progress:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 
 from improv_core.analysis import Analysis
-from improv_core.movement import walk
+from improv_core.movement import near, walk
 from improv_core.text import Span
 
 MOST_MOMENTS = 4_000
 """Of all robots together, in one answer; who plays on asks for more."""
-FINEST = 1_000_000
-"""Parts of a beat at which an answer may begin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +35,7 @@ def playing(played: Analysis, now: Analysis, start: float = 0.0) -> Mapping[str,
 
     Words of statements that have been edited since are left out; those that only moved are found.
     """
-    begin = Fraction(round(max(start, 0.0) * FINEST), FINEST)
+    begin = near(max(start, 0.0))
     most = MOST_MOMENTS // max(len(played.robots), 1)
     starts = dict(zip(now.numbers, now.starts, strict=True))
     stretches = {}

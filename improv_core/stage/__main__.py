@@ -39,6 +39,11 @@ VERSION = 1
 
 SILENCE_LIMIT = 0.5
 """Seconds without a ping after which the parent counts as hung: nobody could stop the real robots any more."""
+READING_LIMIT = 10.0
+"""The same while a score is read, and the pings behind it are not. The parent too has as much patience."""
+
+LONG = 10_000
+"""Bytes of a line from which on it counts as one that takes time to read."""
 
 EARLY = 0.0004
 """Seconds before a command that a stage with real robots wakes up, to be awake when it is due: the system wakes it
@@ -169,9 +174,11 @@ def _play(opened: _Opened, inbox: queue.SimpleQueue[Message]) -> int:
                 continue
             if message["type"] == "end":
                 return 0
+            reading = message["type"] == "reading"
             if sink.live and (message["type"] == "ping" or silent_from < math.inf):
-                silent_from = time.monotonic() + SILENCE_LIMIT
-            _obey(player, message, opened)
+                silent_from = time.monotonic() + (READING_LIMIT if reading else SILENCE_LIMIT)
+            if not reading:
+                _obey(player, message, opened)
     except Exception as error:
         last["message"] = _one_line(error)
         return 1
@@ -184,7 +191,7 @@ def _play(opened: _Opened, inbox: queue.SimpleQueue[Message]) -> int:
 def _stop(player: Player) -> None:
     """Send every robot its last zeros, as far as the sink still can."""
     with suppress(Exception):
-        if player.state == "playing":  # else they stand already, and belong to whoever moves them next
+        if player.state in ("playing", "waiting"):  # else they stand already, and belong to whoever moves them next
             player.hush(time.monotonic())
         while (deadline := player.deadline(now := time.monotonic())) is not None:
             time.sleep(max(deadline - now, 0))
@@ -199,37 +206,52 @@ def _stop_for_silence(player: Player, tell: Tell, now: float) -> None:
 
 
 def _obey(player: Player, message: Message, opened: _Opened) -> None:
-    now = time.monotonic()
+    kind, now = message["type"], time.monotonic()
     try:
         # All stages do a thing as of the time it was asked for; what has been sent since can't be taken back.
         at = max(min(float(message.get("at", now)), now), player.reached)
-        if obey := _OBEYING.get(message["type"]):
-            obey(player, message, at, opened)
-        else:
-            opened.tell({"type": "error", "message": f"the stage does not know the message {message['type']!r}"})
+        obey = _asked_for(message, opened)
     except (KeyError, TypeError, ValueError) as error:
-        opened.tell(
-            {"type": "error", "message": f"the stage can't make sense of {message['type']!r}: {_one_line(error)}"}
-        )
+        opened.tell({"type": "error", "message": f"the stage can't make sense of {kind!r}: {_one_line(error)}"})
+        return
+    if obey:
+        obey(player, at)  # what goes wrong from here on ends the stage, which stops the robots
+    else:
+        opened.tell({"type": "error", "message": f"the stage does not know the message {kind!r}"})
 
 
-def _load(player: Player, message: Message, now: float, opened: _Opened) -> None:
-    score, generation = message["score"], int(message["generation"])
-    player.backend = str(message["backend"])
-    opened.show(score, generation)
-    player.load(score, generation, str(message["when"]), now, message.get("zero"))
+def _asked_for(message: Message, opened: _Opened) -> Callable[[Player, float], None] | None:
+    """What a message asks for. Raises KeyError, TypeError or ValueError where it makes no sense."""
+    match message["type"]:
+        case "load":
+            score, generation = message["score"], int(message["generation"])
+            backend, when, zero = str(message["backend"]), str(message["when"]), message.get("zero")
+            zero = None if zero is None else float(zero)
 
+            def load(player: Player, at: float) -> None:
+                player.backend = backend
+                opened.show(score, generation)
+                player.load(score, generation, when, at, zero)
 
-_OBEYING: Mapping[str, Callable[[Player, Message, float, _Opened], None]] = {
-    "load": _load,
-    "hush": lambda player, message, at, opened: player.hush(time.monotonic()),
-    "pause": lambda player, message, at, opened: player.pause(at),
-    "resume": lambda player, message, at, opened: player.resume(at),
-    "seek": lambda player, message, at, opened: player.seek(float(message["beat"]), at),
-    "speed": lambda player, message, at, opened: player.set_speed(float(message["factor"]), at),
-    "silence": lambda player, message, at, opened: player.set_silent(message["muted"], message["soloed"], at),
-    "ping": lambda player, message, at, opened: opened.tell({"type": "pong", "number": message.get("number")}),
-}
+            return load
+        case "hush":
+            return lambda player, at: player.hush(time.monotonic())
+        case "pause":
+            return Player.pause
+        case "resume":
+            return Player.resume
+        case "seek":
+            beat = float(message["beat"])
+            return lambda player, at: player.seek(beat, at)
+        case "speed":
+            factor = float(message["factor"])
+            return lambda player, at: player.set_speed(factor, at)
+        case "silence":
+            muted, soloed = frozenset(message["muted"]), frozenset(message["soloed"])
+            return lambda player, at: player.set_silent(muted, soloed, at)
+        case "ping":
+            return lambda player, at: opened.tell({"type": "pong", "number": message.get("number")})
+    return None
 
 
 def _read(inbox: queue.SimpleQueue[Message]) -> None:
@@ -238,6 +260,8 @@ def _read(inbox: queue.SimpleQueue[Message]) -> None:
     for line in open(0, "rb", closefd=False):  # noqa: SIM115
         if not line.endswith(b"\n"):
             break
+        if len(line) > LONG:
+            inbox.put({"type": "reading"})
         inbox.put(_message(line))
     inbox.put({"type": "end"})
 

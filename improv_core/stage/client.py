@@ -73,6 +73,7 @@ class Playback:
         self._loaded: Message = {}  # what the twin still has to be told
         self._kept: dict[str, Message] = {}  # speed and silence, which new stages are told too
         self._opening = asyncio.Lock()
+        self._stops = 0  # how often robots were to stop, or all to end
         self._reviving: set[asyncio.Task[None]] = set()
         self._halting: Stage | None = None  # a new one that has yet to stop what another left moving
         self._still = asyncio.Event()
@@ -118,9 +119,15 @@ class Playback:
                     raise problem
             self._leader, self._twin = stages[0], stages[1] if len(stages) > 1 else None
 
-    async def play(self, score: Score, when: str = "restart") -> int:
-        """Play a score: `restart`, or take over `now`, at the `beat` or `end`. Its generation. Raises StageError."""
+    async def play(self, score: Score, when: str = "restart") -> int | None:
+        """Play a score: `restart`, or take over `now`, at the `beat` or `end`. Raises StageError.
+
+        Its generation; None if robots were to stop, or all to end, before the stages had been started.
+        """
+        stops = self._stops
         await self.open()
+        if self._stops != stops:
+            return None
         self._score = score
         self._send_score(when)
         return self._generation
@@ -128,6 +135,7 @@ class Playback:
     def conduct(self, kind: str, **values: object) -> None:
         """Have all stages do one thing at one time: a message of `CONDUCTING` (docs/protocol.md)."""
         message = {"type": kind, **values, "at": time.monotonic()}
+        self._stops += kind == "hush"
         if kind in ("speed", "silence"):
             self._kept[kind] = {"type": kind, **values}
         for stage in (self._leader, self._twin):
@@ -135,17 +143,18 @@ class Playback:
             if stage and not (kind == "hush" and stage is self._halting):
                 stage.send(message)
 
-    def hush(self) -> None:
-        """Stop every robot at once."""
-        self.conduct("hush")
-
     def silence(self, muted: Iterable[str], soloed: Iterable[str]) -> None:
         """Have these robots stand still, or all but the soloed ones, now and in what is played later."""
         self.muted, self.soloed = frozenset(muted), frozenset(soloed)
         self.conduct("silence", muted=sorted(self.muted), soloed=sorted(self.soloed))
 
+    def keep_as(self, other: Playback) -> None:
+        """Have the same robots stand still as in another playback, at the same speed."""
+        self._kept, self.muted, self.soloed = dict(other._kept), other.muted, other.soloed
+
     async def close(self) -> None:
         """Stop the robots and end the stages."""
+        self._stops += 1
         await asyncio.gather(*self._reviving)
         async with self._opening:
             await self._close()

@@ -14,7 +14,7 @@ from heapq import heapify, heappop, heappush, heapreplace
 from typing import Any
 
 from improv_core.motion import STILL, Twist
-from improv_core.movement import ENDLESS, Exact
+from improv_core.movement import ENDLESS, Exact, near
 from improv_core.path import pose_at
 from improv_core.score import Score
 from improv_core.stage.commands import LAST_ZEROS, Command, commands, zeros
@@ -34,8 +34,6 @@ LATE = 0.5
 SLOWEST, FASTEST = 0.1, 4.0
 LAST_BEAT = 1e15
 """The last that can be sought: where beats stop being exact as numbers of JavaScript."""
-FINEST = 1_000_000
-"""Parts of a beat at which playing can be taken up again."""
 
 EMPTY = Score(Fraction(60), {})
 
@@ -100,7 +98,12 @@ class Player:
             self._restart(score, generation, now, zero)
 
     def hush(self, now: float) -> None:
-        """Stop every robot at once. If one can't be told, the others still are; what went wrong first is raised."""
+        """Stop every robot at once. If one can't be told, the others still are; what went wrong first is raised.
+
+        Robots that wait only to be stopped are still waited for: nobody would hear it yet.
+        """
+        if self._state == "waiting" and not self._score.beats:
+            return
         self._from = self._beat(now)
         self._stop_all(now, "stopped")
 
@@ -118,7 +121,7 @@ class Player:
 
     def seek(self, beat: float, now: float) -> None:
         """Play from another beat on, or be paused there; simulated robots stand where the score has them then."""
-        target = _fine(min(max(beat, 0.0), float(self._score.beats), LAST_BEAT))
+        target = near(min(max(beat, 0.0), float(self._score.beats), LAST_BEAT))
         if self._state != "waiting" and not self._sink.live:
             poses = {robot: pose_at(part, target) for robot, part in self._score.parts.items()}
             self._sink.place({robot: pose for robot, pose in poses.items() if pose})
@@ -203,7 +206,7 @@ class Player:
         if self._state != "playing":
             return self._from
         passed = self._from + Fraction(max(now - self._zero - self._since, 0.0)) * self._tempo / 60
-        return _fine(float(min(passed, self._score.beats)))
+        return near(float(min(passed, self._score.beats)))
 
     def _end(self) -> float:
         """The performance time at which the longest part ends."""
@@ -387,11 +390,6 @@ class Player:
                 **self.whereabouts(),
             }
         )
-
-
-def _fine(beat: float) -> Exact:
-    """A beat as an exact number that is not long."""
-    return Fraction(round(beat * FINEST), FINEST)
 
 
 def _as_json(poses: Mapping[str, Any]) -> dict[str, Any]:

@@ -75,6 +75,9 @@ class Stage:
             first = await asyncio.wait_for(asyncio.shield(stage._ready), START_LIMIT)
         except asyncio.TimeoutError:
             first = {"type": "error", "message": "the stage did not start in time: try again"}
+        except asyncio.CancelledError:
+            process.kill()
+            raise
         if first["type"] != "ready":
             await stage.close()
             raise StageError(first["message"])
@@ -146,7 +149,8 @@ class Stage:
         assert self._process.stdout
         with self._process.stdout as lines:
             for line in lines:
-                with suppress(ValueError):  # half a line of a stage that was killed
+                # Half a line of a stage that was killed, or what some library has printed.
+                with suppress(ValueError, TypeError, KeyError):
                     self._take(json.loads(line))
         self._process.wait()
         with suppress(RuntimeError):  # the loop has been closed before the stage ended

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import astuple
-from fractions import Fraction
 from typing import Any
 
 from improv_core import world as worlds
-from improv_core.movement import ENDLESS, walk
+from improv_core.movement import ENDLESS, Exact, near, walk
 from improv_core.path import pose_at
 from improv_core.score import Part, Score, twist
 
 MOST_MOMENTS = 20_000
 """Moments of all robots together in one window."""
-FINEST = 1_000_000
-"""Parts of a beat at which a window may begin."""
 
 
 def about(score: Score, generation: int) -> dict[str, Any]:
@@ -51,11 +48,11 @@ def window(score: Score, start: float, end: float) -> Mapping[str, Any]:
     and span in it. `until` is the beat they reach.
     """
     most = MOST_MOMENTS // max(len(score.parts), 1)
-    begin = Fraction(round(max(start, 0.0) * FINEST), FINEST)
+    begin = near(max(start, 0.0))
     return {name: _stretch(score, part, begin, end, most) for name, part in score.parts.items()}
 
 
-def _stretch(score: Score, part: Part, begin: Fraction, end: float, most: int) -> Mapping[str, Any]:
+def _stretch(score: Score, part: Part, begin: Exact, end: float, most: int) -> Mapping[str, Any]:
     moments: list[list[Any]] = []
     until = float(begin)
     for moment in walk(part.movement, begin) if begin < part.movement.duration else ():

@@ -63,7 +63,7 @@ WORDS = {
         _primitive("down", "One step down.", z=-1),
         Word("reverse", Kind.MIRROR, "reverse movement", "What is performed, in reverse order."),
         Word("retrograde", Kind.MIRROR, "retrograde movement", "The path retraced backwards."),
-        Word("repeat", Kind.REPEAT, "repeat 4 movement", "So many times; without a number, for ever."),
+        Word("repeat", Kind.REPEAT, "repeat 4 movement", "So many times; without a number, forever."),
         Word("reflect", Kind.REFLECT, "reflect YZ movement", "The mirror image in a plane: YZ, XZ or XY."),
         Word("fast", Kind.FACTOR, "fast 2 movement", "The same path, so many times as fast."),
         Word("slow", Kind.FACTOR, "slow 2 movement", "The same path, taking so many times as long."),

@@ -38,7 +38,7 @@ def test_transformers_speak_of_the_term_they_apply_to() -> None:
     check("r $ fast |>3/2 left right", "fast 3/2 left", "2/3 beats, 0.67 s")
     check("r $ reflect Y|>Z left", "reflect YZ left", "Left and right change places", "turns 90° right")
     check("r $ repeat le|>ft", "left", "1 beat")
-    check("r $ rep|>eat left", "repeat left", "∞, endless at beat 60 · goes on for ever")
+    check("r $ rep|>eat left", "repeat left", "∞, endless at beat 60 · goes on forever")
 
 
 def test_brackets_say_what_they_make_of_their_items() -> None:

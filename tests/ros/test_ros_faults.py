@@ -86,7 +86,7 @@ def test_a_clock_that_runs_backwards(listen: Listen, ros_env: dict[str, str], tm
 def test_a_robot_that_can_not_be_told_anything(
     listen: Listen, ros_env: dict[str, str], tmp_path: Path, record_property: Record
 ) -> None:
-    """The others are stopped, what a new stage can't do is not tried for ever, and each of the two says so once."""
+    """The others are stopped, what a new stage can't do is not tried forever, and each of the two says so once."""
     turtles = listen(*TOPICS)
     broken = tmp_path / "broken"
     with Server(with_python_code(ros_env, tmp_path, BROKEN)) as server:

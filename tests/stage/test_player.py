@@ -235,6 +235,18 @@ def test_who_is_only_to_stop_need_not_wait_for_others() -> None:
     assert stage.states == ["waiting"]
 
 
+def test_who_is_only_to_stop_is_waited_for_through_a_hush() -> None:
+    stage = Stage()
+    stage.sink.deaf = {"r": "nobody listens"}
+    parts = {robot: replace(part, movement=series(())) for robot, part in score("r $ forward").parts.items()}
+    stage.player.load(Score(Fraction(60), parts), 1, "restart", stage.now)
+    stage.player.hush(stage.now)
+    assert stage.player.state == "waiting"
+    stage.sink.deaf = {}
+    stage.run(1)
+    assert stage.sink.sent[0] == ("r", 0, STILL)
+
+
 def test_pause_stops_and_resume_goes_on_from_there() -> None:
     stage = Stage()
     stage.load("r $ forward left forward")

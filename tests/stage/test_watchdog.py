@@ -57,6 +57,12 @@ def test_a_stage_that_does_not_answer_is_killed() -> None:
     assert seconds < HANG_LIMIT + MARGIN
 
 
+@pytest.mark.parametrize("line", ["5", "null", "[]", "{}", "{", '{"type": "pong"}'])
+def test_what_a_library_prints_is_no_message(line: str) -> None:
+    told, _ = told_of(stage(f" print({line!r}, flush=True)", " sys.exit(0)"), {"type": "hush"})
+    assert told == [{"type": "gone", "message": "the stage ended by itself"}]
+
+
 def test_a_stage_may_take_long_to_get_ready_for_a_score_but_not_after_that() -> None:
     """It takes longer than it may take to answer, then answers once, then never again."""
     code = stage(

@@ -9,6 +9,7 @@ import queue
 import re
 import secrets
 import socket
+import sys
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -341,7 +342,10 @@ class Viewer:
 
     def _compute(self) -> None:
         while (work := self._work.get()) is not None:
-            work()
+            try:
+                work()
+            except Exception as problem:  # one window, or one picture, is missing: the next ones are not
+                print(f"the page: {problem!r}", file=sys.stderr)
 
     def _foresee(self, outbox: Outbox) -> None:
         """Answer the latest question of a page for a window."""
@@ -362,10 +366,13 @@ class Viewer:
 
     def _draw_path(self, drawn: asyncio.Future[str | None]) -> None:
         """Tell the picture of the score's paths, None where there is no score; the same score is drawn once."""
-        score, known = self._score, self._picture
-        if score and (not known or known[0] is not score):
-            known = self._picture = score, plot(score, most_moments=MOST_MOMENTS // max(len(score.parts), 1))
-        self._soon(_settle, drawn, known[1] if score and known else None)
+        score, known, text = self._score, self._picture, None
+        try:
+            if score and (not known or known[0] is not score):
+                known = self._picture = score, plot(score, most_moments=MOST_MOMENTS // max(len(score.parts), 1))
+            text = known[1] if score and known else None
+        finally:
+            self._soon(_settle, drawn, text)
 
     async def _watch(self) -> None:
         while True:

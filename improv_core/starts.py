@@ -12,6 +12,8 @@ APART = 3.0
 """Metres between robots that nobody has placed, side by side and from row to row."""
 SIDE_BY_SIDE = 8
 """How many of them stand in a row; the others stand behind, so that a whole class can be seen."""
+MOST_PLACES = 4_096
+"""To look for free ones among: robots' starts are asked for at every hover."""
 _TOUCHING = 1 - 1e-9
 """Those that stand side by side from wall to wall do not overlap because of rounding."""
 
@@ -20,7 +22,7 @@ def start_poses(robots: Mapping[str, Robot], size: tuple[float, float] | None) -
     """Where the robots start, on a floor with walls around it, `size` metres along x and y, or on an endless one.
 
     Where the usual rows do not fit, all robots without a start stand around the origin instead, as far apart as there
-    is room. They overlap only if no rows have room for all.
+    is room. They overlap only if no rows are found that have room for all.
     """
     poses = {name: robot.start or _usual(place) for place, (name, robot) in enumerate(robots.items())}
     new = [name for name, robot in robots.items() if not robot.start]
@@ -45,7 +47,7 @@ def _rows(
     count = robots
     while True:
         room, places = _grid(count, radius, size)
-        if room < 2 * radius * _TOUCHING:
+        if room < 2 * radius * _TOUCHING or count > max(MOST_PLACES, 2 * robots):
             return _grid(robots, radius, size)[1]
         free = [pose for pose in places if _is_free(pose, radius, size, placed)]
         if len(free) >= robots:

@@ -10,9 +10,10 @@ from lsprotocol import types
 from pygls.uris import to_fs_path
 
 from improv_core.analysis import Analysis, analyze
+from improv_core.diagnostics import Diagnostic
 from improv_core.program import ReadError, robots_near
-from improv_core.robots import Robots
-from improv_core.text import LineIndex, difference
+from improv_core.robots import Robots, find_robots_file
+from improv_core.text import LineIndex, Span, difference
 from improv_ls.positions import to_span
 
 
@@ -34,12 +35,18 @@ def opened(uri: str, version: int | None, text: str) -> Document:
 
 
 def robots_of(uri: str) -> Robots:
-    """What the `improv.toml` near a document says; nothing if the document is not a file, or there is none."""
+    """What the `improv.toml` near a document says; nothing if the document is not a file, or there is none.
+
+    In one that can't be read all is wrong: robots that are not known must not move as if they were of any kind.
+    """
     path = to_fs_path(uri) if uri.startswith("file:") else None
-    try:
-        return robots_near(Path(path).parent) if path else Robots()
-    except ReadError:
+    if not path:
         return Robots()
+    folder = Path(path).parent
+    try:
+        return robots_near(folder)
+    except ReadError as error:
+        return Robots(path=find_robots_file(folder), diagnostics=(Diagnostic("robots", Span(0, 0), str(error)),))
 
 
 def moved(uri: str, old: str, new: str) -> str:

@@ -18,6 +18,8 @@ def will_save(ls: Session, params: types.WillSaveTextDocumentParams) -> None:
     """Remember a save that nobody asked for: robots must not move because somebody looked at another window."""
     if params.reason != types.TextDocumentSaveReason.Manual:
         ls.saved_by_themselves.add(params.text_document.uri)
+    else:
+        ls.saved_by_themselves.discard(params.text_document.uri)  # one before may have failed
 
 
 def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:

@@ -164,3 +164,11 @@ def test_saved_only_later(program: Path) -> None:
         watch.wait("dance.improv is not there yet: save it, and it plays")
         program.write_text("r $ left\n")
         watch.wait("▶ r 1 beat")
+
+
+def test_robots_of_a_file_that_can_not_be_read_do_not_move(watch: Watch, program: Path) -> None:
+    robots = program.with_name("improv.toml")
+    robots.write_bytes(b"# \xff\n")
+    program.write_text("r $ left\n")
+    watch.wait(f"improv: {robots}: it is not UTF-8 text")
+    assert watch.next() == "✗ what plays goes on\n"

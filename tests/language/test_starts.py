@@ -69,3 +69,21 @@ def test_where_there_is_no_room_they_are_inside_all_the_same() -> None:
     placed = starts("[world]\nsize = [1, 1]", 9)
     assert len(set(placed)) == 9
     assert all(abs(x) < 0.5 and abs(y) < 0.5 for x, y in placed)
+
+
+@pytest.mark.timeout(20)
+def test_a_floor_without_a_free_place_is_not_searched_for_ever() -> None:
+    toml = """
+        [world]
+        size = [100, 100]
+        [profiles.big]
+        radius = 80
+        [profiles.small]
+        radius = 0.001
+        [robots.r0]
+        profile = "big"
+        start = {}
+        [robots.r1]
+        profile = "small"
+    """
+    assert starts(toml, 2) == [(0, 0), (0, 0)]

@@ -46,3 +46,16 @@ def test_the_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
         robots.unlink()
         client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 3}]})
         assert codes(client, program) == []
+
+
+def test_robots_of_a_file_that_can_not_be_read_do_not_move(tmp_path: Path) -> None:
+    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
+    robots.write_bytes(b"# \xff\n")
+    with Client(QUIET) as client:
+        client.open(program.as_uri(), "r $ forward\n")
+        assert codes(client, robots) == ["robots"]
+        client.save(program.as_uri())
+        assert client.wait_for_line("✗") == "✗ improv.toml has errors"
+        robots.write_text("")
+        client.save(program.as_uri())
+        assert client.wait_for_line("▶").startswith("▶ r 1 beat")

@@ -179,6 +179,14 @@ def test_the_server_ends_with_the_editor_even_if_somebody_holds_its_input_open()
         wait_until_gone(children, LIMIT)
 
 
+def test_an_autosave_that_failed_does_not_keep_the_next_save_from_playing(client: Client) -> None:
+    client.open(URI, "r $ repeat left\n")
+    for reason in (2, 1):
+        client.notify("textDocument/willSave", {"textDocument": {"uri": URI}, "reason": reason})
+    client.save(URI)
+    assert client.wait_for_line("▶") == "▶ r ∞, endless at beat 60, simulator"
+
+
 def test_a_save_that_nobody_asked_for_moves_nothing(client: Client) -> None:
     client.open(URI, "r $ repeat left\n")
     for reason in (2, 3):  # after a delay, when the focus left

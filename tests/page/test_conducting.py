@@ -184,6 +184,11 @@ def test_a_start_that_was_dragged_is_offered_and_not_written_unasked(stage: Page
     expect(lines).to_have_text("[robots.ada]\nstart = { x = 2, y = 1, heading = 0 }\n")
     dialog.get_by_label("heading", exact=True).first.fill("90")
     expect(lines).to_have_text("[robots.ada]\nstart = { x = 2, y = 1, heading = 90 }\n")
+    for wrong in ("5000", ""):  # nothing is offered while a number is wrong
+        dialog.get_by_label("y", exact=True).first.fill(wrong)
+        expect(lines).to_be_hidden()
+        dialog.get_by_label("y", exact=True).first.fill("1")
+        expect(lines).to_be_visible()
     stage.screenshot(path=artifacts / "page-starts.png")
 
 

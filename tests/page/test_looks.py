@@ -19,7 +19,7 @@ from improv_core.compiler import score_of
 from improv_core.drawing import plot
 from tests.needs import lacking
 from tests.page.conftest import Show, wait, watch
-from tests.page.looks import COUNT, PIXEL
+from tests.page.looks import COUNT, PIXEL, SLANTED
 
 ROOT = Path(__file__).parents[2]
 AXE = ROOT / ".cache" / "axe" / "node_modules" / "axe-core" / "axe.min.js"
@@ -141,6 +141,38 @@ def test_a_seek_after_a_long_pause_draws_no_way_between(page: Page, show: Show) 
     page.keyboard.press("Home")
     wait(page, "improv.robots.ada.y < 0.1")
     assert page.evaluate(f"({PIXEL})(1.3, 1.3)") == "251,250,247"
+
+
+def test_scrubbing_while_paused_draws_no_way_between(page: Page, show: Show) -> None:
+    names = [f"r{number:02}" for number in range(30)]
+    starts = "".join(f"[robots.{name}]\nstart = {{ y = {-3 * row} }}\n" for row, name in enumerate(names))
+    page.add_init_script(SLANTED)
+    show.play("".join(f"{name} $ repeat 60 (forward left forward right)\n" for name in names), starts)
+    watch(page, show)
+    wait(page, "improv.beat > 1")
+    page.keyboard.press("p")
+    wait(page, "improv.transport.state === 'paused'")
+    line = page.locator("#playline").bounding_box()
+    assert line
+    page.evaluate("watched = true")
+    for number in range(100):
+        page.mouse.move(line["x"] + line["width"] * (0.1 + 0.37 * number % 0.8), line["y"] + 50)
+        if number % 4 == 0:
+            page.mouse.down()
+        if number % 4 == 3:
+            page.mouse.up()
+        frames = page.evaluate("improv.frames")
+        wait(page, f"improv.frames > {frames} + 2")
+    assert page.evaluate("slanted") == 0
+
+
+def test_a_page_that_gets_small_keeps_room_for_the_stage(page: Page, show: Show) -> None:
+    still(page, show)
+    expect(page.locator("#score")).to_be_visible()
+    page.set_viewport_size({"width": 390, "height": 700})
+    expect(page.locator("#score")).to_be_hidden()
+    expect(page.locator("#timeline")).to_be_visible()
+    wait(page, "document.getElementById('stage').clientHeight > 200")
 
 
 def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Show, artifacts: Path) -> None:

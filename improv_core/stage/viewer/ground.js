@@ -191,8 +191,8 @@ function paintAhead(pen, { view, colors, beat, until }, { way, moved, color }) {
 
 /** Paints the trail of a robot up to where it is now, brighter the newer it is. What has been painted. */
 function paintTrail(pen, scene, { name, color, pose }) {
-  const { at, colors, view, trail: length } = scene
-  const points = visible(scene.trails.get(name) ?? [], at, length)
+  const { at, colors, view } = scene
+  const points = visible(scene.trails.get(name) ?? [], scene)
   const width = trailWidth(view)
   const place = onSheet(scene, pose)
   if (!points.length) return reached(scene, pose)
@@ -221,7 +221,7 @@ function paintTrail(pen, scene, { name, color, pose }) {
   }
   pen.lineTo(place.x, place.y)
   finish()
-  if (length === Infinity) paintStart(pen, onSheet(scene, points[0]), width, colors.ground, mix(colors.ground, color, 0.7))
+  if (scene.trail === Infinity) paintStart(pen, onSheet(scene, points[0]), width, colors.ground, mix(colors.ground, color, 0.7))
   return reached(scene, pose)
 }
 
@@ -232,15 +232,14 @@ function reached({ at, placed }, place) {
 
 /** Paints the part of a trail that is too new to be on the sheet: what was gone since `from`. */
 export function paintTail(pen, { trails, at, placed, camera }, { name, place, color }, from) {
-  if (!from || from.at > at) return
-  const start = camera.toScreen(from.place)
   const trail = trails.get(name) ?? []
+  if (!from || from.at > at || !trail.length) return
+  const start = camera.toScreen(from.place)
   let index = trail.length
-  const isNew = (point) => point.at > from.at || (point.at === from.at && point.first && placed !== from.placed)
-  while (index > 0 && isNew(trail[index - 1])) index--
+  while (index > 0 && isLater(trail[index - 1], from)) index--
   pen.beginPath()
   pen.moveTo(start.x, start.y)
-  for (; index < trail.length && trail[index].at <= at; index++) {
+  for (; index < trail.length && !isLater(trail[index], { at, placed }); index++) {
     const point = camera.toScreen(trail[index])
     if (trail[index].first) pen.moveTo(point.x, point.y)
     else pen.lineTo(point.x, point.y)
@@ -261,17 +260,22 @@ function paintStart(pen, { x, y }, width, ground, color) {
   pen.stroke()
 }
 
-/** The points of a trail that are to be seen at a time; the first lies on the way, as old as may be. */
-function visible(trail, at, length) {
-  const points = trail.filter((point) => point.at <= at)
-  if (length === Infinity) return points
-  const since = at - length
+/** While nothing plays no time passes, however often robots are put elsewhere. */
+function isLater(one, other) {
+  return one.placed > other.placed || one.at > other.at
+}
+
+/** The points of a trail that are to be seen in a scene; the first lies on the way, as old as may be. */
+function visible(trail, scene) {
+  const points = trail.filter((point) => !isLater(point, scene))
+  if (scene.trail === Infinity) return points
+  const since = scene.at - scene.trail
   const first = points.findIndex((point) => point.at > since)
-  if (first < 0 || length === 0) return []
+  if (first < 0 || scene.trail === 0) return []
   const [before, next] = [points[first - 1], points[first]]
   if (!before || next.first) return points.slice(first)
   const part = (since - before.at) / (next.at - before.at)
-  const cut = { at: since, x: before.x + (next.x - before.x) * part, y: before.y + (next.y - before.y) * part, first: true }
+  const cut = { ...before, at: since, x: before.x + (next.x - before.x) * part, y: before.y + (next.y - before.y) * part, first: true }
   return [cut, ...points.slice(first)]
 }
 

@@ -15,7 +15,7 @@ export class Motion {
   #offset = -Infinity // performance time minus the page's clock
   #shown = -Infinity // the latest performance time presented: a page that was held up never goes back
   #samples = new Map() // name -> places since the last point of its trail, all close to a straight line
-  trails = new Map() // name -> [{at, x, y, first}]; `first` where a stroke begins
+  trails = new Map() // name -> [{at, placed, x, y, first}]; `first` where a stroke begins
   room = [] // corners of what the trails take
 
   clear() {
@@ -59,7 +59,7 @@ export class Motion {
     if (at === last?.at) this.#frames.pop() // the cast has changed, or it was put elsewhere
     this.#frames.push({ at, placed, poses })
     if (this.#frames.length > FRAMES_KEPT) this.#frames.shift()
-    for (const [name, [x, y]] of Object.entries(poses)) this.#draw(name, { at, x, y, first: placed !== last?.placed })
+    for (const [name, [x, y]] of Object.entries(poses)) this.#draw(name, { at, placed, x, y, first: placed !== last?.placed })
     return anew
   }
 

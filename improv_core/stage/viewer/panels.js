@@ -24,6 +24,7 @@ export class Panels {
       this.#open(name, settings.get(name, wide) && !SMALL.matches)
       find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
     }
+    SMALL.addEventListener("change", () => SMALL.matches && !find("timeline").hidden && this.#open("score", false))
     for (const [card, button] of Object.entries(CARDS)) {
       find(button).addEventListener("click", () => this.#turn(card))
       find(card).querySelector(".close").addEventListener("click", () => this.#shut(card))

@@ -66,7 +66,7 @@ export class Starts {
     return (to) => {
       const pose = this.#poses.get(best.name)
       const world = camera.toWorld(to)
-      if (best.part === "place") Object.assign(pose, { x: neat(within(world.x), 0.05), y: neat(within(world.y), 0.05) })
+      if (best.part === "place") Object.assign(pose, { x: neat(within(world.x, FARTHEST), 0.05), y: neat(within(world.y, FARTHEST), 0.05) })
       else pose.heading = neat((Math.atan2(world.y - pose.y, world.x - pose.x) * 180) / Math.PI, 5)
       this.#showFields(best.name)
       this.#offer()
@@ -82,7 +82,7 @@ export class Starts {
     const lines = this.#moved().map(
       ([name, { x, y, heading }]) => `[robots.${name}]\nstart = { x = ${x}, y = ${y}, heading = ${heading} }\n`,
     )
-    find("starts-offer").hidden = !lines.length
+    find("starts-offer").hidden = !lines.length || find("starts-list").querySelector(":invalid") !== null
     find("starts-lines").textContent = lines.join("\n")
     this.#changed()
   }
@@ -97,21 +97,21 @@ export class Starts {
     for (const [key, [label, most, step]] of Object.entries(FIELDS)) {
       const field = document.createElement("label")
       const input = document.createElement("input")
-      Object.assign(input, { type: "number", min: -most, max: most, step: "any", value: this.#poses.get(name)[key] })
+      Object.assign(input, { type: "number", required: true, min: -most, max: most, step: "any", value: this.#poses.get(name)[key] })
       input.dataset.key = key
       input.addEventListener("focus", () => {
         this.#chosen = name
         this.#changed()
       })
       input.addEventListener("input", () => {
-        if (!input.value || !input.checkValidity()) return
-        this.#poses.get(name)[key] = neat(Number(input.value), FINEST)
+        if (input.checkValidity()) this.#poses.get(name)[key] = neat(Number(input.value), FINEST)
         this.#offer()
       })
       input.addEventListener("keydown", (event) => {
         if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return
         event.preventDefault()
-        input.value = neat(Number(input.value) + (event.key === "ArrowUp" ? step : -step), step)
+        const next = Number(input.value) + (event.key === "ArrowUp" ? step : -step)
+        input.value = neat(within(next, most), step)
         input.dispatchEvent(new Event("input"))
       })
       field.append(label, input)
@@ -142,8 +142,8 @@ function degrees([x, y, , heading]) {
   return { x: neat(x, FINEST), y: neat(y, FINEST), heading: neat((heading * 180) / Math.PI, FINEST) }
 }
 
-function within(place) {
-  return Math.min(Math.max(place, -FARTHEST), FARTHEST)
+function within(value, most) {
+  return Math.min(Math.max(value, -most), most)
 }
 
 /** The nearest multiple of a step, written as people would. */

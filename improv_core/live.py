@@ -20,6 +20,7 @@ from improv_core.ide.hover import summary
 from improv_core.motion import Twist
 from improv_core.program import ReadError, analyze_file, read_program, robots_near
 from improv_core.report import outcome, told
+from improv_core.robots import find_robots_file
 from improv_core.stage.client import Options, Playback, each_beat
 from improv_core.stage.process import Message
 from improv_core.stage.sinks.recorder import Recorder
@@ -28,8 +29,9 @@ BROWSER_LIMIT = 5.0
 """Seconds to wait for a browser to show the page, so that nobody misses the first beat."""
 STEP, LOOK_AGAIN = 10, 500
 """Milliseconds from a change in a watched folder to a look at the file, and between two looks without one."""
-SETTLING, MID_LINE_SETTLING = 0.1, 0.5
-"""Seconds that a file must stay as it is before it is played; longer if it ends within a line, as half a file may."""
+SETTLING, MID_LINE_SETTLING, EMPTY_SETTLING = 0.1, 0.5, 5.0
+"""Seconds that a file must stay as it is before it is played; longer if it ends within a line, as half a file may, and
+if there is nothing in it, or it is not there or no text: so it may be before somebody goes on writing."""
 WRONG_PROGRAM, CANNOT, INTERRUPTED = 1, 2, 130
 
 
@@ -61,38 +63,44 @@ async def watch(path: Path, options: Options, *, browser: bool) -> int:
 
 
 async def _follow(show: _Show, path: Path, saved: _Saved) -> None:
-    if saved.time:
-        await _play_if_right(show, path, saved.text)
-    else:
+    if saved.text is None:
         show.say(f"{path.name} is not there yet: save it, and it plays")
+    else:
+        await _play_if_right(show, path, saved)
     async for _ in _changes(path.parent):
-        try:
-            if _saved(path) == saved:
-                continue
-            saved = await _settled(path)
-        except ReadError:  # between the old file and the new one there is none
-            continue
-        if saved.text:  # some editors empty the file before they write it
-            await _play_if_right(show, path, saved.text)
+        if _saved(path) != saved and (settled := await _settled(path)) != saved:
+            saved = settled
+            await _play_if_right(show, path, saved)
 
 
 class _Saved(NamedTuple):
-    """A file as it was saved, and when, in ns: a save plays also if it changes nothing."""
+    """A program as it was saved, or why there is none, and when it and its `improv.toml` were, in ns.
 
-    text: str
-    time: int
+    So a save plays also if it changes nothing.
+    """
+
+    text: str | None
+    problem: str
+    times: tuple[int, ...]
 
 
 def _saved(path: Path) -> _Saved:
-    """Raises ReadError."""
-    with contextlib.suppress(OSError):  # what reads it says why
-        return _Saved(read_program(path), path.stat().st_mtime_ns)
-    return _Saved(read_program(path), 0)
+    times = []
+    for file in (path, find_robots_file(path.parent)):
+        with contextlib.suppress(OSError):
+            times += [file.stat().st_mtime_ns] if file else []
+    try:
+        return _Saved(read_program(path), "", tuple(times))
+    except ReadError as problem:
+        return _Saved(None, str(problem), tuple(times))
 
 
 def _saved_or_awaited(path: Path) -> _Saved:
-    """A file as it was saved; with nothing in it, of time 0, if only its folder is there. Raises ReadError."""
-    return _saved(path) if path.exists() or not path.parent.is_dir() else _Saved("", 0)
+    """A program as it was saved, or none if its folder is there and it is not. Raises ReadError."""
+    saved = _saved(path)
+    if saved.text is None and (path.exists() or not path.parent.is_dir()):
+        raise ReadError(saved.problem)
+    return saved
 
 
 async def _changes(folder: Path) -> AsyncIterator[object]:
@@ -112,24 +120,32 @@ async def _changes(folder: Path) -> AsyncIterator[object]:
 
 
 async def _settled(path: Path) -> _Saved:
-    """A file once it is left alone. Raises ReadError.
+    """A program once it is left alone.
 
-    Half of a program may be one too, and not every editor, nor any network, puts a file in place all at once.
+    Half of one may be one too, and not every editor, nor any network, puts a file in place all at once.
     """
-    latest = _saved(path)
-    while True:
-        seen = latest
-        await asyncio.sleep(SETTLING if seen.text.endswith(("\n", "\r")) else MID_LINE_SETTLING)
-        latest = _saved(path)
-        if latest == seen:
-            return latest
+    clock = asyncio.get_running_loop().time
+    latest, since = _saved(path), clock()
+    while clock() - since < _settling(latest.text):
+        await asyncio.sleep(SETTLING)
+        if (now := _saved(path)) != latest:
+            latest, since = now, clock()
+    return latest
 
 
-async def _play_if_right(show: _Show, path: Path, text: str) -> None:
+def _settling(text: str | None) -> float:
+    if not text:
+        return EMPTY_SETTLING
+    return SETTLING if text.endswith(("\n", "\r")) else MID_LINE_SETTLING
+
+
+async def _play_if_right(show: _Show, path: Path, saved: _Saved) -> None:
     show.clear_line()
     analysis = None
     try:
-        analysis = analyze(text, robots_near(path.parent))
+        if saved.text is None:
+            raise ReadError(saved.problem)
+        analysis = analyze(saved.text, robots_near(path.parent))
         tell_diagnostics(path, analysis)
     except ReadError as problem:
         click.echo(f"improv: {problem}", err=True)
@@ -179,6 +195,7 @@ class _Show:
         self._recorder = recorder
         self._unwritten: OSError | ValueError | None = None
         self._counter: asyncio.Task[None] | None = None
+        self._counted = False  # whether the cursor stands behind a beat
         self._latest: dict[str, Any] = {}  # of the stage that leads, with the poses of the one that has them
         self._playing: set[str] = set()  # which stages play
         self.finished = asyncio.Event()
@@ -247,7 +264,7 @@ class _Show:
         if leads:
             self._stop_counter()
             if transport["state"] == "playing" and not self._quiet and sys.stdout.isatty():
-                self._counter = asyncio.create_task(_count(transport))
+                self._counter = asyncio.create_task(self._count(transport))
         if not self._playing and transport["state"] in ("ended", "stopped"):
             self.finished.set()
 
@@ -267,12 +284,21 @@ class _Show:
         if self._counter:
             self._counter.cancel()
             self._counter = None
+        if self._counted:
+            self._counted = False
             click.echo()
 
     def clear_line(self) -> None:
         """Make room for a line where the beat is counted; the count goes on below."""
-        if self._counter:
+        if self._counted:
+            self._counted = False
             click.echo("\r\x1b[K", nl=False)
+
+    async def _count(self, transport: Message) -> None:
+        """The beat, in place, until cancelled."""
+        async for beat in each_beat(transport):
+            self._counted = True
+            click.echo(f"\r{beat} ", nl=False)
 
     def say(self, line: str) -> None:
         if not self._quiet:
@@ -282,9 +308,3 @@ class _Show:
 
 def _role(leads: bool) -> str:
     return "leader" if leads else "twin"
-
-
-async def _count(transport: Message) -> None:
-    """The beat, in place, until cancelled."""
-    async for beat in each_beat(transport):
-        click.echo(f"\r{beat} ", nl=False)

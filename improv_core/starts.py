@@ -48,7 +48,7 @@ def _rows(
     while True:
         room, places = _grid(count, radius, size)
         if room < 2 * radius * _TOUCHING or count > max(MOST_PLACES, 2 * robots):
-            return _grid(robots, radius, size)[1]
+            return [_inside(pose, radius, size) for pose in _grid(robots, radius, size)[1]]
         free = [pose for pose in places if _is_free(pose, radius, size, placed)]
         if len(free) >= robots:
             return free[:robots]
@@ -70,6 +70,12 @@ def _grid(count: int, radius: float, size: tuple[float, float]) -> tuple[float, 
         Pose(behind * ((rows - 1) / 2 - place // columns), beside * ((columns - 1) / 2 - place % columns))
         for place in range(count)
     ]
+
+
+def _inside(pose: Pose, radius: float, size: tuple[float, float]) -> Pose:
+    """The nearest pose whose disc is inside the walls, if that is not larger than the floor."""
+    x, y = (max(length / 2 - radius, 0.0) for length in size)
+    return Pose(min(max(pose.x, -x), x), min(max(pose.y, -y), y))
 
 
 def _is_free(

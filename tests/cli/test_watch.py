@@ -151,6 +151,28 @@ def test_a_wrong_save_is_told_as_check_tells_it(watch: Watch, program: Path) -> 
     watch.wait("▶ r 2 beats")
 
 
+def test_what_can_not_be_read_for_long_is_told(watch: Watch, program: Path) -> None:
+    program.write_bytes(b"r $ left # \xc3\n")
+    assert watch.next() == f"improv: {program}: it is not UTF-8 text\n"
+    assert watch.next() == "✗ what plays goes on\n"
+    program.unlink()
+    assert watch.next() == f"improv: {program}: no such file or directory\n"
+
+
+def test_emptied_for_long(watch: Watch, program: Path) -> None:
+    program.write_text("")
+    assert watch.next() == "▶ no robot plays, simulator\n"
+
+
+def test_a_save_of_the_robots_plays_anew(watch: Watch, program: Path) -> None:
+    robots = program.with_name("improv.toml")
+    robots.write_text("[robots.s]\n")
+    watch.wait("`r` is not in improv.toml")
+    assert watch.next() == "✗ what plays goes on\n"
+    robots.write_text("[robots.r]\n")
+    watch.wait("▶ r ∞")
+
+
 def test_wrong_from_the_beginning(program: Path) -> None:
     program.write_text("r $ lft\n")
     with watching(program) as watch:
@@ -169,6 +191,5 @@ def test_saved_only_later(program: Path) -> None:
 def test_robots_of_a_file_that_can_not_be_read_do_not_move(watch: Watch, program: Path) -> None:
     robots = program.with_name("improv.toml")
     robots.write_bytes(b"# \xff\n")
-    program.write_text("r $ left\n")
     watch.wait(f"improv: {robots}: it is not UTF-8 text")
     assert watch.next() == "✗ what plays goes on\n"

@@ -32,7 +32,7 @@ class Edit(NamedTuple):
     data: Sequence[int]
 
 
-def chunks(analysis: Analysis, encoding: Encoding | str, first: int = 0, last: int | None = None) -> list[Chunk]:
+def chunks(analysis: Analysis, encoding: Encoding, first: int = 0, last: int | None = None) -> list[Chunk]:
     """The numbers of all pieces that touch the text between two offsets."""
     found = []
     starts = analysis.lines.starts
@@ -101,7 +101,7 @@ class _Shape(NamedTuple):
     last_line: int
 
 
-def _shape(text: str, unknown: tuple[str, ...], strange: tuple[str, ...], encoding: Encoding | str) -> _Shape:
+def _shape(text: str, unknown: tuple[str, ...], strange: tuple[str, ...], encoding: Encoding) -> _Shape:
     starts = LineIndex(text).starts
     last_line, plain = len(starts) - 1, text.isascii()
     found: list[int] = []

@@ -14,7 +14,7 @@ from improv_core.diagnostics import Diagnostic
 from improv_core.program import ReadError, robots_near
 from improv_core.robots import Robots, find_robots_file
 from improv_core.text import LineIndex, Span, difference
-from improv_ls.positions import to_span
+from improv_ls.positions import Encoding, to_span
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ def changed(
     document: Document,
     version: int | None,
     changes: Sequence[types.TextDocumentContentChangeEvent],
-    encoding: types.PositionEncodingKind | str,
+    encoding: Encoding,
 ) -> Document:
     """The document after the editor's changes, each of which applies to the text the one before has left."""
     analysis = document.analysis

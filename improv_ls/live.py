@@ -17,7 +17,7 @@ TRANSPORT = "improv/transport"
 MOMENTS = "improv/moments"
 
 
-def moments(document: Document, played: Analysis, encoding: Encoding | str, start: float = 0.0) -> dict[str, Any]:
+def moments(document: Document, played: Analysis, encoding: Encoding, start: float = 0.0) -> dict[str, Any]:
     """What plays from a beat on: ranges in the document as it is now, and by robot when each is lit."""
     places: dict[Span, int] = {}
     robots = {
@@ -48,6 +48,6 @@ def transport(message: Mapping[str, Any], uri: str | None, page: str | None) -> 
     }
 
 
-def _position(document: Document, offset: int, encoding: Encoding | str) -> tuple[int, int]:
+def _position(document: Document, offset: int, encoding: Encoding) -> tuple[int, int]:
     position = to_position(document.lines, offset, encoding)
     return position.line, position.character

@@ -23,6 +23,7 @@ from pygls.uris import to_fs_path
 
 from improv_core import __version__
 from improv_ls.frames import Frames
+from improv_ls.positions import Encoding
 from improv_ls.settings import Settings
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ class Session(LanguageServer):
             await self.performance.close()
 
     @property
-    def encoding(self) -> types.PositionEncodingKind | str:
+    def encoding(self) -> Encoding:
         """The unit of the columns, as agreed with the client."""
         return self.server_capabilities.position_encoding or types.PositionEncodingKind.Utf16
 

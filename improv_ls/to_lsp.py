@@ -39,9 +39,7 @@ class Takes(NamedTuple):
     tags: bool
 
 
-def diagnostic(
-    uri: str, lines: LineIndex, found: Diagnostic, encoding: Encoding | str, takes: Takes
-) -> types.Diagnostic:
+def diagnostic(uri: str, lines: LineIndex, found: Diagnostic, encoding: Encoding, takes: Takes) -> types.Diagnostic:
     related = [
         types.DiagnosticRelatedInformation(types.Location(uri, to_range(lines, other.span, encoding)), other.message)
         for other in (found.related if takes.related else ())
@@ -64,7 +62,7 @@ def markup(found: Hover, formats: Sequence[str] | None) -> types.MarkupContent:
     return types.MarkupContent(types.MarkupKind.PlainText, found.plain)
 
 
-def completion(document: Document, found: Completion, snippets: bool, encoding: Encoding | str) -> types.CompletionList:
+def completion(document: Document, found: Completion, snippets: bool, encoding: Encoding) -> types.CompletionList:
     """What is offered, in our order; snippets for those who know them."""
     place = to_range(document.lines, found.span, encoding)
     items = []

@@ -31,16 +31,16 @@ class Changed(NamedTuple):
     edits: Sequence[Edit]
 
 
-def location(uri: str, lines: LineIndex, span: Span, encoding: Encoding | str) -> types.Location:
+def location(uri: str, lines: LineIndex, span: Span, encoding: Encoding) -> types.Location:
     return types.Location(uri, to_range(lines, span, encoding))
 
 
-def highlight(lines: LineIndex, reference: Reference, encoding: Encoding | str) -> types.DocumentHighlight:
+def highlight(lines: LineIndex, reference: Reference, encoding: Encoding) -> types.DocumentHighlight:
     kind = types.DocumentHighlightKind.Write if reference.defines else types.DocumentHighlightKind.Read
     return types.DocumentHighlight(to_range(lines, reference.span, encoding), kind)
 
 
-def workspace_edit(changed: Mapping[str, Changed], versions: bool, encoding: Encoding | str) -> types.WorkspaceEdit:
+def workspace_edit(changed: Mapping[str, Changed], versions: bool, encoding: Encoding) -> types.WorkspaceEdit:
     """Edits of several documents, with their versions if the client takes them."""
     edits = {
         uri: [types.TextEdit(to_range(each.lines, edit.span, encoding), edit.text) for edit in each.edits]
@@ -57,7 +57,7 @@ def workspace_edit(changed: Mapping[str, Changed], versions: bool, encoding: Enc
     )
 
 
-def document_symbol(lines: LineIndex, entry: Entry, encoding: Encoding | str) -> types.DocumentSymbol:
+def document_symbol(lines: LineIndex, entry: Entry, encoding: Encoding) -> types.DocumentSymbol:
     return types.DocumentSymbol(
         name=entry.name,
         kind=_KINDS[entry.kind],
@@ -68,7 +68,7 @@ def document_symbol(lines: LineIndex, entry: Entry, encoding: Encoding | str) ->
     )
 
 
-def symbol(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding | str) -> types.SymbolInformation:
+def symbol(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding) -> types.SymbolInformation:
     return types.SymbolInformation(location(uri, lines, entry.name_span, encoding), entry.name, _KINDS[entry.kind])
 
 
@@ -76,7 +76,7 @@ def folding_range(fold: Fold) -> types.FoldingRange:
     return types.FoldingRange(fold.first, fold.last, kind=_FOLDS.get(fold.kind))
 
 
-def selection_range(lines: LineIndex, spans: Sequence[Span], encoding: Encoding | str) -> types.SelectionRange:
+def selection_range(lines: LineIndex, spans: Sequence[Span], encoding: Encoding) -> types.SelectionRange:
     """Spans from the innermost on, each with the next one around it."""
     around: types.SelectionRange | None = None
     for span in reversed(spans):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from heapq import heapify, heappop, heappush, heapreplace
-from typing import Any
+from typing import Any, NamedTuple
 
 from improv_core.motion import STILL, Twist
 from improv_core.movement import ENDLESS, Exact, near
@@ -48,6 +48,16 @@ class Swap:
     at: float
 
 
+class _Due(NamedTuple):
+    """What a robot is told at a performance time, and the rest of its commands, whose times count from `offset`."""
+
+    at: float
+    robot: str
+    twist: Twist
+    rest: Iterator[Command]
+    offset: float
+
+
 class Player:
     """Plays one score at a time on a sink, and tells what it does in transport messages (see docs/protocol.md)."""
 
@@ -64,7 +74,7 @@ class Player:
         self._zero = 0.0  # the clock's time of performance time 0
         self._since = 0.0  # the performance time at which playing was last taken up,
         self._from: Exact = 0  # and at which beat
-        self._queue: list[tuple[float, str, Twist, Iterator[Command], float]] = []
+        self._queue: list[_Due] = []
         self._next: Swap | None = None
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
@@ -215,7 +225,7 @@ class Player:
 
     def _due(self) -> float:
         """The performance time of what comes next."""
-        queued = self._queue[0][0] if self._queue else math.inf
+        queued = self._queue[0].at if self._queue else math.inf
         swap = self._next.at if self._next else math.inf
         end = self._end() if self._state == "playing" else math.inf
         return min(queued, swap, end)
@@ -279,7 +289,7 @@ class Player:
         for robot in swap.score.parts:
             self._met.setdefault(robot, now)
         for robot in old.parts.keys() - swap.score.parts.keys():
-            self._queue = [entry for entry in self._queue if entry[1] != robot]
+            self._queue = [due for due in self._queue if due.robot != robot]
             heapify(self._queue)
             self._enqueue(robot, zeros(0.0, 1 / old.parts[robot].profile.command_rate), swap.at)
         self._play_from(0, swap.at, now)
@@ -288,7 +298,7 @@ class Player:
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, as of this performance time."""
         self._since, self._from, self._state = performed, beat, "playing"
-        self._queue = [entry for entry in self._queue if entry[1] not in self._score.parts]
+        self._queue = [due for due in self._queue if due.robot not in self._score.parts]
         heapify(self._queue)
         self._zeros_left = {robot: LAST_ZEROS for robot in self._score.parts if self._is_silent(robot)}
         for robot, part in self._score.parts.items():
@@ -331,16 +341,16 @@ class Player:
     def _enqueue(self, robot: str, told: Iterator[Command], offset: float) -> None:
         first = next(told, None)
         if first:
-            heappush(self._queue, (first.at + offset, robot, first.twist, told, offset))
+            heappush(self._queue, _Due(first.at + offset, robot, first.twist, told, offset))
 
     def _send_due(self, performed: float) -> None:
         queue = self._queue
-        while queue and queue[0][0] <= performed:
-            at, robot, moving, told, offset = queue[0]
+        while queue and queue[0].at <= performed:
+            at, robot, moving, rest, offset = queue[0]
             self._send(robot, moving, at)
-            following = next(told, None)
+            following = next(rest, None)
             if following:
-                heapreplace(queue, (following.at + offset, robot, following.twist, told, offset))
+                heapreplace(queue, _Due(following.at + offset, robot, following.twist, rest, offset))
             else:
                 heappop(queue)
         self._sink.advance(performed)

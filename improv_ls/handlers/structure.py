@@ -40,7 +40,7 @@ def workspace_symbols(
     documents: Sequence[Document],
     folders: Iterable[Path],
     query: str,
-    encoding: Encoding | str,
+    encoding: Encoding,
     given_up: Callable[[], bool] = lambda: False,
 ) -> list[types.SymbolInformation]:
     """The names and robots that have the letters of the query in this order, of open documents first.

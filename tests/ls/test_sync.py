@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from lsprotocol import types
+from lsprotocol.types import PositionEncodingKind as Encoding
 
 from improv_core.text import LineIndex
 from improv_ls.documents import changed, opened
-from improv_ls.positions import Encoding, to_offset, to_position
+from improv_ls.positions import to_offset, to_position
 
 URI = "untitled:dance"
 ENCODINGS = [Encoding.Utf8, Encoding.Utf16, Encoding.Utf32]

@@ -7,7 +7,7 @@ its text is that of the file, unless it has taken an edit of ours that it has no
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from pygls.capabilities import get_capability
 from pygls.uris import from_fs_path, to_fs_path
 
 from improv_core.diagnostics import Edit
-from improv_core.placing import Start, inline, place
+from improv_core.placing import inline, place
 from improv_core.program import ReadError, robots_near
 from improv_core.robots import FILE_NAME
 from improv_core.text import LineIndex, Span, difference
@@ -52,40 +52,38 @@ class Placing:
         """Ask the editor to make the edit; if it does not, say so in one line. `asked` has metres and degrees."""
         starts = {robot: (float(pose["x"]), float(pose["y"]), float(pose["heading"])) for robot, pose in asked.items()}
         async with self._one_at_a_time:
-            problem = await self._offer(document, starts)
-        if problem:
-            self._session.say(problem, types.MessageType.Warning)
+            file = _find(self._session, document)
+            made = place(file.text, starts, document.analysis.robots) if file else None
+            if file and file.version is None and self._is_unsaved(file):
+                self._warn("save improv.toml first: it has starts that are not saved yet")
+            elif not file or not made or not _can_write(self._session, file):
+                lines = " and ".join(f"robots.{robot}.start = {inline(start)}" for robot, start in starts.items())
+                self._warn(f"improv.toml was left as it is: write {lines} there by hand")
+            elif made != file.text:
+                await self._ask(document, file, made, ", ".join(starts))
 
-    async def _offer(self, document: Document, starts: Mapping[str, Start]) -> str | None:
-        """Make the edit, or tell why not."""
-        session = self._session
-        file = _find(session, document)
-        if file and file.version is None and self._is_unsaved(file):
-            return "save improv.toml first: it has starts that are not saved yet"
-        made = place(file.text, starts, document.analysis.robots) if file else None
-        if file and made == file.text:
-            return None
-        edit = _edit(session, file, made) if file and made else None
-        if not file or not edit:
-            lines = " and ".join(f"robots.{robot}.start = {inline(start)}" for robot, start in starts.items())
-            return f"improv.toml was left as it is: write {lines} there by hand"
+    async def _ask(self, document: Document, file: _File, made: str, robots: str) -> None:
+        """Have the editor put the text that was made in the place of the file's."""
         self._unsaved[file.path] = _stamp(file.path)
-        params = types.ApplyWorkspaceEditParams(edit, f"Improv: start of {', '.join(starts)}")
-        asking = session.workspace_apply_edit_async(params)
+        params = types.ApplyWorkspaceEditParams(_edit(self._session, file, made), f"Improv: start of {robots}")
+        asking = self._session.workspace_apply_edit_async(params)
         try:
             applied = (await asyncio.wait_for(asyncio.shield(asking), ANSWER_LIMIT)).applied
         except TimeoutError:  # it may have made the edit, or make it yet
-            return None
+            return
         except Exception:  # a refusal
             applied = False
         if not applied:
             del self._unsaved[file.path]
-            return f"the editor did not take the new start of {', '.join(starts)}"
+            self._warn(f"the editor did not take the new start of {robots}")
+            return
         self._unsaved[file.path] = _stamp(file.path)  # a new file may be there now, still empty
-        now = _find(session, document)
+        now = _find(self._session, document)
         if now and (now.version is not None or now.text == made):  # we are told of it, or it is saved already
             del self._unsaved[file.path]
-        return None
+
+    def _warn(self, line: str) -> None:
+        self._session.say(line, types.MessageType.Warning)
 
     def _is_unsaved(self, file: _File) -> bool:
         """Whether the file is still as it was before an edit of ours; one of ours is never empty."""
@@ -95,7 +93,7 @@ class Placing:
         return file.path in known
 
 
-def _find(ls: Session, document: Document) -> _File | None:
+def _find(session: Session, document: Document) -> _File | None:
     program = to_fs_path(document.uri) if document.uri.startswith("file:") else None
     if not program:
         return None
@@ -105,7 +103,7 @@ def _find(ls: Session, document: Document) -> _File | None:
     except ReadError:
         return None
     path = robots.path or folder / FILE_NAME
-    for known in ls.documents.values():
+    for known in session.documents.values():
         if known.uri.startswith("file:") and to_fs_path(known.uri) == str(path):
             return _File(path, known.uri, known.lines.text, known.version or 0, True)
     uri = from_fs_path(str(path))
@@ -120,19 +118,24 @@ def _stamp(path: Path) -> _Stamp:
     return found.st_mtime_ns, found.st_ino, found.st_size
 
 
-def _edit(ls: Session, file: _File, made: str) -> types.WorkspaceEdit | None:
-    """The edit after which the editor has the text that was made; None if it can't be asked to."""
-    capabilities = ls.client_capabilities
-    creates = get_capability(capabilities, "workspace.workspace_edit.resource_operations") or ()
-    if not (capabilities.workspace and capabilities.workspace.apply_edit):
-        return None
-    if not (file.exists or types.ResourceOperationKind.Create in creates):
-        return None
-    versions = bool(creates or get_capability(capabilities, "workspace.workspace_edit.document_changes"))
+def _can_write(session: Session, file: _File) -> bool:
+    """Whether the editor can be asked to."""
+    workspace = session.client_capabilities.workspace
+    can_edit = bool(workspace and workspace.apply_edit)
+    return can_edit and (file.exists or types.ResourceOperationKind.Create in _operations(session))
+
+
+def _edit(session: Session, file: _File, made: str) -> types.WorkspaceEdit:
+    """The edit after which the editor has the text that was made."""
+    changes = get_capability(session.client_capabilities, "workspace.workspace_edit.document_changes")
     start, end, text = difference(file.text, made)
     changed = Changed(file.version, LineIndex(file.text), [Edit(Span(start, end), text)])
-    edit = workspace_edit({file.uri: changed}, versions, ls.encoding)
+    edit = workspace_edit({file.uri: changed}, bool(changes or _operations(session)), session.encoding)
     if edit.document_changes and not file.exists:
         create = types.CreateFile(file.uri, options=types.CreateFileOptions(ignore_if_exists=True))
         edit.document_changes = [create, *edit.document_changes]
     return edit
+
+
+def _operations(session: Session) -> Sequence[types.ResourceOperationKind | str]:
+    return get_capability(session.client_capabilities, "workspace.workspace_edit.resource_operations") or ()

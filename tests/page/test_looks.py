@@ -59,8 +59,10 @@ def test_the_path_ahead_is_drawn_and_can_be_hidden(page: Page, show: Show) -> No
 
 
 def test_trails_can_be_cleared_and_turned_off(page: Page, show: Show) -> None:
-    show.play("beat 60\nada $ forward forward forward\n", "[robots.ada]\nstart = {x=0,y=0.3}\n")
+    robots = "[robots.ada]\nstart = {x=0,y=0.3}\n"
+    show.play("ada $ rest\n", robots)
     watch(page, show)
+    show.play("beat 60\nada $ forward forward forward\n", robots)  # seen from its beginning
     wait(page, "improv.robots.ada.x > 1.2")
     page.keyboard.press("p")
     wait(page, "improv.transport.state === 'paused'")

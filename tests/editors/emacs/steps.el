@@ -100,10 +100,14 @@
 
 (defun robot (does)
   "Wait until a robot of the simulator DOES it: moves or stands."
-  (with-temp-buffer
-    (setq default-directory (file-name-as-directory (getenv "IMPROV_ROOT")))
-    (check (eq 0 (call-process (getenv "IMPROV_PYTHON") nil t nil "-m" "tests.editors.robot" init-page does))
-           does (buffer-string))
+  (let* ((default-directory (file-name-as-directory (getenv "IMPROV_ROOT")))
+         (process-connection-type nil)
+         (buffer (generate-new-buffer " *robot*"))
+         (process (start-process "robot" buffer (getenv "IMPROV_PYTHON") "-m" "tests.editors.robot" init-page does)))
+    ;; Emacs goes on hearing the server, as it does while nobody keeps it busy: that waits for who does not read on.
+    (while (process-live-p process) (accept-process-output nil 0.05))
+    (check (eq 0 (process-exit-status process)) does (with-current-buffer buffer (buffer-string)))
+    (kill-buffer buffer)
     (princ (format "robot %s\n" does))))
 
 ;;; steps.el ends here

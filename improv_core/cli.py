@@ -40,6 +40,7 @@ def improv() -> None:
 
 
 _files = click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+_file = click.argument("file", type=click.Path(path_type=Path))
 
 
 class _Seconds(click.FloatRange):
@@ -53,7 +54,6 @@ class _Seconds(click.FloatRange):
 
 
 _LENGTH = _Seconds(0, 1e12, min_open=True)
-_file = click.argument("file", type=click.Path(path_type=Path))
 
 
 @improv.command()

@@ -141,14 +141,14 @@ class Performance:
             settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery, takes_starts=True
         )
         old = self._playback
-        if not old or old.options != options:
-            self._playback = Playback(options, self._hear)
-            if old:
-                self._playback.keep_as(old)
-                self._closing.add(closing := asyncio.create_task(old.close()))  # only the session's end waits for it
-                closing.add_done_callback(self._closing.discard)
-        assert self._playback
-        return self._playback
+        if old and old.options == options:
+            return old
+        self._playback = new = Playback(options, self._hear)
+        if old:
+            new.keep_as(old)
+            self._closing.add(closing := asyncio.create_task(old.close()))  # only the session's end waits for it
+            closing.add_done_callback(self._closing.discard)
+        return new
 
     def _hear(self, message: Message, leads: bool) -> None:
         kind = message["type"]

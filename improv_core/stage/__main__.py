@@ -124,9 +124,8 @@ def _open(options: argparse.Namespace, put: Tell) -> _Opened:
             simulator.snapshot,
             lambda command: put({"type": "request", "command": command}),
             takes_starts=options.takes_starts,
-            token=os.environ.get(
-                "IMPROV_PAGE_TOKEN"
-            ),  # not an argument: those can be read by every user of the machine
+            # Not an argument: those can be read by every user of the machine.
+            token=os.environ.get("IMPROV_PAGE_TOKEN"),
         )
     except OSError as error:
         if error.errno not in (errno.EADDRINUSE, errno.EACCES):

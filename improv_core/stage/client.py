@@ -139,8 +139,7 @@ class Playback:
         if kind in ("speed", "silence"):
             self._kept[kind] = {"type": kind, **values}
         for stage in (self._leader, self._twin):
-            # One that looks for robots to stop them would give that up for a hush: nobody would hear it yet.
-            if stage and not (kind == "hush" and stage is self._halting):
+            if stage:
                 stage.send(message)
 
     def silence(self, muted: Iterable[str], soloed: Iterable[str]) -> None:

@@ -231,15 +231,16 @@ function reached({ at, placed }, place) {
 }
 
 /** Paints the part of a trail that is too new to be on the sheet: what was gone since `from`. */
-export function paintTail(pen, { trails, at, placed, camera }, { name, place, color }, from) {
-  const trail = trails.get(name) ?? []
-  if (!from || from.at > at || !trail.length) return
+export function paintTail(pen, scene, { name, place, color }, from) {
+  const { camera } = scene
+  const trail = scene.trails.get(name) ?? []
+  if (!from || isLater(from, scene) || !trail.length) return
   const start = camera.toScreen(from.place)
   let index = trail.length
   while (index > 0 && isLater(trail[index - 1], from)) index--
   pen.beginPath()
   pen.moveTo(start.x, start.y)
-  for (; index < trail.length && !isLater(trail[index], { at, placed }); index++) {
+  for (; index < trail.length && !isLater(trail[index], scene); index++) {
     const point = camera.toScreen(trail[index])
     if (trail[index].first) pen.moveTo(point.x, point.y)
     else pen.lineTo(point.x, point.y)

@@ -253,6 +253,7 @@ function frame() {
   drawn = now
   requestAnimationFrame(frame)
 }
+
 /** All that the stage shows in this frame. */
 function scene({ at, placed, moving }, beat, until, bumping) {
   const { muted, soloed } = clock.transport

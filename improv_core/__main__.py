@@ -1,6 +1,6 @@
 """`python -m improv_core` is the `improv` command."""
 
-from improv_core.cli import main
+from improv_core.commands.main import main
 
 if __name__ == "__main__":
     main()

@@ -7,8 +7,8 @@ from functools import lru_cache
 from itertools import chain
 from typing import NamedTuple, TypeAlias
 
-from improv_core.analysis import Analysis
 from improv_core.ide.tokens import colored, pieces
+from improv_core.program.analysis import Analysis
 from improv_core.syntax.parser import LONGEST_KEPT
 from improv_core.text import LineIndex
 from improv_ls.positions import Encoding, units

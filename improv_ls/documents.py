@@ -9,10 +9,10 @@ from pathlib import Path
 from lsprotocol import types
 from pygls.uris import to_fs_path
 
-from improv_core.analysis import Analysis, analyze
 from improv_core.diagnostics import Diagnostic
-from improv_core.program import ReadError, robots_near
-from improv_core.robots import Robots, find_robots_file
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.files import ReadError, robots_near
+from improv_core.robots.config import Robots, find_robots_file
 from improv_core.text import LineIndex, Span, difference
 from improv_ls.positions import Encoding, to_span
 

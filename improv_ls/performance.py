@@ -13,10 +13,10 @@ from uuid import uuid4
 
 from lsprotocol import types
 
-from improv_core.compiler import score_of
-from improv_core.ide.hover import summary
-from improv_core.stage.client import Options, Playback, each_beat, whole_beats
-from improv_core.stage.process import Message, StageError
+from improv_core.playback.playback import Options, Playback, each_beat, whole_beats
+from improv_core.playback.stage_process import Message, StageError
+from improv_core.program.compiler import score_of
+from improv_core.program.report import summary
 from improv_ls import live
 from improv_ls.documents import Document, moved
 from improv_ls.placing import Placing

@@ -16,9 +16,9 @@ from pygls.capabilities import get_capability
 from pygls.uris import from_fs_path, to_fs_path
 
 from improv_core.diagnostics import Edit
-from improv_core.placing import inline, place
-from improv_core.program import ReadError, robots_near
-from improv_core.robots import FILE_NAME
+from improv_core.program.files import ReadError, robots_near
+from improv_core.robots.config import FILE_NAME
+from improv_core.robots.edits import inline, place
 from improv_core.text import LineIndex, Span, difference
 from improv_ls.documents import Document
 from improv_ls.session import ANSWER_LIMIT, Session

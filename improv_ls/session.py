@@ -22,7 +22,7 @@ from pygls.protocol import LanguageServerProtocol
 from pygls.uris import to_fs_path
 
 from improv_core import __version__
-from improv_ls.frames import Frames
+from improv_ls.framing import Frames
 from improv_ls.positions import Encoding
 from improv_ls.settings import Settings
 

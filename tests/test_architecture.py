@@ -4,54 +4,113 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parent.parent
 CORE = sorted((ROOT / "improv_core").rglob("*.py"))
-STAGE = [path for path in CORE if "stage" in path.parts]
-BARE = [
-    ROOT / "improv_core" / f"{name}.py"
-    for name in ("__init__", "drawing", "motion", "movement", "path", "profiles", "score", "world")
-]
-BARE += [ROOT / "improv_core" / "text.py", *STAGE]
+MODULES = [*CORE, *sorted((ROOT / "improv_ls").rglob("*.py"))]
+
+BELOW_PROGRAM = ["text", "diagnostics", "score", "syntax", "robots"]
+ROWS: Mapping[str, Sequence[str]] = {
+    "improv_core": [],
+    "text": [],
+    "diagnostics": ["text"],
+    "score": ["text"],
+    "syntax": ["score", "diagnostics", "text"],
+    "robots": ["syntax.vocabulary", "score", "diagnostics", "text"],
+    "program": BELOW_PROGRAM,
+    "ide": ["program", *BELOW_PROGRAM],
+    "stage": ["score", "text"],
+    "playback": ["stage.protocol", "stage.discovery", "score"],
+    "commands": ["improv_core", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
+    "__main__": ["commands"],
+    "improv_ls": ["improv_core", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
+}
+"""What each folder or module may import besides itself; of a package of ours, everything in it."""
+
+BARE = ("score", "stage", "playback")
+"""Folders that run in ROS's Python: the standard library and Python 3.10, the libraries of sinks aside."""
 LIBRARIES = {
     "pymunk": ["stage/sinks/collisions.py"],
     "rclpy": ["stage/graph.py", "stage/sinks/ros.py"],
     "aiohttp": ["stage/viewer/server.py"],
     "mcap": ["stage/sinks/recorder.py"],
-    "resvg_py": ["plotting.py"],
+    "resvg_py": ["commands/plot.py"],
 }
+MESSAGES_OF_ROS = {"geometry_msgs", "std_srvs"}
 
 
 def name(path: Path) -> str:
-    return path.relative_to(ROOT).as_posix()
+    """`improv_core.stage.player`; a package goes by its folder."""
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
-def imports(tree: ast.AST) -> Iterator[str]:
-    """The top-level packages that are imported when this is run, those for types alone left out."""
-    for node in ast.iter_child_nodes(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            continue
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            yield node.module or ""
-        else:
-            yield from imports(node)
+def row(module: str) -> str:
+    """The row of the table in which a module stands: its folder's, or its own where it stands at the top."""
+    package, _, rest = module.partition(".")
+    return rest.partition(".")[0] if package == "improv_core" and rest else package
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def imports(node: ast.AST) -> Iterator[str]:
+    """Every name that is imported, also for types alone: `a.b.c` for `from a.b import c`."""
+    for each in ast.walk(node):
+        if isinstance(each, ast.Import):
+            yield from (alias.name for alias in each.names)
+        elif isinstance(each, ast.ImportFrom):
+            yield from (f"{each.module}.{alias.name}" for alias in each.names)
+
+
+def ours(path: Path) -> set[str]:
+    """The modules of ours that a module imports."""
+    known = {name(each) for each in MODULES}
+    found = {each if each in known else each.rpartition(".")[0] for each in imports(tree(path))}
+    return found & known
 
 
 def packages(path: Path) -> set[str]:
-    return {module.split(".")[0] for module in imports(ast.parse(path.read_text(encoding="utf-8")))}
+    """The packages that a module imports when it runs, at once or later."""
+    return {module.partition(".")[0] for node in tree(path).body if not is_for_types(node) for module in imports(node)}
+
+
+def is_for_types(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
 
 
 def at_import(path: Path) -> set[str]:
-    """The packages imported as soon as the module is, not later inside functions."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    tree.body = [node for node in tree.body if not isinstance(node, ast.FunctionDef | ast.ClassDef)]
-    return {module.split(".")[0] for module in imports(tree)}
+    """The packages imported as soon as the module is, not later inside functions, and not for types alone."""
+    body = [
+        node
+        for node in tree(path).body
+        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef) and not is_for_types(node)
+    ]
+    return {module.partition(".")[0] for module in imports(ast.Module(body, []))}
+
+
+def within(module: str, allowed: str) -> bool:
+    full = allowed if allowed == "improv_core" else f"improv_core.{allowed}"
+    return module == full or (allowed != "improv_core" and module.startswith(f"{full}."))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name)
+def test_a_module_imports_only_what_its_row_allows(path: Path) -> None:
+    own = row(name(path))
+    foreign = {module for module in ours(path) if row(module) != own}
+    assert {module for module in foreign if not any(within(module, allowed) for allowed in ROWS[own])} == set()
+
+
+def test_no_circle() -> None:
+    """Counting imports for types too: who needs another's types depends on it."""
+    TopologicalSorter({name(path): ours(path) - {name(path)} for path in MODULES}).prepare()
 
 
 @pytest.mark.parametrize("path", CORE, ids=name)
@@ -60,35 +119,24 @@ def test_the_core_knows_nothing_of_lsp(path: Path) -> None:
 
 
 @pytest.mark.parametrize("library", LIBRARIES)
-def test_a_stages_library_is_imported_in_its_place_and_lazily(library: str) -> None:
+def test_a_library_is_imported_in_its_place_and_lazily(library: str) -> None:
     importers = [path for path in CORE if library in packages(path)]
-    assert [name(path) for path in importers] == [f"improv_core/{place}" for place in LIBRARIES[library]]
+    assert [path.relative_to(ROOT / "improv_core").as_posix() for path in importers] == LIBRARIES[library]
     assert all(library not in at_import(path) for path in importers)
+
+
+@pytest.mark.parametrize("path", [path for path in CORE if row(name(path)) in BARE], ids=name)
+def test_what_ros_runs_is_bare(path: Path) -> None:
+    libraries = packages(path) - set(sys.stdlib_module_names) - {"improv_core"}
+    assert libraries <= LIBRARIES.keys() | MESSAGES_OF_ROS
+    ast.parse(path.read_text(encoding="utf-8"), feature_version=(3, 10))
 
 
 def test_who_looks_at_the_graph_sends_nothing() -> None:
     assert "publish(" not in (ROOT / "improv_core" / "stage" / "graph.py").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("path", BARE, ids=name)
-def test_the_stage_needs_only_the_standard_library(path: Path) -> None:
-    libraries = packages(path) - set(sys.stdlib_module_names) - {"improv_core"}
-    assert libraries <= {"pymunk", "aiohttp", "rclpy", "geometry_msgs", "std_srvs", "mcap"}
-
-
-@pytest.mark.parametrize("path", BARE, ids=name)
-def test_the_stage_uses_our_package_only_as_far_as_it_is_bare(path: Path) -> None:
-    bare = {name(each).removesuffix(".py").removesuffix("/__init__").replace("/", ".") for each in BARE}
-    used = {module for module in imports(ast.parse(path.read_text())) if module.startswith("improv_core")}
-    assert {module for module in used if module != "improv_core"} <= bare
-
-
-@pytest.mark.parametrize("path", BARE, ids=name)
-def test_the_stage_is_python_3_10(path: Path) -> None:
-    ast.parse(path.read_text(encoding="utf-8"), feature_version=(3, 10))
-
-
-@pytest.mark.parametrize("path", [*CORE, *(ROOT / "improv_ls").rglob("*.py")], ids=name)
+@pytest.mark.parametrize("path", MODULES, ids=name)
 def test_columns_are_converted_in_one_place(path: Path) -> None:
     if path.name != "positions.py":
         assert "utf-16" not in path.read_text(encoding="utf-8").lower()

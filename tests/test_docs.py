@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.analysis import analyze
 from improv_core.diagnostics import SEVERITIES
+from improv_core.program.analysis import analyze
 from improv_core.syntax.vocabulary import WORDS
 
 ROOT = Path(__file__).parent.parent

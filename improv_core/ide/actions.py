@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from improv_core.analysis import Analysis
 from improv_core.diagnostics import Diagnostic, Edit
+from improv_core.program.analysis import Analysis
 from improv_core.text import Span
 
 SAFE = frozenset({"never-performed", "unused-name", "duplicate-beat"})

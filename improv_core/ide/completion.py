@@ -7,11 +7,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
-from improv_core.analysis import Analysis
 from improv_core.ide.cursor import Before, before
 from improv_core.ide.hover import Hover, name_at, robot_at
-from improv_core.ide.timing import beats
-from improv_core.meaning import Definition
+from improv_core.program.analysis import Analysis
+from improv_core.program.meaning import Definition
+from improv_core.program.timing import beats
 from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.vocabulary import WORDS, Kind, Word
 from improv_core.text import Span

@@ -6,7 +6,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from improv_core.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis, Placed
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import Node

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from improv_core.analysis import Analysis
+from improv_core.program.analysis import Analysis
 from improv_core.syntax import nodes
 from improv_core.text import LINE_END
 

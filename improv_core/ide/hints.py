@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from improv_core.analysis import Analysis, Placed
 from improv_core.ide.cursor import touching
 from improv_core.ide.hover import pace_in
-from improv_core.ide.timing import beats, lasting, number, times_as_fast
+from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.timing import beats, lasting, number, times_as_fast
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
 from improv_core.text import Span

@@ -8,17 +8,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from improv_core import movement as algebra
-from improv_core.analysis import Analysis, Placed
-from improv_core.compiler import score_of
-from improv_core.drawing import picture
 from improv_core.ide.cursor import Cursor, cursor
-from improv_core.ide.timing import beats, ends, fastest, lasting, number, seconds, times_as_fast, timing, way
-from improv_core.meaning import value_of
-from improv_core.motion import Pose
-from improv_core.movement import NORMAL, Movement
-from improv_core.profiles import DEFAULT, Profile
-from improv_core.score import Part, Score
+from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.compiler import score_of
+from improv_core.program.meaning import value_of
+from improv_core.program.timing import beats, ends, fastest, number, seconds, times_as_fast, timing, way
+from improv_core.score import movement as algebra
+from improv_core.score.motion import Pose
+from improv_core.score.movement import NORMAL, Movement
+from improv_core.score.profiles import DEFAULT, Profile
+from improv_core.score.score import Part, Score
+from improv_core.score.svg import picture
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node
@@ -86,16 +86,6 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
     about = f" (robot, profile {part.profile.name}): all it plays"
     whole = timing(part.movement, analysis.tempo)
     return Hover(Span(0, 0), _short(name), about, (whole,), "", _drawn(part, analysis.tempo) if pictures else "")
-
-
-def summary(analysis: Analysis) -> str:
-    """What plays, in one line: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`."""
-    score = score_of(analysis)
-    robots = " · ".join(f"{name} {beats(part.movement.duration)}" for name, part in score.parts.items())
-    whole = max((part.movement for part in score.parts.values()), key=lambda part: part.duration, default=None)
-    if whole is None:
-        return "no robot plays"
-    return f"{robots}, {lasting(whole, analysis.tempo)}"
 
 
 def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:

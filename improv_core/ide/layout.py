@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from improv_core.analysis import Analysis
 from improv_core.diagnostics import Edit
 from improv_core.ide.cursor import touching
+from improv_core.program.analysis import Analysis
 from improv_core.syntax.formatter import edits
 from improv_core.text import LINE_END, Span
 

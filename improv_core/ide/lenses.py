@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
 
-from improv_core.analysis import Analysis, Placed
-from improv_core.ide.timing import beats, seconds
-from improv_core.movement import ENDLESS
+from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.timing import beats, seconds
+from improv_core.score.movement import ENDLESS
 from improv_core.text import Span
 
 MOST_LINES = 200

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 
-from improv_core.analysis import Analysis
 from improv_core.diagnostics import Edit
+from improv_core.program.analysis import Analysis
 from improv_core.syntax.formatter import INDENT
 from improv_core.text import Span
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from improv_core.analysis import Analysis
-from improv_core.ide.timing import beats
+from improv_core.program.analysis import Analysis
+from improv_core.program.timing import beats
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split

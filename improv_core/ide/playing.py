@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from improv_core.analysis import Analysis
-from improv_core.movement import near, walk
+from improv_core.program.analysis import Analysis
+from improv_core.score.movement import near, walk
 from improv_core.text import Span
 
 MOST_MOMENTS = 4_000

@@ -10,11 +10,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from improv_core.analysis import Analysis, Placed, users_behind
 from improv_core.diagnostics import Edit, Severity
 from improv_core.ide.actions import Action
 from improv_core.ide.cursor import around, cursor
-from improv_core.meaning import value_of
+from improv_core.program.analysis import Analysis, Placed, users_behind
+from improv_core.program.meaning import value_of
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import lex
 from improv_core.syntax.nodes import Node

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from improv_core.analysis import Analysis, users_behind
-from improv_core.robots import Robots
+from improv_core.program.analysis import Analysis, users_behind
+from improv_core.robots.config import Robots
+from improv_core.robots.toml_text import read_toml
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
-from improv_core.toml_text import read_toml
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 
-from improv_core.analysis import Analysis, users_behind
 from improv_core.diagnostics import Edit
 from improv_core.ide.references import Symbol, plays, references, symbol_at
-from improv_core.robots import Robots
+from improv_core.program.analysis import Analysis, users_behind
+from improv_core.robots.config import Robots
+from improv_core.robots.toml_text import read_toml
 from improv_core.syntax.lexer import NAME
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.toml_text import read_toml
 
 _NAME = re.compile(NAME)
 _ROBOT = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from improv_core.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis, Placed
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.text import Span

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from improv_core.analysis import Analysis
 from improv_core.ide.cursor import before
+from improv_core.program.analysis import Analysis
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.vocabulary import WORDS, Kind
 from improv_core.text import Span

@@ -29,8 +29,8 @@ if __name__ == "__main__":
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
     sys.path.append(str(here.parent.parent))
 
-from improv_core.motion import Twist
-from improv_core.score import Score, from_json
+from improv_core.score.motion import Twist
+from improv_core.score.score import Score, from_json
 from improv_core.stage.player import Player
 from improv_core.stage.sinks import Sink
 

@@ -13,11 +13,11 @@ from fractions import Fraction
 from heapq import heapify, heappop, heappush, heapreplace
 from typing import Any, NamedTuple
 
-from improv_core.motion import STILL, Twist
-from improv_core.movement import ENDLESS, Exact, near
-from improv_core.path import pose_at
-from improv_core.score import Score
-from improv_core.stage.commands import LAST_ZEROS, Command, commands, zeros
+from improv_core.score.motion import STILL, Twist
+from improv_core.score.movement import ENDLESS, Exact, near
+from improv_core.score.path import pose_at
+from improv_core.score.score import Score
+from improv_core.stage.setpoints import LAST_ZEROS, Command, commands, zeros
 from improv_core.stage.sinks import Sink
 
 PATIENCE = 5.0

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import astuple
 from typing import Any
 
-from improv_core import world as worlds
-from improv_core.movement import ENDLESS, Exact, near, walk
-from improv_core.path import pose_at
-from improv_core.score import Part, Score, twist
+from improv_core.score import world as worlds
+from improv_core.score.movement import ENDLESS, Exact, near, walk
+from improv_core.score.path import pose_at
+from improv_core.score.score import Part, Score, twist
 
 MOST_MOMENTS = 20_000
 """Moments of all robots together in one window."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from improv_core.diagnostics import Diagnostic
-from improv_core.movement import Movement
+from improv_core.score.movement import Movement
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.vocabulary import WORDS, Word
 from improv_core.text import Span

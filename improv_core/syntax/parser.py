@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
-from improv_core.movement import hold
+from improv_core.score.movement import hold
 from improv_core.syntax.brackets import close_brackets
 from improv_core.syntax.derivation import Branch, Leaf, derive
 from improv_core.syntax.lexer import Token, lex

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 
-from improv_core.movement import SAME, Exact, Velocity
+from improv_core.score.movement import SAME, Exact, Velocity
 
 HALF = Fraction(1, 2)
 

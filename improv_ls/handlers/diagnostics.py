@@ -10,7 +10,7 @@ from typing import NamedTuple
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
-from improv_core.robots import Robots
+from improv_core.robots.config import Robots
 from improv_core.text import LineIndex
 from improv_ls import to_lsp
 from improv_ls.documents import Document

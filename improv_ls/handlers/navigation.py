@@ -11,12 +11,12 @@ from pygls.capabilities import get_capability
 from pygls.exceptions import JsonRpcException
 from pygls.uris import from_fs_path
 
-from improv_core.analysis import analyze
 from improv_core.ide import references as finding
 from improv_core.ide import rename as renaming
 from improv_core.ide.references import Symbol, symbol_at
-from improv_core.program import ReadError, read_program
-from improv_core.robots import Robots, find_robots_file
+from improv_core.program.analysis import analyze
+from improv_core.program.files import ReadError, read_program
+from improv_core.robots.config import Robots, find_robots_file
 from improv_core.text import LineIndex
 from improv_ls import to_lsp_places as to_lsp
 from improv_ls.documents import Document, robots_of

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from improv_core.motion import Twist
-from improv_core.stage.commands import LAST_ZEROS
+from improv_core.score.motion import Twist
 from improv_core.stage.player import Player
+from improv_core.stage.setpoints import LAST_ZEROS
 from tests.benchmarks.robots import RATE
 from tests.stage.test_player import Memory, score
 

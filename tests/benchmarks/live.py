@@ -16,7 +16,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from improv_core.stage.commands import LAST_ZEROS
+from improv_core.stage.setpoints import LAST_ZEROS
 from tests.benchmarks.documents import IMPROV, Edit, edits, improv
 from tests.benchmarks.robots import ENV, PYTHON, RATE, Heard, Lateness, Listener, Steady, lateness, start_anew
 from tests.benchmarks.servers import OURS, Server, memory

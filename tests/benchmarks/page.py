@@ -13,8 +13,8 @@ from urllib.parse import urlsplit
 from playwright.sync_api import sync_playwright
 
 from tests.benchmarks.tables import p99, print_row
-from tests.page.conftest import FLAGS, Show, watch
 from tests.processes import descendants
+from tests.stage.viewer.conftest import FLAGS, Show, watch
 
 ROBOTS = 50
 SIZE = (1920, 1080)

@@ -13,15 +13,15 @@ from statistics import median
 
 import pymunk
 
-from improv_core.analysis import analyze
-from improv_core.compiler import score_of
-from improv_core.motion import Pose
-from improv_core.rehearsal import perform
-from improv_core.score import Score
+from improv_core.commands.rehearsal import perform
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.robots.starts import APART, SIDE_BY_SIDE
+from improv_core.score.motion import Pose
+from improv_core.score.score import Score
+from improv_core.score.world import World
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND
 from improv_core.stage.sinks.simulator import Simulator
-from improv_core.starts import APART, SIDE_BY_SIDE
-from improv_core.world import World
 from tests.benchmarks import page
 from tests.benchmarks.tables import print_row
 

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from improv_core.stage import client
-from improv_core.stage.process import Message
+from improv_core.playback import playback as client
+from improv_core.playback.stage_process import Message
 from improv_ls.__main__ import main
 
 

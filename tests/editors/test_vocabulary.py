@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.analysis import analyze
+from improv_core.program.analysis import analyze
 from improv_core.syntax.vocabulary import WORDS
 from tests.editors.editors import ROOT
 

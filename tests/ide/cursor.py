@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from textwrap import dedent
 
-from improv_core.analysis import Analysis, analyze
+from improv_core.program.analysis import Analysis, analyze
 
 CURSOR = "|>"
 

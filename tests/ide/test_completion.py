@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from improv_core.ide.completion import Completion, Item, complete, document
-from improv_core.robots import read_robots
+from improv_core.robots.config import read_robots
 from improv_core.syntax.vocabulary import Kind, of_kind
 from tests.ide.cursor import at_cursor
 

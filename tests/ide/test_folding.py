@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from textwrap import dedent
 
-from improv_core.analysis import analyze
 from improv_core.ide.folding import folds
+from improv_core.program.analysis import analyze
 
 
 def check(program: str, *expected: str) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from improv_core.analysis import analyze
 from improv_core.ide.hints import hints
+from improv_core.program.analysis import analyze
 from improv_core.text import Span
 
 

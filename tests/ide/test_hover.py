@@ -7,9 +7,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from improv_core.analysis import analyze
-from improv_core.ide.hover import hover, summary
-from improv_core.robots import read_robots
+from improv_core.ide.hover import hover
+from improv_core.robots.config import read_robots
 from tests.ide.cursor import at_cursor
 
 
@@ -155,10 +154,3 @@ def test_what_stays_in_its_place_has_no_picture() -> None:
     for program in ("r $ le|>ft", "r |>$ rest up", "be|>at 60", "r $ [|>]"):
         found = hover(*at_cursor(program), pictures=True)
         assert found is None or not found.picture
-
-
-def test_summary() -> None:
-    program = "beat 30\nturtle1 $ repeat 8 forward\nturtle2 $ slow 4 left\n"
-    assert summary(analyze(program)) == "turtle1 8 beats · turtle2 4 beats, 16.0 s at beat 30"
-    assert summary(analyze("r1 $ left\nr2 $ repeat left")) == "r1 1 beat · r2 ∞, endless at beat 60"
-    assert summary(analyze("# nothing")) == "no robot plays"

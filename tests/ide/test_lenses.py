@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from improv_core.analysis import analyze
 from improv_core.ide.lenses import MOST_LINES, lenses
+from improv_core.program.analysis import analyze
 
 
 def check(program: str, *lines: tuple[str, list[str]], muted: str = "", soloed: str = "") -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.analysis import analyze
 from improv_core.ide.on_type import indent
+from improv_core.program.analysis import analyze
 from tests.ide.cursor import CURSOR
 
 

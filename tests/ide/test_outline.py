@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from improv_core.analysis import analyze
 from improv_core.ide.outline import names_in, outline
+from improv_core.program.analysis import analyze
 
 
 def check(program: str, *lines: str) -> None:

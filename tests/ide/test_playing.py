@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from improv_core.analysis import Analysis, analyze
 from improv_core.ide.playing import MOST_MOMENTS, playing
+from improv_core.program.analysis import Analysis, analyze
 
 
 def lit(played: Analysis, beat: float, now: Analysis | None = None) -> list[str]:

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from improv_core.analysis import Analysis, analyze
-from improv_core.compiler import compiled
 from improv_core.diagnostics import Edit
 from improv_core.ide.actions import Action
 from improv_core.ide.refactoring import refactorings
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import compiled
 from improv_core.text import Span
 from tests.ide.cursor import CURSOR
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from textwrap import dedent
 
 from improv_core.ide.references import definition, references, sections, symbol_at
-from improv_core.robots import read_robots
+from improv_core.robots.config import read_robots
 from tests.ide.cursor import at_cursor
 
 

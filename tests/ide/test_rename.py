@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.analysis import Analysis, analyze
-from improv_core.compiler import compiled
 from improv_core.diagnostics import Edit
 from improv_core.ide.references import symbol_at
 from improv_core.ide.rename import RefusalError, renamable, rename, rename_section
-from improv_core.robots import read_robots
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import compiled
+from improv_core.robots.config import read_robots
 from improv_core.syntax import nodes
 from tests.ide.cursor import at_cursor
 

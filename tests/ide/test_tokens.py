@@ -7,10 +7,10 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.analysis import Analysis, analyze
 from improv_core.ide.legend import MODIFIERS, TYPES
 from improv_core.ide.tokens import colored, pieces
-from improv_core.robots import read_robots
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.robots.config import read_robots
 from improv_core.syntax.lexer import lex
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lsprotocol.types import PositionEncodingKind as Encoding
 
-from improv_core.analysis import analyze
+from improv_core.program.analysis import analyze
 from improv_ls.coloring import chunks, edits, numbers
 from improv_ls.positions import units
 from tests.ls.client import Client

@@ -14,10 +14,10 @@ from typing import Any
 
 sys.path.append(str(Path(__file__).parents[2]))  # as the stage does: last, and not installed
 
-from improv_core.motion import STILL, Pose, Twist
-from improv_core.movement import series
-from improv_core.profiles import TURTLESIM
-from improv_core.score import Part, Score
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.movement import series
+from improv_core.score.profiles import TURTLESIM
+from improv_core.score.score import Part, Score
 from improv_core.stage.sinks.ros import Ros
 
 LIMIT = 60.0

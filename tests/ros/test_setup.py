@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from improv_core import ros_setup
-from improv_core.stage import interpreter
+from improv_core.commands import ros_setup
+from improv_core.playback import interpreter
 from tests.needs import lacking
 
 INSTALL_LIMIT = 900.0
@@ -31,7 +31,7 @@ class Machine:
 
 def improv(env: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
     code = "from improv_core.stage import interpreter; interpreter._INSTALLED = '/nowhere'\n"
-    code += "from improv_core.cli import main; main()"
+    code += "from improv_core.commands.main import main; main()"
     command = [sys.executable, "-c", code, *arguments]
     return subprocess.run(command, env=env, capture_output=True, text=True, encoding="utf-8", timeout=INSTALL_LIMIT)
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from improv_core.analysis import analyze
-from improv_core.compiler import score_of
-from improv_core.motion import STILL, Pose, Twist
-from improv_core.movement import series
-from improv_core.score import Score
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.movement import series
+from improv_core.score.score import Score
 from improv_core.stage.player import PATIENCE, Player
 
 

@@ -12,7 +12,7 @@ from urllib.request import urlopen
 
 import pytest
 
-from improv_core.stage.process import END_LIMIT, HANG_LIMIT, LOADING_LIMIT, Message, Stage
+from improv_core.playback.stage_process import END_LIMIT, HANG_LIMIT, LOADING_LIMIT, Message, Stage
 from tests.ls.client import Client
 from tests.processes import descendants, wait_until_gone
 

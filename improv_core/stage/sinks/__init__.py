@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Protocol
 
-from improv_core.motion import Pose, Twist
-from improv_core.score import Score
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.score import Score
 
 
 class Sink(Protocol):

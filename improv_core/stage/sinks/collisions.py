@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from improv_core.motion import Pose
+from improv_core.score.motion import Pose
+from improv_core.score.world import EMPTY, World
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND
-from improv_core.world import EMPTY, World
 
 if TYPE_CHECKING:
     import pymunk

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from improv_core.motion import STILL, Pose, Twist
-from improv_core.profiles import Profile
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.profiles import Profile
 
 STEPS_PER_SECOND = 240
 """The grid of all that is not exact: speeding up here, and pushing. It makes the same program give the same poses."""

@@ -7,9 +7,9 @@ import struct
 from collections.abc import Collection, Mapping
 from typing import IO
 
-from improv_core.motion import Pose, Twist
-from improv_core.profiles import Profile
-from improv_core.score import Score
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Score
 
 SECOND = 1_000_000_000
 """Nanoseconds."""

@@ -11,23 +11,12 @@ import time
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from improv_core.motion import STILL, Pose, Twist
-from improv_core.score import Part, Score
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.score import Part, Score
+from improv_core.stage.discovery import DISCOVERY, LOCALHOST_ONLY, REACH, RELEASES_BEFORE_RANGES, RELEASES_OF_BOTH
 from improv_core.stage.sinks.ros_reset import Resets
 from improv_core.stage.sinks.ros_topic import Topic
 
-DISCOVERY = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-LOCALHOST_ONLY = "ROS_LOCALHOST_ONLY"
-RELEASES_BEFORE_RANGES = ("foxy", "galactic", "humble")
-"""They know only LOCALHOST_ONLY."""
-RELEASES_OF_BOTH = ("iron", "jazzy")
-"""In these LOCALHOST_ONLY goes before the range where it is 1, with a warning (rcl#1069); later ones ignore it."""
-REACH = {
-    "LOCALHOST": "this machine only",
-    "SUBNET": "the whole subnet",
-    "OFF": "no discovery",
-    "SYSTEM_DEFAULT": "the system's own reach",
-}
 DEPTH = 10
 """Messages kept for a slow listener, reliably: as teleop_twist_keyboard and Nav2 publish, so all listeners match."""
 REST = 0.005

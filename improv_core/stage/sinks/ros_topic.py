@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Collection
 from typing import Any
 
-from improv_core.motion import Twist
+from improv_core.score.motion import Twist
 
 TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
 """What can be sent: the names of profiles and of ROS."""

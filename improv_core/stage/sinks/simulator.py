@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from threading import Lock
 
-from improv_core.motion import STILL, Pose, Twist
-from improv_core.score import Part, Score
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.score import Part, Score
+from improv_core.score.world import World
 from improv_core.stage.sinks.collisions import Bump, Collisions, Disc, Pushed
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, follow, motors_of
-from improv_core.world import World
 
 LOOK = 24
 """Steps between two looks at who is near whom: 0.1 s. Who could not touch anything until the next is not pushed."""

@@ -17,8 +17,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from improv_core.drawing import plot
-from improv_core.score import Score
+from improv_core.score.score import Score
+from improv_core.score.svg import plot
 from improv_core.stage.player import LAST_BEAT
 from improv_core.stage.viewer.outbox import Outbox, told
 from improv_core.stage.window import MOST_MOMENTS, about, window
@@ -239,7 +239,7 @@ class Viewer:
     def _application(self) -> web.Application:
         from aiohttp import WSMsgType, web
 
-        folder = Path(__file__).parent
+        folder = Path(__file__).parent / "page"
         index = (folder / "index.html").read_bytes()
         files = {path: (folder / path[1:]).read_bytes() for path in FILES}
 

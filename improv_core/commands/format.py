@@ -1,0 +1,111 @@
+"""`improv format`: the one layout for programs in files, and for those in the code blocks of Markdown files."""
+
+from __future__ import annotations
+
+import codecs
+import difflib
+import os
+import re
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import click
+
+from improv_core.program.files import ReadError, read_program
+from improv_core.syntax.formatter import format_text
+
+WOULD_CHANGE, CANNOT = 1, 2
+
+# Every fenced block, so that a fence shown inside a longer one is not taken for a block of its own.
+_BLOCK = re.compile(
+    r"^(?P<head>(?P<indent>[ \t]*)(?P<fence>`{3,}|~{3,})(?P<language>[^`\r\n]*)\r?\n)"
+    r"(?P<code>.*?)(?P<foot>^[ \t]*(?P=fence)[`~]*[ \t]*\r?$)",
+    re.MULTILINE | re.DOTALL,
+)
+
+
+def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
+    """Format files, and all programs and Markdown files in folders; say what was done. The exit code."""
+    code = 0
+    for path in dict.fromkeys(file for named in paths for file in _files(named)):
+        try:
+            text = read_program(path)
+            formatted = _formatted(path, text)
+            if formatted == text:
+                continue
+            if diff:
+                click.echo(_diff(path, text, formatted), nl=False)
+            if check:
+                click.echo(f"would format {path}")
+                code = max(code, WOULD_CHANGE)
+            elif not diff:
+                _rewrite(path, text, formatted)
+                click.echo(f"formatted {path}")
+        except (ReadError, WriteError) as problem:
+            click.echo(f"improv: {problem}", err=True)
+            code = CANNOT
+    return code
+
+
+class WriteError(Exception):
+    """A file can't be rewritten; one plain line that says why."""
+
+
+def _files(path: Path) -> Iterator[Path]:
+    """The file itself, or the programs and Markdown files below a folder, without what is hidden in it."""
+    if not path.is_dir():
+        yield path
+        return
+    for folder, folders, names in os.walk(path):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        shown = sorted(name for name in names if not name.startswith("."))
+        yield from (Path(folder, name) for name in shown if name.endswith((".improv", ".md")))
+
+
+def _formatted(path: Path, text: str) -> str:
+    return _BLOCK.sub(_block, text) if path.suffix == ".md" else format_text(text)
+
+
+def _block(block: re.Match[str]) -> str:
+    """A fenced block; one of Improv is formatted, at the indentation of its fence."""
+    indent = block["indent"]
+    hanging = re.search(rf"^(?!{indent}|\r?$)", block["code"].removesuffix("\n"), re.MULTILINE) if indent else None
+    if block["language"].strip() != "improv" or hanging:
+        return block[0]
+    code = format_text(re.sub(rf"^{indent}", "", block["code"], flags=re.MULTILINE))
+    return block["head"] + re.sub(r"^(?=[^\r\n])", indent, code, flags=re.MULTILINE) + block["foot"]
+
+
+def _diff(path: Path, before: str, after: str) -> str:
+    lines = difflib.unified_diff(_file_lines(before), _file_lines(after), str(path), f"{path} (formatted)")
+    return "".join(line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines)
+
+
+def _file_lines(text: str) -> list[str]:
+    return re.findall(r"[^\n]*\n|[^\n]+", text)
+
+
+def _rewrite(path: Path, before: str, after: str) -> None:
+    """Put a new file in the old one's place in one step, if that still holds what was read. Raises WriteError."""
+    target = path.resolve()  # a link stays a link
+    temporary = None
+    try:
+        old = target.read_bytes()
+        mark = codecs.BOM_UTF8 if old.startswith(codecs.BOM_UTF8) else b""
+        if old != mark + before.encode():
+            raise WriteError(f"{path}: it was changed meanwhile: format it again")
+        if not os.access(target, os.W_OK):
+            raise WriteError(f"{path}: permission denied")
+        with tempfile.NamedTemporaryFile(dir=target.parent, prefix=f".{target.name}.", delete=False) as file:
+            temporary = Path(file.name)
+            file.write(mark + after.encode())
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.chmod(target.stat().st_mode)
+        temporary.replace(target)
+    except OSError as error:
+        raise WriteError(f"{path}: {(error.strerror or 'it can not be written').lower()}") from None
+    finally:
+        if temporary:
+            temporary.unlink(missing_ok=True)

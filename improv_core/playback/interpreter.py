@@ -1,0 +1,117 @@
+"""Finds a Python that has rclpy. ROS's own can't be ours: see docs/architecture.md. Standard library only."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from improv_core.stage.discovery import DISCOVERY, LOCALHOST_ONLY
+from improv_core.stage.protocol import FOLDER
+
+VARIABLE = "IMPROV_ROS_PYTHON"
+SETUP = "`improv ros setup`"
+PROVEN = "proven"
+"""The file that `improv ros setup` writes last into its environment, which counts only where it is."""
+PROBE = "import rclpy, geometry_msgs.msg"
+PROBE_LIMIT = 30.0
+"""Seconds an interpreter may take to import rclpy, from a cold disk."""
+
+
+class InterpreterError(Exception):
+    """The interpreter that was asked for can't be used; one plain line that says what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interpreter:
+    """A Python that imports rclpy, the environment in which it does, and what led to it, in words."""
+
+    python: str
+    env: Mapping[str, str]
+    origin: str
+
+
+def find_ros_python(setting: str | None) -> Interpreter | None:
+    """The first Python with rclpy: the setting, IMPROV_ROS_PYTHON, this one, a sourced or installed ROS, our own.
+
+    None if there is none; costs no process where nothing of ROS is there. Raises InterpreterError if the one that was
+    asked for does not do. Nothing in an opened project is ever asked: it could name any program.
+    """
+    for named, source in ((setting, "the setting improv.ros.python"), (os.environ.get(VARIABLE), VARIABLE)):
+        if named:
+            return _asked_for(Interpreter(named, dict(os.environ), source))
+    return next((each for each in _candidates() if _problem(each) is None), None)
+
+
+def private_environment() -> Path:
+    """The folder of the environment that `improv ros setup` makes."""
+    data = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
+    return Path(data) / "improv" / "ros"
+
+
+def _asked_for(asked: Interpreter) -> Interpreter:
+    if problem := _problem(asked):
+        raise InterpreterError(f"{asked.python} has no rclpy ({problem}): correct {asked.origin}, or leave it empty")
+    return asked
+
+
+def _candidates() -> Iterator[Interpreter]:
+    env = dict(os.environ)
+    if importlib.util.find_spec("rclpy"):
+        yield Interpreter(sys.executable, env, "Improv's own Python")
+    if "AMENT_PREFIX_PATH" in env:
+        for python in dict.fromkeys(filter(None, [shutil.which("python3"), _SYSTEM_PYTHON])):
+            yield Interpreter(python, env, "the ROS that is sourced")
+    for setup in sorted(Path(_INSTALLED).glob("*/setup.bash"), reverse=True):
+        if sourced := _sourced(setup):
+            yield Interpreter(_SYSTEM_PYTHON, sourced, str(setup.parent))
+    own = private_environment()
+    if (own / PROVEN).exists():
+        yield Interpreter(str(own / "bin" / "python"), env, SETUP)
+
+
+_SYSTEM_PYTHON = "/usr/bin/python3"  # the only one that ROS's Debian packages are built for
+_INSTALLED = "/opt/ros"
+
+
+def _sourced(setup: Path) -> dict[str, str] | None:
+    """The environment that sourcing a ROS installation makes; how far it looks for robots stays as it was."""
+    command = ["bash", "-c", 'source "$0" >/dev/null && env -0', str(setup)]
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=PROBE_LIMIT, stdin=subprocess.DEVNULL, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    pairs = (entry.partition("=") for entry in os.fsdecode(done.stdout).split("\0") if entry)
+    # Sourcing sets the subnet (ros_environment, 1.ros_discovery.dsv.in; before Iron 1.ros_localhost_only.dsv.in), as if
+    # somebody had asked for it.
+    reach = {DISCOVERY, LOCALHOST_ONLY}
+    asked_for = {name: os.environ[name] for name in reach & os.environ.keys()}
+    return {name: value for name, _, value in pairs if name not in reach} | asked_for
+
+
+def _problem(candidate: Interpreter) -> str | None:
+    """Why an interpreter does not do, or None if it does."""
+    try:
+        subprocess.run(
+            [candidate.python, "-c", PROBE],
+            env=dict(candidate.env),
+            # From here, no folder of the opened project is on the path of imports.
+            cwd=FOLDER,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=PROBE_LIMIT,
+            check=True,
+        )
+    except subprocess.TimeoutExpired:
+        return "it takes too long"
+    except subprocess.CalledProcessError as error:
+        lines = error.stderr.decode(errors="replace").strip().splitlines()
+        return lines[-1] if lines else "it fails"
+    except OSError as error:
+        return (error.strerror or "it can't be started").lower()
+    return None

@@ -1,0 +1,1 @@
+"""What a program means: from trees to an analysis, and from there to a score."""

@@ -1,0 +1,81 @@
+"""From an analysis to a score, and to the segments that `improv compile` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import islice
+from typing import Any
+
+from improv_core.program.analysis import Analysis
+from improv_core.robots.starts import start_poses
+from improv_core.score.movement import ENDLESS, walk
+from improv_core.score.score import Part, Score, twist
+
+MOST_SEGMENTS = 10_000
+LONGEST_TEXT = 200_000
+"""Characters of a program that goes along with its score, to be shown while it plays."""
+_MOMENTS_PER_SEGMENT = 2
+"""Neighbours that merge are walked one by one; a part that never ends and never changes must still come to an end."""
+
+
+def score_of(analysis: Analysis) -> Score:
+    """What the robots of a program play."""
+    cast = analysis.cast
+    robots = {name: cast.robot(name) for name in analysis.robots}
+    poses = start_poses(robots, cast.world.size)
+    parts = {}
+    for name, robot in robots.items():
+        profile = replace(robot.profile, message=robot.message)
+        parts[name] = Part(
+            name, analysis.robots[name], profile, poses[name], robot.topic, robot.reset, cast.use_sim_time
+        )
+    if len(analysis.text) > LONGEST_TEXT:
+        return Score(analysis.tempo, parts, world=cast.world)
+    starts = dict(zip(analysis.numbers, analysis.starts, strict=True))
+    return Score(analysis.tempo, parts, analysis.text, starts, cast.world)
+
+
+def compiled(analysis: Analysis, most_segments: int = MOST_SEGMENTS) -> Mapping[str, Any]:
+    """The program as plain values for JSON: tempo, and per robot its length and segments, in seconds, m/s and rad/s."""
+    score = score_of(analysis)
+    tempo = score.tempo
+    return {
+        "ok": analysis.ok,
+        "beat": int(tempo) if tempo.denominator == 1 else float(tempo),
+        "robots": {name: _robot(score, part, most_segments) for name, part in score.parts.items()},
+    }
+
+
+def _robot(score: Score, part: Part, most: int) -> Mapping[str, Any]:
+    beats = part.movement.duration
+    endless = beats == ENDLESS
+    segments: list[tuple[Any, Any, Any]] = []  # start and duration in beats, velocity
+    truncated = False
+    for walked, moment in enumerate(walk(part.movement, merge=True)):
+        if segments and segments[-1][2] == moment.velocity:
+            start, duration, velocity = segments.pop()
+            segments.append((start, duration + moment.duration, velocity))
+        elif len(segments) == most:
+            truncated = True
+            break
+        else:
+            segments.append((moment.start, moment.duration, moment.velocity))
+        if walked >= most * _MOMENTS_PER_SEGMENT:
+            truncated = True
+            break
+    return {
+        "beats": None if endless else str(beats),
+        "seconds": None if endless else score.seconds(beats),
+        "endless": endless,
+        "segments": [
+            [score.seconds(start), score.seconds(duration), *_numbers(score, part, velocity)]
+            for start, duration, velocity in islice(segments, most)
+        ],
+        "truncated": truncated,
+    }
+
+
+def _numbers(score: Score, part: Part, velocity: Any) -> list[float]:
+    moving = twist(velocity, part.profile, score.tempo)
+    return [moving.x, moving.y, moving.z, moving.yaw]

@@ -1,0 +1,95 @@
+"""Whether the robots of a program can do what they are to play: what `improv.toml` says of them, held against it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from fractions import Fraction
+from itertools import islice
+
+from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.program.meaning import Meaning
+from improv_core.robots.config import Robots
+from improv_core.robots.limits import excess, unsupported
+from improv_core.score.movement import Moment, Peak, walk
+from improv_core.score.profiles import Profile
+from improv_core.syntax.nodes import Statement
+from improv_core.text import Span
+
+MOST_MOMENTS = 1_000
+"""How far into a movement we look for the item that asks too much."""
+SLACK = 1 + 1e-9
+"""Bounds are floats; what is within them up to rounding is looked at exactly."""
+
+
+def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo: Fraction) -> tuple[Diagnostic, ...]:
+    """What the robots of a statement can't do, at `tempo` beats per minute. Spans count from the statement's start."""
+    found: dict[tuple[str, Span], Diagnostic] = {}
+    for head in statement.heads:
+        if head.text not in meaning.robots:
+            continue
+        if robots.robots and head.text not in robots.robots:
+            found["unknown-robot", head.span] = _unknown(head.text, head.span, robots)
+            continue
+        profile = robots.robot(head.text).profile
+        if _may_be_too_much(meaning.movement.peak, profile, tempo):
+            for diagnostic in _too_much(head.text, statement, meaning, profile, tempo):
+                found.setdefault((diagnostic.code, diagnostic.span), diagnostic)
+    return tuple(found.values())
+
+
+def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
+    near = get_close_matches(name, robots.robots, n=1)
+    hint = f"did you mean `{near[0]}`?" if near else f"add `[robots.{name}]` to improv.toml"
+    fixes = replace(f"Write {near[0]}", span, near[0]) if near else ()
+    return Diagnostic("unknown-robot", span, f"`{name}` is not in improv.toml: {hint}", fixes)
+
+
+def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
+    """A quick look at the bounds: most statements are far from every limit."""
+    per_second = float(tempo) / 60
+    linear = (peak.x + peak.y + peak.z) * profile.step * per_second
+    angular = peak.yaw * profile.quarter_turn * per_second
+    return (
+        (profile.max_linear is not None and linear * SLACK > profile.max_linear)
+        or (profile.max_angular is not None and angular * SLACK > profile.max_angular)
+        or peak.shortest / per_second < SLACK / profile.command_rate
+        or bool(unsupported(peak, profile))
+    )
+
+
+def _too_much(
+    robot: str, statement: Statement, meaning: Meaning, profile: Profile, tempo: Fraction
+) -> Iterator[Diagnostic]:
+    told: set[str] = set()  # one mistake, one message: the first item of each kind
+    for moment in islice(walk(meaning.movement), MOST_MOMENTS):
+        for diagnostic in _about(moment, robot, statement, profile, tempo):
+            if diagnostic.code not in told:
+                told.add(diagnostic.code)
+                yield diagnostic
+
+
+def _about(moment: Moment, robot: str, statement: Statement, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
+    span = moment.places[0].span  # the word in this statement; those behind it are in definitions
+    if lacking := unsupported(moment.velocity, profile):
+        message = f"`{robot}` can't {_DOING[lacking[0]]}: its profile {profile.name} has no such motion"
+        yield Diagnostic("unsupported-direction", span, message)
+    if over := excess(moment.velocity, profile, tempo):
+        unit = "m/s" if over.kind == "linear" else "rad/s"
+        fits = f"`beat {over.tempo}` or `slow {over.slow}` fits" if over.tempo else f"`slow {over.slow}` fits"
+        message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {fits}"
+        body = statement.body.span if statement.body else span
+        wrapped = (Edit(Span(body.start, body.start), f"slow {over.slow} ("), Edit(Span(body.end, body.end), ")"))
+        yield Diagnostic("too-fast", span, message, (Fix(f"Play it with slow {over.slow}", wrapped),))
+    lasts, period = float(moment.duration * 60 / tempo), 1 / profile.command_rate
+    if lasts * SLACK < period:
+        message = f"make this longer: it lasts {lasts:.3g} s, and {robot} takes a command every {period:g} s"
+        yield Diagnostic("too-short", span, message)
+
+
+_DOING: Mapping[str, str] = {
+    "forward": "move forward or backward",
+    "turn": "turn",
+    "strafe": "move sideways",
+    "climb": "move up or down",
+}

@@ -1,0 +1,242 @@
+"""What one statement means, given what the names in it stand for, and what is wrong with that."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+from improv_core.diagnostics import Diagnostic, Severity, replace
+from improv_core.program.unreachable import unperformed
+from improv_core.score import movement
+from improv_core.score.movement import ENDLESS, SAME, Movement, all_by
+from improv_core.syntax import nodes
+from improv_core.syntax.lexer import Token
+from improv_core.syntax.nodes import Node, Statement
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.text import Span
+
+LONGEST_NUMBER = 30
+"""How many characters a number may have."""
+MOST_BITS = 4096
+"""How long the exact fractions of a movement may get: nested odd factors multiply."""
+DEEPEST_VOICES = 200
+"""How many levels of `||` may stand within `||` through names: each costs a level of recursion when walked."""
+
+NOTHING = movement.series(())
+_ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Definition:
+    """What a name stands for after the statement with this number."""
+
+    name: str
+    statement: int
+    movement: Movement
+
+
+Scope = Mapping[str, Definition | None]
+"""What each name in a statement stands for where the statement is; None if nothing above it defines the name."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Meaning:
+    """What a statement says in a scope. Spans count from the statement's start.
+
+    `unresolved` are the names that nothing above defines: what to say of them depends on what is below.
+    """
+
+    scope: tuple[Definition | None, ...]
+    movement: Movement
+    diagnostics: tuple[Diagnostic, ...]
+    unresolved: tuple[nodes.Name, ...] = ()
+    tempo: Fraction | None = None
+    definition: Definition | None = None
+    robots: tuple[str, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether it has no error of its own."""
+        return not self.unresolved and all(each.severity is not Severity.ERROR for each in self.diagnostics)
+
+
+def understand(statement: Statement, number: int, scope: Scope) -> Meaning:
+    """The meaning of the statement with this number. Never raises."""
+    diagnostics = list(statement.diagnostics)
+    bound = tuple(scope.values())
+    if not statement.sign:
+        return Meaning(bound, NOTHING, tuple(diagnostics))  # what it lacks has been said: one mistake, one message
+    reader = _Reader(scope, diagnostics.append, {})
+    meant, tempo, definition = NOTHING, None, None
+    robots: tuple[str, ...] = ()
+    if statement.body:
+        meant = reader.movement(statement.body)
+        if meant.duration == ENDLESS or statement.has_voices:  # else all of it is performed
+            diagnostics += unperformed(statement.body, reader.movement_made)
+    if statement.number:
+        tempo = reader.number(statement.number, "the tempo")
+    if statement.sign.type == "DOLLAR":
+        robots = reader.robots(statement.heads)
+    elif statement.sign.type == "EQUAL":
+        for head in statement.heads:
+            reader.is_reserved(head)
+        definition = Definition(statement.defines, number, meant) if statement.defines else None
+    unresolved: tuple[nodes.Name, ...] = ()
+    if statement.body and None in bound:
+        unresolved = tuple(node for node in nodes.names(statement.body) if scope.get(node.text) is None)
+    return Meaning(bound, meant, tuple(diagnostics), unresolved, tempo, definition, robots)
+
+
+def movement_of(node: Node, scope: Scope) -> Movement:
+    """The movement of a part of a statement, in its scope."""
+    return _Reader(scope, lambda diagnostic: None, {}).movement(node)
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """Reads the nodes of one statement, and reports what is wrong with them.
+
+    `made` keeps the movements of all nodes but primitives, by their id.
+    """
+
+    scope: Scope
+    report: Callable[[Diagnostic], None]
+    made: dict[int, Movement]
+
+    def movement(self, node: Node) -> Movement:
+        """The movement of a node; what is wrong with it counts as nothing at all."""
+        if isinstance(node, nodes.Primitive):
+            return node.movement
+        if isinstance(node, nodes.Name):
+            found = self.scope.get(node.text)
+            self.made[id(node)] = made = movement.use(found.movement, node.span, found.statement) if found else NOTHING
+            return made
+        made = self._made(node)
+        duration = made.duration
+        length = made.bits + (movement.bits(duration) if not isinstance(duration, float) else 0)
+        if length > MOST_BITS:
+            span = node.argument.span if isinstance(node, nodes.Apply) and node.argument else node.span
+            message = "use simpler numbers: together they make a fraction too long to keep exact"
+            self.report(Diagnostic("bad-number", span, message))
+            made = NOTHING
+        self.made[id(node)] = made
+        return made
+
+    def movement_made(self, node: Node) -> Movement:
+        """The movement of a node that has been read."""
+        return node.movement if isinstance(node, nodes.Primitive) else self.made[id(node)]
+
+    def robots(self, heads: Sequence[Token]) -> tuple[str, ...]:
+        """The robots of a play statement, each once, without those that can't be."""
+        robots: dict[str, None] = {}
+        for head in heads:
+            if not head.text or self.is_reserved(head):
+                continue
+            if _ROBOT_NAME.fullmatch(head.text):
+                robots[head.text] = None
+                continue
+            message = f"`{head.text}` can't name a robot: use the letters a to z, digits and `_`, a letter first"
+            legal = re.sub(r"^[^A-Za-z]+|[^A-Za-z0-9_]", lambda match: "_" if match.start() else "", head.text)
+            fixes = replace(f"Call it {legal}", head.span, legal) if legal and legal not in WORDS else ()
+            self.report(Diagnostic("bad-robot-name", head.span, message, fixes))
+        return tuple(robots)
+
+    def is_reserved(self, head: Token) -> bool:
+        if head.text in WORDS:
+            message = f"choose another name: `{head.text}` is a word of the language"
+            fixes = replace(f"Call it my_{head.text}", head.span, f"my_{head.text}")
+            self.report(Diagnostic("reserved-name", head.span, message, fixes))
+        return head.text in WORDS
+
+    def number(self, token: Token, what: str) -> Fraction | None:
+        """The exact value of a number above zero; None, reported, if it is not one."""
+        if not token.text:
+            return None
+        value = value_of(token.text)
+        if isinstance(value, Fraction):
+            return value
+        self.report(Diagnostic("bad-number", token.span, f"write {what} {value}"))
+        return None
+
+    def _made(self, node: Node) -> Movement:
+        if isinstance(node, nodes.Series):
+            return movement.series([self.movement(item) for item in node.items])
+        if isinstance(node, nodes.Parallel):
+            return self._together(node.span, [self.movement(voice) for voice in node.voices])
+        if isinstance(node, nodes.Bracket):
+            return self._bracketed(node)
+        if isinstance(node, nodes.Apply):
+            return self._applied(node)
+        return NOTHING
+
+    def _together(self, span: Span, voices: Sequence[Movement]) -> Movement:
+        made = movement.parallel(voices)
+        if made.depth <= DEEPEST_VOICES:
+            return made
+        message = f"use fewer names within names: voices nest deeper than {DEEPEST_VOICES} levels here"
+        self.report(Diagnostic("too-deep", span, message))
+        return NOTHING
+
+    def _bracketed(self, node: nodes.Bracket) -> Movement:
+        if node.body is None:
+            message = f"write a movement in `{'[]' if node.squeezes else '()'}`: it does nothing"
+            self.report(Diagnostic("empty-group", node.span, message, replace("Remove it", node.span, "")))
+            return NOTHING
+        if not node.squeezes:
+            return self.movement(node.body)
+        voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
+        paced = [movement.pace(self.movement(voice), Fraction(nodes.items(voice))) for voice in voices]
+        made = self._together(node.span, paced)
+        if made.duration not in (0, 1):
+            long = "never ends" if made.duration == ENDLESS else f"takes {made.duration} beats, not one"
+            self.report(Diagnostic("bracket-not-a-beat", node.span, f"this bracket {long}"))
+        return made
+
+    def _applied(self, node: nodes.Apply) -> Movement:
+        body, word, argument = self.movement(node.body), node.word.text, node.argument
+        if word in ("reverse", "retrograde"):
+            if body.duration == ENDLESS:
+                message = f"give the `repeat` inside a number: `{word}` can't begin at the end of what has none"
+                self.report(Diagnostic("endless-reverse", node.word.span, message))
+                return NOTHING
+            backward = movement.reverse(body)
+            return backward if word == "reverse" else movement.gain(backward, all_by(Fraction(-1)))
+        if word == "repeat":
+            return self._repeated(body, argument)
+        if word == "reflect":
+            return movement.gain(body, node.plane.velocity if node.plane else SAME)
+        factor = self.number(argument, f"the number of `{word}`") if argument else None
+        if factor is None:
+            return body
+        if word == "scale":
+            return movement.gain(body, all_by(factor))
+        return movement.pace(body, factor if word == "fast" else 1 / factor)
+
+    def _repeated(self, body: Movement, argument: Token | None) -> Movement:
+        if argument is None:
+            return movement.repeat(body)
+        if not argument.text.strip("0") and argument.text:
+            return movement.repeat(body, 0)
+        count = self.number(argument, "the count of `repeat`")
+        if count is None:
+            return body
+        if count.denominator != 1:
+            message = "repeat a whole number of times: 0, 1, 2, …"
+            self.report(Diagnostic("bad-number", argument.span, message))
+            return body
+        return movement.repeat(body, int(count))
+
+
+@lru_cache(maxsize=1_000)
+def value_of(text: str) -> Fraction | str:
+    """The exact value of a number above zero; how to write one, if it is none."""
+    if len(text) > LONGEST_NUMBER:
+        return f"with at most {LONGEST_NUMBER} characters"
+    above, _, below = text.partition("/")
+    if below and not Fraction(below):
+        return "without dividing by 0"
+    value = Fraction(above) / Fraction(below or 1)
+    return value if value > 0 else "as a number above 0"

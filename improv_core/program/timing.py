@@ -1,0 +1,97 @@
+"""How times and distances are written for people."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from improv_core.robots.limits import top_speed
+from improv_core.score.motion import Pose
+from improv_core.score.movement import ENDLESS, Duration, Movement
+from improv_core.score.path import extent, pose_at
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Part
+
+
+def beats(duration: Duration) -> str:
+    """`1 beat`, `3.5 beats`, `7/3 beats`, `∞`."""
+    if duration == ENDLESS:
+        return "∞"
+    return f"{number(Fraction(duration))} beat{'' if duration == 1 else 's'}"
+
+
+def number(value: Fraction) -> str:
+    """The shortest exact way to write a number: a decimal where three places will do, else a fraction."""
+    if 1000 % value.denominator:
+        return str(value)
+    return f"{float(value):.3f}".rstrip("0").rstrip(".") if value.denominator > 1 else str(value.numerator)
+
+
+def seconds(duration: Duration, tempo: Fraction) -> str:
+    """`4.0 s`, or longer units where those read better."""
+    total = float(duration * 60 / tempo)
+    if total < 120:
+        return f"{total:.1f} s" if total >= 1 or total == 0 else f"{total:.2f} s"
+    if total < 7200:
+        return f"{total / 60:.1f} min"
+    if total < 172_800:
+        return f"{total / 3600:.1f} h"
+    return f"{total / 86_400:,.0f} days"
+
+
+def lasting(movement: Movement, tempo: Fraction) -> str:
+    """`16.0 s at beat 30`, `endless at beat 30`."""
+    length = "endless" if movement.duration == ENDLESS else seconds(movement.duration, tempo)
+    return f"{length} at beat {number(tempo)}"
+
+
+def timing(movement: Movement, tempo: Fraction) -> str:
+    """`8 beats, 16.0 s at beat 30`."""
+    return f"{beats(movement.duration)}, {lasting(movement, tempo)}"
+
+
+MOST_MOMENTS = 1_000
+"""Of voices side by side, to measure them: nobody waits for more."""
+
+
+def way(movement: Movement, profile: Profile) -> str:
+    """How far a movement goes and how much it turns: `8.0 m, turns 360° left`."""
+    measured = extent(movement, MOST_MOMENTS)
+    if not measured:
+        return "goes on forever" if movement.duration == ENDLESS else "too long a way to be measured"
+    meters = measured.steps * profile.step
+    degrees = round(math.degrees(measured.turns * profile.quarter_turn), 1)
+    turn = f"turns {abs(degrees):,g}° {'left' if degrees > 0 else 'right'}" if degrees else "no turn"
+    return f"{meters:,.1f} m, {turn}"
+
+
+def ends(movement: Movement, profile: Profile) -> str:
+    """Where a movement leads: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty where that is not known."""
+    if isinstance(movement.duration, float):  # endless
+        return ""
+    pose = pose_at(Part("", movement, profile, Pose(), ""), movement.duration)
+    if pose is None:
+        return ""
+    sides = (("ahead", "behind", pose.x), ("left", "right", pose.y), ("up", "down", pose.z))
+    told = [f"{abs(far):,.1f} m {one if far > 0 else other}" for one, other, far in sides if abs(far) >= 0.05]
+    degrees = round(math.degrees(math.remainder(pose.heading, math.tau)), 1)
+    facing = f"facing {abs(degrees):g}° {'left' if degrees > 0 else 'right'}" if degrees else ""
+    if not told:
+        return f"ends where it began{facing and ', ' + facing}"
+    return f"ends {', '.join([*told, facing] if facing else told)}"
+
+
+def fastest(movement: Movement, profile: Profile, tempo: Fraction) -> str:
+    """The top speeds, each against the robot's limit: `top speed 0.2 of 0.22 m/s, 1.57 rad/s`; empty if unknown."""
+    found = top_speed(movement, profile, tempo, MOST_MOMENTS)
+    if found is None:
+        return ""
+    speeds = ((found.linear, profile.max_linear, "m/s"), (found.angular, profile.max_angular, "rad/s"))
+    told = [f"{value:.3g}{'' if limit is None else f' of {limit:g}'} {unit}" for value, limit, unit in speeds if value]
+    return f"top speed {', '.join(told)}" if told else "stands still"
+
+
+def times_as_fast(rate: Fraction) -> str:
+    """`twice as fast`, `half as fast`, `3/2 times as fast`."""
+    words = {2: "twice", Fraction(1, 2): "half"}
+    return f"{words.get(rate) or f'{number(rate)} times'} as fast"

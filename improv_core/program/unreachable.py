@@ -1,0 +1,122 @@
+"""What is written and never performed: cut off by the shorter side of `||`, or after what never ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+from improv_core.diagnostics import Diagnostic, replace
+from improv_core.score.movement import ENDLESS, Duration, Movement
+from improv_core.syntax import nodes
+from improv_core.syntax.nodes import Node
+from improv_core.text import Span
+
+_Lasts = Callable[[Node], Duration]
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """What is performed of a movement, in beats of its own: from `start` up to `end`."""
+
+    start: Duration
+    end: Duration
+
+    def times(self, rate: Fraction) -> _Window:
+        return _Window(self.start * rate, self.end * rate)
+
+
+class _Cut(NamedTuple):
+    """What is never reached, and whether it is items of a `[ ]`: without them, the others would last longer."""
+
+    span: Span
+    is_counted: bool
+
+
+def unperformed(body: Node, movement: Callable[[Node], Movement]) -> Iterator[Diagnostic]:
+    """A hint for each longest stretch that is never reached, given the movement of each node."""
+    for cut in _cut(body, _Window(0, ENDLESS), lambda node: movement(node).duration):
+        if cut.is_counted:
+            message = "this is never reached: make what runs beside it last longer"
+            yield Diagnostic("never-performed", cut.span, message)
+        else:
+            message = "this is never reached: remove it, or make what runs beside it last longer"
+            yield Diagnostic("never-performed", cut.span, message, replace("Remove it", cut.span, ""))
+
+
+def _cut(node: Node, window: _Window, lasts: _Lasts, is_counted: bool = False) -> Iterator[_Cut]:
+    if isinstance(node, nodes.Series):
+        for span in _lost(node, window, lasts):
+            yield _Cut(span, is_counted)
+        yield from _cut_items(node, window, lasts)
+    elif isinstance(node, nodes.Parallel):
+        end = min(window.end, lasts(node))
+        for voice in node.voices:
+            yield from _cut(voice, _Window(window.start, end), lasts)
+    elif isinstance(node, nodes.Bracket) and node.body:
+        if not node.squeezes:
+            yield from _cut(node.body, window, lasts)
+            return
+        end = min(window.end, lasts(node))
+        for voice in node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,):
+            yield from _cut(
+                voice, _Window(window.start, end).times(Fraction(nodes.items(voice))), lasts, is_counted=True
+            )
+    elif isinstance(node, nodes.Apply):
+        inside = _inside(node, window, lasts)
+        if inside:
+            yield from _cut(node.body, inside, lasts)
+
+
+def _cut_items(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[_Cut]:
+    """What is cut inside the items of a series that are reached."""
+    for item, begin, end in _timed(node, lasts):
+        if end > begin and not _is_lost(begin, end, window):
+            yield from _cut(item, _Window(max(window.start - begin, 0), min(window.end, end) - begin), lasts)
+
+
+def _lost(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[Span]:
+    """The longest stretches of items that are not reached."""
+    lost: list[Node] = []
+    for item, begin, end in _timed(node, lasts):
+        if _is_lost(begin, end, window):
+            lost.append(item)
+        elif lost and end > begin:
+            yield Span(lost[0].span.start, lost[-1].span.end)
+            lost = []
+    if lost:
+        yield Span(lost[0].span.start, lost[-1].span.end)
+
+
+def _timed(node: nodes.Series, lasts: _Lasts) -> Iterator[tuple[Node, Duration, Duration]]:
+    """Items with their first and last beats."""
+    begin: Duration = 0
+    for item in node.items:
+        end = begin + lasts(item)
+        yield item, begin, end
+        begin = end
+
+
+def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:
+    return begin == ENDLESS or (end > begin and (begin >= window.end or end <= window.start))
+
+
+def _inside(node: nodes.Apply, window: _Window, lasts: _Lasts) -> _Window | None:
+    """The window in the time of the body; None where there is nothing to perform."""
+    whole, body = lasts(node), lasts(node.body)
+    if not whole or not body:
+        return None
+    end = min(window.end, whole)
+    word = node.word.text
+    if word in ("reverse", "retrograde"):
+        return _Window(whole - end, whole - window.start)
+    if word == "repeat" and body != ENDLESS:
+        into = window.start % body
+        # A window that goes on into the next turn shows all of the body, or two ends of it.
+        return _Window(into, into + end - window.start) if into + end - window.start <= body else _Window(0, body)
+    if word in ("fast", "slow"):
+        if whole == ENDLESS:
+            return _Window(0, ENDLESS)  # how far into it we come is not worth knowing
+        return _Window(window.start, end).times(Fraction(body) / Fraction(whole))
+    return _Window(window.start, end)

@@ -1,0 +1,1 @@
+"""What `improv.toml` says of robots and their world."""

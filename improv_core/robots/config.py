@@ -1,0 +1,220 @@
+"""What an `improv.toml` says: which robots there are, of what kind, where they start and listen, and their world."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from improv_core.diagnostics import Diagnostic, Severity
+from improv_core.robots.toml_reading import Range, TomlReading, listed
+from improv_core.robots.toml_text import Keys, read_toml
+from improv_core.robots.world import read_world
+from improv_core.score.motion import Pose
+from improv_core.score.profiles import BUILT_IN, DEFAULT, DYNAMICS, MESSAGES, MOTIONS, Profile
+from improv_core.score.world import EMPTY, World
+from improv_core.syntax.vocabulary import WORDS
+
+FILE_NAME = "improv.toml"
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """One robot: its kind, its pose at beat 0 (None: next to the others), its topic and the message it takes there.
+
+    `reset` names the service that puts it back at its start, if it has one.
+    """
+
+    profile: Profile
+    start: Pose | None
+    topic: str
+    message: str
+    reset: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Robots:
+    """What an `improv.toml` says, as far as it is right; `profiles` are its own and the built-in ones.
+
+    `namespace` is where ROS names without a first `/` begin: "" or as "/lab".
+    """
+
+    robots: Mapping[str, Robot] = field(default_factory=dict)
+    profiles: Mapping[str, Profile] = field(default_factory=lambda: BUILT_IN)
+    path: Path | None = None
+    text: str = ""
+    diagnostics: tuple[Diagnostic, ...] = ()
+    namespace: str = ""
+    use_sim_time: bool = False
+    world: World = EMPTY
+
+    @property
+    def ok(self) -> bool:
+        """Whether robots may play: with a mistake in the file, one could be moved as if it were of another kind."""
+        return all(diagnostic.severity is not Severity.ERROR for diagnostic in self.diagnostics)
+
+    def robot(self, name: str) -> Robot:
+        """A robot, listed or not; nothing limits one that is not."""
+        return self.robots.get(name) or Robot(DEFAULT, None, _topic(self.namespace, name), DEFAULT.message)
+
+
+def read_robots(text: str, path: Path | None = None) -> Robots:
+    """Read the text of an `improv.toml`. Never raises; what is wrong is in `diagnostics`, in the order of the text."""
+    toml = read_toml(text)
+    reading = _RobotsReading(toml.entries, list(toml.diagnostics))
+    sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.data, _SECTIONS).items()}
+    profiles = reading.profiles(sections.get("profiles", {}))
+    ros = reading.table(("ros",), sections.get("ros", {}), _ROS_KEYS)
+    namespace = reading.ros_name(("ros", "namespace"), ros, "") or ""
+    use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
+    world = read_world(reading, sections.get("world", {}))
+    robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
+    diagnostics = tuple(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span))
+    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world)
+
+
+def find_robots_file(folder: Path) -> Path | None:
+    """The `improv.toml` in a folder, or in its nearest parent that has one."""
+    folder = folder.absolute()
+    for place in (folder, *folder.parents):
+        with suppress(OSError):  # where we may not look, there is none for us
+            if (place / FILE_NAME).is_file():
+                return place / FILE_NAME
+    return None
+
+
+def _topic(namespace: str, robot: str) -> str:
+    return f"{namespace}/{robot}/cmd_vel"
+
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
+_ROS_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # as in rmw's validate_full_topic_name.c
+_LONGEST_ROS_NAME = 247  # also there: 255, less 8 for prefixes
+
+# The ranges keep out slips: 0, millimetres, an angle in radians.
+_START: Mapping[str, Range] = {
+    "x": ("metres", -1000, 1000),
+    "y": ("metres", -1000, 1000),
+    "heading": ("degrees", -360, 360),
+}
+_MEASURES: Mapping[str, Range] = {
+    "step": ("metres", 0.001, 100),
+    "quarter_turn": ("degrees", 45, 135),
+    "max_linear": ("m/s", 0.001, 100),
+    "max_angular": ("rad/s", 0.001, 100),
+    "max_linear_acceleration": ("m/s²", 0.001, 1000),
+    "max_angular_acceleration": ("rad/s²", 0.001, 1000),
+    "command_rate": ("Hz", 1, 200),
+    "radius": ("metres", 0.001, 100),
+}
+_SECTIONS = ("robots", "profiles", "ros", "world")
+_ROS_KEYS = ("namespace", "use_sim_time")
+_ROBOT_KEYS = ("profile", "start", "topic", "message", "reset")
+_PROFILE_KEYS = ("base", *_MEASURES, "motions", "message", "dynamics")
+
+
+class _RobotsReading(TomlReading):
+    """Reads robots and profiles."""
+
+    def robots(
+        self, tables: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str, world: World
+    ) -> dict[str, Robot]:
+        made = {}
+        for name, value in tables.items():
+            robot = self.robot(name, self.table(("robots", name), value, _ROBOT_KEYS), profiles, namespace)
+            if not _NAME.fullmatch(name):
+                message = f"`{name}` can't name a robot: use the letters a to z, digits and `_`, a letter first"
+                self.at_key(("robots", name), message)
+            elif name in WORDS:
+                self.at_key(("robots", name), f"choose another name: `{name}` is a word of the language")
+            else:
+                made[name] = robot
+                wide = 2 * robot.profile.radius
+                if world.size and wide > min(world.size):
+                    self.at_key(("robots", name), f"make the world larger: `{name}` is {wide:g} m wide")
+                if robot.start and not world.holds(robot.start.x, robot.start.y):
+                    self.at_value(("robots", name, "start"), "start inside the walls: the world is smaller than that")
+        return made
+
+    def robot(self, name: str, table: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str) -> Robot:
+        keys = ("robots", name)
+        kind = self.one_of((*keys, "profile"), table, profiles)
+        profile = profiles[kind] if kind else DEFAULT
+        start = self.start((*keys, "start"), table["start"]) if "start" in table else None
+        message = self.one_of((*keys, "message"), table, MESSAGES) or profile.message
+        topic = self.ros_name((*keys, "topic"), table, namespace) or _topic(namespace, name)
+        return Robot(profile, start, topic, message, self.ros_name((*keys, "reset"), table, namespace))
+
+    def start(self, keys: Keys, value: Any) -> Pose | None:
+        if not isinstance(value, dict):
+            self.at_value(keys, "write `start` in metres and degrees: `{ x = 1.5, y = 0, heading = 90 }`")
+            return None
+        found = self.numbers(keys, self.table(keys, value, tuple(_START)), _START)
+        return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
+
+    def ros_name(self, keys: Keys, table: Mapping[str, Any], namespace: str) -> str | None:
+        """The whole name of a topic or a service: what is written, in the namespace unless it begins with `/`."""
+        written = self.text(keys, table)
+        if written is None:
+            return None
+        whole = written if written.startswith("/") else f"{namespace}/{written}"
+        if len(whole) > _LONGEST_ROS_NAME:
+            self.at_value(keys, f"write a name of at most {_LONGEST_ROS_NAME} characters: ROS 2 takes no longer one")
+        elif not _ROS_NAME.fullmatch(whole):
+            self.at_value(keys, "write the letters a to z, digits and `_` between the `/`, no digit first")
+        else:
+            return whole
+        return None
+
+    def profiles(self, tables: Mapping[str, Any]) -> dict[str, Profile]:
+        """All profiles, the built-in ones too, each made after the one it is based on."""
+        own = {name: self.table(("profiles", name), value, _PROFILE_KEYS) for name, value in tables.items()}
+        known = dict.fromkeys([*BUILT_IN, *own])
+        made = dict(BUILT_IN)
+        for first in own:
+            if first in BUILT_IN:
+                message = f"choose another name: `{first}` is built in, and can be the `base` of yours"
+                self.at_key(("profiles", first), message)
+            chain: list[str] = []
+            name: str | None = first
+            while name and name not in made and name not in chain:
+                chain.append(name)
+                name = self.base(name, own[name], known)
+            if name in chain:
+                message = f"choose another base: with `{name}`, `{chain[-1]}` is based on itself"
+                self.at_value(("profiles", chain[-1], "base"), message)
+                name = None
+            profile = made[name] if name else DEFAULT
+            for link in reversed(chain):
+                profile = made[link] = self.profile(link, own[link], profile)
+        return made
+
+    def base(self, name: str, table: Mapping[str, Any], known: Collection[str]) -> str | None:
+        if "base" not in table and "step" not in table:
+            message = "add `step`, in metres, or `base`, the profile that says what this one does not"
+            self.at_key(("profiles", name), message)
+        return self.one_of(("profiles", name, "base"), table, known)
+
+    def profile(self, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
+        keys = ("profiles", name)
+        changes: dict[str, Any] = self.numbers(keys, table, _MEASURES)
+        if "quarter_turn" in changes:
+            changes["quarter_turn"] = math.radians(changes["quarter_turn"])
+        motions = self.motions((*keys, "motions"), table["motions"]) if "motions" in table else ()
+        for word, known in (("message", MESSAGES), ("dynamics", DYNAMICS)):
+            if written := self.one_of((*keys, word), table, known):
+                changes[word] = written
+        return replace(base, name=name, motions=motions or base.motions, **changes)
+
+    def motions(self, keys: Keys, value: Any) -> tuple[str, ...]:
+        if not isinstance(value, list) or not value:
+            self.at_value(keys, f"write `motions` as a list of some of {listed(MOTIONS)}")
+            return ()
+        for place, item in enumerate(value):
+            if item not in MOTIONS:
+                self.at_value((*keys, place), f"write one of {listed(MOTIONS)} here")
+        return tuple(motion for motion in MOTIONS if motion in value)

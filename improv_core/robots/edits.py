@@ -1,0 +1,70 @@
+"""The text of an `improv.toml` in which robots start somewhere else; all else in it stays as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from improv_core.diagnostics import Edit
+from improv_core.robots.toml_text import TomlText, read_toml
+from improv_core.text import Span
+
+Start = tuple[float, float, float]
+"""x and y in metres, the heading in degrees."""
+
+
+def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | None:
+    """The text after which these robots start there, rounded to thousandths.
+
+    Where no robot is listed yet, all of the `cast` are: a list says which robots there are. None where the file can't
+    be read, or has robots or starts in a form of its own.
+    """
+    toml = read_toml(text)
+    robots = toml.data.get("robots", {})
+    if toml.diagnostics or not isinstance(robots, dict):
+        return None
+    line_end = "\r\n" if "\r\n" in text else "\n"
+    edits = [_edit(text, toml, name, start, line_end) for name, start in starts.items() if name in robots]
+    made = text
+    for edit in sorted((edit for edit in edits if edit), key=lambda edit: edit.span, reverse=True):
+        made = made[: edit.span.start] + edit.text + made[edit.span.end :]
+    missing = [name for name in dict.fromkeys([*(() if robots else cast), *starts]) if name not in robots]
+    if missing:
+        made += "" if not made else line_end if made.endswith("\n") else 2 * line_end
+        made += line_end.join(_section(name, starts.get(name), line_end) for name in missing)
+    # What can be written in one way in TOML can be in ten. So nothing goes out that does not say what it should.
+    return made if read_toml(made).data == _expected(toml.data, robots, missing, starts) else None
+
+
+def inline(start: Start) -> str:
+    """A start as improv.toml has it."""
+    x, y, heading = (f"{value:.10g}" for value in _rounded(start).values())
+    return f"{{ x = {x}, y = {y}, heading = {heading} }}"
+
+
+def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) -> Edit | None:
+    """The edit that gives a robot that is listed its start."""
+    if known := toml.entries.get(("robots", robot, "start")):
+        return Edit(known.value, inline(start)) if text[known.value.start] == "{" else None
+    end = text.find("\n", toml.entries["robots", robot].key.end)
+    line = f"start = {inline(start)}{line_end}"
+    return Edit(Span(end + 1, end + 1), line) if end >= 0 else Edit(Span(len(text), len(text)), f"{line_end}{line}")
+
+
+def _section(robot: str, start: Start | None, line_end: str) -> str:
+    return f"[robots.{robot}]{line_end}" + (f"start = {inline(start)}{line_end}" if start else "")
+
+
+def _expected(
+    data: Mapping[str, Any], robots: Mapping[str, Any], missing: Iterable[str], starts: Mapping[str, Start]
+) -> Mapping[str, Any]:
+    """What the text has to say."""
+    listed = {**robots, **{name: {} for name in missing}}
+    for name, start in starts.items():
+        listed[name] = {**(listed[name] if isinstance(listed[name], dict) else {}), "start": _rounded(start)}
+    return {**data, "robots": listed}
+
+
+def _rounded(start: Start) -> Mapping[str, float]:
+    """Its numbers by name; no -0."""
+    return {name: round(value, 3) + 0.0 for name, value in zip(("x", "y", "heading"), start, strict=True)}

@@ -1,0 +1,134 @@
+"""How fast a robot is told to move, whether it can, and what would make it fit. All decided exactly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import islice
+
+from improv_core.score import movement as algebra
+from improv_core.score.movement import Movement, Peak, Velocity, walk
+from improv_core.score.profiles import MOTIONS, Profile
+
+_LONGEST_FRACTION = 4
+"""The largest denominator of a suggested `slow`: 4/3 is easy to read, 17/13 is not."""
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """How fast, whatever the direction: `linear` in m/s, `angular` in rad/s."""
+
+    linear: float
+    angular: float
+
+
+@dataclass(frozen=True, slots=True)
+class Excess:
+    """By how much a velocity is over a robot's limits, and what fits.
+
+    `kind` is the limit it exceeds most, "linear" or "angular"; `speed` and `limit` are in m/s or rad/s; `factor` is
+    their ratio. `tempo` is the largest whole tempo at which it fits, None if that is below 1; `slow` is the smallest
+    simple number for the word `slow` at the tempo it has.
+    """
+
+    kind: str
+    speed: float
+    limit: float
+    factor: float
+    tempo: int | None
+    slow: Fraction
+
+
+def speed(velocity: Velocity, profile: Profile, tempo: Fraction) -> Speed:
+    """How fast a robot of this kind is told to move, at `tempo` beats per minute."""
+    linear, angular = _squares(velocity, profile, tempo)
+    return Speed(_root(linear), _root(angular))
+
+
+def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) -> Speed | None:
+    """The largest speeds in a movement; None where it has voices with more moments than `most`.
+
+    As in `path.extent`, each part is looked at once, however often it repeats.
+    """
+    known: dict[int, Speed | None] = {}
+    waiting = [movement]
+    while waiting:
+        part = waiting[-1]
+        whole = part.uniform is not None or isinstance(part, algebra.Parallel)
+        inner = () if whole else algebra.parts(part)
+        unknown = [child for child in inner if id(child) not in known]
+        if unknown:
+            waiting += unknown
+            continue
+        waiting.pop()
+        known[id(part)] = _top_speed(part, [known[id(child)] for child in inner], profile, tempo, most)
+    return known[id(movement)]
+
+
+def _top_speed(
+    part: Movement, inner: Sequence[Speed | None], profile: Profile, tempo: Fraction, most: int
+) -> Speed | None:
+    if part.uniform is not None:
+        return speed(part.uniform, profile, tempo)
+    if isinstance(part, algebra.Parallel):
+        moments = list(islice(walk(part, merge=True), most + 1))
+        inner = [speed(moment.velocity, profile, tempo) for moment in moments] if len(moments) <= most else [None]
+    speeds = [each for each in inner if each]
+    if len(speeds) < len(inner):
+        return None
+    linear = max((each.linear for each in speeds), default=0.0)
+    angular = max((each.angular for each in speeds), default=0.0)
+    if isinstance(part, algebra.Pace):
+        return Speed(linear * float(part.rate), angular * float(part.rate))
+    if isinstance(part, algebra.Gain):
+        return Speed(linear * float(abs(part.gain.x)), angular * float(abs(part.gain.yaw)))
+    return Speed(linear, angular)
+
+
+def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | None:
+    """What is too fast for a robot of this kind, at `tempo` beats per minute; None if nothing is."""
+    linear, angular = _squares(velocity, profile, tempo)
+    over = [
+        (square / _as_written(limit) ** 2, kind, square, limit)
+        for kind, square, limit in (("linear", linear, profile.max_linear), ("angular", angular, profile.max_angular))
+        if limit is not None
+    ]
+    ratio, kind, square, limit = max(over, default=(Fraction(0), "", Fraction(0), 0.0))
+    if ratio <= 1:
+        return None
+    fitting = math.isqrt(math.floor(tempo * tempo / ratio))  # whole n with n² <= tempo² / ratio
+    slow = min(Fraction(_root_up(ratio * parts * parts), parts) for parts in range(1, _LONGEST_FRACTION + 1))
+    return Excess(kind, _root(square), limit, _root(ratio), fitting or None, slow)
+
+
+def unsupported(velocity: Velocity | Peak, profile: Profile) -> tuple[str, ...]:
+    """The motions of a velocity that a robot of this kind can't make, in the order of `MOTIONS`."""
+    asked = zip(MOTIONS, (velocity.x, velocity.yaw, velocity.y, velocity.z), strict=True)
+    return tuple(motion for motion, value in asked if value and motion not in profile.motions)
+
+
+def _squares(velocity: Velocity, profile: Profile, tempo: Fraction) -> tuple[Fraction, Fraction]:
+    """The squares of both speeds: unlike the length of a vector, they are exact."""
+    step, turn = (_as_written(measure) * tempo / 60 for measure in (profile.step, profile.quarter_turn))
+    length = velocity.x**2 + velocity.y**2 + velocity.z**2
+    return length * step**2, (velocity.yaw * turn) ** 2
+
+
+def _as_written(number: float) -> Fraction:
+    """0.2 as people mean it, not its nearest binary fraction, so that a speed right at the limit is within it."""
+    return Fraction(repr(number))
+
+
+def _root(square: Fraction) -> float:
+    """The root as a float; infinite beyond all floats."""
+    try:
+        return math.sqrt(square)
+    except OverflowError:
+        return math.inf
+
+
+def _root_up(square: Fraction) -> int:
+    """The smallest whole number whose square is at least this, which is above 0."""
+    return math.isqrt(math.ceil(square) - 1) + 1

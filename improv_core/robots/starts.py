@@ -1,0 +1,90 @@
+"""Where robots start: those that nobody has placed in rows, and inside the walls around the floor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+
+from improv_core.robots.config import Robot
+from improv_core.score.motion import Pose
+
+APART = 3.0
+"""Metres between robots that nobody has placed, side by side and from row to row."""
+SIDE_BY_SIDE = 8
+"""How many of them stand in a row; the others stand behind, so that a whole class can be seen."""
+MOST_PLACES = 4_096
+"""To look for free ones among: robots' starts are asked for at every hover."""
+_TOUCHING = 1 - 1e-9
+"""Those that stand side by side from wall to wall do not overlap because of rounding."""
+
+
+def start_poses(robots: Mapping[str, Robot], size: tuple[float, float] | None) -> dict[str, Pose]:
+    """Where the robots start, on a floor with walls around it, `size` metres along x and y, or on an endless one.
+
+    Where the usual rows do not fit, all robots without a start stand around the origin instead, as far apart as there
+    is room. They overlap only if no rows are found that have room for all.
+    """
+    poses = {name: robot.start or _usual(place) for place, (name, robot) in enumerate(robots.items())}
+    new = [name for name, robot in robots.items() if not robot.start]
+    if not size or not new:
+        return poses
+    placed = [(poses[name].x, poses[name].y, robots[name].profile.radius) for name in robots.keys() - new]
+    radius = max(robots[name].profile.radius for name in new)
+    if 2 * radius > APART or not all(_is_free(poses[name], radius, size, placed) for name in new):
+        poses.update(zip(new, _rows(len(new), radius, size, placed), strict=True))
+    return poses
+
+
+def _usual(place: int) -> Pose:
+    behind, beside = divmod(place, SIDE_BY_SIDE)
+    return Pose(0 - APART * behind, 0 - APART * beside)  # -0.0 would look odd
+
+
+def _rows(
+    robots: int, radius: float, size: tuple[float, float], placed: Collection[tuple[float, float, float]]
+) -> list[Pose]:
+    """Places on a floor where the usual ones are not free; they overlap only if no such rows have room for all."""
+    count = robots
+    while True:
+        room, places = _grid(count, radius, size)
+        if room < 2 * radius * _TOUCHING or count > max(MOST_PLACES, 2 * robots):
+            return [_inside(pose, radius, size) for pose in _grid(robots, radius, size)[1]]
+        free = [pose for pose in places if _is_free(pose, radius, size, placed)]
+        if len(free) >= robots:
+            return free[:robots]
+        count += robots - len(free) + count // 8  # a few more than needed, so that few tries are
+
+
+def _grid(count: int, radius: float, size: tuple[float, float]) -> tuple[float, list[Pose]]:
+    """So many places around the middle of the floor, and the most metres from one to the next that there can be."""
+    most = max(APART, 2 * radius)
+
+    def room(columns: int) -> tuple[float, float]:
+        return min(most, size[0] / math.ceil(count / columns)), min(most, size[1] / columns)
+
+    # As many side by side as it makes no difference for.
+    columns = max(range(1, count + 1), key=lambda columns: (min(room(columns)), min(columns, SIDE_BY_SIDE), -columns))
+    rows = math.ceil(count / columns)
+    behind, beside = room(columns)
+    return min(behind, beside), [
+        Pose(behind * ((rows - 1) / 2 - place // columns), beside * ((columns - 1) / 2 - place % columns))
+        for place in range(count)
+    ]
+
+
+def _inside(pose: Pose, radius: float, size: tuple[float, float]) -> Pose:
+    """The nearest pose whose disc is inside the walls, if that is not larger than the floor."""
+    x, y = (max(length / 2 - radius, 0.0) for length in size)
+    return Pose(min(max(pose.x, -x), x), min(max(pose.y, -y), y))
+
+
+def _is_free(
+    pose: Pose, radius: float, size: tuple[float, float], placed: Collection[tuple[float, float, float]]
+) -> bool:
+    """Whether a disc at a pose is inside the walls, and overlaps none of those (x, y, radius) that are there."""
+    least = radius * _TOUCHING
+    return (
+        abs(pose.x) + least <= size[0] / 2
+        and abs(pose.y) + least <= size[1] / 2
+        and all(math.dist((pose.x, pose.y), (x, y)) >= least + other * _TOUCHING for x, y, other in placed)
+    )

@@ -1,0 +1,249 @@
+"""The way a movement goes: how far, how much it turns, and where it leads. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import islice
+from typing import NamedTuple
+
+from improv_core.score import movement as algebra
+from improv_core.score.motion import Pose
+from improv_core.score.movement import ENDLESS, SAME, Duration, Exact, Movement, Velocity, walk
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Part, twist
+
+MOST_MOMENTS = 10_000
+"""Voices side by side are walked to measure them; beyond this many moments their way is not known."""
+MOST_WALKED = 2_000
+"""The same for where they lead: that is asked while robots play."""
+A_BEAT_A_SECOND = Fraction(60)
+"""The tempo at which beats are seconds: a way does not depend on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """The length of the way in steps, however it bends, and the turning in quarter turns, left positive."""
+
+    steps: float
+    turns: float
+
+
+def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
+    """The extent of a movement; None where it is endless, or has voices with more moments than `most`.
+
+    Repeats are multiplied, not walked; parts are measured before what is made of them, without recursion.
+    """
+    if movement.duration == ENDLESS:
+        return None
+    known: dict[int, Extent | None] = {}
+    waiting = [movement]
+    while waiting:
+        part = waiting[-1]
+        inner = () if isinstance(part, algebra.Parallel) else algebra.parts(part)
+        unknown = [child for child in inner if id(child) not in known]
+        if unknown:
+            waiting += unknown
+            continue
+        waiting.pop()
+        known[id(part)] = _extent(part, [known[id(child)] for child in inner], most)
+    return known[id(movement)]
+
+
+def _extent(part: Movement, inner: list[Extent | None], most: int) -> Extent | None:
+    if isinstance(part, (algebra.Hold, algebra.Parallel)):
+        return _walked(part, most)
+    known = [each for each in inner if each]
+    if len(known) < len(inner):
+        return None
+    steps, turns = math.fsum(each.steps for each in known), math.fsum(each.turns for each in known)
+    if isinstance(part, algebra.Repeat):
+        return Extent(steps * (part.times or 0), turns * (part.times or 0))
+    if isinstance(part, algebra.Gain):
+        # Every gain of the language is one factor with signs, so that all lengths grow alike.
+        return Extent(steps * float(abs(part.gain.x)), turns * float(part.gain.yaw))
+    return Extent(steps, turns)
+
+
+def _walked(part: Movement, most: int) -> Extent | None:
+    steps, turns = [], []
+    for count, moment in enumerate(islice(walk(part, merge=True), most + 1)):
+        if count == most:
+            return None
+        x, y, z, yaw = (float(value * moment.duration) for value in moment.velocity)
+        steps.append(math.hypot(x, y, z))
+        turns.append(yaw)
+    return Extent(math.fsum(steps), math.fsum(turns))
+
+
+def pose_at(part: Part, beat: Exact) -> Pose | None:
+    """Where a robot ideally is at a beat of its part; None where its voices side by side are too long to be walked.
+
+    Repeats are multiplied, not walked: the billionth turn of a repeat costs no more than the second.
+    """
+    gone = _way(_Leg(part.movement, SAME, False), min(beat, part.movement.duration), part.profile)
+    return None if gone is None else _joined(part.start, gone)
+
+
+class _Leg(NamedTuple):
+    """A part of a movement as it is performed: its velocities multiplied, perhaps from its end to its beginning."""
+
+    movement: Movement
+    gain: Velocity
+    backward: bool
+
+
+def _way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
+    """How the first beats of a leg move a robot, as a pose seen from the one it starts in."""
+    known: dict[tuple[int, Velocity, bool], Pose | None] = {}
+    way = Pose()
+    while True:
+        part = leg.movement
+        if until >= part.duration:
+            rest = _whole(leg, profile, known)
+        elif part.uniform is not None or isinstance(part, algebra.Parallel):
+            rest = _walked_way(leg, until, profile)
+        else:
+            before, leg, until = _split(leg, until)
+            for other, times in before:
+                whole = _whole(other, profile, known)
+                if whole is None:
+                    return None
+                way = _joined(way, _times(whole, times))
+            continue
+        return None if rest is None else _joined(way, rest)
+
+
+def _split(leg: _Leg, until: Duration) -> tuple[list[tuple[_Leg, int]], _Leg, Duration]:
+    """The legs inside one that are done within so many beats, and how often; the one that is not, and how far."""
+    part, gain, backward = leg
+    if isinstance(part, algebra.Series):
+        done: list[tuple[_Leg, int]] = []
+        for item in reversed(part.items) if backward else part.items:
+            inner = _Leg(item, gain, backward)
+            if until < item.duration:
+                return done, inner, until
+            done.append((inner, 1))
+            until -= item.duration
+    if isinstance(part, algebra.Repeat) and part.body.duration != ENDLESS:
+        turns, until = divmod(until, part.body.duration)
+        inner = _Leg(part.body, gain, backward)
+        return [(inner, int(turns))], inner, until
+    (inner,) = _inside(leg)
+    return [], inner, until * part.rate if isinstance(part, algebra.Pace) else until
+
+
+def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose | None]) -> Pose | None:
+    """How all of a leg moves a robot; parts before what is made of them, without recursion."""
+    waiting = [leg]
+    while waiting:
+        part, gain, backward = waiting[-1]
+        inner = _inside(waiting[-1])
+        unknown = [each for each in inner if (id(each.movement), each.gain, each.backward) not in known]
+        if unknown:
+            waiting += unknown
+            continue
+        now = waiting.pop()
+        if not inner:
+            known[id(part), gain, backward] = _walked_way(now, part.duration, profile)
+            continue
+        way: Pose | None = Pose()
+        for each in inner:
+            one = known[id(each.movement), each.gain, each.backward]
+            way = _joined(way, one) if way and one else None
+        if way and isinstance(part, algebra.Repeat):
+            way = _times(way, part.times or 0)
+        known[id(part), gain, backward] = way
+    return known[id(leg.movement), leg.gain, leg.backward]
+
+
+def _inside(leg: _Leg) -> list[_Leg]:
+    """The legs that one is made of, in the order of performance; none where it is walked as a whole."""
+    part, gain, backward = leg
+    if part.uniform is not None or isinstance(part, algebra.Parallel):
+        return []
+    if isinstance(part, algebra.Gain):
+        gain = gain.times(part.gain)
+    if isinstance(part, algebra.Reverse):
+        backward = not backward
+    inner = [_Leg(child, gain, backward) for child in algebra.parts(part)]
+    return inner[::-1] if leg.backward else inner
+
+
+def _walked_way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
+    if leg.movement.uniform is not None:
+        moving = twist(leg.movement.uniform.times(leg.gain), profile, A_BEAT_A_SECOND)
+        return Pose().after(moving, float(until))
+    period = _period(leg.movement)
+    if period and until > period:
+        turns, rest = divmod(until, period)
+        once, last = _walked_way(leg, period, profile), _walked_way(leg, rest, profile)
+        return None if once is None or last is None else _joined(_times(once, int(turns)), last)
+    movement = algebra.reverse(leg.movement) if leg.backward else leg.movement
+    way = Pose()
+    for walked, moment in enumerate(walk(movement, merge=True)):
+        left = until - moment.start
+        if left <= 0:
+            break
+        if walked == MOST_WALKED:
+            return None
+        velocity = moment.velocity.times(leg.gain)
+        moving = twist(velocity, profile, A_BEAT_A_SECOND)
+        way = way.after(moving, float(min(moment.duration, left)))
+    return way
+
+
+_SINGLE = (algebra.Use, algebra.Gain, algebra.Pace, algebra.Reverse)
+
+
+def _period(movement: Movement) -> Exact | None:
+    """After how many beats voices side by side are all at their beginning again; None where they never are.
+
+    0 for what never changes. Backward it is the same.
+    """
+    rate = Fraction(1)
+    while movement.uniform is None and isinstance(movement, _SINGLE):
+        rate *= movement.rate if isinstance(movement, algebra.Pace) else 1
+        (movement,) = algebra.parts(movement)
+    if movement.uniform is not None:
+        return 0
+    if isinstance(movement, algebra.Repeat) and movement.body.duration != ENDLESS:
+        return Fraction(movement.body.duration) / rate
+    if not isinstance(movement, algebra.Parallel):
+        return None
+    common = Fraction(0)
+    for voice in movement.voices:
+        period = _period(voice)
+        if period is None:
+            return None
+        common = _common(common, Fraction(period)) if period else common
+    return common / rate
+
+
+def _common(one: Fraction, other: Fraction) -> Fraction:
+    """The least common multiple, where 0 counts as none."""
+    if not one:
+        return other
+    return Fraction(math.lcm(one.numerator, other.numerator), math.gcd(one.denominator, other.denominator))
+
+
+def _joined(first: Pose, then: Pose) -> Pose:
+    """The second pose, which is seen from the first, seen from where the first is seen from."""
+    cos, sin = math.cos(first.heading), math.sin(first.heading)
+    return Pose(
+        first.x + cos * then.x - sin * then.y,
+        first.y + sin * then.x + cos * then.y,
+        first.z + then.z,
+        first.heading + then.heading,
+    )
+
+
+def _times(way: Pose, times: int) -> Pose:
+    """A way gone so many times, by squaring."""
+    gone = Pose()
+    while times:
+        if times % 2:
+            gone = _joined(gone, way)
+        way, times = _joined(way, way), times // 2
+    return gone

@@ -1,0 +1,294 @@
+"""The picture of a dance as SVG: each robot's ideal path, and who does what when. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from html import escape
+from typing import NamedTuple
+
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.movement import ENDLESS, Exact, Place, walk
+from improv_core.score.score import Part, Score, twist
+from improv_core.score.world import Box, World
+
+COLORS = ("#e8590c", "#1c7ed6", "#2f9e44", "#9c36b5", "#c78100", "#d6336c", "#0c8599", "#8d6e58")
+"""Of the robots, one after the other; each can be told apart on white and on near-black."""
+MOST_STROKES = 400
+"""Lines and arcs of one path; with these a picture stays under 20 KB, as editors like it for a hover."""
+MOST_MOMENTS = 20_000
+ENDLESS_BEATS = 64
+"""How much is drawn of what never ends."""
+SIZE = 240.0
+"""Pixels of the longer side of a small picture."""
+LARGE = 720.0
+"""Pixels of the longer side of a plot."""
+_MARGIN = 26.0  # room for names
+_FLAT = 1e-9
+
+
+class Stroke(NamedTuple):
+    """A stretch of a path: from one pose to another, straight or along a circle with this radius (0: straight)."""
+
+    start: Pose
+    end: Pose
+    radius: float
+    turn: float
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """One robot's way; `whole` says whether nothing had to be left out."""
+
+    robot: str
+    start: Pose
+    end: Pose
+    strokes: Sequence[Stroke]
+    whole: bool
+
+
+def paths(score: Score, most_moments: int = MOST_MOMENTS) -> list[Path]:
+    """The ideal path of each robot; what never ends is drawn for its first beats, what repeats itself once."""
+    return [_path(score, part, most_moments) for part in score.parts.values()]
+
+
+def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) -> str:
+    """A small SVG of the paths alone: start, direction and end, under 20 KB for one robot."""
+    drawn = paths(score, most_moments)
+    frame = _Frame.around((point for path in drawn for point in _points(path)), size)
+    return _svg(
+        frame.width, frame.height, "The ideal path", [_drawn(path, frame, place) for place, path in enumerate(drawn)]
+    )
+
+
+def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS) -> str:
+    """A large SVG of the paths, what stands around them, names and a scale; below, if asked for, the timeline."""
+    drawn = paths(score, most_moments)
+    points = [point for path in drawn for point in _points(path)]
+    frame = _Frame.around([*points, *_outline(score.world)], LARGE)
+    parts = _obstacles(score.world, frame)
+    parts += [_drawn(path, frame, place) for place, path in enumerate(drawn)]
+    parts += [_named(path, frame, place) for place, path in enumerate(drawn)]
+    parts.append(_scale(frame))
+    height = frame.height + 28
+    if timeline:
+        rows, rows_height = _timeline(score, frame.width, height)
+        parts.append(rows)
+        height += rows_height
+    return _svg(frame.width, height, "The ideal paths", parts)
+
+
+def _path(score: Score, part: Part, most_moments: int) -> Path:
+    endless = part.movement.duration == ENDLESS
+    pose = part.start
+    strokes: dict[tuple[float, ...], Stroke] = {}
+    latest: Exact = 0  # when something new was drawn
+    whole = True
+    for walked, moment in enumerate(walk(part.movement, merge=True)):
+        if endless and moment.start >= ENDLESS_BEATS:
+            whole = latest < ENDLESS_BEATS / 2  # round and round the same
+            break
+        if walked == most_moments or len(strokes) >= MOST_STROKES:
+            whole = False
+            break
+        moving = twist(moment.velocity, part.profile, score.tempo)
+        beats = min(moment.duration, Fraction(ENDLESS_BEATS)) if endless else moment.duration
+        for stroke in _strokes(pose, moving, score.seconds(beats)):
+            pose = stroke.end
+            if math.dist((stroke.start.x, stroke.start.y), (pose.x, pose.y)) > _FLAT:
+                ends = (stroke.start.x, stroke.start.y, pose.x, pose.y, stroke.turn)
+                count = len(strokes)
+                strokes.setdefault(tuple(round(value, 6) for value in ends), stroke)
+                latest = moment.start if len(strokes) > count else latest
+    return Path(part.robot, part.start, pose, list(strokes.values()), whole)
+
+
+def _strokes(pose: Pose, moving: Twist, seconds: float) -> Iterator[Stroke]:
+    """A moment as arcs of less than half a circle, at most one whole circle of them; all of it if it is straight."""
+    speed = math.hypot(moving.x, moving.y)
+    turn = moving.yaw * seconds
+    if abs(turn) < _FLAT or not speed:
+        yield Stroke(pose, pose.after(moving, seconds), 0.0, 0.0)
+        return
+    radius = speed / abs(moving.yaw)
+    drawn = math.copysign(min(abs(turn), math.tau), turn)
+    pieces = math.ceil(abs(drawn) / (math.pi * 0.9))
+    for piece in range(pieces):
+        start = pose.after(moving, seconds * drawn / turn * piece / pieces)
+        end = pose.after(moving, seconds * drawn / turn * (piece + 1) / pieces)
+        if piece + 1 == pieces and abs(turn) > math.tau:
+            end = pose.after(moving, seconds)
+            yield Stroke(start, start.after(moving, seconds * drawn / turn / pieces), radius, turn)
+            yield Stroke(end, end, 0.0, 0.0)
+            return
+        yield Stroke(start, end, radius, turn)
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """Where metres are in pixels: x to the right, y up."""
+
+    left: float
+    top: float
+    scale: float
+    width: float
+    height: float
+
+    @classmethod
+    def around(cls, points: Iterable[tuple[float, float]], size: float) -> _Frame:
+        (left, right), (bottom, top) = (
+            (min(axis), max(axis)) for axis in zip(*(list(points) or [(0.0, 0.0)]), strict=True)
+        )
+        longer = max(right - left, top - bottom, 0.5)
+        scale = (size - 2 * _MARGIN) / longer
+        width, height = (max(span * scale, size / 4) + 2 * _MARGIN for span in (right - left, top - bottom))
+        # What is narrow stands in the middle.
+        return cls(
+            left - ((width - 2 * _MARGIN) / scale - (right - left)) / 2,
+            top + ((height - 2 * _MARGIN) / scale - (top - bottom)) / 2,
+            scale,
+            width,
+            height,
+        )
+
+    def place(self, x: float, y: float) -> str:
+        return f"{_number((x - self.left) * self.scale + _MARGIN)} {_number((self.top - y) * self.scale + _MARGIN)}"
+
+
+def _points(path: Path) -> Iterator[tuple[float, float]]:
+    """The points of a path that are farthest out, nearly."""
+    yield path.start.x, path.start.y
+    for stroke in path.strokes:
+        yield stroke.end.x, stroke.end.y
+        if stroke.radius:
+            yield _middle(stroke)
+
+
+def _middle(stroke: Stroke) -> tuple[float, float]:
+    """The point of an arc that is farthest from the line between its ends."""
+    (x0, y0), (x1, y1) = (stroke.start.x, stroke.start.y), (stroke.end.x, stroke.end.y)
+    half = math.dist((x0, y0), (x1, y1)) / 2
+    bulge = stroke.radius - math.sqrt(max(stroke.radius**2 - half**2, 0.0))
+    across = math.copysign(bulge, stroke.turn) / max(2 * half, _FLAT)
+    return (x0 + x1) / 2 + (y1 - y0) * across, (y0 + y1) / 2 - (x1 - x0) * across
+
+
+def _outline(world: World) -> Iterator[tuple[float, float]]:
+    """Points that show how much room a world takes."""
+    for x1, y1, x2, y2 in world.all_walls():
+        yield from ((x1, y1), (x2, y2))
+    for x, y, radius in world.circles:
+        yield from ((x - radius, y - radius), (x + radius, y + radius))
+    for box in world.boxes:
+        yield from _corners(box)
+
+
+def _corners(box: Box) -> Iterator[tuple[float, float]]:
+    cos, sin = math.cos(box.heading), math.sin(box.heading)
+    for along, across in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+        x, y = along * box.width / 2, across * box.height / 2
+        yield box.x + cos * x - sin * y, box.y + sin * x + cos * y
+
+
+def _obstacles(world: World, frame: _Frame) -> list[str]:
+    parts = []
+    if walls := "".join(f"M{frame.place(x1, y1)}L{frame.place(x2, y2)}" for x1, y1, x2, y2 in world.all_walls()):
+        parts.append(f'<path d="{walls}" stroke="{_QUIET}" stroke-width="3" stroke-linecap="round"/>')
+    for x, y, radius in world.circles:
+        across, down = frame.place(x, y).split()
+        parts.append(f'<circle cx="{across}" cy="{down}" r="{_number(radius * frame.scale)}" fill="{_QUIET}"/>')
+    boxes = ("L".join(frame.place(*corner) for corner in _corners(box)) for box in world.boxes)
+    return parts + [f'<path d="M{corners}Z" fill="{_QUIET}"/>' for corners in boxes]
+
+
+def _drawn(path: Path, frame: _Frame, place: int) -> str:
+    color = COLORS[place % len(COLORS)]
+    line, at = [], None
+    for stroke in path.strokes:
+        start, end = frame.place(stroke.start.x, stroke.start.y), frame.place(stroke.end.x, stroke.end.y)
+        if start != at:
+            line.append(f"M{start}")
+        if stroke.radius:
+            radius = _number(stroke.radius * frame.scale)
+            line.append(f"A{radius} {radius} 0 0 {0 if stroke.turn > 0 else 1} {end}")
+        else:
+            line.append(f"L{end}")
+        at = end
+    drawn = f'<path d="{"".join(line)}"/>' if line else ""
+    x, y = frame.place(path.start.x, path.start.y).split()
+    begin = f'<circle cx="{x}" cy="{y}" r="3.5"/>'
+    arrow = f'<path d="{_arrow(path.end, frame)}" fill="{color}" stroke="none"/>'
+    dashes = "" if path.whole else ' stroke-dasharray="6 3"'
+    joined = 'stroke-linejoin="round" stroke-linecap="round"'
+    return f'<g fill="none" stroke="{color}" stroke-width="2" {joined}{dashes}>{drawn}{begin}{arrow}</g>'
+
+
+def _arrow(pose: Pose, frame: _Frame) -> str:
+    """A small triangle that looks where the robot looks at the end."""
+    corners = []
+    for angle, far in ((0.0, 9.0), (2.5, 7.0), (-2.5, 7.0)):
+        x = pose.x + math.cos(pose.heading + angle) * far / frame.scale
+        y = pose.y + math.sin(pose.heading + angle) * far / frame.scale
+        corners.append(frame.place(x, y))
+    return f"M{corners[0]}L{corners[1]}L{corners[2]}Z"
+
+
+def _named(path: Path, frame: _Frame, place: int) -> str:
+    x, y = (float(value) for value in frame.place(path.start.x, path.start.y).split())
+    color = COLORS[place % len(COLORS)]
+    return f'<text x="{_number(x + 7)}" y="{_number(y - 7)}" fill="{color}">{escape(path.robot)}</text>'
+
+
+def _scale(frame: _Frame) -> str:
+    """A bar of a round length in metres, about a quarter of the picture long."""
+    about = frame.width / frame.scale / 4
+    power = 10.0 ** math.floor(math.log10(about))
+    metres = max(step * power for step in (1, 2, 5) if step * power <= about)
+    y, right = _number(frame.height + 10), _number(_MARGIN + metres * frame.scale)
+    label = f'<text x="{_MARGIN:g}" y="{_number(frame.height + 24)}" fill="{_QUIET}">{metres:g} m</text>'
+    return f'<path d="M{_MARGIN:g} {y}H{right}" stroke="{_QUIET}" stroke-width="2"/>{label}'
+
+
+_QUIET = "#808080"
+_ROW = 30.0
+
+
+def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
+    """A row for each robot, an item for each moment as wide as it lasts; and how high that is."""
+    longest = score.beats
+    beats = float(ENDLESS_BEATS if longest == ENDLESS else max(longest, 1))
+    room = width - 2 * _MARGIN
+    rows = []
+    for place, (name, part) in enumerate(score.parts.items()):
+        y = top + 12 + place * _ROW
+        color = COLORS[place % len(COLORS)]
+        rows.append(f'<text x="{_MARGIN:g}" y="{_number(y)}" fill="{color}">{escape(name)}</text>')
+        for count, moment in enumerate(walk(part.movement)):
+            if moment.start >= beats or count == MOST_STROKES:
+                break
+            left = _MARGIN + float(moment.start) / beats * room
+            wide = max(min(float(moment.duration), beats - float(moment.start)) / beats * room - 1, 0.5)
+            still = not any(moment.velocity)
+            title = " || ".join(_words(score, moment.places)) or "rest"
+            rows.append(
+                f'<rect x="{_number(left)}" y="{_number(y + 3)}" width="{_number(wide)}" height="10" rx="2"'
+                f' fill="{color}" fill-opacity="{0.2 if still else 0.8}"><title>{escape(title)}</title></rect>'
+            )
+    return "".join(rows), 12 + len(score.parts) * _ROW
+
+
+def _words(score: Score, places: Sequence[Place]) -> list[str]:
+    placed = [(score.starts[statement], span) for statement, span in places if statement in score.starts]
+    return [score.text[start + span.start : start + span.end] for start, span in placed]
+
+
+def _svg(width: float, height: float, title: str, parts: Sequence[str]) -> str:
+    wide, high = _number(width), _number(height)
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" viewBox="0 0 {wide} {high}"'
+    return f'{head} role="img" font-family="sans-serif" font-size="12"><title>{title}</title>{"".join(parts)}</svg>\n'
+
+
+def _number(value: float) -> str:
+    return f"{value:.1f}".removesuffix(".0")

@@ -1,0 +1,58 @@
+"""What a robot is told to play its part: every velocity at its time, repeated at its rate, and zeros at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import NamedTuple
+
+from improv_core.score.motion import STILL, Twist
+from improv_core.score.movement import Exact, walk
+from improv_core.score.score import Part, twist
+
+LAST_ZEROS = 3
+"""How many zeros end a robot's motion: one may be lost, and a steady stream of them would fight other publishers."""
+SHORTEST = Fraction(1, 1000)
+"""Seconds. Changes that come faster than this are sampled at this distance, so that no program can swamp a robot."""
+
+
+class Command(NamedTuple):
+    """A robot's velocity, from `at` seconds on."""
+
+    at: float
+    twist: Twist
+
+
+def commands(part: Part, tempo: Fraction, start: Exact = 0) -> Iterator[Command]:
+    """All a robot is told from beat `start` on, counted from there: each change at its time, repeated, then zeros."""
+    period = 1 / part.profile.command_rate
+    seconds = 60 / tempo
+    shortest = SHORTEST / seconds
+    duration = part.movement.duration
+    if start >= duration:
+        yield from zeros(0.0, period)
+        return
+    moments = walk(part.movement, start, merge=True)
+    while moment := next(moments, None):
+        end = moment.start + moment.duration
+        if moment.duration < shortest:
+            end = moment.start + shortest
+            if end >= duration:
+                end = Fraction(duration)
+            moments = walk(part.movement, end, merge=True)
+        moving = twist(moment.velocity, part.profile, tempo)
+        yield from _held(moving, float((moment.start - start) * seconds), float((end - start) * seconds), period)
+    yield from zeros(float((duration - start) * seconds), period)
+
+
+def zeros(start: float, period: float) -> Iterator[Command]:
+    """The short burst that stops a robot."""
+    return (Command(start + count * period, STILL) for count in range(LAST_ZEROS))
+
+
+def _held(moving: Twist, start: float, end: float, period: float) -> Iterator[Command]:
+    # Each time is counted from the start, never added up: no error grows however long the velocity is held.
+    count = 0
+    while (at := start + count * period) < end:
+        yield Command(at, moving)
+        count += 1

@@ -1,0 +1,196 @@
+"""`improv format`, run as people run it."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from improv_core.commands.format import format_files
+from tests.commands.test_commands import run
+
+ROOT = Path(__file__).parents[2]
+UNTIDY, TIDY = "r$( left  right )\n", "r $ (left right)\n"
+
+
+@pytest.fixture
+def untidy(tmp_path: Path) -> Path:
+    path = tmp_path / "dance.improv"
+    path.write_text(UNTIDY)
+    return path
+
+
+def fails_with(number: int) -> Callable[..., Any]:
+    def fail(*_: Any, **__: Any) -> Any:
+        raise OSError(number, os.strerror(number))
+
+    return fail
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+def test_format_rewrites_what_is_not_right_and_nothing_else(untidy: Path, tmp_path: Path) -> None:
+    tidy = tmp_path / "tidy.improv"
+    tidy.write_text(TIDY)
+    untouched = tidy.stat()
+    done = run("format", untidy, tidy)
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"formatted {untidy}\n", "")
+    assert untidy.read_text() == TIDY
+    assert (tidy.stat().st_ino, tidy.stat().st_mtime_ns) == (untouched.st_ino, untouched.st_mtime_ns)
+    assert set(contents(tmp_path)) == {"dance.improv", "tidy.improv"}
+    assert run("format", untidy, tidy).stdout == ""
+
+
+def test_bom_line_ends_and_mode_are_kept(untidy: Path) -> None:
+    untidy.write_bytes("\ufeffx=left # größer\r\n\r\n\r\nr  $ (x\r\n".encode())
+    untidy.chmod(0o640)
+    assert run("format", untidy).returncode == 0
+    assert untidy.read_bytes() == "\ufeffx = left  # größer\r\n\r\nr  $ (x\r\n".encode()
+    assert untidy.stat().st_mode & 0o777 == 0o640
+
+
+def test_a_link_stays_a_link(untidy: Path, tmp_path: Path) -> None:
+    link = tmp_path / "link.improv"
+    link.symlink_to(untidy)
+    assert run("format", link).stdout == f"formatted {link}\n"
+    assert link.is_symlink()
+    assert untidy.read_text() == TIDY
+
+
+def test_check_names_what_would_change_and_writes_nothing(untidy: Path, tmp_path: Path) -> None:
+    before = contents(tmp_path)
+    done = run("format", "--check", untidy)
+    assert (done.returncode, done.stdout, done.stderr) == (1, f"would format {untidy}\n", "")
+    assert contents(tmp_path) == before
+    untidy.write_text(TIDY)
+    done = run("format", "--check", untidy)
+    assert (done.returncode, done.stdout) == (0, "")
+
+
+def test_diff_shows_what_would_change_and_writes_nothing(untidy: Path, tmp_path: Path) -> None:
+    untidy.write_text("beat 60\nx=left")
+    before = contents(tmp_path)
+    done = run("format", "--diff", untidy)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines() == [
+        f"--- {untidy}",
+        f"+++ {untidy} (formatted)",
+        "@@ -1,2 +1,2 @@",
+        " beat 60",
+        "-x=left",
+        "\\ No newline at end of file",
+        "+x = left",
+    ]
+    assert contents(tmp_path) == before
+    assert run("format", "--diff", "--check", untidy).returncode == 1
+
+
+def test_files_that_can_not_be_read_are_named_and_the_others_still_formatted(untidy: Path, tmp_path: Path) -> None:
+    latin = tmp_path / "latin.improv"
+    latin.write_bytes(b"# caf\xe9\n")
+    done = run("format", tmp_path / "none.improv", latin, untidy)
+    assert done.returncode == 2
+    assert done.stdout == f"formatted {untidy}\n"
+    assert done.stderr.splitlines() == [
+        f"improv: {tmp_path / 'none.improv'}: no such file or directory",
+        f"improv: {latin}: it is not UTF-8 text",
+    ]
+    assert latin.read_bytes() == b"# caf\xe9\n"
+
+
+@pytest.mark.parametrize(
+    ("place", "stand_in", "problem"),
+    [
+        ("os.access", lambda *_: False, "permission denied"),
+        ("tempfile.NamedTemporaryFile", fails_with(errno.ENOSPC), "no space left on device"),
+        ("os.fsync", fails_with(errno.EIO), "input/output error"),
+        ("pathlib.Path.replace", fails_with(errno.EPERM), "operation not permitted"),
+    ],
+)
+def test_what_can_not_be_written_stays_as_it_was(
+    place: str,
+    stand_in: Any,
+    problem: str,
+    untidy: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(place, stand_in)
+    assert format_files([untidy], check=False, diff=False) == 2
+    assert capsys.readouterr() == ("", f"improv: {untidy}: {problem}\n")
+    assert contents(untidy.parent) == {untidy.name: UNTIDY.encode()}
+
+
+def test_what_an_editor_saves_meanwhile_is_not_overwritten(
+    untidy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def saved_meanwhile(text: str) -> str:
+        untidy.write_text("r $ right\n")
+        return TIDY
+
+    monkeypatch.setattr("improv_core.commands.format.format_text", saved_meanwhile)
+    assert format_files([untidy], check=False, diff=False) == 2
+    assert capsys.readouterr() == ("", f"improv: {untidy}: it was changed meanwhile: format it again\n")
+    assert contents(untidy.parent) == {untidy.name: b"r $ right\n"}
+
+
+def test_folders_hold_programs_and_pages(untidy: Path, tmp_path: Path) -> None:
+    (tmp_path / "deep" / "er").mkdir(parents=True)
+    (tmp_path / ".hidden").mkdir()
+    page = tmp_path / "deep" / "page.md"
+    page.write_text(f"```improv\n{UNTIDY}```\n")
+    for other in (tmp_path / "deep" / "er" / "x.improv", tmp_path / "notes.txt", tmp_path / ".hidden" / "x.improv"):
+        other.write_text(UNTIDY)
+    done = run("format", "--check", tmp_path, untidy)
+    named = [untidy, page, tmp_path / "deep" / "er" / "x.improv"]
+    assert done.stdout.splitlines() == [f"would format {path}" for path in named]
+
+
+PAGE = """\
+# A  page ( with  blanks )
+```improv
+{0}```
+
+1. In a list:
+
+   ```improv
+   {1}
+   s $ ( not   closed
+   ```
+
+```sh
+{2}```
+
+````md
+```improv
+{2}```
+````
+
+```improv
+"""
+
+
+def test_only_blocks_of_improv_are_formatted_in_a_page(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(PAGE.format(UNTIDY, "  x=(a # why\n\n     b\n   )", UNTIDY))
+    assert run("format", page).returncode == 0
+    assert page.read_text() == PAGE.format(TIDY, "x = (\n     a  # why\n     b\n   )", UNTIDY)
+
+
+def test_a_block_that_leaves_its_list_stays(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("- A list\n  ```improv\n  x=(a\nb )\n  ```\n")
+    done = run("format", page)
+    assert (done.returncode, done.stdout) == (0, "")
+
+
+def test_examples_and_documents_are_formatted() -> None:
+    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "docs"]
+    done = run("format", "--check", *sorted((ROOT / "examples").glob("*.improv")), *pages)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

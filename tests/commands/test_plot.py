@@ -1,0 +1,41 @@
+"""`improv plot`: a picture in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from click.testing import CliRunner
+
+from improv_core.commands.main import improv
+
+UNKNOWN = "`forwrd` is not known: did you mean `forward`?"
+
+
+def run(folder: Path, program: str, output: str, *options: str) -> tuple[int, str]:
+    file = folder / "dance.improv"
+    file.write_text(program)
+    result = CliRunner().invoke(improv, ["plot", str(file), "-o", str(folder / output), *options])
+    return result.exit_code, result.output.replace(str(folder), "…")
+
+
+def test_svg_and_png(tmp_path: Path) -> None:
+    assert run(tmp_path, "r $ forward left\n", "dance.svg") == (0, "")
+    ElementTree.parse(tmp_path / "dance.svg")
+    assert run(tmp_path, "r $ forward left\n", "dance.png", "--timeline") == (0, "")
+    assert (tmp_path / "dance.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("program", "output", "code", "line"),
+    [
+        ("r $ forwrd\n", "dance.svg", 1, f"…/dance.improv:1:5: error[unknown-name] {UNKNOWN}"),
+        ("r $ left\n", "dance.pdf", 2, "improv: …/dance.pdf: a picture's name ends in .svg or .png"),
+        ("r $ left\n", "no/dance.svg", 2, "improv: …/no/dance.svg: no such file or directory"),
+    ],
+)
+def test_what_can_not_be_drawn(tmp_path: Path, program: str, output: str, code: int, line: str) -> None:
+    got, told = run(tmp_path, program, output)
+    assert (got, told.strip()) == (code, line)
+    assert not (tmp_path / output).exists()

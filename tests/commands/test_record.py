@@ -1,0 +1,150 @@
+"""`improv record`, run as people run it."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from watchfiles import watch
+
+from improv_core.commands.record import RecordError, record_live
+from improv_core.playback.playback import Options
+from improv_core.stage.sinks.recorder import Recorder
+from tests.commands.test_commands import run
+from tests.recordings import changes, read
+
+LIMIT = 60.0
+"""Seconds to wait for anything on a busy machine."""
+FORWARD, STILL = (2.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    path = tmp_path / "dance.improv"
+    path.write_text("beat 60\na b $ forward [left left]\n")
+    return path
+
+
+@pytest.fixture
+def endless(tmp_path: Path) -> Path:
+    path = tmp_path / "endless.improv"
+    path.write_text("r $ repeat forward\n")
+    return path
+
+
+def start(program: Path, path: Path, *options: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-u", "-m", "improv_core", "record", str(program), "-o", str(path), *options]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_a_program_is_recorded_at_once(program: Path, tmp_path: Path) -> None:
+    path = tmp_path / "dance.mcap"
+    before = time.time_ns()
+    done = run("record", program, "-o", path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert re.fullmatch(rf"{path}: 2 robots, 86 commands, 2\.1 s \(made in \d+\.\d\d s\)\n", done.stdout)
+    messages = read(path)
+    start = messages[0].time
+    assert before <= start <= time.time_ns()
+    assert [(at - start, moving[0]) for at, moving in changes(messages, "/a/cmd_vel")] == [
+        (0, 2.0),
+        (10**9, 0.0),
+        (2 * 10**9, 0.0),
+    ]
+    assert {each.name for each in tmp_path.iterdir()} == {"dance.improv", "dance.mcap"}
+
+
+def test_what_never_ends_needs_an_end(endless: Path, tmp_path: Path) -> None:
+    path = tmp_path / "endless.mcap"
+    done = run("record", endless, "-o", path)
+    problem = "this program never ends: say how much of it to record, as in `--for 60` (seconds)"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"improv: {problem}\n")
+    assert not path.exists()
+    done = run("record", endless, "-o", path, "--for", "600")
+    assert (done.returncode, done.stdout.partition(" (")[0]) == (0, f"{path}: 1 robot, 12003 commands, 600.1 s")
+
+
+def test_wrong_programs_are_told_as_play_tells_them(tmp_path: Path) -> None:
+    program, path = tmp_path / "dance.improv", tmp_path / "dance.mcap"
+    program.write_text("r $ lft\n")
+    path.write_bytes(b"old")
+    for backend in ((), ("--backend", "sim")):
+        done = run("record", program, "-o", path, *backend)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert done.stderr == f"{program}:1:5: error[unknown-name] `lft` is not known: did you mean `left`?\n"
+    assert path.read_bytes() == b"old"
+
+
+def test_what_can_not_be_done_is_said_in_a_line(program: Path, tmp_path: Path) -> None:
+    empty = tmp_path / "empty.improv"
+    empty.write_text("x = left\n")
+    path = tmp_path / "dance.mcap"
+    for arguments, problem in [
+        ((program, "-o", program), f"{program}: give the recording a name that ends in .mcap"),
+        ((empty, "-o", path), f"no robot was told anything: {path} is not written"),
+        ((tmp_path / "none.improv", "-o", path), f"{tmp_path / 'none.improv'}: no such file or directory"),
+        (
+            (program, "-o", path, "--backend", "sim", "--for", "1"),
+            "--for goes without --backend: end what is played with Ctrl-C",
+        ),
+    ]:
+        done = run("record", *arguments)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.splitlines()[-1] == f"improv: {problem}"
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_while_it_computes_nothing_is_left(number: signal.Signals, endless: Path, tmp_path: Path) -> None:
+    process = start(endless, tmp_path / "x.mcap", "--for", "1e9")
+    for _ in watch(tmp_path, rust_timeout=100, yield_on_timeout=True):
+        if any(".mcap" in each.name for each in tmp_path.iterdir()):
+            break
+    process.send_signal(number)
+    assert process.communicate(timeout=LIMIT)[1] == f"improv: interrupted: {tmp_path / 'x.mcap'} is not written\n"
+    assert process.returncode == 130
+    assert list(tmp_path.iterdir()) == [endless]
+
+
+def test_what_is_played_is_recorded_as_it_is_sent(program: Path, tmp_path: Path) -> None:
+    path = tmp_path / "dance.mcap"
+    before = time.time_ns()
+    done = run("record", program, "-o", path, "--backend", "sim", "--no-browser")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert re.fullmatch(rf"{path}: 2 robots, \d+ commands, \d+\.\d s", done.stdout.splitlines()[-1])
+    messages = read(path)
+    assert before < messages[0].time < messages[-1].time < time.time_ns()
+    assert [moving for _, moving in changes(messages, "/b/cmd_vel")][::2] == [FORWARD, STILL]
+    assert [message.velocity for message in messages[-6:]] == [STILL] * 6
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_while_it_plays_it_is_complete(number: signal.Signals, endless: Path, tmp_path: Path) -> None:
+    path = tmp_path / "endless.mcap"
+    process = start(endless, path, "--backend", "sim", "--no-browser")
+    assert process.stdout
+    while not process.stdout.readline().startswith("▶"):
+        pass
+    process.send_signal(number)
+    last = process.communicate(timeout=LIMIT)[0].splitlines()[-1]
+    assert process.returncode == 130
+    messages = read(path)
+    assert last.startswith(f"{path}: 1 robot, {len(messages)} commands, ")
+    assert [moving for _, moving in changes(messages, "/r/cmd_vel")] == [FORWARD, STILL]
+    assert [message.velocity for message in messages[-4:]] == [FORWARD, *[STILL] * 3]
+
+
+def test_a_full_disk_ends_what_plays(endless: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Recorder, "record", fail)
+    with pytest.raises(RecordError, match=r"x\.mcap is not written: no space left on device"):
+        asyncio.run(record_live(endless, tmp_path / "x.mcap", Options("sim"), browser=False))
+    assert list(tmp_path.iterdir()) == [endless]

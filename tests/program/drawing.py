@@ -1,0 +1,38 @@
+"""Diagnostics drawn as carets under the source, so that a test shows what a person would see."""
+
+from __future__ import annotations
+
+import re
+from textwrap import dedent
+
+from improv_core.diagnostics import Severity
+from improv_core.program.analysis import Analysis, analyze
+
+_LOUD = (Severity.ERROR, Severity.WARNING)
+_CARETS = re.compile(r" *\^+ [a-z-]+: ")
+
+
+def check(expected: str, *, hints: bool = False) -> Analysis:
+    """Analyze the lines without carets; what is drawn under them must be the lines with carets.
+
+    Errors and warnings, and with `hints` all else too.
+    """
+    expected = dedent(expected).strip("\n")
+    source = "\n".join(line for line in expected.split("\n") if not _CARETS.match(line))
+    analysis = analyze(source)
+    assert drawn(analysis, hints=hints) == expected
+    return analysis
+
+
+def drawn(analysis: Analysis, *, hints: bool) -> str:
+    """The source, and under each line the diagnostics that begin in it: `^^^^ code: message`."""
+    rows = []
+    for number in range(len(analysis.lines.starts)):
+        rows.append(analysis.lines.line(number))
+        for diagnostic in analysis.diagnostics:
+            start = analysis.lines.position(diagnostic.span.start)
+            end = min(diagnostic.span.end, analysis.lines.end(number))
+            if start.line == number and (hints or diagnostic.severity in _LOUD):
+                carets = "^" * max(end - diagnostic.span.start, 1)
+                rows.append(f"{' ' * start.column}{carets} {diagnostic.code}: {diagnostic.message}")
+    return "\n".join(rows)

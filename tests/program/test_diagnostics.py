@@ -1,0 +1,256 @@
+"""What is said about mistakes, and where."""
+
+from __future__ import annotations
+
+import pytest
+
+from improv_core.diagnostics import Severity
+from improv_core.program.analysis import analyze
+from improv_core.score.movement import ENDLESS
+from tests.program.drawing import check
+
+
+def errors(text: str) -> list[str]:
+    """The codes of the errors in a program."""
+    return [each.code for each in analyze(text).diagnostics if each.severity is Severity.ERROR]
+
+
+def test_right_program_has_no_diagnostics() -> None:
+    check("""
+        beat 60
+        square = repeat 4 (forward left)
+        turtle1 $ square || slow 2 (left right)
+        turtle2 $ retrograde square
+    """)
+
+
+def test_syntax_says_what_to_write() -> None:
+    check("""
+        x = reflect left
+                    ^^^^ syntax: write a plane after `reflect`: YZ, XZ or XY
+        x = fast forward
+                 ^^^^^^^ syntax: write a number after `fast`, such as `fast 2 movement`
+        x = forward ||
+                    ^^ syntax: write a movement after `||`
+        x = forward 3 left
+                    ^ syntax: remove `3`: a number stands only after `repeat`, `fast`, `slow` or `scale`
+        x = forward | left
+                    ^ syntax: write `||` between movements that play in parallel
+        x = forward, left
+                   ^ syntax: remove `,`: movements follow one another with only a blank between them
+        x = YZ forward
+            ^^ syntax: write `reflect` before `YZ`
+        x =
+          ^ syntax: write a movement after `=`
+        x y = forward
+          ^ syntax: write one name before `=`
+        = forward
+        ^ syntax: write a name before `=`
+        $ forward
+        ^ syntax: write a robot's name before `$`
+        r $ forward $ left
+                    ^ syntax: remove `$`, or begin a new line before it
+        turtle1 repeat 4 forward
+        ^^^^^^^ syntax: write `$` after the robot's name: `turtle1 $ …`
+        forward left
+        ^^^^^^^^^^^^ syntax: say which robot moves, or name the movement: `turtle1 $ …` or `name = …`
+        beat
+        ^^^^ syntax: write a number after `beat`, such as `beat 60`
+        turtle1 $ forward 😀
+                          ^ syntax: remove `😀`: it is not part of the language
+    """)
+
+
+def test_brackets_are_marked_themselves() -> None:
+    check("""
+        x = (forward [left)
+                     ^ unclosed-bracket: close this bracket with `]`
+        y = forward left)
+                        ^ unmatched-bracket: remove this `)`, or write the bracket it should close
+        z = (forward left]
+                         ^ unmatched-bracket: write `)` here: the bracket it closes is `(`
+        r $ (x
+            ^ unclosed-bracket: close this bracket with `)`
+          y
+        beat 60
+    """)
+
+
+def test_names_must_be_known_where_they_stand() -> None:
+    check("""
+        r $ foward
+            ^^^^^^ unknown-name: `foward` is not known: did you mean `forward`?
+        r $ spin
+            ^^^^ used-before-definition: move the definition of `spin` (line 3) above this line
+        spin = left left
+        r $ spn Left
+            ^^^ unknown-name: `spn` is not known: did you mean `spin`?
+                ^^^^ unknown-name: `Left` is not known: did you mean `left`?
+        r $ qqq
+            ^^^ unknown-name: `qqq` is not known: define it above: `qqq = …`
+        me = me left
+             ^^ used-before-definition: define `me` above this line (line 6) before using it in its own definition
+        me = me left
+    """)
+
+
+def test_numbers_must_make_sense() -> None:
+    check("""
+        beat 0
+             ^ bad-number: write the tempo as a number above 0
+        r $ repeat 1.5 left
+                   ^^^ bad-number: repeat a whole number of times: 0, 1, 2, …
+        r $ repeat -1 left
+                   ^^ bad-number: write the count of `repeat` as a number above 0
+        r $ fast 0 left
+                 ^ bad-number: write the number of `fast` as a number above 0
+        r $ slow 1/0 left
+                 ^^^ bad-number: write the number of `slow` without dividing by 0
+        r $ scale 1111111111111111111111111111111 left
+                  ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ bad-number: write the number of `scale` with at most 30 characters
+        r $ repeat 0 left
+        r $ repeat 4/2 left
+    """)
+
+
+def test_words_and_robots() -> None:
+    check("""
+        left = right
+        ^^^^ reserved-name: choose another name: `left` is a word of the language
+        YZ $ left
+        ^^ reserved-name: choose another name: `YZ` is a word of the language
+        my-robot größe _r $ left
+        ^^^^^^^^ bad-robot-name: `my-robot` can't name a robot: use the letters a to z, digits and `_`, a letter first
+                 ^^^^^ bad-robot-name: `größe` can't name a robot: use the letters a to z, digits and `_`, a letter first
+                       ^^ bad-robot-name: `_r` can't name a robot: use the letters a to z, digits and `_`, a letter first
+        größe = left
+        _r = größe
+    """)
+
+
+def test_one_beat_for_a_document() -> None:
+    analysis = check("""
+        r $ forward
+        beat 90
+        beat 30
+        ^^^^^^^ duplicate-beat: remove this `beat`: line 2 has one already
+    """)
+    assert analysis.tempo == 90
+
+
+def test_what_has_no_end_has_no_reverse() -> None:
+    check("""
+        x = repeat left
+        r $ reverse x
+            ^^^^^^^ endless-reverse: give the `repeat` inside a number: `reverse` can't begin at the end of what has none
+        r $ retrograde (x || forward)
+    """)
+
+
+def test_empty_groups_do_nothing() -> None:
+    check("""
+        r $ forward ()
+                    ^^ empty-group: write a movement in `()`: it does nothing
+        r $ []
+            ^^ empty-group: write a movement in `[]`: it does nothing
+    """)
+
+
+@pytest.mark.parametrize("wrap", ["(%s)", "[%s]", "reverse %s", "repeat 2 %s", "(left %s || rest)", "[left %s right]"])
+def test_too_deep_is_said_and_never_raised(wrap: str) -> None:
+    def nested(levels: int) -> str:
+        return "r $ " + wrap.split("%s")[0] * levels + "left" + wrap.split("%s")[1] * levels
+
+    assert errors(nested(200)) == []
+    assert errors(nested(201)) == ["too-deep"]
+    assert errors(nested(4_000)) == ["too-deep"]
+    assert errors(nested(100_000)) == ["syntax"]  # too long to be read at all
+
+
+def test_voices_within_voices_through_names_are_bounded() -> None:
+    text = "x = forward left\n" + "x = x || left right\n" * 1000
+    assert set(errors(text)) == {"too-deep"}
+
+
+def test_fractions_can_not_be_blown_up() -> None:
+    nested = "r $ " + "fast 1.000000001 " * 199 + "left"
+    (diagnostic,) = analyze(nested).diagnostics
+    assert diagnostic.code == "bad-number"
+    assert diagnostic.message == "use simpler numbers: together they make a fraction too long to keep exact"
+    doubled = "x = left\n" + "x = x x\n" * 5000
+    assert set(errors(doubled)) == {"bad-number"}
+
+
+def test_a_mistake_takes_nothing_else_down() -> None:
+    analysis = analyze("x = (forward\ny = left left\nr $ y\nr2 $ repeat\nr3 $ repeat y ]\n")
+    assert errors(analysis.text) == ["unclosed-bracket", "syntax", "unmatched-bracket"]
+    assert analysis.robots["r"].duration == 2
+    assert analysis.robots["r3"].duration == ENDLESS
+    assert analysis.meanings[0].movement.duration == 1
+
+
+def test_what_is_cut_off_is_never_performed() -> None:
+    check(
+        """
+        r $ forward left || right
+                    ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ (repeat left) forward [right right]
+                          ^^^^^^^^^^^^^^^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ reverse (forward left || right)
+                             ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ reverse (forward left) || right
+                     ^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ [forward left right || slow 2 left]
+        r $ fast 2 (forward left right rest) || rest
+                                 ^^^^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ repeat 3 (forward left) || rest rest rest
+        r $ repeat 3 (forward left) || rest
+                              ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ forward || () || []
+                       ^^ empty-group: write a movement in `()`: it does nothing
+                             ^^ empty-group: write a movement in `[]`: it does nothing
+        r $ [left slow 2 left forward || up down]
+                              ^^^^^^^ never-performed: this is never reached: make what runs beside it last longer
+        r $ [left repeat left forward] up
+            ^^^^^^^^^^^^^^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
+                              ^^^^^^^ never-performed: this is never reached: make what runs beside it last longer
+                                       ^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ [(left forward || left) up]
+                   ^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ slow 2 (left (forward right || slow 3/2 left))
+        r $ slow 2 (left repeat 2 forward left) || repeat 4 rest
+                                          ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+        r $ repeat left
+        r $ right
+        """,
+        hints=True,
+    )
+
+
+def test_names_that_nothing_uses_are_told() -> None:
+    check(
+        """
+        x = forward
+        ^ unused-name: use `x` below, or remove this line: nothing plays it
+        x = left
+        x = x right
+        y = left
+        ^ unused-name: use `y` below, or remove this line: nothing plays it
+        r $ x
+        """,
+        hints=True,
+    )
+
+
+def test_brackets_that_are_not_a_beat_say_how_long_they_are() -> None:
+    check(
+        """
+        r $ [forward [left left] forward]
+        r $ [(forward left) right]
+            ^^^^^^^^^^^^^^^^^^^^^^ bracket-not-a-beat: this bracket takes 3/2 beats, not one
+        r $ [rest || slow 2 rest]
+        r $ [repeat rest]
+            ^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
+        """,
+        hints=True,
+    )

@@ -1,0 +1,92 @@
+"""What is edited is understood as if it had been read anew."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.score import to_json
+from improv_core.text import LineIndex
+
+PIECES = [
+    *("x", "y", "z", "r", "forward", "left", "repeat", "2", "1.5", "reverse", "reflect", "YZ", "fast", "beat 60"),
+    *(
+        "=",
+        "$",
+        "(",
+        ")",
+        "[",
+        "]",
+        "||",
+        "#",
+        " ",
+        "  ",
+        "\n",
+        "\n",
+        "\n",
+        "\r\n",
+        "\r",
+        "\t",
+        "x = ",
+        "\nr $ ",
+        "\ny = ",
+    ),
+    *("\nx = x left\n", "\nr $ x || y\n", "\nbeat 30\n", "😀", "\u2028", "\f", "\ufeff"),
+]
+texts = st.lists(st.sampled_from(PIECES), max_size=40).map("".join)
+edits = st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1), st.lists(st.sampled_from(PIECES), max_size=4)), max_size=6)
+
+
+def seen(analysis: Analysis) -> dict[str, Any]:
+    """All that can be asked of an analysis, without the numbers that statements keep."""
+    score = to_json(score_of(analysis))
+    for row in score["movements"]:
+        if row[0] == "use":
+            row[-1] = analysis.numbers.index(row[-1])
+    score["starts"] = [start for _, start in score["starts"]]
+    return {
+        "text": analysis.text,
+        "lines": analysis.lines.starts,
+        "starts": analysis.starts,
+        "statements": [statement.text for statement in analysis.statements],
+        "diagnostics": analysis.diagnostics,
+        "tempo": analysis.tempo,
+        "score": score,
+        "defined": analysis.defined,
+        "used": analysis.used,
+    }
+
+
+@given(texts, edits)
+@settings(max_examples=400)
+def test_edited_is_as_analyzed(text: str, several: list[tuple[float, float, list[str]]]) -> None:
+    analysis = analyze(text)
+    for one, other, pieces in several:
+        start, end = sorted((round(one * len(text)), round(other * len(text))))
+        # Most edits of people are small.
+        end = min(end, start + 7)
+        put = "".join(pieces)
+        text = text[:start] + put + text[end:]
+        analysis = analysis.edited(start, end, put)
+        assert seen(analysis) == seen(analyze(text))
+
+
+@given(texts, st.floats(0, 1), st.floats(0, 1), texts)
+def test_line_index_edited_is_as_made_anew(text: str, one: float, other: float, put: str) -> None:
+    start, end = sorted((round(one * len(text)), round(other * len(text))))
+    edited = LineIndex(text).edited(start, end, put)
+    assert edited.text == text[:start] + put + text[end:]
+    assert edited.starts == LineIndex(edited.text).starts
+
+
+def test_what_does_not_depend_on_an_edit_is_not_understood_again() -> None:
+    analysis = analyze("x = forward\ny = x left\nz = left\nr $ y\nr $ z\n")
+    edited = analysis.edited(4, 11, "backward")
+    kept = [one is other for one, other in zip(analysis.meanings, edited.meanings, strict=True)]
+    assert kept == [False, False, True, False, True]
+    longer = edited.edited(0, 0, "a = left\n")
+    assert longer.meanings[1:] == edited.meanings

@@ -1,0 +1,77 @@
+"""What robots can't do, said at the item that asks for it."""
+
+from __future__ import annotations
+
+from textwrap import dedent
+
+from improv_core.program.analysis import analyze
+from improv_core.robots.config import read_robots
+from tests.program.drawing import drawn
+
+ROBOTS = read_robots("""
+[robots.burger]
+profile = "turtlebot3_burger"
+[robots.omni]
+profile = "holonomic"
+""")
+
+
+def check(expected: str) -> None:
+    """With these robots, the errors and warnings drawn under the lines must be these."""
+    expected = dedent(expected).strip("\n")
+    source = "\n".join(line for line in expected.split("\n") if "^" not in line)
+    assert ROBOTS.ok
+    assert drawn(analyze(source, ROBOTS), hints=False) == expected
+
+
+def test_within_the_limits_nothing_is_said() -> None:
+    check("""
+        beat 66
+        burger $ forward left backward halfright
+        omni $ strafeleft
+    """)
+
+
+def test_too_fast_says_what_fits() -> None:
+    check("""
+        beat 60
+        quick = [forward forward]
+        burger $ left quick forward
+                      ^^^^^ too-fast: 0.4 m/s is over burger's limit of 0.22 m/s: `beat 33` or `slow 2` fits
+        burger $ [left left]
+                  ^^^^ too-fast: 3.14 rad/s is over burger's limit of 2.84 rad/s: `beat 54` or `slow 5/4` fits
+        burger omni $ scale 1/2 (forward || forward) rest
+    """)
+
+
+def test_robots_must_be_listed_and_able() -> None:
+    check("""
+        burgr $ forward
+        ^^^^^ unknown-robot: `burgr` is not in improv.toml: did you mean `burger`?
+        turtle $ left
+        ^^^^^^ unknown-robot: `turtle` is not in improv.toml: add `[robots.turtle]` to improv.toml
+        omni burger $ left strafeleft
+                           ^^^^^^^^^^ unsupported-direction: `burger` can't move sideways: its profile turtlebot3_burger has no such motion
+        omni $ strafeleft up
+                          ^^ unsupported-direction: `omni` can't move up or down: its profile holonomic has no such motion
+    """)
+
+
+def test_too_short_for_the_commands_of_the_robot() -> None:
+    check("""
+        beat 60
+        omni $ forward [rest [rest rest rest rest] [rest [rest rest rest rest rest rest rest rest]]]
+                                                          ^^^^ too-short: make this longer: it lasts 0.0208 s, and omni takes a command every 0.05 s
+    """)
+
+
+def test_without_a_file_every_robot_may_do_everything() -> None:
+    assert analyze("beat 600\nanyone $ [up strafeleft]\n").diagnostics == ()
+
+
+def test_an_edit_of_the_tempo_is_felt_everywhere() -> None:
+    analysis = analyze("beat 60\nburger $ forward\nburger $ left\n", ROBOTS)
+    assert analysis.diagnostics == ()
+    codes = [each.code for each in analysis.edited(5, 7, "120").diagnostics]
+    assert codes == ["too-fast", "too-fast"]
+    assert analysis.edited(5, 7, "120").edited(5, 8, "60").diagnostics == ()

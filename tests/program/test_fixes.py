@@ -1,0 +1,94 @@
+"""What a fix makes of a program: before → after."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.diagnostics import Fix
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import compiled
+from improv_core.robots.config import read_robots
+
+
+def fixed(analysis: Analysis, fix: Fix) -> str:
+    text = analysis.text
+    for edit in sorted(fix.edits, key=lambda edit: edit.span, reverse=True):
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    return text
+
+
+def check(code: str, before: str, after: str, robots: str = "") -> None:
+    """The one fix of the first diagnostic with this code makes this of the program."""
+    analysis = analyze(before, read_robots(robots))
+    (fix,) = next(each for each in analysis.diagnostics if each.code == code).fixes
+    assert fixed(analysis, fix) == after
+    assert code not in [each.code for each in analyze(after, read_robots(robots)).diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("code", "before", "after"),
+    [
+        ("syntax", "r forward", "r $ forward"),
+        ("syntax", "r $ forward | left", "r $ forward || left"),
+        ("syntax", "r $ forward, left", "r $ forward left"),
+        ("syntax", "r $ YZ left", "r $ reflect YZ left"),
+        ("syntax", "r $ forward 3 left", "r $ forward  left"),
+        ("unclosed-bracket", "r $ (forward [left\n", "r $ (forward [left)\n"),
+        ("unmatched-bracket", "r $ forward)", "r $ forward"),
+        ("unmatched-bracket", "r $ [forward)", "r $ [forward]"),
+        ("unknown-name", "r $ foward", "r $ forward"),
+        ("used-before-definition", "# hi\nr $ x\n\nx = left # yes\n", "# hi\nx = left # yes\nr $ x\n\n"),
+        ("reserved-name", "left = right\nr $ right", "my_left = right\nr $ right"),
+        ("bad-robot-name", "my-robot $ left", "my_robot $ left"),
+        ("duplicate-beat", "beat 60\nr $ left\nbeat 30 # slow\n", "beat 60\nr $ left\n"),
+        ("empty-group", "r $ left ()", "r $ left "),
+        ("never-performed", "r $ forward left || right", "r $ forward  || right"),
+        ("unused-name", "x = left\nr $ left\n", "r $ left\n"),
+    ],
+)
+def test_fix(code: str, before: str, after: str) -> None:
+    if code == "unclosed-bracket":
+        analysis = analyze(before)
+        for _ in range(2):  # one bracket after the other
+            (fix,) = analysis.diagnostics[0].fixes
+            analysis = analyze(fixed(analysis, fix))
+        assert analysis.text == "r $ (forward [left])\n"
+        return
+    check(code, before, after)
+
+
+def test_too_fast_is_slowed_down_as_far_as_needed() -> None:
+    robots = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
+    check("too-fast", "beat 90\nburger $ forward || left\n", "beat 90\nburger $ slow 3/2 (forward || left)\n", robots)
+
+
+WORDS = st.sampled_from(["left", "forward", "rest", "slow 2 left", "fast 2 up", "repeat 2 right", "repeat left"])
+
+
+def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    series = st.lists(inner, min_size=1, max_size=4).map(" ".join)
+    voices = st.lists(series, min_size=1, max_size=3).map(" || ".join)
+    return st.builds(str.format, st.sampled_from(["({})", "[{}]", "reverse ({})", "repeat 3 [{}]"]), voices)
+
+
+@given(st.recursive(WORDS, combined, max_leaves=20))
+def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None:
+    analysis = analyze(f"r $ {movement}")
+    for each in analysis.diagnostics:
+        for fix in each.fixes if each.code == "never-performed" else ():
+            after = analyze(fixed(analysis, fix))
+            assert compiled(after)["robots"] == compiled(analysis)["robots"]
+
+
+def test_related_places_are_shown() -> None:
+    analysis = analyze("r $ x\nx = left\nbeat 30\nbeat 60\n")
+    related = {
+        each.code: [(other.message, analysis.text[slice(*other.span)]) for other in each.related]
+        for each in analysis.diagnostics
+    }
+    assert related == {
+        "used-before-definition": [("`x` is defined here", "x")],
+        "duplicate-beat": [("the first `beat`", "beat")],
+    }

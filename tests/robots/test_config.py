@@ -1,0 +1,535 @@
+"""What an `improv.toml` says, and what is drawn under it where it is wrong."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import asdict
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.robots.config import Robot, Robots, find_robots_file, read_robots
+from improv_core.score.motion import Pose
+from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
+from improv_core.score.world import Box, Circle, Wall, World
+from improv_core.text import LineIndex
+
+PAGE = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+
+
+def check(expected: str) -> Robots:
+    """Read the lines without carets; the diagnostics drawn under them must be the lines with carets."""
+    expected = dedent(expected).strip("\n")
+    text = "\n".join(line for line in expected.split("\n") if not re.match(r" *\^+ (robots|syntax): ", line))
+    found = read_robots(text)
+    lines = LineIndex(text)
+    rows = []
+    for number in range(len(lines.starts)):
+        rows.append(lines.line(number))
+        for diagnostic in found.diagnostics:
+            start = lines.position(diagnostic.span.start)
+            if start.line == number:
+                carets = "^" * max(min(diagnostic.span.end, lines.end(number)) - diagnostic.span.start, 1)
+                rows.append(f"{' ' * start.column}{carets} {diagnostic.code}: {diagnostic.message}")
+    assert "\n".join(rows) == expected
+    assert found.ok == (not found.diagnostics)
+    return found
+
+
+def test_a_robot_in_five_lines() -> None:
+    found = check("""
+        [robots.burger]
+        profile = "turtlebot3_burger"
+        topic = "/cmd_vel"
+        message = "TwistStamped"
+        start = { x = 0.5, y = -1, heading = 90 }
+    """)
+    assert found.robots == {
+        "burger": Robot(TURTLEBOT3_BURGER, Pose(0.5, -1.0, heading=math.pi / 2), "/cmd_vel", "TwistStamped")
+    }
+
+
+def test_everything_about_a_robot_may_be_left_out() -> None:
+    assert check("[robots.a]").robots == {"a": Robot(DEFAULT, None, "/a/cmd_vel", "auto")}
+
+
+def test_a_robot_that_is_not_listed_may_do_anything() -> None:
+    robot = Robots().robot("r")
+    assert robot == Robot(DEFAULT, None, "/r/cmd_vel", "auto")
+    assert (robot.profile.step, robot.profile.motions, robot.profile.max_linear) == (TURTLESIM.step, MOTIONS, None)
+
+
+def test_a_profile_takes_from_its_base_what_it_does_not_say() -> None:
+    found = check("""
+        [robots.a]
+        profile = "slow"
+
+        [profiles.slow]
+        base = "lab"
+        max_linear = 0.1
+        message = "Twist"
+
+        [profiles.lab]
+        base = "turtlebot4"
+        quarter_turn = 92.5
+        motions = ["turn", "forward", "turn"]
+    """)
+    profile = found.robots["a"].profile
+    assert profile is found.profiles["slow"]
+    assert profile.name == "slow"
+    assert (profile.step, profile.max_linear, profile.max_angular) == (TURTLEBOT4.step, 0.1, 1.9)
+    assert (profile.quarter_turn, profile.motions) == (math.radians(92.5), ("forward", "turn"))
+    assert found.robots["a"].message == profile.message == "Twist"
+
+
+def test_a_profile_without_a_base_says_its_step_and_is_not_limited_in_the_rest() -> None:
+    assert check("[profiles.mine]\nstep = 1").profiles["mine"] == Profile("mine", step=1.0)
+    check("""
+        [profiles.mine]
+                  ^^^^ robots: add `step`, in metres, or `base`, the profile that says what this one does not
+        max_linear = 1
+    """)
+
+
+def test_a_world() -> None:
+    found = check("""
+        [world]
+        size = [6, 4]
+        walls = [[-1, 0, 1, 0.5]]
+        circles = [{ x = 1, radius = 0.3 }]
+        [[world.boxes]]
+        width = 1
+        height = 0.5
+        heading = 90
+    """)
+    assert found.world == World(
+        (6, 4), (Wall(-1, 0, 1, 0.5),), (Circle(1, 0, 0.3),), (Box(0, 0, 1, 0.5, heading=math.pi / 2),)
+    )
+
+
+def test_what_is_wrong_in_a_world_is_not_there() -> None:
+    found = check("""
+        [world]
+        size = [6, 0]
+                   ^ robots: write this in metres, from 0.001 to 1000
+        walls = [[0, 0, 1], [0, 0, 1, 1]]
+                 ^^^^^^^^^ robots: write 4 numbers in metres, such as [0, 0, 2, 0]: from x, y to x, y
+        circles = [{ x = 1 }, 3, { radius = 0.3, tint = 1 }]
+                   ^^^^^^^^^ robots: add `radius`, in metres
+                              ^ robots: write it in metres: `{ x = 1, y = 0, radius = 0.3 }`
+                                                 ^^^^ robots: `tint` is not known here: write one of `x`, `y`, `radius`
+        boxes = { width = 1, height = "2" }
+                ^^^^^^^^^^^^^^^^^^^^^^^^^^^ robots: write `boxes` as a list, in `[` and `]`
+        lake = 1
+        ^^^^ robots: `lake` is not known here: write one of `size`, `walls`, `circles`, `boxes`
+    """)
+    assert found.world == World(walls=(Wall(0, 0, 1, 1),), circles=(Circle(0, 0, 0.3),))
+
+
+def test_robots_start_inside_the_walls() -> None:
+    check("""
+        [world]
+        size = [6, 4]
+        [robots.a]
+        start = { x = 3, y = 2 }
+        [robots.b]
+        start = { x = 3.5 }
+                ^^^^^^^^^^^ robots: start inside the walls: the world is smaller than that
+    """)
+
+
+def test_a_robot_that_is_wider_than_the_floor() -> None:
+    check("""
+        [world]
+        size = [6, 0.5]
+        [robots.a]
+                ^ robots: make the world larger: `a` is 0.6 m wide
+        [robots.b]
+        profile = "quadrotor"
+    """)
+
+
+def test_unknown_keys() -> None:
+    check("""
+        robts = 1
+        ^^^^^ robots: `robts` is not known here: did you mean `robots`?
+        [robots.a]
+        Profile = "turtlesim"
+        ^^^^^^^ robots: `Profile` is not known here: did you mean `profile`?
+        start = { x = 1, z = 2 }
+                         ^ robots: `z` is not known here: write one of `x`, `y`, `heading`
+        [profiles.b]
+        step = 1
+        "max linear" = 1
+        ^^^^^^^^^^^^ robots: `max linear` is not known here: did you mean `max_linear`?
+        command = "/bin/sh"
+        ^^^^^^^ robots: `command` is not known here: did you mean `command_rate`?
+    """)
+
+
+def test_wrong_types() -> None:
+    check("""
+        world = 3
+                ^ robots: write `world` as a section: `[world]`
+        [robots]
+        a = "turtlesim"
+            ^^^^^^^^^^^ robots: write `a` as a section: `[robots.a]`
+        [robots.b]
+        profile = 3
+                  ^ robots: write `profile` as text, in quotes
+        topic = ["/a"]  # one is enough
+                ^^^^^^ robots: write `topic` as text, in quotes
+        start = [1, 2]
+                ^^^^^^ robots: write `start` in metres and degrees: `{ x = 1.5, y = 0, heading = 90 }`
+        [[profiles]]
+          ^^^^^^^^ robots: write `profiles` as a section: `[profiles]`
+    """)
+
+
+def test_numbers_out_of_range() -> None:
+    found = check("""
+        [profiles.a]
+        step = 0
+               ^ robots: write `step` in metres, from 0.001 to 100
+        quarter_turn = 1.57
+                       ^^^^ robots: write `quarter_turn` in degrees, from 45 to 135
+        max_linear = -0.2
+                     ^^^^ robots: write `max_linear` in m/s, from 0.001 to 100
+        max_angular = inf
+                      ^^^ robots: write `max_angular` in rad/s, from 0.001 to 100
+        command_rate = true
+                       ^^^^ robots: write `command_rate` in Hz, from 1 to 200
+        radius = "0.3"
+                 ^^^^^ robots: write `radius` in metres, from 0.001 to 100
+        [robots]
+        b = { start = { x = nan, heading = 1979-05-27 07:32:00 } }
+                            ^^^ robots: write `x` in metres, from -1000 to 1000
+                                           ^^^^^^^^^^^^^^^^^^^ robots: write `heading` in degrees, from -360 to 360
+    """)
+    assert found.profiles["a"] == Profile("a", step=DEFAULT.step)
+
+
+def test_unknown_profiles_and_messages() -> None:
+    found = check("""
+        [profiles.lab_burger]
+        base = "turtlebot3_burgr"
+               ^^^^^^^^^^^^^^^^^^ robots: `turtlebot3_burgr` is not known here: did you mean `turtlebot3_burger`?
+        [robots.a]
+        profile = 'Lab_Burger'
+                  ^^^^^^^^^^^^ robots: `Lab_Burger` is not known here: did you mean `lab_burger`?
+        message = "String"
+                  ^^^^^^^^ robots: `String` is not known here: write one of `auto`, `Twist`, `TwistStamped`
+    """)
+    assert found.robots["a"].profile == DEFAULT, "one mistake is one message: nothing limits it now"
+
+
+def test_profiles_in_a_circle() -> None:
+    found = check("""
+        [profiles.self]
+        base = "self"
+               ^^^^^^ robots: choose another base: with `self`, `self` is based on itself
+        [profiles.a]
+        base = "b"
+        [profiles.b]
+        base = "c"
+        [profiles.c]
+        base = "b"
+               ^^^ robots: choose another base: with `b`, `c` is based on itself
+    """)
+    assert set(found.profiles) == {*BUILT_IN, "self", "a", "b", "c"}
+
+
+def test_a_long_chain_of_profiles() -> None:
+    links = [f'[profiles.p{place}]\nbase = "p{place + 1}"' for place in range(3000)]
+    found = read_robots("\n".join([*links, "[profiles.p3000]\nstep = 3"]))
+    assert found.diagnostics == ()
+    assert found.profiles["p0"].step == 3
+
+
+def test_built_in_profiles_stay_what_they_are() -> None:
+    found = check("""
+        [profiles.turtlesim]
+                  ^^^^^^^^^ robots: choose another name: `turtlesim` is built in, and can be the `base` of yours
+        step = 1
+    """)
+    assert found.profiles["turtlesim"] is TURTLESIM
+
+
+def test_motions() -> None:
+    found = check("""
+        [profiles.a]
+        step = 1
+        motions = [
+            "turn",
+            "fly",  # no such thing
+            ^^^^^ robots: write one of `forward`, `turn`, `strafe`, `climb` here
+            3,
+            ^ robots: write one of `forward`, `turn`, `strafe`, `climb` here
+        ]
+        [profiles.b]
+        step = 1
+        motions = []
+                  ^^ robots: write `motions` as a list of some of `forward`, `turn`, `strafe`, `climb`
+    """)
+    assert found.profiles["a"].motions == ("turn",)
+    assert found.profiles["b"].motions == MOTIONS
+
+
+def test_names_that_robots_cannot_have() -> None:
+    found = check("""
+        [robots.forward]
+                ^^^^^^^ robots: choose another name: `forward` is a word of the language
+        [robots."a b"]
+                ^^^^^ robots: `a b` can't name a robot: use the letters a to z, digits and `_`, a letter first
+        [robots._a]
+                ^^ robots: `_a` can't name a robot: use the letters a to z, digits and `_`, a letter first
+        [robots.9]
+                ^ robots: `9` can't name a robot: use the letters a to z, digits and `_`, a letter first
+        step = 1
+        ^^^^ robots: `step` is not known here: write one of `profile`, `start`, `topic`, `message`, `reset`
+    """)
+    assert found.robots == {}
+
+
+@pytest.mark.parametrize("topic", ["/cmd_vel", "/a/_b/c1", "/a__b", "/A_", "/" + "a" * 246])
+def test_topics_that_ros_takes(topic: str) -> None:
+    assert read_robots(f'[robots.a]\ntopic = "{topic}"').robots["a"].topic == topic
+
+
+@pytest.mark.parametrize("topic", ["/", "", "/a/", "//a", "/1a", "/a/2", "/a-b", "/a b", "/é", "/~", "/{a}", "/a\\n"])
+def test_topics_that_ros_refuses(topic: str) -> None:
+    found = read_robots(f'[robots.a]\ntopic = "{topic}"')
+    assert [diagnostic.span for diagnostic in found.diagnostics] == [(19, 21 + len(topic))]
+    assert found.robots["a"].topic == "/a/cmd_vel"
+
+
+def test_names_of_ros_are_not_too_long() -> None:
+    check("""
+        [robots.b]
+        topic = "/b/cmd-vel"
+                ^^^^^^^^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+        reset = "2nd"
+                ^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+    """)
+    (diagnostic,) = read_robots(f'[robots.a]\ntopic = "/{"a" * 247}"').diagnostics
+    assert diagnostic.message == "write a name of at most 247 characters: ROS 2 takes no longer one"
+
+
+def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> None:
+    found = check("""
+        [ros]
+        namespace = "lab/east"
+        use_sim_time = true
+        [robots.a]
+        topic = "a/nav_vel"
+        reset = "reset"
+        [robots.b]
+        topic = "/cmd_vel"
+        reset = "/reset"
+        [robots.c]
+    """)
+    names = [(robot.topic, robot.reset) for robot in found.robots.values()]
+    assert names == [
+        ("/lab/east/a/nav_vel", "/lab/east/reset"),
+        ("/cmd_vel", "/reset"),
+        ("/lab/east/c/cmd_vel", None),
+    ]
+    assert found.robot("unlisted").topic == "/lab/east/unlisted/cmd_vel"
+    assert found.use_sim_time
+
+
+def test_without_a_namespace_names_begin_at_the_root() -> None:
+    found = check("""
+        [robots.a]
+        topic = "cmd_vel"
+    """)
+    assert found.robots["a"].topic == "/cmd_vel"
+    assert not found.use_sim_time
+    assert check('[ros]\nnamespace = "/lab"').robot("a").topic == "/lab/a/cmd_vel"
+
+
+def test_wrong_keys_and_values_of_ros() -> None:
+    found = check("""
+        [ros]
+        namespace = "lab/"
+                    ^^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+        use_sim_time = "yes"
+                       ^^^^^ robots: write `use_sim_time` as `true` or `false`
+        domain = 3
+        ^^^^^^ robots: `domain` is not known here: write one of `namespace`, `use_sim_time`
+        [robots.a]
+        reset = ["/reset"]
+                ^^^^^^^^^^ robots: write `reset` as text, in quotes
+    """)
+    assert found.robots["a"] == Robot(DEFAULT, None, "/a/cmd_vel", "auto")
+    check("""
+        ros = true
+              ^^^^ robots: write `ros` as a section: `[ros]`
+    """)
+
+
+@pytest.mark.parametrize(
+    "drawn",
+    [
+        """
+        [robots.a]
+        profile = turtlesim
+                  ^^^^^^^^^ syntax: write a value: a number, "text", [a list] or { a table }
+        """,
+        """
+        [robots.a]
+        profile = "turtlesim
+                            ^ syntax: close the text with a quote like the one it begins with
+        topic = "/a"
+        """,
+        """
+        [profiles.a]
+        step = 0.2m
+                  ^ syntax: remove this, or begin a new line with it
+        """,
+        """
+        [profiles.a]
+        step 0.2
+             ^^^ syntax: write `=` and a value after the key
+        """,
+        """
+        [profiles.a]
+        step = 0.2
+        step = 0.3
+        ^^^^^^^^^^ syntax: remove this: the key has a value already
+        """,
+        """
+        [robots.a]
+        [robots.a]
+        ^^^^^^^^^ syntax: put this where the same section is above: it can be there only once
+        """,
+        """
+        [robots.a]
+        start = { x = 1, x = 2 }
+                         ^^^^^ syntax: remove this: the key has a value already
+        """,
+        """
+        [robots.a]
+        start = { x = 1, y = 2, }
+                                ^ syntax: write a key here, or remove the comma before
+        """,
+        """
+        [robots.a]
+        start = { x = 1
+                       ^ syntax: close the table with `}`, in the line where it begins
+        }
+        """,
+        """
+        [robots.a]
+        topic = "\\cmd_vel"
+                 ^^ syntax: write `\\\\` for one backslash
+        """,
+        """
+        [robots.a
+                 ^ syntax: close the name of the section with `]`
+        """,
+        """
+        [profiles.a]
+        motions = ["turn"
+                         ^ syntax: close the list with `]`
+        # nothing follows
+        """.replace("# nothing follows", ""),
+        """
+        !
+        ^ syntax: write `key = value` or `[section]`
+        """,
+    ],
+)
+def test_what_is_no_toml(drawn: str) -> None:
+    assert check(drawn).robots == {}
+
+
+def test_line_ends_of_other_systems_move_nothing() -> None:
+    text = "\ufeff# 🐢\r\n[robots.a]\r\ntopic = 1\r\nstart = {\r\n"
+    (diagnostic,) = read_robots(text).diagnostics
+    assert (diagnostic.code, diagnostic.span) == ("syntax", (text.index("{") + 1,) * 2)
+    (diagnostic,) = read_robots(text[: text.index("start")]).diagnostics
+    assert (diagnostic.code, diagnostic.span) == ("robots", (text.index("1"), text.index("1") + 1))
+
+
+keys = st.sampled_from(
+    [
+        "robots",
+        "profiles",
+        "world",
+        "ros",
+        "namespace",
+        "use_sim_time",
+        "reset",
+        "a",
+        "b",
+        "base",
+        "step",
+        "motions",
+        "start",
+        "x",
+        "topic",
+        "",
+    ]
+)
+anything = st.recursive(
+    st.sampled_from(["1", "1e999", "-0", "nan", "true", '"a"', '"turtlesim"', '"/a"', "07:32:00", '"\\n"']),
+    lambda inner: (
+        st.lists(inner, max_size=2).map(lambda items: f"[{','.join(items)}]")
+        | st.dictionaries(keys, inner, max_size=3).map(
+            lambda table: "{" + ",".join(f'"{key}"={value}' for key, value in table.items()) + "}"
+        )
+    ),
+)
+
+
+@given(st.dictionaries(keys, anything, max_size=4), st.text(max_size=3))
+def test_no_text_raises(table: dict[str, str], end: str) -> None:
+    text = "\n".join(f'"{key}" = {value}' for key, value in table.items()) + end
+    found = read_robots(text)
+    for diagnostic in found.diagnostics:
+        assert 0 <= diagnostic.span.start <= diagnostic.span.end <= len(text)
+        assert len(diagnostic.message.splitlines()) == 1
+
+
+@pytest.mark.parametrize("profile", BUILT_IN.values(), ids=lambda profile: profile.name)
+def test_profiles_survive_json(profile: Profile) -> None:
+    data: dict[str, Any] = json.loads(json.dumps(asdict(profile)))
+    assert Profile(**data) == profile
+    assert hash(Profile(**data)) == hash(profile)
+
+
+def test_the_nearest_file_is_found(tmp_path: Path) -> None:
+    folder = tmp_path / "a" / "b"
+    folder.mkdir(parents=True)
+    (tmp_path / "improv.toml").touch()
+    assert find_robots_file(folder) == tmp_path / "improv.toml"
+    (folder / "improv.toml").mkdir()
+    assert find_robots_file(folder) == tmp_path / "improv.toml"
+    (tmp_path / "a" / "improv.toml").touch()
+    assert find_robots_file(folder) == tmp_path / "a" / "improv.toml"
+    assert find_robots_file(folder / "not" / "there") == tmp_path / "a" / "improv.toml"
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_what_the_page_shows_is_right(block: str) -> None:
+    assert read_robots(block).diagnostics == ()
+
+
+def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
+    ours = ("profile", "start", "topic", "message", "reset", "namespace", "use_sim_time", "base")
+    for key in (*ours, *(set(Profile.__slots__) - {"name"})):
+        assert f"| `{key}` |" in PAGE
+    for profile in BUILT_IN.values():
+        (row,) = re.findall(rf"^\| `{profile.name}`.*$", PAGE, re.MULTILINE)
+        limits = (profile.max_linear, profile.max_angular, profile.max_linear_acceleration)
+        for number in (profile.step, profile.radius, profile.max_angular_acceleration, *limits):
+            assert number is None or f"{number:g} " in row
+        assert (", ".join(profile.motions) if profile.motions != MOTIONS else "all four") in row

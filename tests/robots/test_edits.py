@@ -1,0 +1,118 @@
+"""Robots are dragged on the page: what improv.toml says before, and after."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from improv_core.robots.config import read_robots
+from improv_core.robots.edits import Start, place
+
+ANNA = (1.5004, -0.0001, 90.0)
+
+
+def check(
+    before: str, after: str | None, cast: tuple[str, ...] = ("anna", "bert"), starts: dict[str, Start] | None = None
+) -> None:
+    starts = starts or {"anna": ANNA}
+    made = place(before, starts, cast)
+    assert made == after
+    for name, (x, y, heading) in starts.items() if made else ():
+        start = read_robots(made or "").robots[name].start
+        assert start is not None
+        assert (start.x, start.y, math.degrees(start.heading)) == pytest.approx((x, y, heading), abs=0.0005)
+        assert read_robots(made or "").ok
+
+
+def test_no_file_yet() -> None:
+    check("", "[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 }\n\n[robots.bert]\n")
+
+
+def test_robots_that_are_not_listed_yet_come_in_the_order_of_the_cast() -> None:
+    check(
+        "# ours",
+        "# ours\n\n[robots.anna]\n\n[robots.bert]\nstart = { x = 1, y = 2, heading = 3 }\n",
+        starts={"bert": (1, 2, 3)},
+    )
+
+
+def test_other_robots_are_listed() -> None:
+    check(
+        "# ours\n[robots.carl]\n",
+        "# ours\n[robots.carl]\n\n[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 }\n",
+    )
+
+
+def test_listed_without_a_start() -> None:
+    check(
+        '[robots.anna] # she\nprofile = "turtlesim"\n',
+        '[robots.anna] # she\nstart = { x = 1.5, y = 0, heading = 90 }\nprofile = "turtlesim"\n',
+    )
+    check("[robots.anna]", "[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 }\n")
+
+
+def test_with_a_start() -> None:
+    check(
+        '[robots.anna]\nstart = { x = 3 } # left\nprofile = "turtlesim"\n',
+        '[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 } # left\nprofile = "turtlesim"\n',
+    )
+
+
+def test_several_at_once() -> None:
+    check(
+        "[robots.bert]\nstart = { x = 3 }\n[robots.carl]",
+        "[robots.bert]\nstart = { x = 1, y = 2, heading = 3 }\n[robots.carl]\nstart = { x = 4, y = 5, heading = 6 }\n"
+        "\n[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 }\n",
+        starts={"anna": ANNA, "carl": (4, 5, 6), "bert": (1, 2, 3)},
+    )
+
+
+def test_a_second_time() -> None:
+    once = place("", {"anna": (1, 2, 3)}, ("anna", "bert"))
+    assert once
+    check(once, "[robots.anna]\nstart = { x = 1.5, y = 0, heading = 90 }\n\n[robots.bert]\n")
+
+
+def test_numbers_are_exact_to_the_millimeter() -> None:
+    check(
+        "[robots.anna]\n",
+        "[robots.anna]\nstart = { x = 0.125, y = -999.999, heading = -22.5 }\n",
+        starts={"anna": (0.125, -999.9991, -22.5)},
+    )
+
+
+def test_lines_end_as_the_others_do() -> None:
+    check(
+        "[robots.anna]\r\n[robots.bert]\r\n",
+        "[robots.anna]\r\nstart = { x = 1.5, y = 0, heading = 90 }\r\n[robots.bert]\r\n",
+    )
+    check(
+        "[robots.bert]\r\n",
+        "[robots.bert]\r\n\r\n[robots.anna]\r\nstart = { x = 1.5, y = 0, heading = 90 }\r\n",
+    )
+    check("# ours\r\n[robots.anna]", "# ours\r\n[robots.anna]\r\nstart = { x = 1.5, y = 0, heading = 90 }\r\n")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[robots.anna.start]\nx = 1\n",
+        "[robots.anna]\nstart.x = 1\n",
+        "robots.anna = { }\n",
+        '[robots]\nanna.profile = "turtlesim"\n',
+        'robots.anna.profile = "turtlesim"\n',
+        "robots = { bert = {} }\n",
+        "robots = { anna = {} }\n",
+        "robots = 3\n",
+        "[robots]\nanna = 3\n",
+        "[[robots]]\n",
+        "[robots\n",
+    ],
+)
+def test_what_is_left_to_its_author(text: str) -> None:
+    check(text, None)
+
+
+def test_a_name_that_is_none_writes_nothing() -> None:
+    check("", None, starts={"anna]\n[ros": (1, 2, 3)})

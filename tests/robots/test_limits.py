@@ -1,0 +1,100 @@
+"""How fast robots are told to move, and what fits them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.robots.limits import Excess, excess, speed, unsupported
+from improv_core.score.movement import Velocity
+from improv_core.score.profiles import BUILT_IN, DEFAULT, HOLONOMIC, QUADROTOR, TURTLEBOT3_BURGER, TURTLESIM, Profile
+
+FORWARD = Velocity(x=Fraction(1))
+LEFT = Velocity(yaw=Fraction(1))
+SIXTY = Fraction(60)
+limited = replace(HOLONOMIC, max_linear=0.5, max_angular=1.0)
+
+numbers = st.fractions(-20, 20, max_denominator=12)
+velocities = st.builds(Velocity, numbers, numbers, numbers, numbers)
+tempos = st.fractions(Fraction(1, 2), 400, max_denominator=4)
+
+
+def test_speed_is_in_si_units() -> None:
+    found = speed(Velocity(Fraction(3), Fraction(4), yaw=Fraction(-2)), TURTLESIM, Fraction(30))
+    assert found.linear == 5 * 2.0 / 2
+    assert found.angular == pytest.approx(math.pi / 2)
+
+
+def test_a_speed_right_at_the_limit_is_within_it() -> None:
+    # 0.2 m at 66 beats a minute is 0.22 m/s, though not in binary fractions.
+    assert excess(FORWARD, TURTLEBOT3_BURGER, Fraction(66)) is None
+    assert excess(FORWARD, TURTLEBOT3_BURGER, Fraction(67)) is not None
+
+
+def test_too_fast_says_by_how_much_and_what_fits() -> None:
+    found = excess(FORWARD, TURTLEBOT3_BURGER, Fraction(90))
+    assert found
+    assert found == Excess("linear", 0.3, 0.22, found.factor, tempo=66, slow=Fraction(3, 2))
+    assert found.factor == pytest.approx(0.3 / 0.22)
+
+
+def test_the_limit_that_is_exceeded_most_is_said() -> None:
+    both = Velocity(x=Fraction(2), yaw=Fraction(4))  # 0.4 m/s of 0.22; 6.28 rad/s of 2.84
+    found = excess(both, TURTLEBOT3_BURGER, SIXTY)
+    assert found
+    assert (found.kind, found.tempo, found.slow) == ("angular", 27, Fraction(9, 4))
+
+
+def test_speed_sideways_and_upward_counts_as_one_length() -> None:
+    found = excess(Velocity(Fraction(3), Fraction(4)), limited, SIXTY)
+    assert found
+    assert (found.speed, found.factor, found.tempo, found.slow) == (1.0, 2.0, 30, Fraction(2))
+
+
+def test_no_whole_tempo_may_fit() -> None:
+    found = excess(Velocity(x=Fraction(1000)), limited, Fraction(1))
+    assert found
+    assert (found.tempo, found.slow) == (None, Fraction(20, 3))
+
+
+def test_what_has_no_limit_is_never_too_fast() -> None:
+    assert excess(Velocity(x=Fraction(10**400)), TURTLESIM, SIXTY) is None
+
+
+def test_numbers_beyond_all_floats_do_no_harm() -> None:
+    found = excess(Velocity(x=Fraction(10**400)), limited, SIXTY)
+    assert found
+    assert (found.speed, found.factor, found.tempo) == (math.inf, math.inf, None)
+
+
+@given(velocities, tempos)
+def test_what_is_suggested_fits_and_is_the_best(velocity: Velocity, tempo: Fraction) -> None:
+    found = excess(velocity, limited, tempo)
+    if not found:
+        return
+    assert excess(velocity, limited, tempo / found.slow) is None
+    assert found.slow.denominator <= 4
+    assert found.slow - Fraction(1, 4) < Fraction(found.factor).limit_denominator(10**6) <= found.slow
+    if found.tempo:
+        assert excess(velocity, limited, Fraction(found.tempo)) is None
+    assert excess(velocity, limited, Fraction((found.tempo or 0) + 1)) is not None
+
+
+@pytest.mark.parametrize("profile", BUILT_IN.values(), ids=lambda profile: profile.name)
+def test_every_built_in_robot_can_step_and_turn_at_the_default_tempo(profile: Profile) -> None:
+    assert excess(FORWARD, profile, SIXTY) is None
+    assert excess(LEFT, profile, SIXTY) is None
+    assert unsupported(Velocity(x=Fraction(-1), yaw=Fraction(1)), profile) == ()
+
+
+def test_what_a_robot_cannot_do() -> None:
+    all_at_once = Velocity(Fraction(1), Fraction(1), Fraction(-1), Fraction(1))
+    assert unsupported(all_at_once, TURTLEBOT3_BURGER) == ("strafe", "climb")
+    assert unsupported(all_at_once, HOLONOMIC) == ("climb",)
+    assert unsupported(all_at_once, QUADROTOR) == ()
+    assert unsupported(all_at_once, DEFAULT) == ()

@@ -1,0 +1,52 @@
+"""Twists within limits: never over them, and always of the same shape."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.score.motion import STILL, Twist
+
+speeds = st.floats(-1e6, 1e6)
+twists = st.builds(Twist, speeds, speeds, speeds, speeds)
+limits = st.none() | st.floats(0.001, 100)
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        (Twist(0.22, 0, 0, 2.84), Twist(0.22, 0, 0, 2.84)),
+        (Twist(0.44, 0, 0, 1.0), Twist(0.22, 0, 0, 0.5)),
+        (Twist(0.1, 0, 0, -5.68), Twist(0.05, 0, 0, -2.84)),
+        (Twist(-0.88, 0, 0, 5.68), Twist(-0.22, 0, 0, 1.42)),
+        (Twist(0.264, 0, 0.352, 0), Twist(0.132, 0, 0.176, 0)),
+        (STILL, STILL),
+    ],
+)
+def test_a_twist_is_scaled_by_one_factor(asked: Twist, told: Twist) -> None:
+    assert asked.within(0.22, 2.84) == told
+
+
+def test_what_is_a_hair_over_a_limit_only_by_rounding_is_put_right() -> None:
+    assert 0.2 * 1.1 > 0.22
+    assert 0.22 - 1e-15 < Twist(0.2 * 1.1).within(0.22, None).x <= 0.22
+
+
+@given(twists, limits, limits)
+def test_no_limit_is_exceeded_and_no_shape_changed(asked: Twist, linear: float | None, angular: float | None) -> None:
+    told = asked.within(linear, angular)
+    assert linear is None or math.hypot(told.x, told.y, told.z) <= linear
+    assert angular is None or abs(told.yaw) <= angular
+    if math.hypot(asked.x, asked.y, asked.z) <= (linear or math.inf) and abs(asked.yaw) <= (angular or math.inf):
+        assert told is asked
+    elif asked.x and asked.yaw and told.x and told.yaw:
+        assert told.x / asked.x == pytest.approx(told.yaw / asked.yaw)
+
+
+@pytest.mark.parametrize("speed", [1e308, 5e-324])
+def test_the_ends_of_the_floats(speed: float) -> None:
+    told = Twist(speed, speed, speed, speed).within(0.22, 2.84)
+    assert math.hypot(told.x, told.y, told.z) <= 0.22

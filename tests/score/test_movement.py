@@ -1,0 +1,242 @@
+"""The laws of movements, held against an independent sampling of velocities."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.program.analysis import analyze
+from improv_core.score import movement as algebra
+from improv_core.score.movement import ENDLESS, SAME, Exact, Movement, Velocity, all_by, walk
+
+NOTHING = algebra.series(())
+SAGITTAL = Velocity(SAME.x, -SAME.y, SAME.z, -SAME.yaw)
+factors = st.fractions(min_value=Fraction(1, 4), max_value=4, max_denominator=4)
+
+
+def velocity_at(movement: Movement, beat: Fraction) -> Velocity:
+    """V(t) straight from the definitions of docs/language.md: no walk, no merging."""
+    if isinstance(movement, algebra.Hold):
+        return movement.velocity
+    if isinstance(movement, algebra.Series):
+        for item in movement.items:
+            if beat < item.duration:
+                return velocity_at(item, beat)
+            beat -= Fraction(item.duration)
+        raise AssertionError("beyond the end")
+    if isinstance(movement, algebra.Parallel):
+        voices = [velocity_at(voice, beat) for voice in movement.voices]
+        return Velocity(*(sum(values, Fraction(0)) for values in zip(*voices, strict=True)))
+    if isinstance(movement, algebra.Repeat):
+        turn = movement.body.duration
+        return velocity_at(movement.body, beat % Fraction(turn) if turn != ENDLESS else beat)
+    if isinstance(movement, algebra.Pace):
+        return Velocity(*(value * movement.rate for value in velocity_at(movement.body, beat * movement.rate)))
+    if isinstance(movement, algebra.Gain):
+        body = velocity_at(movement.body, beat)
+        return Velocity(*(value * factor for value, factor in zip(body, movement.gain, strict=True)))
+    if isinstance(movement, algebra.Reverse):
+        # Reversed time turns each half-open piece around; a little before the mirrored beat is inside the right one.
+        return velocity_at(movement.body, Fraction(movement.duration) - beat - Fraction(1, 10**9))
+    raise AssertionError(movement)
+
+
+def beats(movement: Movement) -> list[Fraction]:
+    """36 beats within the first 12 of a movement, none of them on a likely breakpoint."""
+    end = Fraction(min(movement.duration, 12))
+    return [end * Fraction(2 * step + 1, 74) + Fraction(1, 10**7) for step in range(36)] if end else []
+
+
+def sampled(movement: Movement) -> list[Velocity]:
+    return [velocity_at(movement, beat) for beat in beats(movement)]
+
+
+def walked(movement: Movement, *, merge: bool = False) -> list[Velocity]:
+    moments = walk(movement, merge=merge)
+    velocities = []
+    moment = next(moments, None)
+    for beat in beats(movement):
+        while moment and moment.start + moment.duration <= beat:
+            moment = next(moments)
+        assert moment
+        velocities.append(moment.velocity)
+    return velocities
+
+
+def holds() -> st.SearchStrategy[Movement]:
+    steps = st.integers(-2, 2).map(Fraction)
+    return st.builds(lambda x, y, yaw: algebra.hold(Velocity(x, y, Fraction(0), yaw)), steps, steps, steps)
+
+
+def combined(inner: st.SearchStrategy[Movement], endless: bool) -> st.SearchStrategy[Movement]:
+    finite = inner.filter(lambda movement: movement.duration != ENDLESS)
+    several = st.lists(inner, max_size=3)
+    return st.one_of(
+        several.map(algebra.series),
+        several.map(algebra.parallel),
+        st.builds(algebra.repeat, inner, st.integers(0, 3)),
+        *([inner.map(algebra.repeat)] if endless else []),
+        st.builds(algebra.pace, inner, factors),
+        st.builds(algebra.gain, inner, st.just(SAGITTAL) | factors.map(all_by)),
+        finite.map(algebra.reverse),
+    )
+
+
+finite_movements = st.recursive(holds(), lambda inner: combined(inner, False), max_leaves=8)
+movements = st.recursive(holds(), lambda inner: combined(inner, True), max_leaves=8)
+
+
+def same(one: Movement, other: Movement) -> bool:
+    return one.duration == other.duration and sampled(one) == sampled(other)
+
+
+@given(movements)
+def test_walk_has_the_velocities_of_the_definition(movement: Movement) -> None:
+    assert walked(movement) == sampled(movement)
+    assert walked(movement, merge=True) == sampled(movement)
+
+
+@given(finite_movements)
+def test_walk_is_as_long_as_the_movement_and_has_no_gaps(movement: Movement) -> None:
+    end = Fraction(0)
+    for moment in walk(movement):
+        assert moment.start == end
+        assert moment.duration > 0
+        end += moment.duration
+    assert end == movement.duration
+
+
+@given(movements, st.fractions(0, 12, max_denominator=8))
+def test_walk_may_start_anywhere(movement: Movement, start: Fraction) -> None:
+    if start >= movement.duration:
+        assert list(walk(movement, Fraction(min(start, movement.duration)))) == []
+    else:
+        first = next(walk(movement, start))
+        assert first.start == start
+        assert first.velocity == velocity_at(movement, start + Fraction(1, 10**8))
+
+
+@given(movements, movements, movements)
+def test_series_and_parallel_are_associative(a: Movement, b: Movement, c: Movement) -> None:
+    for together in (algebra.series, algebra.parallel):
+        assert same(together([together([a, b]), c]), together([a, together([b, c])]))
+
+
+@given(movements)
+def test_nothing_is_the_identity(m: Movement) -> None:
+    for together in (algebra.series, algebra.parallel):
+        assert same(together([m, NOTHING]), m)
+        assert same(together([NOTHING, m]), m)
+
+
+@given(finite_movements)
+def test_reverse_and_retrograde_undo_themselves(m: Movement) -> None:
+    assert same(algebra.reverse(algebra.reverse(m)), m)
+    back = all_by(Fraction(-1))
+    assert same(algebra.gain(algebra.reverse(algebra.gain(algebra.reverse(m), back)), back), m)
+
+
+@given(movements, factors)
+def test_pace_keeps_the_path(m: Movement, rate: Fraction) -> None:
+    fast = algebra.pace(m, rate)
+    assert fast.duration == (m.duration / rate if m.duration != ENDLESS else ENDLESS)
+    assert same(algebra.pace(fast, 1 / rate), m)
+
+
+@given(movements)
+def test_reflections_and_scale_multiply_velocities(m: Movement) -> None:
+    mirrored = algebra.gain(m, SAGITTAL)
+    assert mirrored.duration == m.duration
+    assert sampled(mirrored) == [Velocity(v.x, -v.y, v.z, -v.yaw) for v in sampled(m)]
+    assert same(algebra.gain(mirrored, SAGITTAL), m)
+
+
+@given(finite_movements, st.integers(0, 4))
+def test_repeat_is_as_often_written_out(m: Movement, times: int) -> None:
+    assert same(algebra.repeat(m, times), algebra.series([m] * times))
+
+
+@given(st.lists(finite_movements, min_size=1, max_size=4))
+def test_a_bracket_plays_each_item_as_many_times_as_fast(items: list[Movement]) -> None:
+    squeezed = algebra.pace(algebra.series(items), Fraction(len(items)))
+    assert same(squeezed, algebra.series([algebra.pace(item, Fraction(len(items))) for item in items]))
+    assert squeezed.duration == sum((Fraction(item.duration) for item in items), Fraction(0)) / len(items)
+
+
+@given(finite_movements)
+def test_retrograde_leads_back_and_repeat_forever_is_repeat(m: Movement) -> None:
+    there_and_back = algebra.series([m, algebra.gain(algebra.reverse(m), all_by(Fraction(-1)))])
+    net = [
+        sum((moment.velocity[axis] * moment.duration for moment in walk(there_and_back)), Fraction(0))
+        for axis in range(4)
+    ]
+    assert net == [0, 0, 0, 0]
+    if m.duration:
+        assert same(
+            algebra.parallel([algebra.repeat(m), algebra.repeat(m, 3)]),
+            algebra.gain(algebra.repeat(m, 3), all_by(Fraction(2))),
+        )
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("retrograde (forward right left)", "right left backward"),
+        ("reverse (forward right left)", "left right forward"),
+        ("reflect YZ right", "left"),
+        ("reflect XZ forward", "backward"),
+        ("reflect XY up", "down"),
+        ("left || right", "rest"),
+        ("(forward right) || forward", "scale 2 forward"),
+        ("reverse (forward left || right)", "forward || right"),
+        ("[a b || c]", "[a b] || [c]"),
+        ("fast 3/2 (forward left)", "(fast 3/2 forward) fast 3/2 left"),
+        ("[forward left right]", "fast 3 (forward left right)"),
+        ("slow 2 fast 2 forward", "forward"),
+        ("repeat 2 reverse (forward left)", "left forward left forward"),
+        ("reverse forward left", "(reverse forward) left"),
+        ("forward () left", "forward left"),
+        ("forward || ()", "forward"),
+    ],
+)
+def test_what_means_the_same(one: str, other: str) -> None:
+    text = f"a = forward left\nb = slow 3/2 right\nc = halfleft up\nr1 $ {one}\nr2 $ {other}\n"
+    robots = analyze(text).robots
+    assert _segments(robots["r1"]) == _segments(robots["r2"])
+
+
+def _segments(movement: Movement) -> list[tuple[Exact, Velocity]]:
+    """Durations and velocities, with equal neighbors merged."""
+    merged: list[tuple[Exact, Velocity]] = []
+    for moment in walk(movement):
+        if merged and merged[-1][1] == moment.velocity:
+            merged[-1] = (merged[-1][0] + moment.duration, moment.velocity)
+        else:
+            merged.append((moment.duration, moment.velocity))
+    return merged
+
+
+def test_durations_are_computed_not_expanded() -> None:
+    million = "1000000000"
+    analysis = analyze(f"x = repeat {million} (repeat {million} (forward left))\nr $ x\nr2 $ reverse x")
+    assert analysis.robots["r"].duration == 2 * 10**18
+    assert next(walk(analysis.robots["r2"])).velocity.yaw == 1
+    halfway = next(walk(analysis.robots["r"], Fraction(10**18 + 1)))
+    assert halfway.velocity.yaw == 1
+
+
+def test_long_chains_of_names_need_no_recursion() -> None:
+    analysis = analyze("x = forward\n" + "x = x left\n" * 5000 + "r $ x")
+    assert analysis.ok
+    assert sum(1 for _ in walk(analysis.robots["r"])) == 5001
+
+
+def test_moments_know_the_words_they_come_from() -> None:
+    text = "x = forward left\nr $ x || rest rest"
+    analysis = analyze(text)
+    playing = [analysis.spans(moment.places) for moment in walk(analysis.robots["r"])]
+    words = [[text[start:end] for start, end in spans] for spans in playing]
+    assert words == [["x", "forward", "rest"], ["x", "left", "rest"]]

@@ -1,0 +1,81 @@
+"""Where movements lead, held against walking every moment."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.motion import Pose
+from improv_core.score.movement import Movement, walk
+from improv_core.score.path import pose_at
+from improv_core.score.profiles import TURTLESIM
+from improv_core.score.score import Part, twist
+from tests.score.test_movement import movements
+
+
+def part_of(program: str) -> Part:
+    return score_of(analyze(program)).parts["r"]
+
+
+def walked(part: Part, until: Fraction) -> Pose:
+    """The pose at a beat, by exact arcs from moment to moment."""
+    pose = part.start
+    for moment in walk(part.movement):
+        left = min(moment.duration, until - moment.start)
+        if left <= 0:
+            break
+        pose = pose.after(twist(moment.velocity, part.profile, Fraction(60)), float(left))
+    return pose
+
+
+def check(part: Part, beat: Fraction) -> None:
+    found, expected = pose_at(part, beat), walked(part, beat)
+    assert found is not None
+    for axis in ("x", "y", "z", "heading"):
+        assert getattr(found, axis) == pytest.approx(getattr(expected, axis), abs=1e-8)
+
+
+@given(movements, st.fractions(0, 12, max_denominator=24))
+def test_it_is_where_walking_leads(movement: Movement, beat: Fraction) -> None:
+    check(Part("r", movement, TURTLESIM, Pose(1, 2, 0, 0.5), "/r/cmd_vel"), beat)
+
+
+def test_the_billionth_turn_costs_no_more_than_the_second() -> None:
+    part = part_of("r $ repeat (repeat 1000000 (forward left) halfleft forward)")
+    pose = pose_at(part, Fraction(10**15) + Fraction(1, 2))
+    assert pose is not None
+    assert math.isfinite(pose.x)
+
+
+def test_a_square_leads_back() -> None:
+    pose = pose_at(part_of("r $ repeat 4000 (forward left)"), 8000)
+    assert pose is not None
+    assert (pose.x, pose.y, math.remainder(pose.heading, math.tau)) == pytest.approx((0, 0, 0), abs=1e-8)
+
+
+def test_beyond_the_end_is_the_end() -> None:
+    assert pose_at(part_of("r $ forward"), 100) == Pose(2.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "r $ repeat (forward left) || repeat (slow 3/2 (forward right halfleft))",
+        "r $ repeat forward || fast 2 (repeat (left left right))",
+        "r $ retrograde (repeat 600 (forward left) || repeat 500 (left forward right))",
+    ],
+)
+def test_voices_that_repeat_are_walked_once(program: str) -> None:
+    part = part_of(program)
+    check(part, Fraction(5999, 5))
+    assert pose_at(part, 10**9) is not None
+
+
+def test_long_voices_that_do_not_repeat_are_not_walked() -> None:
+    assert pose_at(part_of("r $ repeat (forward left) || (left repeat (up down))"), 10**9) is None

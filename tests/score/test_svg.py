@@ -1,0 +1,114 @@
+"""Pictures of dances: where their lines go, and how large they are."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import pytest
+from hypothesis import given
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.motion import Pose
+from improv_core.score.movement import Movement
+from improv_core.score.path import pose_at
+from improv_core.score.profiles import TURTLESIM
+from improv_core.score.score import Part, Score
+from improv_core.score.svg import Path, paths, picture, plot
+from improv_core.score.world import Box, Circle, Wall, World
+from tests.score.test_movement import finite_movements, movements
+
+LARGEST = 20_000
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def path(program: str) -> Path:
+    (drawn,) = paths(score_of(analyze(program)))
+    return drawn
+
+
+def check(program: str, *strokes: tuple[float, float, float]) -> None:
+    """Where each stroke ends, and its radius."""
+    assert [(stroke.end.x, stroke.end.y, stroke.radius) for stroke in path(program).strokes] == [
+        pytest.approx(stroke, abs=1e-9) for stroke in strokes
+    ]
+
+
+def test_lines() -> None:
+    check("r $ forward left forward", (2, 0, 0), (2, 2, 0))
+
+
+def test_what_repeats_itself_is_drawn_once() -> None:
+    check("r $ repeat 40 (forward left)", (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 0))
+
+
+def test_turning_while_going_is_an_arc() -> None:
+    check("r $ forward || left", (1.2732395447, 1.2732395447, 1.2732395447))
+
+
+def test_a_circle_is_three_arcs_and_leads_back() -> None:
+    strokes = path("r $ fast 1 (repeat 4 forward) || repeat 4 left").strokes
+    assert [stroke.radius for stroke in strokes] == [pytest.approx(1.2732395447)] * 3
+    assert (strokes[-1].end.x, strokes[-1].end.y) == pytest.approx((0, 0), abs=1e-9)
+
+
+def test_nothing_moves() -> None:
+    check("r $ left rest right")
+    ElementTree.fromstring(picture(score_of(analyze("r $ left"))))
+
+
+def test_what_never_ends_is_drawn_for_a_while_and_dashed_unless_it_goes_round() -> None:
+    away, around = path("r $ repeat (forward left forward right)"), path("r $ repeat (forward halfleft)")
+    assert (len(away.strokes), away.whole) == (32, False)
+    assert (len(around.strokes), around.whole) == (8, True)
+
+
+@given(finite_movements)
+def test_a_path_ends_where_the_robot_does(movement: Movement) -> None:
+    part = Part("r", movement, TURTLESIM, Pose(1, 2, 0, 0.5), "/r/cmd_vel")
+    drawn = paths(Score(analyze("").tempo, {"r": part}))[0]
+    expected = pose_at(part, 10**6)
+    assert expected is not None
+    if drawn.whole:
+        assert (drawn.end.x, drawn.end.y) == pytest.approx((expected.x, expected.y), abs=1e-6)
+
+
+@given(movements)
+def test_pictures_are_small_and_well_formed(movement: Movement) -> None:
+    part = Part("r", movement, TURTLESIM, Pose(), "/r/cmd_vel")
+    small = picture(Score(analyze("").tempo, {"r": part}))
+    assert len(small.encode()) < LARGEST
+    ElementTree.fromstring(small)
+
+
+def test_even_a_wild_path_stays_small() -> None:
+    text = picture(score_of(analyze("r $ repeat 10000 (forward fast 1.01 (left forward) fast 7/5 halfright)")))
+    assert len(text.encode()) < LARGEST
+
+
+def test_a_plot_has_names_scale_and_timeline_and_escapes_words() -> None:
+    drawn = plot(score_of(analyze("anna bert $ forward [left right]")), timeline=True)
+    ElementTree.fromstring(drawn)
+    assert re.findall(r"<text[^>]*>([^<]*)</text>", drawn) == ["anna", "bert", "0.5 m", "anna", "bert"]
+    assert re.findall(r"<title>([^<]*)</title>", drawn)[1:4] == ["forward", "left", "right"]
+
+
+def test_a_plot_has_room_for_what_stands_around() -> None:
+    world = World((8, 4), (Wall(0, 1, 1, 1),), (Circle(-2, 0, 0.5),), (Box(2, -1, 2, 1, math.pi / 2),))
+    drawn = ElementTree.fromstring(plot(replace(score_of(analyze("r $ forward")), world=world)))
+    wide, high = (float(drawn.attrib[name]) for name in ("width", "height"))
+    _, walls, circle, box, *_ = drawn
+    # The floor's 8 m are as wide as there is room: 720 less two margins of 26.
+    assert (wide, high) == (720, 52 + 668 / 2 + 28)
+    metre = 668 / 8
+    places = [place(26 + (x + 4) * metre, 26 + (2 - y) * metre) for x, y in ((0, 1), (1, 1), (-4, -2), (4, -2))]
+    assert walls.attrib["d"].startswith("M{}L{}M{}L{}".format(*places))
+    assert (circle.tag, circle.attrib["r"]) == (f"{SVG}circle", f"{metre / 2:.1f}")
+    assert box.attrib["d"].split("L")[0] == f"M{place(26 + 6.5 * metre, 26 + 4 * metre)}"
+
+
+def place(x: float, y: float) -> str:
+    return " ".join(f"{value:.1f}".removesuffix(".0") for value in (x, y))

@@ -1,0 +1,85 @@
+"""How simulated robots follow what they are told: exactly, or as motors let them."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.profiles import TURTLEBOT4, Profile
+from improv_core.stage.sinks.dynamics import Motion, Motors, follow, motors_of
+
+BASE = Motors(max_linear=0.5, max_angular=2.0, linear_acceleration=0.8, angular_acceleration=4.0)
+
+
+def check(commands: list[tuple[float, Twist]], to: float, expected: Pose, motors: Motors | None = BASE) -> None:
+    pose = follow(Motion(0.0, Pose()), commands, to, motors).pose_at(to)
+    assert (pose.x, pose.y, pose.z) == pytest.approx((expected.x, expected.y, expected.z), abs=1e-9)
+    assert pose.heading == pytest.approx(expected.heading, abs=1e-9)
+
+
+def test_ideal_robots_have_no_motors() -> None:
+    assert motors_of(TURTLEBOT4) is None
+
+
+def test_motors_have_the_limits_of_their_profile_and_ours_where_it_has_none() -> None:
+    create = Profile("create", 0.2, max_linear_acceleration=0.9, max_angular=1.9, dynamics="motors")
+    assert motors_of(create) == Motors(None, 1.9, 0.9, 5.0)
+
+
+def test_an_ideal_robot_is_at_its_speed_at_once() -> None:
+    check([(0.0, Twist(x=0.4)), (2.0, STILL)], 3.0, Pose(0.8), motors=None)
+
+
+def test_motors_gain_speed_and_lose_it() -> None:
+    # 0.4 m/s at 0.8 m/s² takes 0.5 s and 0.1 m; and the same again after the stop.
+    commands = [(0.0, Twist(x=0.4)), (2.0, STILL)]
+    check(commands, 0.25, Pose(0.8 * 0.25**2 / 2))
+    check(commands, 0.5, Pose(0.1))
+    check(commands, 2.0, Pose(0.1 + 0.4 * 1.5))
+    check(commands, 2.5, Pose(0.8))
+    check(commands, 9.0, Pose(0.8))
+
+
+def test_motors_turn_in_the_same_way() -> None:
+    commands = [(0.0, Twist(yaw=1.0)), (2.0, Twist(yaw=-1.0)), (4.0, STILL)]
+    check(commands, 2.0, Pose(heading=2.0 - 0.125))
+    check(commands, 9.0, Pose(heading=2 * 0.5 - 2 * 0.375))  # the way back takes twice as long to get going
+
+
+def test_motors_are_no_faster_than_they_can_be() -> None:
+    check([(0.0, Twist(x=3.0)), (5.0, STILL)], 9.0, Pose(0.5 * 5))
+
+
+def test_too_short_for_full_speed_is_a_triangle() -> None:
+    check([(0.0, Twist(x=0.4)), (0.25, STILL)], 9.0, Pose(0.2 * 0.25))
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(0, 3), st.builds(Twist, x=st.floats(-1, 1), y=st.floats(-1, 1), yaw=st.floats(-3, 3))),
+        max_size=6,
+    ).map(lambda commands: sorted(commands, key=lambda command: command[0])),
+    st.lists(st.integers(0, 4 * 240), max_size=8).map(sorted),
+)
+def test_asking_in_between_changes_nothing_and_no_limit_is_broken(
+    commands: list[tuple[float, Twist]], steps: list[int]
+) -> None:
+    motion, left, passed = Motion(0.0, Pose()), commands, [Motion(0.0, Pose())]
+    for step in [*steps, 4 * 240]:
+        time = step / 240
+        motion = follow(motion, left, time, BASE)
+        left = [command for command in left if command[0] > time]
+        passed.append(Motion(time, motion.pose_at(time), motion.twist))
+    at_once = follow(Motion(0.0, Pose()), commands, 4.0, BASE)
+    assert (motion.twist, motion.pose_at(4.0)) == (at_once.twist, at_once.pose_at(4.0))
+    for before, after in pairwise(passed):
+        seconds = after.at - before.at
+        gained = math.dist((before.twist.x, before.twist.y), (after.twist.x, after.twist.y))
+        assert gained <= BASE.linear_acceleration * seconds + 1e-9
+        assert abs(after.twist.yaw - before.twist.yaw) <= BASE.angular_acceleration * seconds + 1e-9
+        assert math.hypot(after.twist.x, after.twist.y) <= 0.5 + 1e-9

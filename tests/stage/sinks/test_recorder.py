@@ -1,0 +1,214 @@
+"""Recordings: to the nanosecond what a robot is told, readable by others, and never half a file in a name's place."""
+
+from __future__ import annotations
+
+import io
+import math
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from improv_core.commands.record import RecordError, recording
+from improv_core.commands.rehearsal import perform
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import compiled, score_of
+from improv_core.robots.config import read_robots
+from improv_core.score.motion import Twist
+from improv_core.stage.sinks.recorder import SCHEMAS, SECOND, Recorder
+from tests.recordings import ROS, changes, read, topics
+
+START = 1_700_000_000_123_456_789
+STILL = (0.0, 0.0, 0.0, 0.0)
+QUARTER = math.pi / 2
+
+ROBOTS = """
+[robots.burger]
+profile = "turtlebot3_burger"
+topic = "/cmd_vel"
+message = "TwistStamped"
+[robots.drone]
+profile = "quadrotor"
+"""
+
+
+def analyzed(program: str, robots: str = "") -> Analysis:
+    analysis = analyze(program, read_robots(robots, Path("improv.toml"))) if robots else analyze(program)
+    assert analysis.ok, analysis.diagnostics
+    return analysis
+
+
+def record(folder: Path, analysis: Analysis, seconds: float | None = None) -> Path:
+    path = folder / "dance.mcap"
+    with path.open("wb") as file:
+        recorder = Recorder(file, START)
+        perform(score_of(analysis), recorder, seconds)
+        recorder.finish()
+    return path
+
+
+def test_every_segment_of_the_compiler_is_told_when_it_begins(tmp_path: Path) -> None:
+    program = (
+        "beat 92.5\nsquare = repeat 4 (forward [left right left])\na $ square || slow 7/2 left\nb $ backward square"
+    )
+    analysis = analyzed(program)
+    messages = read(record(tmp_path, analysis))
+    for robot, told in compiled(analysis)["robots"].items():
+        expected = [(START + round(at * SECOND), tuple(velocity)) for at, _, *velocity in told["segments"]]
+        end = START + round(told["seconds"] * SECOND)
+        assert changes(messages, f"/{robot}/cmd_vel") == [*expected, (end, STILL)]
+
+
+def test_an_hour_at_20_hz_is_exact_to_the_nanosecond(tmp_path: Path) -> None:
+    messages = read(record(tmp_path, analyzed("r $ repeat forward"), seconds=3600))
+    assert [message.time - START for message in messages] == [count * SECOND // 20 for count in range(3600 * 20 + 3)]
+    assert [message.velocity for message in messages[-4:]] == [(2.0, 0.0, 0.0, 0.0), *[STILL] * 3]
+
+
+@settings(max_examples=20)
+@given(
+    tempo=st.decimals(20, 400, places=3).map(Fraction),
+    fast=st.fractions(Fraction(1, 2), 7, max_denominator=9),
+    words=st.lists(st.sampled_from(["forward left", "right backward", "left forward"]), min_size=1, max_size=4),
+)
+def test_changes_are_at_the_nearest_nanosecond(
+    tmp_path_factory: pytest.TempPathFactory, tempo: Fraction, fast: Fraction, words: list[str]
+) -> None:
+    program = f"beat {float(tempo)}\nr $ fast {fast} repeat 5 ({' '.join(words)})"
+    messages = read(record(tmp_path_factory.mktemp("hypothesis"), analyzed(program)))
+    items = " ".join(words * 5).split()
+    beginnings = [place for place, item in enumerate(items) if not place or item != items[place - 1]]
+    exact = [place / fast * 60 / tempo * SECOND for place in [*beginnings, len(items)]]
+    found = [time - START for time, _ in changes(messages, "/r/cmd_vel")]
+    assert len(found) == len(exact)
+    assert all(abs(time - right) <= Fraction(501, 1000) for time, right in zip(found, exact, strict=True))
+
+
+def test_profiles_say_type_topic_and_limits(tmp_path: Path) -> None:
+    path = record(tmp_path, analyzed("burger $ [forward forward] || [left left]\ndrone $ up", ROBOTS))
+    assert {topic: found.msgtype for topic, found in topics(path).items()} == {
+        "/cmd_vel": "geometry_msgs/msg/TwistStamped",
+        "/drone/cmd_vel": "geometry_msgs/msg/Twist",
+    }
+    messages = read(path)
+    burger = [message for message in messages if message.topic == "/cmd_vel"]
+    assert all(message.stamp == message.time for message in burger)
+    # 0.4 m/s is over its 0.22 m/s and π rad/s over its 2.84: the curve keeps its shape.
+    assert burger[0].velocity == pytest.approx((0.22, 0, 0, 2 * QUARTER * 0.22 / 0.4))
+    assert changes(messages, "/drone/cmd_vel") == [(START, (0, 0, 0.5, 0)), (START + SECOND, STILL)]
+    assert all(message.stamp is None for message in messages if message.topic == "/drone/cmd_vel")
+
+
+def test_ros2_bag_and_foxglove_find_what_they_need(tmp_path: Path) -> None:
+    path = record(tmp_path, analyzed("burger $ forward\ndrone $ up", ROBOTS))
+    with path.open("rb") as file:
+        reader = make_reader(file)
+        summary = reader.get_summary()
+        assert reader.get_header().profile == "ros2"
+        assert summary is not None
+        assert {schema.encoding for schema in summary.schemas.values()} == {"ros2msg"}
+        assert {channel.message_encoding for channel in summary.channels.values()} == {"cdr"}
+        assert summary.statistics is not None
+        assert summary.statistics.message_count == 46
+        # Humble's rosbag2 understands numbers only; a rosbag2 metadata record would promise words.
+        offered = {channel.metadata["offered_qos_profiles"] for channel in summary.channels.values()}
+        assert all(text.startswith("- history: 1\n  depth: 10\n") for text in offered)
+        assert not list(reader.iter_metadata())
+    for topic in topics(path).values():
+        (qos,) = topic.ext.offered_qos_profiles  # type: ignore[union-attr]
+        names = qos.history.name, qos.depth, qos.reliability.name, qos.durability.name, qos.liveliness.name
+        assert names == ("KEEP_LAST", 10, "RELIABLE", "VOLATILE", "AUTOMATIC")
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_the_schemas_are_those_of_ros(kind: str) -> None:
+    name = f"geometry_msgs/msg/{kind}"
+    own = get_typestore(Stores.EMPTY)
+    own.register(get_types_from_msg(SCHEMAS[kind], name))
+    assert own.hash_rihs01(name) == ROS.hash_rihs01(name)
+
+
+def test_a_recording_may_end_before_its_program(tmp_path: Path) -> None:
+    messages = read(record(tmp_path, analyzed("a $ repeat forward\nb $ left"), seconds=1.23))
+    end = START + 1_230_000_000
+    assert changes(messages, "/a/cmd_vel") == [(START, (2, 0, 0, 0)), (end, STILL)]
+    assert [message.time for message in messages[-6:]] == [end + SECOND * n // 20 for n in (0, 0, 1, 1, 2, 2)]
+    assert read(record(tmp_path, analyzed("r $ left"), seconds=9)) == read(record(tmp_path, analyzed("r $ left")))
+
+
+def test_it_is_written_as_it_is_made() -> None:
+    class Pieces(io.BytesIO):
+        largest = 0
+
+        def write(self, piece: bytes) -> int:  # type: ignore[override]
+            Pieces.largest = max(Pieces.largest, len(piece))
+            return super().write(piece[:0]) or len(piece)
+
+    recorder = Recorder(Pieces(), START)
+    perform(score_of(analyzed("r $ fast 50 repeat (forward left)")), recorder, 900)
+    recorder.finish()
+    assert recorder.commands > 40_000
+    assert 0 < Pieces.largest < 2**19
+
+
+def test_what_is_no_number_is_not_recorded(tmp_path: Path) -> None:
+    with (tmp_path / "x.mcap").open("wb") as file:
+        recorder = Recorder(file, START)
+        recorder.prepare(score_of(analyzed("r $ forward")), True)
+        with pytest.raises(ValueError, match="r was to move at a speed that is no finite number"):
+            recorder.send("r", Twist(math.inf), 0.0)
+    assert recorder.commands == 0
+
+
+def record_forward(path: Path, problem: BaseException | None = None) -> None:
+    with recording(path) as to:
+        perform(score_of(analyzed("r $ forward")), to)
+        if problem:
+            raise problem
+
+
+def test_a_complete_recording_takes_its_name(tmp_path: Path) -> None:
+    path, link = tmp_path / "dance.mcap", tmp_path / "link.mcap"
+    path.write_bytes(b"old")
+    link.symlink_to(path)
+    record_forward(link)
+    assert link.is_symlink()
+    assert len(read(path)) == 23
+    assert {each.name for each in tmp_path.iterdir()} == {"dance.mcap", "link.mcap"}
+
+
+@pytest.mark.parametrize("problem", [KeyboardInterrupt(), OSError(28, "No space left on device"), ValueError("why")])
+def test_half_a_recording_replaces_nothing(problem: BaseException, tmp_path: Path) -> None:
+    path = tmp_path / "dance.mcap"
+    path.write_bytes(b"old")
+    with pytest.raises((KeyboardInterrupt, RecordError)) as raised:
+        record_forward(path, problem)
+    assert str(raised.value) in ("", f"{path} is not written: no space left on device", f"{path} is not written: why")
+    assert [(each.name, each.read_bytes()) for each in tmp_path.iterdir()] == [("dance.mcap", b"old")]
+
+
+def test_an_empty_recording_replaces_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "dance.mcap"
+    path.write_bytes(b"old")
+    with recording(path):
+        pass
+    assert path.read_bytes() == b"old"
+
+
+def test_what_can_not_be_written_is_said_before_anything_plays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "folder.mcap").mkdir()
+    (tmp_path / "kept.mcap").touch()
+    monkeypatch.setattr("os.access", lambda *_: False)
+    for name, problem in {
+        "dance.improv": "dance.improv: give the recording a name that ends in .mcap",
+        "folder.mcap": "folder.mcap is not written: there is something else of that name",
+        "none/dance.mcap": "none/dance.mcap is not written: no such file or directory",
+        "kept.mcap": "kept.mcap is not written: permission denied",
+    }.items():
+        with pytest.raises(RecordError) as raised, recording(tmp_path / name):
+            pytest.fail("it plays")
+        assert str(raised.value) == f"{tmp_path}/{problem}"

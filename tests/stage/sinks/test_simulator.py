@@ -1,0 +1,221 @@
+"""The simulator: exact paths, the same poses whatever the load, and robots that do not pass through each other."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterable
+from fractions import Fraction
+
+import pytest
+
+from improv_core.commands.rehearsal import perform as rehearse
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.movement import series
+from improv_core.score.path import pose_at
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Part, Score
+from improv_core.stage.sinks.simulator import Simulator
+
+FORWARD, LEFT = Twist(x=2.0), Twist(yaw=math.pi / 2)
+RADIUS = 0.3
+
+
+def part(robot: str, start: Pose | None = None, radius: float = RADIUS) -> Part:
+    return Part(robot, series([]), Profile("disc", step=2.0, radius=radius), start or Pose(), f"/{robot}/cmd_vel")
+
+
+def stage(*parts: Part) -> Simulator:
+    simulator = Simulator()
+    simulator.prepare(Score(Fraction(60), {each.robot: each for each in parts}), restart=True)
+    return simulator
+
+
+def perform(simulator: Simulator, robot: str, twists: Iterable[tuple[float, Twist]], end: float) -> Pose:
+    """Send everything, with a stop at the end, and advance to the end in frames of 1/60 s."""
+    for at, twist in twists:
+        simulator.send(robot, twist, at)
+    simulator.send(robot, STILL, end)
+    for frame in range(int(end * 60) + 1):
+        simulator.advance(frame / 60)
+    simulator.advance(end)
+    return simulator.poses()[robot]
+
+
+def near(pose: Pose, expected: Pose, within: float = 1e-9) -> bool:
+    return (
+        math.dist((pose.x, pose.y, pose.z), (expected.x, expected.y, expected.z)) < within
+        and abs(pose.heading - expected.heading) < within
+    )
+
+
+def gap(simulator: Simulator, one: str, other: str) -> float:
+    """Free space between two robots, negative where they overlap."""
+    poses = simulator.poses()
+    return math.hypot(poses[one].x - poses[other].x, poses[one].y - poses[other].y) - 2 * RADIUS
+
+
+def test_a_square_returns_home() -> None:
+    square = [(float(beat), (FORWARD, LEFT)[beat % 2]) for beat in range(8)]
+    assert near(perform(stage(part("r")), "r", square, 8.0), Pose(heading=2 * math.pi))
+
+
+@pytest.mark.parametrize("beats_per_minute", [61, 97, 333])
+def test_a_square_returns_home_at_tempos_that_do_not_fit_the_steps(beats_per_minute: int) -> None:
+    beat = 60 / beats_per_minute
+    twists = [(index * beat, (Twist(x=2.0 / beat), Twist(yaw=math.pi / 2 / beat))[index % 2]) for index in range(8)]
+    assert near(perform(stage(part("r")), "r", twists, 8 * beat), Pose(heading=2 * math.pi))
+
+
+def test_forward_and_left_together_is_a_circle() -> None:
+    simulator, twist = stage(part("r")), Twist(x=2.0, yaw=math.pi / 2)
+    radius = twist.x / twist.yaw
+    simulator.send("r", twist, 0.0)
+    for frame in range(4 * 60 + 1):
+        simulator.advance(frame / 60)
+        pose = simulator.poses()["r"]
+        assert math.hypot(pose.x, pose.y - radius) == pytest.approx(radius, abs=1e-9)
+    assert near(pose, Pose(heading=2 * math.pi))
+
+
+def test_a_twist_changes_in_the_middle_of_a_step() -> None:
+    simulator = stage(part("r"))
+    simulator.send("r", Twist(x=1.0, y=-0.5, yaw=3.0), 0.0011)
+    simulator.send("r", Twist(x=-2.0, yaw=1.0), 0.0017)
+    simulator.send("r", Twist(y=1.0), 0.0026)
+    simulator.advance(0.1)
+    expected = Pose().after(Twist(x=1.0, y=-0.5, yaw=3.0), 0.0006).after(Twist(x=-2.0, yaw=1.0), 0.0009)
+    assert near(simulator.poses()["r"], expected.after(Twist(y=1.0), 0.0974), within=1e-12)
+
+
+def test_poses_are_those_of_exactly_the_time_asked_for() -> None:
+    simulator = stage(part("r"))
+    simulator.send("r", FORWARD, 0.0)
+    for time in (0.001, 0.0023, 19.2017):
+        simulator.advance(time)
+        assert simulator.snapshot().at == time
+        assert simulator.poses()["r"].x == pytest.approx(2.0 * time, abs=1e-12)
+
+
+def test_heights_are_followed_too() -> None:
+    twists = [(0.0, Twist(z=1.5)), (1.003, Twist(z=-0.5, x=1.0))]
+    pose = perform(stage(part("r")), "r", twists, 2.0)
+    assert near(pose, Pose(0.997, 0.0, 1.5 * 1.003 - 0.5 * 0.997))
+
+
+@pytest.mark.parametrize(
+    "program", ["beat 97\nr $ repeat (forward left)", "beat 97\nr $ repeat (forward || left || strafeleft)"]
+)
+def test_after_an_hour_it_is_where_the_score_says(program: str) -> None:
+    score, simulator = score_of(analyze(program)), Simulator(period=None)
+    rehearse(score, simulator, seconds=3600)
+    expected = pose_at(score.parts["r"], Fraction(97 * 60))
+    assert expected
+    assert near(simulator.poses()["r"], expected, within=1e-8)
+
+
+def crowd() -> Simulator:
+    """Three robots that run into each other on curved ways."""
+    simulator = stage(part("a"), part("b", Pose(3.0, 0.2, 0.0, math.pi)), part("c", Pose(1.5, 1.0, 0.0, -1.5)))
+    for beat in range(6):
+        simulator.send("a", Twist(x=1.7, yaw=0.3 * beat), beat * 0.613)
+        simulator.send("b", Twist(x=1.1, y=0.1 * beat, yaw=-0.2), beat * 0.613)
+        simulator.send("c", Twist(x=0.9, yaw=1.0 - 0.4 * beat), beat * 0.613)
+    return simulator
+
+
+def test_the_same_program_gives_bit_equal_poses_whatever_the_frames() -> None:
+    end = 4.0071
+    once, often, unevenly = crowd(), crowd(), crowd()
+    once.advance(end)
+    for frame in range(int(end * 144)):
+        often.advance(frame / 144)
+    often.advance(end)
+    chance, time = random.Random(7), 0.0
+    while time < end:
+        unevenly.advance(time)
+        time += chance.random() * 0.2
+    unevenly.advance(end)
+    assert once.poses() == often.poses() == unevenly.poses()
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.05])
+def test_robots_head_on_neither_overlap_nor_pass(aside: float) -> None:
+    simulator = stage(part("a"), part("b", Pose(3.0, aside, 0.0, math.pi)))
+    simulator.send("a", FORWARD, 0.0)
+    simulator.send("b", FORWARD, 0.0)
+    for frame in range(90):
+        simulator.advance(frame * 0.0123)
+        # The first touch may be as deep as both come in one step.
+        assert gap(simulator, "a", "b") > -2 * 2.0 / 240
+        if aside == 0.0:
+            assert simulator.poses()["a"].x < simulator.poses()["b"].x
+    if aside == 0.0:
+        assert gap(simulator, "a", "b") == pytest.approx(0.0, abs=0.003)
+
+
+def test_a_robot_goes_on_from_where_it_was_pushed() -> None:
+    simulator = stage(part("mover"), part("still", Pose(1.0)))
+    simulator.send("mover", FORWARD, 0.0)
+    simulator.send("mover", STILL, 1.0)
+    simulator.advance(2.0)
+    resting = simulator.poses()
+    assert resting["still"].x > 1.3
+    assert resting["still"].heading == 0.0
+    assert resting["mover"].x < 2.0
+    simulator.send("still", LEFT, 2.0)
+    simulator.send("still", FORWARD, 3.0)
+    simulator.advance(4.0)
+    assert simulator.poses()["still"].x == pytest.approx(resting["still"].x, abs=1e-3)
+    assert simulator.poses()["still"].y == pytest.approx(2.0, abs=1e-3)
+
+
+def test_robots_that_start_in_one_place_are_pushed_apart() -> None:
+    simulator = stage(part("a"), part("b"))
+    simulator.advance(3.0)
+    assert gap(simulator, "a", "b") > -0.01
+
+
+def test_restart_puts_everybody_at_the_start_at_time_zero() -> None:
+    simulator = stage(part("a"), part("gone", Pose(5.0)))
+    simulator.send("a", FORWARD, 0.0)
+    simulator.advance(1.3)
+    simulator.prepare(Score(Fraction(60), {"a": part("a", Pose(1.0, 2.0))}), restart=True)
+    assert simulator.poses() == {"a": Pose(1.0, 2.0)}
+    assert simulator.snapshot().at == 0.0
+    simulator.send("a", FORWARD, 0.0)
+    simulator.advance(0.5)
+    assert near(simulator.poses()["a"], Pose(2.0, 2.0))
+
+
+def test_without_restart_robots_go_on_and_those_left_out_stay() -> None:
+    simulator = stage(part("a"), part("gone", Pose(0.0, 3.0)))
+    simulator.send("a", FORWARD, 0.0)
+    simulator.send("gone", FORWARD, 0.0)
+    simulator.advance(1.001)
+    simulator.prepare(Score(Fraction(60), {"a": part("a"), "new": part("new", Pose(0.0, -3.0))}), restart=False)
+    assert list(simulator.poses()) == ["a", "gone", "new"]
+    simulator.send("a", LEFT, 1.001)
+    simulator.send("gone", STILL, 1.001)
+    simulator.send("new", FORWARD, 1.001)
+    simulator.advance(2.001)
+    poses = simulator.poses()
+    assert near(poses["a"], Pose(2.002, 0.0, 0.0, math.pi / 2))
+    assert near(poses["gone"], Pose(2.002, 3.0))
+    assert near(poses["new"], Pose(2.0, -3.0))
+
+
+def test_a_robot_may_change_its_size_while_it_moves() -> None:
+    simulator = stage(part("a"))
+    simulator.send("a", FORWARD, 0.0)
+    simulator.advance(0.5)
+    simulator.prepare(Score(Fraction(60), {"a": part("a", radius=0.1)}), restart=False)
+    simulator.advance(1.0)
+    assert near(simulator.poses()["a"], Pose(2.0))
+    assert simulator.snapshot().radii == {"a": 0.1}
+
+
+def test_nobody_is_ever_missing() -> None:
+    assert stage(part("a")).missing() == {}

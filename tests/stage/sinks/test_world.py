@@ -1,0 +1,228 @@
+"""Walls, obstacles, heights and bumps: what simulated robots can't pass, and what is told of it."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.movement import series
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Part, Score, from_json, to_json
+from improv_core.score.world import Box, Circle, Wall, World
+from improv_core.stage.sinks.simulator import Simulator
+
+RADIUS = 0.3
+FORWARD = Twist(x=2.0)
+
+
+def stage(world: World, dynamics: str = "ideal", **starts: Pose) -> Simulator:
+    profile = Profile("disc", step=2.0, radius=RADIUS, dynamics=dynamics)
+    simulator = Simulator()
+    parts = {name: Part(name, series([]), profile, start, f"/{name}/cmd_vel") for name, start in starts.items()}
+    simulator.prepare(Score(Fraction(60), parts, world=world), restart=True)
+    return simulator
+
+
+def drive(simulator: Simulator, seconds: float, **twists: Twist) -> dict[str, Pose]:
+    for robot, twist in twists.items():
+        simulator.send(robot, twist, 0.0)
+    for frame in range(int(seconds * 60) + 1):
+        simulator.advance(frame / 60)
+    return simulator.poses()
+
+
+@pytest.mark.parametrize(
+    ("world", "stops_at"),
+    [
+        (World(size=(6, 6)), 3 - RADIUS),
+        (World(walls=(Wall(2, -1, 2, 1),)), 2 - RADIUS),
+        (World(circles=(Circle(2, 0, 0.5),)), 1.5 - RADIUS),
+        (World(boxes=(Box(2, 0, 1, 2),)), 1.5 - RADIUS),
+        (World(boxes=(Box(2, 0, 2, 1, math.pi / 2),)), 1.5 - RADIUS),
+        (World(walls=(Wall(-2, -1, -2, 1),)), None),
+    ],
+)
+def test_nothing_passes_what_stands_in_its_way(world: World, stops_at: float | None) -> None:
+    simulator = stage(world, a=Pose())
+    pose = drive(simulator, 3.0, a=FORWARD)["a"]
+    assert pose.x == pytest.approx(6.0 if stops_at is None else stops_at, abs=0.002)
+    assert pose.y == pytest.approx(0.0, abs=1e-6)
+    assert pose.heading == 0.0
+    assert [bump.robots for bump in simulator.snapshot().bumps] == ([] if stops_at is None else [("a",)])
+
+
+def test_a_bump_says_when_and_where() -> None:
+    simulator = stage(World(walls=(Wall(2, -1, 2, 1),)), a=Pose())
+    drive(simulator, 2.0, a=FORWARD)
+    (bump,) = simulator.snapshot().bumps
+    assert bump.at == pytest.approx((2 - RADIUS) / 2, abs=2 / 240)
+    assert (bump.x, bump.y) == pytest.approx((2.0, 0.0), abs=0.01)
+    met = "something that stands there"
+    assert simulator.warnings() == {"a": f"a bumped into {met}: give them more room, or other ways"}
+    assert simulator.warnings({"b"}) == {}
+
+
+def test_whoever_goes_along_a_wall_bumps_once() -> None:
+    simulator = stage(World(walls=(Wall(-9, 1, 9, 1),)), a=Pose(heading=math.pi / 4))
+    pose = drive(simulator, 3.0, a=FORWARD)["a"]
+    assert pose.y == pytest.approx(1 - RADIUS, abs=0.002)
+    assert pose.x == pytest.approx(6 / math.sqrt(2), abs=0.01)
+    assert len(simulator.snapshot().bumps) == 1
+
+
+def test_two_that_meet_twice_bump_twice_and_it_is_told_once() -> None:
+    simulator = stage(World(), a=Pose(), b=Pose(2.0, heading=math.pi))
+    for at, twist in [(0.0, FORWARD), (1.0, Twist(x=-2.0)), (2.0, FORWARD)]:
+        for robot in ("a", "b"):
+            simulator.send(robot, twist, at)
+    simulator.advance(4.0)
+    assert [bump.robots for bump in simulator.snapshot().bumps] == [("a", "b"), ("a", "b")]
+    assert simulator.warnings() == {"a": "a bumped into b: give them more room, or other ways"}
+
+
+def test_robots_that_only_stand_close_do_not_bump() -> None:
+    simulator = stage(World(), a=Pose(), b=Pose(2 * RADIUS))
+    drive(simulator, 1.0)
+    assert simulator.snapshot().bumps == ()
+
+
+@pytest.mark.parametrize(("height", "passes"), [(0.0, False), (0.5, False), (0.7, True)])
+def test_who_flies_above_another_passes(height: float, passes: bool) -> None:
+    simulator = stage(World(), a=Pose(), above=Pose(2.0, z=height))
+    pose = drive(simulator, 2.0, a=FORWARD)["a"]
+    assert (pose.x == pytest.approx(4.0)) is passes
+    assert (simulator.snapshot().bumps == ()) is passes
+    assert (simulator.poses()["above"] == Pose(2.0, z=height)) is passes
+
+
+def test_who_was_above_another_bumps_once_it_comes_down() -> None:
+    simulator = stage(World(), a=Pose(z=1.0), b=Pose(0.1))
+    for at, twist in [(0.0, STILL), (0.5, Twist(z=-0.5)), (2.5, STILL)]:
+        simulator.send("a", twist, at)
+    simulator.advance(1.2)
+    assert simulator.snapshot().bumps == ()
+    assert simulator.poses()["b"] == Pose(0.1)
+    poses = drive(simulator, 3.0)
+    assert poses["b"].x - poses["a"].x == pytest.approx(2 * RADIUS, abs=0.01)
+    (bump,) = simulator.snapshot().bumps
+    assert bump.robots == ("a", "b")
+    assert bump.at == pytest.approx(0.5 + (1.0 - 2 * RADIUS) / 0.5, abs=2 / 240)
+
+
+def test_who_rises_and_sinks_beside_another_does_not_bump() -> None:
+    simulator = stage(World(), a=Pose(), b=Pose(2 * RADIUS - 0.0005))
+    for at, twist in [(0.0, Twist(z=0.5)), (0.5, Twist(z=-0.5)), (1.0, STILL)]:
+        simulator.send("a", twist, at)
+    drive(simulator, 2.0)
+    assert simulator.snapshot().bumps == ()
+
+
+@pytest.mark.parametrize("waits", [0.0, 1.0])
+def test_who_overlaps_something_at_its_start_bumps_once_when_it_drives_in(waits: float) -> None:
+    simulator = stage(World(size=(6, 6)), a=Pose(2.9, 2.9))
+    simulator.send("a", FORWARD, waits)
+    simulator.advance(waits + 3.0)
+    (bump,) = simulator.snapshot().bumps
+    assert bump.at == pytest.approx(waits, abs=2 / 240)
+
+
+@pytest.mark.parametrize(("radius", "speed"), [(0.3, 160.0), (0.3, 1000.0), (0.01, 3.0), (0.01, 30.0), (0.001, 2.0)])
+def test_small_and_fast_robots_pass_nothing_either(radius: float, speed: float) -> None:
+    profile = Profile("disc", step=2.0, radius=radius)
+    for world in (World(size=(6, 6)), World(boxes=(Box(4, 0, 2, 2),)), World(walls=(Wall(3, 1, 3, -1),))):
+        simulator = Simulator()
+        score = Score(Fraction(60), {"a": Part("a", series([]), profile, Pose(), "/a/cmd_vel")}, world=world)
+        simulator.prepare(score, restart=True)
+        simulator.send("a", Twist(x=speed), 0.0)
+        simulator.advance(4.0)
+        simulator.send("a", STILL, 4.0)  # and are not thrown back
+        simulator.advance(5.0)
+        assert simulator.poses()["a"].x == pytest.approx(3 - radius, abs=0.002)
+        assert [bump.robots for bump in simulator.snapshot().bumps] == [("a",)]
+
+
+def test_a_restart_forgets_bumps_and_takes_the_new_world() -> None:
+    simulator = stage(World(walls=(Wall(2, -1, 2, 1),)), a=Pose())
+    drive(simulator, 2.0, a=FORWARD)
+    score = Score(Fraction(60), {"a": Part("a", series([]), Profile("disc", 2.0), Pose(), "/a/cmd_vel")})
+    simulator.prepare(score, restart=True)
+    assert simulator.snapshot().bumps == ()
+    assert simulator.warnings() == {}
+    assert drive(simulator, 2.0, a=FORWARD)["a"].x == pytest.approx(4.0)
+
+
+def test_a_wall_that_comes_with_a_new_score_stands_at_once() -> None:
+    simulator = stage(World(), a=Pose())
+    drive(simulator, 0.5, a=FORWARD)
+    part = Part("a", series([]), Profile("disc", 2.0), Pose(), "/a/cmd_vel")
+    simulator.prepare(Score(Fraction(60), {"a": part}, world=World(walls=(Wall(2, -1, 2, 1),))), restart=False)
+    simulator.advance(3.0)
+    assert simulator.poses()["a"].x == pytest.approx(2 - RADIUS, abs=0.002)
+
+
+def test_motors_push_no_harder_than_they_are_strong() -> None:
+    """The ideal one always gets somewhere; the other holds its own against a base as strong as itself."""
+    ways = {}
+    for dynamics in ("ideal", "motors"):
+        simulator = stage(World(), dynamics, a=Pose(), b=Pose(2 * RADIUS))
+        ways[dynamics] = drive(simulator, 3.0, a=FORWARD)["b"].x - 2 * RADIUS
+    assert ways["ideal"] == pytest.approx(3.0, abs=0.05)
+    assert 0 < ways["motors"] < 0.1
+
+
+def test_scraping_along_a_wall_turns_a_base_with_motors_alone() -> None:
+    world = World(walls=(Wall(-9, 1, 9, 1),))
+    turned = {
+        dynamics: drive(stage(world, dynamics, a=Pose(heading=math.pi / 4)), 3.0, a=FORWARD)["a"].heading
+        for dynamics in ("ideal", "motors")
+    }
+    assert turned["ideal"] == math.pi / 4
+    assert abs(turned["motors"] - math.pi / 4) > 0.01
+
+
+twists = st.builds(
+    Twist,
+    x=st.floats(-2, 2) | st.sampled_from([-200.0, 60.0]),
+    y=st.sampled_from([0.0, 0.5]),
+    yaw=st.floats(-3, 3),
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(0, 2), st.sampled_from("abc"), twists), max_size=12),
+    st.lists(st.floats(0, 3), max_size=20),
+    st.sampled_from(["ideal", "motors"]),
+)
+def test_poses_are_bit_equal_whatever_the_frames(
+    told: list[tuple[float, str, Twist]], frames: list[float], dynamics: str
+) -> None:
+    world = World(size=(4, 3), circles=(Circle(0.5, 0.9, 0.2),), boxes=(Box(-1, -1, 0.5, 0.3, 0.3),))
+    starts = {"a": Pose(-1), "b": Pose(1, heading=math.pi), "c": Pose(0, -0.8, heading=1)}
+    ends = []
+    for times in ([], frames, [frame / 60 for frame in range(180)]):
+        simulator = stage(world, dynamics, **starts)
+        # As the player does it: what is due is sent first, then time goes on.
+        events = sorted(
+            [(at, 0, robot, twist) for at, robot, twist in told] + [(at, 1, "", STILL) for at in times],
+            key=lambda event: event[:2],
+        )
+        for at, frame, robot, twist in events:
+            if frame:
+                simulator.advance(at)
+            else:
+                simulator.send(robot, twist, at)
+        simulator.advance(3.0)
+        ends.append((simulator.poses(), simulator.snapshot().bumps))
+    assert ends[0] == ends[1] == ends[2]
+
+
+def test_a_world_survives_json() -> None:
+    world = World((6, 4), (Wall(-1, 0, 1, 0.5),), (Circle(2, 1, 0.3),), (Box(-2, 1, 1, 0.5, 0.5),))
+    assert from_json(to_json(Score(Fraction(60), {}, world=world))).world == world
+    assert from_json(to_json(Score(Fraction(60), {}))).world == World()

@@ -1,0 +1,237 @@
+"""The page conducts what plays: every control, by hand and by key, on a real stage."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.stage.viewer.conftest import Show, wait, watch
+
+LONG = "beat 60\nada $ repeat 40 (forward || left)\nbo $ repeat 40 (forward right)\n"
+
+
+@pytest.fixture
+def stage(page: Page, show: Show) -> Page:
+    show.play(LONG)
+    watch(page, show)
+    wait(page, "improv.transport.state === 'playing'")
+    return page
+
+
+def test_pause_and_play_go_on_from_the_same_place(stage: Page) -> None:
+    wait(stage, "improv.beat > 1.2")
+    stage.get_by_role("button", name="Pause").click()
+    wait(stage, "improv.transport.state === 'paused'")
+    expect(stage.locator("#state")).to_have_text("paused")
+    expect(stage.get_by_role("status")).to_have_text("paused at beat 2")
+    beat = stage.evaluate("improv.beat")
+    stage.get_by_role("button", name="Play").click()
+    wait(stage, "improv.transport.state === 'playing'")
+    assert stage.evaluate("improv.transport.beat") == beat
+
+
+def test_after_stop_play_begins_anew(stage: Page) -> None:
+    wait(stage, "improv.robots.ada.heading > 0.5")
+    stage.get_by_role("button", name="Stop").click()
+    wait(stage, "improv.transport.state === 'stopped'")
+    stage.get_by_role("button", name="Play").click()
+    wait(stage, "improv.transport.state === 'playing' && improv.beat < 1 && improv.robots.ada.heading < 0.5")
+
+
+def test_restart_begins_anew_while_it_plays(stage: Page) -> None:
+    stage.keyboard.press("ArrowRight")
+    wait(stage, "improv.beat > 1.5")
+    generation = stage.evaluate("improv.transport.generation")
+    stage.get_by_role("button", name="Restart").click()
+    wait(stage, f"improv.transport.generation > {generation} && improv.beat < 1")
+
+
+def test_stepping_stands_at_whole_beats(stage: Page) -> None:
+    step = stage.get_by_role("button", name="Step to the next beat")
+    wait(stage, "improv.beat > 0.2")
+    step.click()
+    wait(stage, "improv.transport.state === 'paused' && improv.beat === 1")
+    # A step of 2 m and a quarter turn, at once.
+    wait(stage, "Math.abs(improv.robots.ada.heading - Math.PI / 2) < 1e-4 && Math.abs(improv.robots.bo.x - 2) < 1e-3")
+    step.click()
+    wait(stage, "improv.beat === 2 && Math.abs(improv.robots.bo.heading + Math.PI / 2) < 1e-4")
+
+
+def test_speed_changes_tempo_and_says_so(stage: Page) -> None:
+    stage.get_by_role("button", name="Faster").click()
+    wait(stage, "improv.transport.speed === 1.25")
+    expect(stage.locator("#tempo")).to_have_text("75 beats/min")
+    stage.keyboard.press("[")
+    stage.keyboard.press("[")
+    wait(stage, "improv.transport.speed < 1.25")
+    stage.get_by_role("button", name="back to normal").click()
+    wait(stage, "improv.transport.speed === 1")
+    expect(stage.locator("#normal")).to_have_text("1×")
+
+
+def test_mute_and_solo_are_per_robot(stage: Page) -> None:
+    mute = stage.get_by_role("button", name="Mute ada")
+    mute.click()
+    wait(stage, "improv.transport.muted.join() === 'ada'")
+    expect(mute).to_have_attribute("aria-pressed", "true")
+    stage.get_by_role("button", name="Solo ada").click()
+    wait(stage, "improv.transport.soloed.join() === 'ada'")
+    expect(stage.locator("li[data-robot=bo]")).to_have_attribute("data-silent", "true")
+    expect(stage.locator("li[data-robot=ada]")).to_have_attribute("data-silent", "false")
+    mute.click()
+    stage.get_by_role("button", name="Solo ada").click()
+    wait(stage, "!improv.transport.muted.length && !improv.transport.soloed.length")
+
+
+def test_the_timeline_is_a_slider_for_hand_and_keys(stage: Page) -> None:
+    stage.keyboard.press("p")
+    wait(stage, "improv.transport.state === 'paused'")
+    slider = stage.get_by_role("slider", name="Position in beats")
+    box = slider.bounding_box()
+    assert box
+    stage.mouse.move(box["x"] + box["width"] * 0.6, box["y"] + 40)
+    stage.mouse.down()
+    stage.mouse.move(box["x"] + box["width"] * 0.7, box["y"] + 40, steps=4)
+    stage.mouse.up()
+    wait(stage, "improv.beat > 5")
+    slider.focus()
+    stage.keyboard.press("Home")
+    wait(stage, "improv.beat === 0")
+    for _ in range(3):
+        stage.keyboard.press("ArrowRight")
+    wait(stage, "improv.beat === 3")
+    stage.keyboard.press("ArrowLeft")
+    wait(stage, "improv.beat === 2")
+    expect(slider).to_have_attribute("aria-valuenow", "2")
+    expect(slider).to_have_attribute("aria-valuetext", "beat 3 of 80")
+    wait(stage, "Math.abs(improv.robots.bo.x - 2) < 1e-3")
+
+
+@pytest.mark.parametrize("key", ["Space", "Escape"])
+def test_keys_that_stop_stop_wherever_the_focus_is(stage: Page, key: str) -> None:
+    stage.get_by_role("button", name="Starts").click()
+    field = stage.get_by_label("x", exact=True).first
+    field.focus()
+    stage.keyboard.press(key)
+    wait(stage, "improv.transport.state === 'stopped'")
+    assert field.input_value() == "0"
+
+
+def test_keys_of_one_letter_can_be_turned_off(stage: Page) -> None:
+    stage.keyboard.press("?")
+    dialog = stage.get_by_role("dialog", name="Keys")
+    expect(dialog).to_be_visible()
+    letters = dialog.get_by_role("button", name="Keys of one letter")
+    letters.focus()
+    stage.keyboard.press("Enter")
+    expect(letters).to_have_attribute("aria-pressed", "false")
+    stage.keyboard.press("p")
+    stage.keyboard.press("ArrowRight")  # still works
+    wait(stage, "improv.beat > 1")
+    assert stage.evaluate("improv.transport.state") == "playing"
+    dialog.get_by_role("button", name="Close").click()
+    expect(dialog).to_be_hidden()
+    expect(stage.get_by_role("button", name="Keys", exact=True)).to_be_focused()
+
+
+def test_the_view_moves_by_keys_and_fits_again(stage: Page) -> None:
+    fit = stage.get_by_role("button", name="Fit")
+    before = stage.evaluate("improv.view")
+    stage.keyboard.press("+")
+    stage.keyboard.press("Shift+ArrowLeft")
+    wait(stage, f"improv.view.scale > {before['scale']} && improv.view.x < {before['x']}")
+    expect(fit).to_have_attribute("aria-pressed", "false")
+    stage.mouse.move(400, 300)
+    stage.mouse.wheel(0, 200)
+    stage.mouse.down()
+    stage.mouse.move(500, 350)
+    stage.mouse.up()
+    stage.keyboard.press("f")
+    expect(fit).to_have_attribute("aria-pressed", "true")
+    wait(stage, f"Math.abs(improv.view.scale / {before['scale']} - 1) < 0.2")
+
+
+def test_two_pages_show_the_same(browser: Browser, stage: Page, show: Show) -> None:
+    other = watch(browser.new_page(), show)
+    other.get_by_role("button", name="Pause").click()
+    for page in (stage, other):
+        wait(page, "improv.transport.state === 'paused'")
+        expect(page.locator("#state")).to_have_text("paused")
+    stage.keyboard.press("n")
+    for page in (stage, other):
+        wait(page, "Number.isInteger(improv.beat) && improv.beat > 0")
+    assert stage.evaluate("improv.beat") == other.evaluate("improv.beat")
+    wait(other, "improv.robots.bo.x > 0")
+    assert stage.locator("#beat").text_content() == other.locator("#beat").text_content()
+    other.close()
+
+
+def test_a_start_that_was_dragged_is_offered_and_not_written_unasked(stage: Page, artifacts: Path) -> None:
+    stage.keyboard.press("Escape")
+    wait(stage, "improv.transport.state === 'stopped'")
+    stage.get_by_role("button", name="Starts").click()
+    dialog = stage.get_by_role("dialog", name="Start poses")
+    expect(dialog.get_by_role("button", name="Write to improv.toml")).to_be_hidden()
+    x, y = at(stage, 0, 0)
+    stage.mouse.move(x, y)
+    stage.mouse.down()
+    to_x, to_y = at(stage, 2, 1)
+    stage.mouse.move(to_x, to_y, steps=3)
+    stage.mouse.up()
+    lines = stage.locator("#starts-lines")
+    expect(lines).to_have_text("[robots.ada]\nstart = { x = 2, y = 1, heading = 0 }\n")
+    dialog.get_by_label("heading", exact=True).first.fill("90")
+    expect(lines).to_have_text("[robots.ada]\nstart = { x = 2, y = 1, heading = 90 }\n")
+    for wrong in ("5000", ""):  # nothing is offered while a number is wrong
+        dialog.get_by_label("y", exact=True).first.fill(wrong)
+        expect(lines).to_be_hidden()
+        dialog.get_by_label("y", exact=True).first.fill("1")
+        expect(lines).to_be_visible()
+    stage.screenshot(path=artifacts / "page-starts.png")
+
+
+def test_starts_are_written_all_at_once(stage: Page) -> None:
+    stage.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
+    stage.get_by_role("button", name="Starts").click()
+    dialog = stage.get_by_role("dialog", name="Start poses")
+    dialog.get_by_label("x", exact=True).first.fill("0.12549")
+    dialog.get_by_label("y", exact=True).last.fill("-2")
+    y = float(dialog.get_by_label("y", exact=True).first.input_value())
+    x = float(dialog.get_by_label("x", exact=True).last.input_value())
+    dialog.get_by_role("button", name="Write to improv.toml").click()
+    assert stage.evaluate("sent.filter(({ type }) => type === 'place')") == [
+        {
+            "type": "place",
+            "starts": {"ada": {"x": 0.125, "y": y, "heading": 0}, "bo": {"x": x, "y": -2, "heading": 0}},
+        }
+    ]
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
+def test_the_card_of_starts_can_be_closed_however_many_there_are(
+    page: Page, show: Show, artifacts: Path, size: tuple[int, int]
+) -> None:
+    width, height = size
+    page.set_viewport_size({"width": width, "height": height})
+    show.play("".join(f"r{number} $ repeat forward\n" for number in range(9)))
+    watch(page, show)
+    page.get_by_role("button", name="Starts").click()
+    dialog = page.get_by_role("dialog", name="Start poses")
+    for field in dialog.get_by_label("heading", exact=True).all():
+        field.fill("90")
+    page.screenshot(path=artifacts / f"page-starts-{width}.png")
+    for name in ("Write to improv.toml", "Close"):
+        expect(dialog.get_by_role("button", name=name)).to_be_in_viewport(ratio=1)
+    dialog.get_by_role("button", name="Close").click()
+    expect(dialog).to_be_hidden()
+
+
+def at(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Where a point of the world is on the page, in pixels; once the view has come to rest."""
+    wait(page, "(v => (window.last === JSON.stringify(v) || (window.last = JSON.stringify(v), 0)))(improv.view)")
+    box = page.locator("#stage").bounding_box()
+    assert box
+    place = page.evaluate(f"improv.toScreen({x}, {y})")
+    return box["x"] + place["x"], box["y"] + place["y"]

@@ -1,0 +1,387 @@
+"""The page's server: whom it refuses, what it sends, and that nobody holds it back."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import json
+import queue
+import socket
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+from urllib.parse import urlsplit
+
+import aiohttp
+import pytest
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.score import Score
+from improv_core.score.svg import plot
+from improv_core.stage.sinks.collisions import Bump
+from improv_core.stage.sinks.simulator import Simulator, Snapshot
+from improv_core.stage.viewer.server import MAX_MESSAGE, MAX_PAGES, MOST_BEATS, Viewer
+from tests.stage.viewer.conftest import part
+
+LIMIT = 20.0
+UPGRADE = {
+    "Connection": "Upgrade",
+    "Upgrade": "websocket",
+    "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
+}
+NOBODY: Callable[[], Snapshot] = Snapshot
+
+
+def ask(viewer: Viewer, path: str, **headers: str) -> http.client.HTTPResponse:
+    """The answer to a request with exactly these headers; `_` in their names is `-`."""
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(viewer.url).port or 0, timeout=LIMIT)
+    connection.putrequest("GET", path, skip_host="Host" in headers)
+    for name, value in headers.items():
+        connection.putheader(name, value)
+    connection.endheaders()
+    return connection.getresponse()
+
+
+def own(viewer: Viewer) -> tuple[str, str]:
+    """The server's own host and token."""
+    where = urlsplit(viewer.url)
+    return where.netloc, where.query
+
+
+def test_the_page_needs_the_token(viewer: Viewer) -> None:
+    _, token = own(viewer)
+    assert ask(viewer, f"/?{token}").status == 200
+    assert ask(viewer, "/").status == 403
+    assert ask(viewer, "/?token=guess").status == 403
+    assert ask(viewer, "/?token=%C3%A9").status == 403
+
+
+def test_only_hosts_of_this_machine_are_answered(viewer: Viewer) -> None:
+    host, token = own(viewer)
+    local = host.replace("127.0.0.1", "localhost")
+    assert ask(viewer, f"/?{token}", Host=local).status == 200
+    assert ask(viewer, f"/?{token}", Host="127.0.0.1:1").status == 200  # through an editor's tunnel
+    strangers = ("evil.example", f"evil.example:{local.split(':')[1]}", "127.0.0.1", "127.0.0.1:1.evil.example", "")
+    for stranger in strangers:
+        assert ask(viewer, f"/?{token}", Host=stranger).status == 403
+        assert ask(viewer, "/page.js", Host=stranger).status == 403
+
+
+def test_the_websocket_needs_the_token_and_our_own_origin(viewer: Viewer) -> None:
+    host, token = own(viewer)
+    assert ask(viewer, f"/live?{token}", **UPGRADE, Origin=f"http://{host}").status == 101
+    assert ask(viewer, "/live", **UPGRADE, Origin=f"http://{host}").status == 403
+    assert ask(viewer, f"/live?{token}", **UPGRADE).status == 403
+    for origin in ("http://evil.example", "null", f"https://{host}", f"http://{host}.evil.example"):
+        assert ask(viewer, f"/live?{token}", **UPGRADE, Origin=origin).status == 403
+
+
+def test_only_the_files_of_the_page_are_served(viewer: Viewer) -> None:
+    _, token = own(viewer)
+    assert ask(viewer, "/motion.js").getheader("Content-Type") == "text/javascript; charset=utf-8"
+    for path in ("/server.py", "/index.html", "/../server.py", "/%2e%2e/server.py", "//etc/passwd", f"/stage?{token}"):
+        assert ask(viewer, path).status == 404
+
+
+def test_the_page_may_load_nothing_from_elsewhere_but_may_be_framed(viewer: Viewer) -> None:
+    answer = ask(viewer, f"/?{own(viewer)[1]}")
+    policy = answer.getheader("Content-Security-Policy") or ""
+    assert "default-src 'none'" in policy
+    assert "script-src 'self'" in policy
+    around = next(each for each in policy.split("; ") if each.startswith("frame-ancestors ")).split()
+    assert {"vscode-webview:", "vscode-file:", "http://127.0.0.1:*", "http://localhost:*"} < set(around)
+    assert {"*", "http:", "https:"}.isdisjoint(around)
+    assert answer.getheader("X-Frame-Options") is None
+    assert answer.getheader("Referrer-Policy") == "no-referrer"
+
+
+def test_a_taken_port_is_a_plain_error(viewer: Viewer) -> None:
+    with pytest.raises(OSError, match="in use"):
+        Viewer(urlsplit(viewer.url).port or 0, NOBODY, lambda command: None)
+
+
+# What travels over the WebSocket
+
+
+async def connected(viewer: Viewer, session: aiohttp.ClientSession) -> aiohttp.ClientWebSocketResponse:
+    host, token = own(viewer)
+    return await session.ws_connect(f"http://{host}/live?{token}", origin=f"http://{host}")
+
+
+async def until(socket: aiohttp.ClientWebSocketResponse, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    while True:
+        message: dict[str, Any] = await socket.receive_json(timeout=LIMIT)
+        if wanted(message):
+            return message
+
+
+def test_a_new_page_gets_what_was_published_and_who_is_there(viewer: Viewer, simulator: Simulator) -> None:
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose(1.0, 2.0))}), restart=True)
+    simulator.send("ada", Twist(y=1 / 3), 0.0)
+    simulator.advance(1.0)
+    viewer.publish({"type": "transport", "generation": 1})
+    viewer.publish({"type": "transport", "generation": 2})
+
+    async def check() -> dict[str, dict[str, Any]]:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            messages = [await socket.receive_json(timeout=LIMIT) for _ in range(3)]
+            return {message["type"]: message for message in messages}
+
+    messages = asyncio.run(check())
+    assert messages["transport"]["generation"] == 2
+    assert messages["robots"] == {"type": "robots", "robots": {"ada": {"radius": 0.3}}}
+    assert messages["poses"] == {"type": "poses", "at": 1.0, "placed": 1, "poses": [[1.0, 2.3333, 0.0, 0.0]]}
+
+
+def test_nothing_is_sent_while_nothing_changes(viewer: Viewer, simulator: Simulator) -> None:
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose())}), restart=True)
+
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            await until(socket, lambda message: message["type"] == "poses")
+            simulator.send("ada", STILL, 0.0)
+            simulator.advance(1.0)
+            with pytest.raises(asyncio.TimeoutError):
+                await socket.receive(timeout=0.2)
+            simulator.send("ada", Twist(z=1.0), 1.0)
+            simulator.advance(2.0)
+            assert (await socket.receive_json(timeout=LIMIT))["poses"] == [[0.0, 0.0, 1.0, 0.0]]
+            viewer.publish({"type": "pong", "number": 1})
+            viewer.publish({"type": "transport", "generation": 1})
+            assert (await socket.receive_json(timeout=LIMIT))["type"] == "transport"
+
+    asyncio.run(check())
+
+
+def test_who_stands_where_another_stood_is_told_with_a_pose(viewer: Viewer, simulator: Simulator) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            for name in ("ada", "bo"):
+                simulator.prepare(Score(Fraction(60), {name: part(name, Pose(1.0))}), restart=True)
+                robots = await until(socket, lambda message: message["type"] == "robots" and message["robots"])
+                assert list(robots["robots"]) == [name]
+                assert (await socket.receive_json(timeout=LIMIT))["poses"] == [[1.0, 0.0, 0.0, 0.0]]
+
+    asyncio.run(check())
+
+
+def test_each_bump_is_told_once_also_those_of_a_dance_that_is_played_again() -> None:
+    bump = Bump(1.5, 0.25, 0.0, ("ada", "bo"))
+    again = Bump(*bump)
+    shown = Snapshot(bumps=(bump,))
+    viewer = Viewer(0, lambda: shown, lambda command: None)
+
+    async def check() -> None:
+        nonlocal shown
+        async with aiohttp.ClientSession() as session:
+            first = await connected(viewer, session)
+            told = {"at": 1.5, "x": 0.25, "y": 0.0, "robots": ["ada", "bo"]}
+            assert await until(first, is_bumps) == {"type": "bumps", "past": True, "bumps": [told]}
+            shown = Snapshot(bumps=(bump, Bump(2.0, 1.0, 1.0, ("ada",))))
+            assert await times(first) == (False, [2.0])
+            later = await connected(viewer, session)
+            assert await times(later) == (True, [1.5, 2.0])
+            shown = Snapshot(bumps=(again,))
+            for socket in (first, later):
+                assert await until(socket, is_bumps) == {"type": "bumps", "past": False, "bumps": [told]}
+            with pytest.raises(asyncio.TimeoutError):
+                await first.receive(timeout=0.2)
+
+    asyncio.run(check())
+    viewer.close()
+
+
+async def times(socket: aiohttp.ClientWebSocketResponse) -> tuple[bool, list[float]]:
+    message = await until(socket, is_bumps)
+    return message["past"], [bump["at"] for bump in message["bumps"]]
+
+
+def is_bumps(message: dict[str, Any]) -> bool:
+    return bool(message["type"] == "bumps")
+
+
+def test_the_last_that_was_published_comes_before_the_end(viewer: Viewer) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            await until(socket, lambda message: message["type"] == "poses")
+            viewer.publish({"type": "stopped"})
+            await asyncio.to_thread(viewer.close)
+            assert (await socket.receive_json(timeout=LIMIT)) == {"type": "stopped"}
+            assert (await socket.receive(timeout=LIMIT)).type in (aiohttp.WSMsgType.CLOSED, aiohttp.WSMsgType.ERROR)
+
+    asyncio.run(check())
+
+
+# The picture
+
+
+def test_the_picture_is_that_of_plot_and_is_given_to_those_with_the_token(viewer: Viewer) -> None:
+    host, token = own(viewer)
+    assert ask(viewer, f"/path.svg?{token}").status == 404  # nothing has been played
+    for program in ("ada $ forward left forward", "ada $ left"):
+        score = score_of(analyze(program))
+        viewer.show(score, 1)
+        answer = ask(viewer, f"/path.svg?{token}", Origin=f"http://{host}")
+        assert answer.getheader("Content-Type") == "image/svg+xml; charset=utf-8"
+        assert answer.read().decode() == plot(score)
+    assert ask(viewer, "/path.svg").status == 403
+    assert ask(viewer, f"/path.svg?{token}", Origin="http://evil.example").status == 403
+    assert ask(viewer, f"/path.svg?{token}", Host="evil.example").status == 403
+
+
+def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.SimpleQueue[dict[str, Any]]) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            for text in ("", "{", "[" * 4000, "7", "[]", "{}", '{"type": 7}', '{"type": ["hush"]}', '{"type": "load"}'):
+                await socket.send_str(text)
+            await socket.send_bytes(b'{"type": "hush"}')
+            await socket.send_str(json.dumps({"type": "hush", "more": 1}))
+            assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "watched"}
+            assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "hush"}
+            await socket.send_str("x" * (MAX_MESSAGE + 1))
+            async for _ in socket:
+                pass
+            assert socket.close_code == aiohttp.WSCloseCode.MESSAGE_TOO_BIG
+
+    asyncio.run(check())
+    assert commands.empty()
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"type": "pause"},
+        {"type": "resume"},
+        {"type": "restart"},
+        {"type": "seek", "beat": 2.5},
+        {"type": "speed", "factor": 0.1},
+        {"type": "silence", "muted": ["ada"] * 1000, "soloed": []},
+        {"type": "place", "starts": {"ada": {"x": 1, "y": -2.5, "heading": 90}, "bo": {"x": 0, "y": 0, "heading": 0}}},
+    ],
+    ids=lambda message: str(message["type"]),
+)
+def test_a_command_is_passed_on_with_its_values_only(
+    viewer: Viewer, commands: queue.SimpleQueue[dict[str, Any]], message: dict[str, Any]
+) -> None:
+    send(viewer, {**message, "at": 7, "more": "x"})
+    assert [commands.get(timeout=LIMIT) for _ in range(2)] == [{"type": "watched"}, message]
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        '{"type": "seek"}',
+        '{"type": "seek", "beat": -1}',
+        '{"type": "seek", "beat": NaN}',
+        '{"type": "seek", "beat": Infinity}',
+        '{"type": "seek", "beat": true}',
+        '{"type": "seek", "beat": "1"}',
+        '{"type": "seek", "beat": 1' + "0" * 400 + "}",
+        '{"type": "speed", "factor": 0.09}',
+        '{"type": "speed", "factor": 4.1}',
+        '{"type": "silence", "muted": ["ada"]}',
+        '{"type": "silence", "muted": "ada", "soloed": []}',
+        '{"type": "silence", "muted": [""], "soloed": []}',
+        json.dumps({"type": "silence", "muted": ["ada"] * 1001, "soloed": []}),
+        json.dumps({"type": "silence", "muted": ["a" * 101], "soloed": []}),
+        '{"type": "place", "robot": "ada", "x": 1, "y": 1, "heading": 0}',
+        '{"type": "place", "starts": ["ada"]}',
+        '{"type": "place", "starts": {"ada": 1}}',
+        '{"type": "place", "starts": {"ada": {"x": 1, "y": 1}}}',
+        '{"type": "place", "starts": {"ada": {"x": 1001, "y": 1, "heading": 0}}}',
+        '{"type": "place", "starts": {"ada": {"x": 1, "y": 1, "heading": 0, "more": 1}}}',
+        '{"type": "place", "starts": {"": {"x": 1, "y": 1, "heading": 0}}}',
+        '{"type": "window", "generation": 1, "from": 0}',
+        '{"type": "window", "generation": 1, "from": -1, "to": 4}',
+        '{"type": "watched"}',
+    ],
+)
+def test_a_message_that_is_not_right_is_dropped(
+    viewer: Viewer, commands: queue.SimpleQueue[dict[str, Any]], message: str
+) -> None:
+    send(viewer, message, {"type": "hush"})
+    assert [commands.get(timeout=LIMIT)["type"] for _ in range(2)] == ["watched", "hush"]
+
+
+def send(viewer: Viewer, *messages: str | dict[str, Any]) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            for message in messages:
+                await socket.send_str(message if isinstance(message, str) else json.dumps(message))
+            await socket.close()
+
+    asyncio.run(check())
+
+
+def test_what_is_to_come_is_told_to_who_asks(viewer: Viewer) -> None:
+    viewer.show(score_of(analyze("ada $ repeat (forward left)")), 3)
+
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            asking, other = await connected(viewer, session), await connected(viewer, session)
+            score = await until(asking, lambda message: message["type"] == "score")
+            assert (score["generation"], score["beats"], list(score["robots"])) == (3, None, ["ada"])
+            await asking.send_json({"type": "window", "generation": 2, "from": 0, "to": 4})  # of an earlier score
+            await asking.send_json({"type": "window", "generation": 3, "from": 1, "to": 1e9})
+            answer = await until(asking, lambda message: message["type"] == "window")
+            assert (answer["generation"], answer["from"], answer["to"]) == (3, 1, 1 + MOST_BEATS)
+            assert len(answer["robots"]["ada"]["moments"]) == MOST_BEATS
+            assert answer["robots"]["ada"]["pose"] == [2.0, 0.0, 0.0, 0.0]
+            viewer.publish({"type": "transport", "generation": 3})
+            assert (await until(other, lambda message: message["type"] in ("window", "transport")))[
+                "type"
+            ] == "transport"
+
+    asyncio.run(check())
+
+
+def test_a_page_that_does_not_read_holds_nobody_back(viewer: Viewer) -> None:
+    host, token = own(viewer)
+    stuck = socket.socket()
+    stuck.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    stuck.connect(("127.0.0.1", urlsplit(viewer.url).port))
+    headers = "".join(f"{name}: {value}\r\n" for name, value in UPGRADE.items())
+    stuck.sendall(f"GET /live?{token} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n{headers}\r\n".encode())
+    assert b" 101 " in stuck.recv(1024)
+
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            socket = await connected(viewer, session)
+            for number in range(2000):  # far more than the system buffers for the stuck page
+                viewer.publish({"type": "transport", "generation": number, "filling": "x" * 10_000})
+            await until(socket, lambda message: message.get("generation") == 1999)
+
+    asyncio.run(check())
+    viewer.close()  # at once, although the stuck page still has not read
+    stuck.close()
+
+
+def test_the_number_of_pages_is_bounded(viewer: Viewer) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as session:
+            sockets = [await connected(viewer, session) for _ in range(MAX_PAGES)]
+            with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+                await connected(viewer, session)
+            assert refused.value.status == 503
+            await sockets.pop().close()
+            viewer.publish({"type": "transport", "generation": 5})
+            for each in sockets:
+                await until(each, lambda message: message.get("generation") == 5)
+            await connected(viewer, session)
+
+    asyncio.run(check())
+
+
+def test_publishing_and_closing_after_the_end_do_nothing(viewer: Viewer) -> None:
+    viewer.close()
+    viewer.publish({"type": "transport", "generation": 1})
+    viewer.close()

@@ -14,15 +14,27 @@ from dataclasses import dataclass, replace
 from urllib.parse import urlsplit
 
 from improv_core.playback.interpreter import InterpreterError, find_ros_python
-from improv_core.playback.stage_process import Message, Stage, StageError
+from improv_core.playback.stage_process import Gone, Heard, Stage, StageError
 from improv_core.score.movement import series
 from improv_core.score.score import Score, to_json
-from improv_core.stage.protocol import FOLDER
+from improv_core.stage.protocol import (
+    FOLDER,
+    Conduct,
+    Load,
+    PageRequest,
+    Place,
+    Silence,
+    Speed,
+    TransportMessage,
+    Watched,
+    When,
+)
 
-CONDUCTING = ("hush", "pause", "resume", "seek", "speed", "silence")
-"""The messages by which somebody, at an editor or at the page, has a say in what plays."""
 HALT_LIMIT = 8.0
 """Seconds a new stage may take to find the robots of one that has died, and to stop them."""
+
+News = Heard | Place
+"""What somebody who plays is told: a stage's message, its end, or that robots were dragged to other starts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,12 +53,12 @@ class Options:
     takes_starts: bool = False
 
 
-def whole_beats(transport: Message) -> str:
+def whole_beats(transport: TransportMessage) -> str:
     """How many beats a transport message speaks of, for people: `8`, `∞`."""
     return "∞" if transport["beats"] is None else str(math.ceil(transport["beats"]))
 
 
-async def each_beat(transport: Message) -> AsyncIterator[str]:
+async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
     """`beat 3/8` as each beat begins, from the one that plays now on, without end. Counts from 1, as people do."""
     # The loop's clock is the one the stage plays by: time.monotonic.
     loop, period, whole = asyncio.get_running_loop(), 60 / transport["tempo"], whole_beats(transport)
@@ -63,15 +75,15 @@ class Playback:
     `listen` gets every message of a stage, and whether that stage leads. Used from one event loop.
     """
 
-    def __init__(self, options: Options, listen: Callable[[Message, bool], None]) -> None:
+    def __init__(self, options: Options, listen: Callable[[News, bool], None]) -> None:
         self.options = options
         self._listen = listen
         self._leader: Stage | None = None
         self._twin: Stage | None = None
         self._score: Score | None = None
         self._generation = 0
-        self._loaded: Message = {}  # what the twin still has to be told
-        self._kept: dict[str, Message] = {}  # speed and silence, which new stages are told too
+        self._loaded: Load | None = None  # what the twin still has to be told
+        self._kept: dict[str, Speed | Silence] = {}  # new stages are told these too
         self._opening = asyncio.Lock()
         self._stops = 0  # how often robots were to stop, or all to end
         self._reviving: set[asyncio.Task[None]] = set()
@@ -119,7 +131,7 @@ class Playback:
                     raise problem
             self._leader, self._twin = stages[0], stages[1] if len(stages) > 1 else None
 
-    async def play(self, score: Score, when: str = "restart") -> int | None:
+    async def play(self, score: Score, when: When = "restart") -> int | None:
         """Play a score: `restart`, or take over `now`, at the `beat` or `end`. Raises StageError.
 
         Its generation; None if robots were to stop, or all to end, before the stages had been started.
@@ -132,12 +144,13 @@ class Playback:
         self._send_score(when)
         return self._generation
 
-    def conduct(self, kind: str, **values: object) -> None:
-        """Have all stages do one thing at one time: a message of `CONDUCTING` (docs/protocol.md)."""
-        message = {"type": kind, **values, "at": time.monotonic()}
-        self._stops += kind == "hush"
-        if kind in ("speed", "silence"):
-            self._kept[kind] = {"type": kind, **values}
+    def conduct(self, message: Conduct) -> None:
+        """Have all stages do one thing at one time."""
+        if message["type"] == "hush":
+            self._stops += 1
+        elif message["type"] == "speed" or message["type"] == "silence":
+            self._kept[message["type"]] = message.copy()
+        message["at"] = time.monotonic()
         for stage in (self._leader, self._twin):
             if stage:
                 stage.send(message)
@@ -145,7 +158,7 @@ class Playback:
     def silence(self, muted: Iterable[str], soloed: Iterable[str]) -> None:
         """Have these robots stand still, or all but the soloed ones, now and in what is played later."""
         self.muted, self.soloed = frozenset(muted), frozenset(soloed)
-        self.conduct("silence", muted=sorted(self.muted), soloed=sorted(self.soloed))
+        self.conduct({"type": "silence", "muted": sorted(self.muted), "soloed": sorted(self.soloed)})
 
     def keep_as(self, other: Playback) -> None:
         """Have the same robots stand still as in another playback, at the same speed."""
@@ -199,7 +212,7 @@ class Playback:
         for message in self._kept.values():
             stage.send(message)
 
-    def _send_score(self, when: str) -> None:
+    def _send_score(self, when: When) -> None:
         assert self._leader
         assert self._score
         self._generation += 1
@@ -207,56 +220,56 @@ class Playback:
         self._loaded = self._load(self._score, when)
         self._leader.send(self._loaded)
 
-    def _load(self, score: Score, when: str) -> Message:
+    def _load(self, score: Score, when: When) -> Load:
         data = to_json(score)
         return {"type": "load", "generation": self._generation, "score": data, "when": when, "backend": self.status}
 
-    def _hear(self, stage: Stage, message: Message) -> None:
+    def _hear(self, stage: Stage, message: Heard) -> None:
         leads = stage is self._leader
-        kind = message["type"]
-        if kind == "request":
+        if message["type"] == "request":
             self._obey(message["command"])
             return
-        if kind == "gone":
+        if message["type"] == "gone":
             message = self._revive(stage, message)
-        elif kind == "transport" and leads:
+        elif message["type"] == "transport" and leads:
             self._lead(message)
         self._listen(message, leads)
 
-    def _obey(self, request: Message) -> None:
+    def _obey(self, request: PageRequest | Watched) -> None:
         """What the page asks for goes to all stages by way of here, so that there is one truth."""
-        kind, values = request["type"], {name: value for name, value in request.items() if name != "type"}
-        if kind == "watched":
+        if request["type"] == "watched":
             self.watched.set()
-        elif kind == "restart" and self._leader and self._score:
-            self._send_score("restart")
-        elif kind == "silence":
-            self.silence(values["muted"], values["soloed"])
-        elif kind == "place":
+        elif request["type"] == "restart":
+            if self._leader and self._score:
+                self._send_score("restart")
+        elif request["type"] == "silence":
+            self.silence(request["muted"], request["soloed"])
+        elif request["type"] == "place":
             self._listen(request, True)
-        elif kind in CONDUCTING:
-            self.conduct(kind, **values)
+        else:
+            self.conduct(request)
 
-    def _lead(self, transport: Message) -> None:
+    def _lead(self, transport: TransportMessage) -> None:
         """Have the twin begin at the very same time as the stage that leads, and stop when that stops by itself."""
         if transport["state"] in ("stopped", "ended"):
             self._halting = None
             self._still.set()
         if not self._twin:
             return
-        if transport["state"] == "playing" and transport["generation"] == self._loaded.get("generation"):
+        loaded = self._loaded
+        if transport["state"] == "playing" and loaded and transport["generation"] == loaded["generation"]:
             zero = transport["monotonic"] - transport["beat"] * 60 / transport["tempo"]
-            self._twin.send({**self._loaded, "zero": zero})
-            self._loaded = {}
+            self._twin.send({**loaded, "zero": zero})
+            self._loaded = None
         elif transport["state"] == "stopped":
             self._twin.send({"type": "hush"})
 
-    def _revive(self, dead: Stage, gone: Message) -> Message:
+    def _revive(self, dead: Stage, gone: Gone) -> Gone:
         """Start a new stage in the place of one that has died; what leads stops the robots first. What to tell."""
         leads = dead is self._leader
         if leads and self._twin:
             self._twin.send({"type": "hush"})
-        self._loaded = {}
+        self._loaded = None
         if dead is self._halting:  # the next one would fare no better
             self._halting = None
             self._still.set()

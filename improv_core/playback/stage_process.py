@@ -11,9 +11,16 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Literal, TypedDict
 
-Message = Mapping[str, Any]
+from improv_core.stage.protocol import (
+    LOADING_LIMIT,
+    FromStage,
+    ProtocolError,
+    Ready,
+    ToStage,
+    read_from_stage,
+)
 
 START_LIMIT = 60.0
 """Seconds a stage may take to say that it is ready, on a busy machine."""
@@ -25,10 +32,19 @@ HANG_LIMIT = 0.4
 """Seconds without an answer after which a stage counts as hung; with the period of pings, that is noticed in 0.5 s."""
 SIMULATED_HANG_LIMIT = 3.0
 """The same for a stage that moves nothing real: on a busy machine it may well be late, and harms nobody."""
-LOADING_LIMIT = 10.0
-"""Seconds a stage may take to get ready for a score: each new robot of a thousand has its publisher made."""
 PULSE_LIMIT = 3.0
 """Seconds our event loop may stand still, as while a huge document is read, until we count as hung ourselves."""
+
+
+class Gone(TypedDict):
+    """A stage has ended by itself, or was killed because it hung: what its parent says in its place."""
+
+    type: Literal["gone"]
+    message: str
+
+
+Heard = FromStage | Gone
+"""What is heard of a stage."""
 
 
 class StageError(Exception):
@@ -36,31 +52,32 @@ class StageError(Exception):
 
 
 class Stage:
-    """A stage process. Made by `start`; `ready` is its first message.
+    """A stage process. Made by `start`.
 
     Threads speak and listen, so that neither a stage that does not read nor an event loop that is busy is mistaken for
     the other's end.
     """
 
-    def __init__(self, process: subprocess.Popen[bytes], hear: Callable[[Stage, Message], None]) -> None:
+    ready: Ready
+    """Its first message."""
+
+    def __init__(self, process: subprocess.Popen[bytes], hear: Callable[[Stage, Heard], None]) -> None:
         self._process = process
         self._hear = hear
         self._loop = asyncio.get_running_loop()
         self._closing = False
         self._hung = self._failure = ""
-        self._ready: asyncio.Future[Message] = self._loop.create_future()
+        self._first: asyncio.Future[Heard] = self._loop.create_future()
         self._ended = asyncio.Event()
         self._last_words: deque[str] = deque(maxlen=5)
-        self._outbox: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
+        self._outbox: queue.SimpleQueue[ToStage | None] = queue.SimpleQueue()
         self._pulse = self._answered = time.monotonic()
         self._pings = self._loading_until = 0
         for work in (self._write, self._read, self._read_log):
             threading.Thread(target=work, daemon=True).start()
 
     @classmethod
-    async def start(
-        cls, command: Sequence[str], env: Mapping[str, str], hear: Callable[[Stage, Message], None]
-    ) -> Stage:
+    async def start(cls, command: Sequence[str], env: Mapping[str, str], hear: Callable[[Stage, Heard], None]) -> Stage:
         """Start a stage and wait until it is ready. Raises StageError with what it says is wrong."""
         pipe = subprocess.PIPE
         try:
@@ -72,7 +89,7 @@ class Stage:
             raise StageError(f"{command[0]} can't be started: {error.strerror}") from None
         stage = cls(process, hear)
         try:
-            first = await asyncio.wait_for(asyncio.shield(stage._ready), START_LIMIT)
+            first = await asyncio.wait_for(asyncio.shield(stage._first), START_LIMIT)
         except asyncio.TimeoutError:
             first = {"type": "error", "message": "the stage did not start in time: try again"}
         except asyncio.CancelledError:
@@ -80,19 +97,16 @@ class Stage:
             raise
         if first["type"] != "ready":
             await stage.close()
-            raise StageError(first["message"])
+            raise StageError(first["message"] if first["type"] in ("error", "gone") else f"it said {first['type']}")
+        stage.ready = first
         stage._watch(time.monotonic())
         return stage
-
-    @property
-    def ready(self) -> Message:
-        return self._ready.result()
 
     @property
     def alive(self) -> bool:
         return not self._ended.is_set() and not self._closing
 
-    def send(self, message: Message) -> None:
+    def send(self, message: ToStage) -> None:
         """Send a message; one to a stage that has died is lost, and its end has been told."""
         self._outbox.put(message)
 
@@ -150,13 +164,13 @@ class Stage:
         with self._process.stdout as lines:
             for line in lines:
                 # Half a line of a stage that was killed, or what some library has printed.
-                with suppress(ValueError, TypeError, KeyError):
-                    self._take(json.loads(line))
+                with suppress(ProtocolError):
+                    self._take(read_from_stage(line))
         self._process.wait()
         with suppress(RuntimeError):  # the loop has been closed before the stage ended
             self._loop.call_soon_threadsafe(self._end)
 
-    def _take(self, message: Message) -> None:
+    def _take(self, message: FromStage) -> None:
         if message["type"] == "pong":
             self._answered = time.monotonic()
             if message["number"] >= self._loading_until:
@@ -168,11 +182,11 @@ class Stage:
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._told, message)
 
-    def _told(self, message: Message) -> None:
-        if not self._ready.done():
+    def _told(self, message: Heard) -> None:
+        if not self._first.done():
             self._answered = time.monotonic()
             if message["type"] != "request":  # pages of an earlier stage may be back before this one is ready
-                self._ready.set_result(message)
+                self._first.set_result(message)
         elif not (self._closing and message["type"] == "gone"):
             self._hear(self, message)
 

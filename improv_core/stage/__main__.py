@@ -16,11 +16,10 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 if __name__ == "__main__":
     # Python puts the folder it runs first on the path, where our modules would hide others of the same name;
@@ -32,15 +31,19 @@ if __name__ == "__main__":
 from improv_core.score.motion import Twist
 from improv_core.score.score import Score, from_json
 from improv_core.stage.player import Player
+from improv_core.stage.protocol import (
+    LOADING_LIMIT,
+    SILENCE_LIMIT,
+    VERSION,
+    FromStage,
+    Load,
+    ProtocolError,
+    Ready,
+    Stopped,
+    ToStage,
+    read_to_stage,
+)
 from improv_core.stage.sinks import Sink
-
-VERSION = 1
-"""The protocol's version: docs/protocol.md."""
-
-SILENCE_LIMIT = 0.5
-"""Seconds without a ping after which the parent counts as hung: nobody could stop the real robots any more."""
-READING_LIMIT = 10.0
-"""The same while a score is read, and the pings behind it are not. The parent too has as much patience."""
 
 LONG = 10_000
 """Bytes of a line from which on it counts as one that takes time to read."""
@@ -51,18 +54,47 @@ EARLY = 0.0004
 SWITCH_INTERVAL = 0.0005
 """Seconds that a thread of ours may work while the player waits: a long score takes its reader a hundred times that."""
 
-Message = Mapping[str, Any]
-Tell = Callable[[dict[str, Any]], None]
+Tell = Callable[[FromStage], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Play:
+    """A `load` message whose score has been read."""
+
+    load: Load
+    score: Score
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """A line that is no message, or a score that can't be played: why, and whether it was a score."""
+
+    problem: str
+    was_score: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A long line has arrived. Until it has been read, pings behind it wait."""
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """Standard input has ended, or a signal asks the stage to end."""
+
+
+Arrival = ToStage | Play | Unreadable | Reading | End
+Inbox = queue.SimpleQueue[Arrival]
 
 
 def main() -> int:
     """Play what standard input asks for until it ends. Exit code 1 after a failure, 2 if the sink can't be had."""
     options = _options()
     sys.setswitchinterval(SWITCH_INTERVAL)
-    inbox: queue.SimpleQueue[Message] = queue.SimpleQueue()
-    outbox: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
+    inbox: Inbox = queue.SimpleQueue()
+    outbox: queue.SimpleQueue[FromStage | None] = queue.SimpleQueue()
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: inbox.put({"type": "end"}))
+        signal.signal(number, lambda *_: inbox.put(End()))
     writer = threading.Thread(target=_write, args=(outbox,), daemon=True)
     writer.start()
     try:
@@ -101,18 +133,18 @@ class _Opened:
     """A sink, what to say once it is ready, where everything said goes, and who is shown what is to be played."""
 
     sink: Sink
-    ready: dict[str, Any]
+    ready: Ready
     tell: Tell
     show: Callable[[Score, int], None] = lambda score, generation: None
 
 
 def _open(options: argparse.Namespace, put: Tell) -> _Opened:
-    ready = {"type": "ready", "protocol": VERSION, "live": options.sink == "ros"}
     if options.sink == "ros":
         from improv_core.stage.sinks.ros import Ros
 
         ros = Ros(options.discovery)
-        return _Opened(ros, {**ready, "sink": ros.description}, put)
+        ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "live": True}
+        return _Opened(ros, ready, put)
 
     from improv_core.stage.sinks.simulator import Simulator
     from improv_core.stage.viewer.server import Viewer
@@ -132,11 +164,13 @@ def _open(options: argparse.Namespace, put: Tell) -> _Opened:
             raise
         raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
 
-    def tell(message: dict[str, Any]) -> None:
-        viewer.publish(message)
+    def tell(message: FromStage) -> None:
+        if message["type"] == "transport" or message["type"] == "stopped":
+            viewer.publish(message)
         put(message)
 
-    return _Opened(simulator, {**ready, "sink": simulator.name, "page": viewer.url}, tell, viewer.show)
+    ready = {"type": "ready", "protocol": VERSION, "sink": simulator.name, "live": False, "page": viewer.url}
+    return _Opened(simulator, ready, tell, viewer.show)
 
 
 def _report_sent(sink: Sink, put: Tell) -> None:
@@ -151,10 +185,10 @@ def _report_sent(sink: Sink, put: Tell) -> None:
     sink.send = send_and_tell  # type: ignore[method-assign]
 
 
-def _play(opened: _Opened, inbox: queue.SimpleQueue[Message]) -> int:
+def _play(opened: _Opened, inbox: Inbox) -> int:
     sink, tell = opened.sink, opened.tell
     player = Player(sink, tell, time.time)
-    last: dict[str, Any] = {"type": "stopped"}
+    last: Stopped = {"type": "stopped"}
     silent_from = math.inf  # when the parent, if it has pinged at all, counts as hung
     try:
         while True:
@@ -171,12 +205,16 @@ def _play(opened: _Opened, inbox: queue.SimpleQueue[Message]) -> int:
                     _stop_for_silence(player, tell, now)
                 player.advance(now)
                 continue
-            if message["type"] == "end":
+            if isinstance(message, End):
                 return 0
-            reading = message["type"] == "reading"
-            if sink.live and (message["type"] == "ping" or silent_from < math.inf):
-                silent_from = time.monotonic() + (READING_LIMIT if reading else SILENCE_LIMIT)
-            if not reading:
+            pinged = isinstance(message, dict) and message["type"] == "ping"
+            if sink.live and (pinged or silent_from < math.inf):
+                silent_from = time.monotonic() + (LOADING_LIMIT if isinstance(message, Reading) else SILENCE_LIMIT)
+            if isinstance(message, Unreadable):
+                tell({"type": "error", "message": message.problem})
+                if message.was_score:
+                    player.hush(time.monotonic())
+            elif not isinstance(message, Reading):
                 _obey(player, message, opened)
     except Exception as error:
         last["message"] = _one_line(error)
@@ -204,84 +242,69 @@ def _stop_for_silence(player: Player, tell: Tell, now: float) -> None:
         tell({"type": "error", "message": what})
 
 
-def _obey(player: Player, message: Message, opened: _Opened) -> None:
-    kind, now = message["type"], time.monotonic()
-    try:
-        # All stages do a thing as of the time it was asked for; what has been sent since can't be taken back.
-        at = max(min(float(message.get("at", now)), now), player.reached)
-        obey = _asked_for(message, opened)
-    except (KeyError, TypeError, ValueError) as error:
-        opened.tell({"type": "error", "message": f"the stage can't make sense of {kind!r}: {_one_line(error)}"})
+def _obey(player: Player, asked: ToStage | Play, opened: _Opened) -> None:
+    """Do what a message asks for. What goes wrong ends the stage, which stops the robots; a score is only refused."""
+    now = time.monotonic()
+    message = asked.load if isinstance(asked, Play) else asked
+    if message["type"] == "ping":
+        opened.tell({"type": "pong", "number": message["number"]})
         return
-    if obey:
-        obey(player, at)  # what goes wrong from here on ends the stage, which stops the robots
-    else:
-        opened.tell({"type": "error", "message": f"the stage does not know the message {kind!r}"})
+    # All stages act as of the time of the request, but what has been sent since can't be taken back.
+    at = max(min(message.get("at", now), now), player.reached)
+    if isinstance(asked, Play):
+        _load(player, asked, at, opened)
+    elif message["type"] == "hush":
+        player.hush(now)
+    elif message["type"] == "pause":
+        player.pause(at)
+    elif message["type"] == "resume":
+        player.resume(at)
+    elif message["type"] == "seek":
+        player.seek(message["beat"], at)
+    elif message["type"] == "speed":
+        player.set_speed(message["factor"], at)
+    elif message["type"] == "silence":
+        player.set_silent(message["muted"], message["soloed"], at)
 
 
-def _asked_for(message: Message, opened: _Opened) -> Callable[[Player, float], None] | None:
-    """What a message asks for. Raises KeyError, TypeError or ValueError where it makes no sense."""
-    match message["type"]:
-        case "load":
-            score, generation = message["score"], int(message["generation"])
-            backend, when, zero = str(message["backend"]), str(message["when"]), message.get("zero")
-            zero = None if zero is None else float(zero)
-
-            def load(player: Player, at: float) -> None:
-                player.backend = backend
-                opened.show(score, generation)
-                player.load(score, generation, when, at, zero)
-
-            return load
-        case "hush":
-            return lambda player, at: player.hush(time.monotonic())
-        case "pause":
-            return Player.pause
-        case "resume":
-            return Player.resume
-        case "seek":
-            beat = float(message["beat"])
-            return lambda player, at: player.seek(beat, at)
-        case "speed":
-            factor = float(message["factor"])
-            return lambda player, at: player.set_speed(factor, at)
-        case "silence":
-            muted, soloed = frozenset(message["muted"]), frozenset(message["soloed"])
-            return lambda player, at: player.set_silent(muted, soloed, at)
-        case "ping":
-            return lambda player, at: opened.tell({"type": "pong", "number": message.get("number")})
-    return None
+def _load(player: Player, asked: Play, at: float, opened: _Opened) -> None:
+    load, score = asked.load, asked.score
+    try:
+        player.backend = load["backend"]
+        opened.show(score, load["generation"])
+        player.load(score, load["generation"], load["when"], at, load.get("zero"))
+    except Exception as error:
+        opened.tell({"type": "error", "message": f"this program can't be played: {_one_line(error)}"})
+        player.hush(time.monotonic())
 
 
-def _read(inbox: queue.SimpleQueue[Message]) -> None:
+def _read(inbox: Inbox) -> None:
     """Every line of standard input is a message; its end, also in the middle of a line, ends the stage."""
     # A file of our own: at its end Python waits for the lock of its own, which a thread that reads never lets go.
     for line in open(0, "rb", closefd=False):  # noqa: SIM115
         if not line.endswith(b"\n"):
             break
         if len(line) > LONG:
-            inbox.put({"type": "reading"})
+            inbox.put(Reading())
         inbox.put(_message(line))
-    inbox.put({"type": "end"})
+    inbox.put(End())
 
 
-def _message(line: bytes) -> Message:
-    """What a line says. A score is read here, on the thread that reads lines, so that what plays goes on meanwhile."""
+def _message(line: bytes) -> Arrival:
+    """What a line says. Scores are read here, on the thread that reads lines, so that what plays goes on meanwhile."""
     try:
-        message = json.loads(line)
-    except ValueError:
-        return {"type": "no JSON"}
-    if not isinstance(message, dict) or "type" not in message:
-        return {"type": "no message"}
+        message = read_to_stage(line)
+    except ProtocolError as error:
+        return Unreadable(str(error))
     if message["type"] != "load":
         return message
     try:
-        return {**message, "score": from_json(message["score"])}
-    except (KeyError, TypeError, ValueError):
-        return {"type": "no score"}
+        return Play(message, from_json(message["score"]))
+    except Exception as error:  # whatever is wrong with it, robots must not go on as if nothing had been asked for
+        return Unreadable(f"this program can't be played: {_one_line(error)}", was_score=True)
 
 
-def _write(outbox: queue.SimpleQueue[dict[str, Any] | None]) -> None:
+def _write(outbox: queue.SimpleQueue[FromStage | None]) -> None:
     """On a thread of its own: a full pipe must not hold up the player."""
     while (message := outbox.get()) is not None:
         try:

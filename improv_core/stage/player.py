@@ -8,15 +8,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from fractions import Fraction
 from heapq import heapify, heappop, heappush, heapreplace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from improv_core.score.motion import STILL, Twist
+from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
+from improv_core.stage.protocol import (
+    FASTEST,
+    LAST_BEAT,
+    SLOWEST,
+    ErrorLine,
+    PoseJson,
+    Poses,
+    State,
+    TransportMessage,
+    WarningLine,
+    When,
+)
 from improv_core.stage.setpoints import LAST_ZEROS, Command, commands, zeros
 from improv_core.stage.sinks import Sink
 
@@ -31,10 +43,8 @@ LOOK_AT = 20
 """Robots to look at between two commands: with ROS 2 each took some 0.02 ms."""
 LATE = 0.5
 """Seconds. A live sink that could not send for so long stops: its robots have stopped by themselves, or should have."""
-SLOWEST, FASTEST = 0.1, 4.0
-LAST_BEAT = 1e15
-"""The last that can be sought: where beats stop being exact as numbers of JavaScript."""
 
+Told = TransportMessage | WarningLine | ErrorLine
 EMPTY = Score(Fraction(60), {})
 
 
@@ -44,7 +54,7 @@ class Swap:
 
     score: Score
     generation: int
-    when: str
+    when: When
     at: float
 
 
@@ -61,7 +71,7 @@ class _Due(NamedTuple):
 class Player:
     """Plays one score at a time on a sink, and tells what it does in transport messages (see docs/protocol.md)."""
 
-    def __init__(self, sink: Sink, tell: Callable[[dict[str, Any]], None], wall: Callable[[], float]) -> None:
+    def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
         self._sink = sink
         self._tell = tell
         self._wall = wall
@@ -69,7 +79,7 @@ class Player:
         self.backend = sink.name
         """What everything plays on, in words, for those who watch."""
         self._generation = 0
-        self._state = "stopped"
+        self._state: State = "stopped"
         self._speed = Fraction(1)
         self._zero = 0.0  # the clock's time of performance time 0
         self._since = 0.0  # the performance time at which playing was last taken up,
@@ -87,14 +97,14 @@ class Player:
         self._looked_at = 0
         self.reached = 0.0
         """The clock's time up to which everything has been sent."""
-        self._start_poses: dict[str, Any] = {}
+        self._start_poses: dict[str, PoseJson] = {}
 
     @property
-    def state(self) -> str:
+    def state(self) -> State:
         """stopped, waiting (for listeners), playing, paused or ended."""
         return self._state
 
-    def load(self, score: Score, generation: int, when: str, now: float, zero: float | None = None) -> None:
+    def load(self, score: Score, generation: int, when: When, now: float, zero: float | None = None) -> None:
         """Play a score: `restart` from beat 0 with robots at their start, or take over `now`, at the `beat` or `end`.
 
         `zero` is the clock's time of beat 0 where another stage has set it.
@@ -235,7 +245,7 @@ class Player:
         due = self._due()
         return max(now - self._zero, due) if due + self._zero <= now else now - self._zero
 
-    def _switch_time(self, when: str, performed: float) -> float:
+    def _switch_time(self, when: When, performed: float) -> float:
         """The performance time at which a score takes over."""
         performed = max(performed, self._since)
         if when == "end" and self._end() != math.inf:
@@ -316,7 +326,7 @@ class Player:
         if self._state == "playing":
             self.advance(now)
 
-    def _stop_all(self, now: float, state: str) -> None:
+    def _stop_all(self, now: float, state: State) -> None:
         performed = now - self._zero
         self._next = None
         self._queue = []
@@ -373,7 +383,7 @@ class Player:
                 self._tell({"type": "warning", "message": line})
             self._warned[robot] = line
 
-    def whereabouts(self) -> dict[str, Any]:
+    def whereabouts(self) -> Poses:
         """Where simulated robots were at beat 0, and are now; nothing for others."""
         poses = _as_json(self._sink.poses())
         return {"start": self._start_poses, "poses": poses} if poses else {}
@@ -402,5 +412,5 @@ class Player:
         )
 
 
-def _as_json(poses: Mapping[str, Any]) -> dict[str, Any]:
-    return {robot: asdict(pose) for robot, pose in poses.items()}
+def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:
+    return {robot: {"x": pose.x, "y": pose.y, "z": pose.z, "heading": pose.heading} for robot, pose in poses.items()}

@@ -7,10 +7,10 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
-from improv_core.playback.playback import Options, Playback
-from improv_core.playback.stage_process import Message
+from improv_core.playback.playback import News, Options, Playback
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.stage.protocol import TransportMessage
 
 LIMIT = 60.0
 ENDLESS = score_of(analyze("r $ repeat forward\n"))
@@ -21,15 +21,15 @@ class Performance:
 
     def __init__(self) -> None:
         self.playback = Playback(Options("sim"), self._hear)
-        self._told: asyncio.Queue[Message] = asyncio.Queue()
+        self._told: asyncio.Queue[News] = asyncio.Queue()
 
-    async def transport(self) -> Message:
+    async def transport(self) -> TransportMessage:
         """The next one."""
         while (message := await asyncio.wait_for(self._told.get(), LIMIT))["type"] != "transport":
             pass
         return message
 
-    def _hear(self, message: Message, leads: bool) -> None:
+    def _hear(self, message: News, leads: bool) -> None:
         self._told.put_nowait(message)
 
 
@@ -53,7 +53,7 @@ def test_nothing_plays_that_was_stopped_while_the_stages_started(ends: bool) -> 
         if ends:
             await playback.close()
         else:
-            playback.conduct("hush")
+            playback.conduct({"type": "hush"})
         assert await playing is None
         assert await playback.play(ENDLESS) == 1
         assert (await performance.transport())["state"] == "playing"
@@ -65,7 +65,7 @@ def test_who_stands_still_and_how_fast_the_others_are_outlives_a_playback() -> N
     async def performs(performance: Performance) -> None:
         old = Playback(Options("sim"), lambda message, leads: None)
         old.silence(["r"], [])
-        old.conduct("speed", factor=2.0)
+        old.conduct({"type": "speed", "factor": 2.0})
         performance.playback.keep_as(old)
         assert performance.playback.muted == {"r"}
         await performance.playback.play(ENDLESS)

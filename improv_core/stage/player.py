@@ -1,14 +1,14 @@
-"""Plays scores: sends what is due, and obeys who conducts. Knows no clock but the times it is given.
+"""Plays scores: sends what is due, and does what it is asked. Knows no clock but the times it is given.
 
-Three kinds of time: `now` is the clock's, in seconds; performance time counts seconds from the latest restart on, and
-goes on while nothing moves; beats are places in the score, and pass at its tempo times the speed.
+`now` is the clock's time, in seconds; `performed` and `at` are performance times: seconds since the latest restart,
+also while nothing moves.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush, heapreplace
 from typing import NamedTuple
@@ -17,6 +17,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
+from improv_core.score.transport import Switch, Transport
 from improv_core.stage.protocol import (
     FASTEST,
     LAST_BEAT,
@@ -54,7 +55,7 @@ class Swap:
 
     score: Score
     generation: int
-    when: When
+    when: Switch
     at: float
 
 
@@ -81,9 +82,7 @@ class Player:
         self._generation = 0
         self._state: State = "stopped"
         self._speed = Fraction(1)
-        self._zero = 0.0  # the clock's time of performance time 0
-        self._since = 0.0  # the performance time at which playing was last taken up,
-        self._from: Exact = 0  # and at which beat
+        self._transport = Transport(0.0, 0.0, 0, EMPTY.tempo)
         self._queue: list[_Due] = []
         self._next: Swap | None = None
         self._muted: frozenset[str] = frozenset()
@@ -110,8 +109,12 @@ class Player:
         `zero` is the clock's time of beat 0 where another stage has set it.
         """
         self._warned = {}
-        if self._state == "playing" and when in ("now", "beat", "end"):
-            at = self._switch_time(when, now - self._zero) if zero is None else zero - self._zero
+        if self._state == "playing" and when != "restart":
+            performed = self._transport.performed(now)
+            if zero is None:
+                at = self._transport.switch_time(when, performed, self._score.beats)
+            else:
+                at = zero - self._transport.zero
             self._next = Swap(score, generation, when, at)
             self.advance(now)
         else:
@@ -124,31 +127,37 @@ class Player:
         """
         if self._state == "waiting" and not self._score.beats:
             return
-        self._from = self._beat(now)
+        self._leave_at(self._beat(now))
         self._stop_all(now, "stopped")
 
     def pause(self, now: float) -> None:
         """Stop every robot at once, to go on from here."""
         self._catch_up(now)
         if self._state == "playing":
-            self._from = self._beat(now)
+            self._leave_at(self._beat(now))
             self._stop_all(now, "paused")
 
     def resume(self, now: float) -> None:
         """Go on from where it was paused."""
         if self._state == "paused":
-            self._play_from(self._from, now - self._zero, now)
+            self._play_from(self._transport.origin, self._transport.performed(now), now)
 
     def seek(self, beat: float, now: float) -> None:
-        """Play from another beat on, or be paused there; simulated robots stand where the score has them then."""
+        """Play from another beat on, or be paused there; simulated robots stand where the score has them then.
+
+        Ignored if nothing has been loaded.
+        """
+        if self._score is EMPTY:
+            return
         target = near(min(max(beat, 0.0), float(self._score.beats), LAST_BEAT))
         if self._state != "waiting" and not self._sink.live:
             poses = {robot: pose_at(part, target) for robot, part in self._score.parts.items()}
             self._sink.place({robot: pose for robot, pose in poses.items() if pose})
         if self._state == "playing":
-            self._play_from(target, now - self._zero, now)
+            self._play_from(target, self._transport.performed(now), now)
         elif self._state != "waiting":
-            self._from, self._state = target, "paused"
+            self._leave_at(target)
+            self._state = "paused"
             self._tell_transport(now)
 
     def set_speed(self, factor: float, now: float) -> None:
@@ -157,8 +166,9 @@ class Player:
         beat = self._beat(now)
         self._speed = Fraction(str(min(max(factor, SLOWEST), FASTEST)))
         if self._state == "playing":
-            self._play_from(beat, now - self._zero, now)
+            self._play_from(beat, self._transport.performed(now), now)
         else:
+            self._transport = replace(self._transport, tempo=self._tempo)
             self._tell_transport(now)
 
     def set_silent(self, muted: Collection[str], soloed: Collection[str], now: float) -> None:
@@ -169,7 +179,9 @@ class Player:
         for robot in self._score.parts if self._state == "playing" else ():
             if self._is_silent(robot) != (robot in before):
                 self._zeros_left[robot] = LAST_ZEROS
-                self._send(robot, self._wanted.get(robot, STILL), max(now - self._zero, self._since))
+                self._send(
+                    robot, self._wanted.get(robot, STILL), max(self._transport.performed(now), self._transport.since)
+                )
         self._tell_transport(now)
 
     def advance(self, now: float) -> None:
@@ -178,8 +190,8 @@ class Player:
             self._look_for_listeners(now)
             if self._state == "waiting":
                 return
-        if self._sink.live and self._state == "playing" and now - self._zero - self._due() > LATE:
-            late = now - self._zero - self._due()
+        if self._sink.live and self._state == "playing" and self._transport.performed(now) - self._due() > LATE:
+            late = self._transport.performed(now) - self._due()
             self.hush(now)
             message = f"the stage stood still for {late:.1f} s, so all robots were stopped: save to play again"
             self._tell({"type": "error", "message": message})
@@ -191,10 +203,11 @@ class Player:
             # What the old score has to say at that very moment, the new one says instead.
             self._send_due(math.nextafter(swap.at, -math.inf))
             self._take_over(swap, now)
-        end = self._end()
+        end = self._transport.end(self._score.beats)
         if self._state == "playing" and performed >= end:
             self._send_due(end)
-            self._from, self._state = self._beat(now), "ended"
+            self._leave_at(self._beat(now))
+            self._state = "ended"
             if not self._sink.live:
                 self._warn(self._score.parts)  # of bumps in the last second
             self._tell_transport(now)
@@ -212,7 +225,8 @@ class Player:
         due = self._due()
         if due == math.inf:
             return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
-        return min(due + self._zero, now + self._sink.period) if self._sink.period else due + self._zero
+        at = self._transport.clock(due)
+        return min(at, now + self._sink.period) if self._sink.period else at
 
     @property
     def _tempo(self) -> Fraction:
@@ -221,53 +235,38 @@ class Player:
 
     def _beat(self, now: float) -> Exact:
         """Where in the score it is."""
-        if self._state == "waiting":
-            return 0
-        if self._state != "playing":
-            return self._from
-        passed = self._from + Fraction(max(now - self._zero - self._since, 0.0)) * self._tempo / 60
-        return near(float(min(passed, self._score.beats)))
+        playing = self._state == "playing"
+        return self._transport.beat(now, self._score.beats) if playing else self._transport.origin
 
-    def _end(self) -> float:
-        """The performance time at which the longest part ends."""
-        beats = self._score.beats
-        return math.inf if beats == ENDLESS else self._since + float((beats - self._from) * 60 / self._tempo)
+    def _leave_at(self, beat: Exact) -> None:
+        """Stay at a beat, once it is no longer played."""
+        self._transport = replace(self._transport, origin=beat)
 
     def _due(self) -> float:
         """The performance time of what comes next."""
         queued = self._queue[0].at if self._queue else math.inf
         swap = self._next.at if self._next else math.inf
-        end = self._end() if self._state == "playing" else math.inf
+        end = self._transport.end(self._score.beats) if self._state == "playing" else math.inf
         return min(queued, swap, end)
 
     def _performed(self, now: float) -> float:
         """Performance time by the clock; never a rounding error before what is due by the clock."""
         due = self._due()
-        return max(now - self._zero, due) if due + self._zero <= now else now - self._zero
-
-    def _switch_time(self, when: When, performed: float) -> float:
-        """The performance time at which a score takes over."""
-        performed = max(performed, self._since)
-        if when == "end" and self._end() != math.inf:
-            return self._end()
-        if when == "now":
-            return performed
-        beat = float(60 / self._tempo)
-        first = self._since + float(math.ceil(self._from) - self._from) * beat  # the first whole beat since
-        return first + max(math.ceil((performed - first) / beat), 0) * beat
+        performed = self._transport.performed(now)
+        return max(performed, due) if self._transport.clock(due) <= now else performed
 
     def _restart(self, score: Score, generation: int, now: float, zero: float | None) -> None:
         old = self._score.parts
         leaving = [robot for robot in old if robot not in score.parts]
         for robot in leaving:
-            self._sink.send(robot, STILL, now - self._zero)
+            self._sink.send(robot, STILL, self._transport.performed(now))
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
         self._queue, self._next, self._wanted = [], None, {}
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
-        self._zero, self._since, self._from = zero if zero is not None else now, 0.0, 0
         self._score, self._generation = score, generation
+        self._transport = Transport(now if zero is None else zero, 0.0, 0, self._tempo)
         for robot in score.parts:
             self._met.setdefault(robot, now)
         self._unheard = set(score.parts)
@@ -288,7 +287,7 @@ class Player:
                 self._sink.send(robot, STILL, 0.0)  # one that is only to stop need not wait for the others
         if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in self._unheard):
             return
-        self._zero = now
+        self._transport = replace(self._transport, zero=now)
         self._play_from(0, 0.0, now)
         self._warn(self._score.parts)
 
@@ -307,7 +306,8 @@ class Player:
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, as of this performance time."""
-        self._since, self._from, self._state = performed, beat, "playing"
+        self._transport = Transport(self._transport.zero, performed, beat, self._tempo)
+        self._state = "playing"
         self._queue = [due for due in self._queue if due.robot not in self._score.parts]
         heapify(self._queue)
         self._zeros_left = {robot: LAST_ZEROS for robot in self._score.parts if self._is_silent(robot)}
@@ -315,10 +315,10 @@ class Player:
             self._enqueue(robot, commands(part, self._tempo, beat), performed)
         if self._next:
             swap = self._next
-            at = self._switch_time(swap.when, performed)
+            at = self._transport.switch_time(swap.when, performed, self._score.beats)
             self._next = Swap(swap.score, swap.generation, swap.when, at)
         self._look = now + LOOK_WHILE_PLAYING
-        self._tell_transport(now, self._zero + performed)
+        self._tell_transport(now, self._transport.clock(performed))
         self.advance(now)
 
     def _catch_up(self, now: float) -> None:
@@ -327,7 +327,7 @@ class Player:
             self.advance(now)
 
     def _stop_all(self, now: float, state: State) -> None:
-        performed = now - self._zero
+        performed = self._transport.performed(now)
         self._next = None
         self._queue = []
         problems = []
@@ -402,7 +402,7 @@ class Player:
                 "speed": float(self._speed),
                 "beats": None if beats == ENDLESS else float(beats),
                 "beat": float(self._beat(at)),
-                "performed": at - self._zero,
+                "performed": self._transport.performed(at),
                 "muted": sorted(self._muted),
                 "soloed": sorted(self._soloed),
                 "monotonic": at,

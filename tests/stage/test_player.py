@@ -476,3 +476,14 @@ def test_the_first_beat_waits_for_resets() -> None:
     stage.sink.resets = False
     stage.run(5)
     assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, 0)]
+
+
+def test_there_is_no_beat_to_seek_before_anything_is_loaded() -> None:
+    stage = Stage()
+    stage.player.seek(4.0, stage.now)
+    stage.player.resume(stage.now)
+    stage.run(1)
+    assert stage.told == []
+    stage.load("r $ forward")
+    stage.run(5)
+    assert stage.states == ["playing", "ended"]

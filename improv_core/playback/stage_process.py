@@ -14,6 +14,7 @@ from contextlib import suppress
 from typing import Literal, TypedDict
 
 from improv_core.stage.protocol import (
+    END_LIMIT,
     LOADING_LIMIT,
     FromStage,
     ProtocolError,
@@ -24,8 +25,6 @@ from improv_core.stage.protocol import (
 
 START_LIMIT = 60.0
 """Seconds a stage may take to say that it is ready, on a busy machine."""
-END_LIMIT = 3.0
-"""Seconds a stage may take to stop its robots and end, before it is killed."""
 PING_PERIOD = 0.1
 """Seconds between two pings, which say to the stage that we live, and whose answers say that it does."""
 HANG_LIMIT = 0.4

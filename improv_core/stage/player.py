@@ -127,14 +127,12 @@ class Player:
         """
         if self._state == "waiting" and not self._score.beats:
             return
-        self._leave_at(self._beat(now))
         self._stop_all(now, "stopped")
 
     def pause(self, now: float) -> None:
         """Stop every robot at once, to go on from here."""
         self._catch_up(now)
         if self._state == "playing":
-            self._leave_at(self._beat(now))
             self._stop_all(now, "paused")
 
     def resume(self, now: float) -> None:
@@ -308,8 +306,7 @@ class Player:
         """Play the score from a beat on, as of this performance time."""
         self._transport = Transport(self._transport.zero, performed, beat, self._tempo)
         self._state = "playing"
-        self._queue = [due for due in self._queue if due.robot not in self._score.parts]
-        heapify(self._queue)
+        self._drop_parts()
         self._zeros_left = {robot: LAST_ZEROS for robot in self._score.parts if self._is_silent(robot)}
         for robot, part in self._score.parts.items():
             self._enqueue(robot, commands(part, self._tempo, beat), performed)
@@ -329,7 +326,7 @@ class Player:
     def _stop_all(self, now: float, state: State) -> None:
         performed = self._transport.performed(now)
         self._next = None
-        self._queue = []
+        self._drop_parts()
         problems = []
         for robot, part in self._score.parts.items():
             burst = zeros(performed, 1 / part.profile.command_rate)
@@ -338,12 +335,17 @@ class Player:
             except Exception as problem:  # whatever a sink's library raises
                 problems.append(problem)
             self._enqueue(robot, burst, 0.0)
+        self._leave_at(self._beat(now))
+        self._state, self.reached = state, now
         if problems:
             raise problems[0]
         self._sink.advance(performed)
-        self.reached = now
-        self._state = state
         self._tell_transport(now)
+
+    def _drop_parts(self) -> None:
+        """Forget what the robots of the score were to be told; those that have left it still get their zeros."""
+        self._queue = [due for due in self._queue if due.robot not in self._score.parts]
+        heapify(self._queue)
 
     def _is_silent(self, robot: str) -> bool:
         return robot not in self._soloed if self._soloed else robot in self._muted
@@ -357,12 +359,13 @@ class Player:
         queue = self._queue
         while queue and queue[0].at <= performed:
             at, robot, moving, rest, offset = queue[0]
-            self._send(robot, moving, at)
+            # Before it is sent: one robot that can't be told must not come first again and hold up the others.
             following = next(rest, None)
             if following:
                 heapreplace(queue, _Due(following.at + offset, robot, following.twist, rest, offset))
             else:
                 heappop(queue)
+            self._send(robot, moving, at)
         self._sink.advance(performed)
 
     def _send(self, robot: str, moving: Twist, at: float) -> None:

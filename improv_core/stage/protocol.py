@@ -26,6 +26,8 @@ SILENCE_LIMIT = 0.5
 """Seconds without a ping after which a stage with real robots takes its parent for hung, and stops the robots."""
 LOADING_LIMIT = 10.0
 """Seconds either side may take over a new score: to read a long one, or to make a thousand robots' publishers."""
+END_LIMIT = 3.0
+"""Seconds a stage may take to stop its robots and end, before it is killed."""
 
 When = Literal["restart", "now", "beat", "end"]
 """When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat or at the end."""

@@ -32,8 +32,12 @@ class Memory:
         self.deaf: dict[str, str] = {}
         self.prepared: list[bool] = []
         self.placed: Mapping[str, Pose] = {}
+        self.refuses: set[str] = set()
+        self.breaks_at: tuple[float, str] = (math.inf, "")  # from when on a robot can't be told anything
 
     def prepare(self, score: Score, restart: bool) -> None:
+        for robot in self.refuses & score.parts.keys():
+            raise OSError(f"{robot} can't be prepared")
         self.prepared.append(restart)
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
@@ -46,6 +50,9 @@ class Memory:
         return self.resets
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
+        since, broken = self.breaks_at
+        if robot == broken and at >= since:
+            raise OSError(f"{robot} has no publisher any more")
         self.sent.append((robot, at, twist))
 
     def place(self, poses: Mapping[str, Pose]) -> None:

@@ -12,8 +12,8 @@ from urllib.request import urlopen
 
 import pytest
 
-from improv_core.playback.stage_process import END_LIMIT, HANG_LIMIT, Heard, Stage
-from improv_core.stage.protocol import LOADING_LIMIT, ToStage
+from improv_core.playback.stage_process import HANG_LIMIT, Heard, Stage
+from improv_core.stage.protocol import END_LIMIT, LOADING_LIMIT, ToStage
 from tests.ls.client import Client
 from tests.processes import descendants, wait_until_gone
 

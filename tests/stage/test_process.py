@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import queue
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from threading import Timer
 from typing import Any
 
 import pytest
@@ -18,9 +16,6 @@ from improv_core import stage
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import to_json
-from improv_core.stage.__main__ import Arrival, End, Play, Reading, _Opened, _play
-from improv_core.stage.protocol import SILENCE_LIMIT, FromStage, Load, Ready
-from tests.stage.test_player import Memory
 
 LIMIT = 30
 
@@ -94,36 +89,3 @@ def test_what_it_does_not_understand_it_says_and_plays_on(process: Process) -> N
     process.wait("pong")
     process.write(b'{"type": "hush"}\n')
     assert process.wait("transport")["state"] == "stopped"
-
-
-def perform(sink: Memory, inbox: queue.SimpleQueue[Arrival], program: str) -> list[FromStage]:
-    """What a stage with real robots says from a program on until the inbox has `end`."""
-    sink.live = True
-    told: list[FromStage] = []
-    inbox.put({"type": "ping", "number": 1})
-    load: Load = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "memory"}
-    inbox.put(Play(load, score_of(analyze(program))))
-    ready: Ready = {"type": "ready", "protocol": 1, "sink": "memory", "live": True}
-    _play(_Opened(sink, ready, told.append), inbox)
-    return told
-
-
-def test_who_ends_while_listeners_are_waited_for_never_begins() -> None:
-    sink = Memory()
-    sink.deaf = {"r": "nobody listens"}
-    inbox: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
-    Timer(0.1, inbox.put, [End()]).start()
-    Timer(0.2, sink.deaf.clear).start()
-    told = perform(sink, inbox, "r $ forward\n")
-    assert told[-1]["type"] == "stopped"
-    assert not any(twist.x for _, _, twist in sink.sent)
-
-
-@pytest.mark.parametrize("reads", [False, True])
-def test_a_parent_that_is_silent_because_we_read_is_not_hung(reads: bool) -> None:
-    inbox: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
-    if reads:
-        Timer(0.1, inbox.put, [Reading()]).start()
-    Timer(0.1 + 2 * SILENCE_LIMIT, inbox.put, [End()]).start()
-    told = perform(Memory(), inbox, "r $ repeat forward\n")
-    assert any("halted or hung" in message["message"] for message in told if message["type"] == "error") is not reads

@@ -13,9 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Literal, TypedDict
 
+from improv_core.playback.watch import LOOK_PERIOD, PING_PERIOD, Watch
 from improv_core.stage.protocol import (
     END_LIMIT,
-    LOADING_LIMIT,
     FromStage,
     ProtocolError,
     Ready,
@@ -25,14 +25,6 @@ from improv_core.stage.protocol import (
 
 START_LIMIT = 60.0
 """Seconds a stage may take to say that it is ready, on a busy machine."""
-PING_PERIOD = 0.1
-"""Seconds between two pings, which say to the stage that we live, and whose answers say that it does."""
-HANG_LIMIT = 0.4
-"""Seconds without an answer after which a stage counts as hung; with the period of pings, that is noticed in 0.5 s."""
-SIMULATED_HANG_LIMIT = 3.0
-"""The same for a stage that moves nothing real: on a busy machine it may well be late, and harms nobody."""
-PULSE_LIMIT = 3.0
-"""Seconds our event loop may stand still, as while a huge document is read, until we count as hung ourselves."""
 
 
 class Gone(TypedDict):
@@ -70,8 +62,7 @@ class Stage:
         self._ended = asyncio.Event()
         self._last_words: deque[str] = deque(maxlen=5)
         self._outbox: queue.SimpleQueue[ToStage | None] = queue.SimpleQueue()
-        self._pulse = self._answered = time.monotonic()
-        self._pings = self._loading_until = 0
+        self._watch = Watch(time.monotonic())
         for work in (self._write, self._read, self._read_log):
             threading.Thread(target=work, daemon=True).start()
 
@@ -98,7 +89,7 @@ class Stage:
             await stage.close()
             raise StageError(first["message"] if first["type"] in ("error", "gone") else f"it said {first['type']}")
         stage.ready = first
-        stage._watch(time.monotonic())
+        stage._look()
         return stage
 
     @property
@@ -119,19 +110,14 @@ class Stage:
             self._process.kill()
             await self._ended.wait()
 
-    def _watch(self, due: float) -> None:
-        """Kill the process if it hangs; called again and again, `due` now."""
-        now = time.monotonic()
-        if now > due + PING_PERIOD:
-            self._answered = now  # we ourselves stood still, which says nothing of the stage
-        self._pulse = now
-        limit = LOADING_LIMIT if self._loading_until else HANG_LIMIT if self.ready["live"] else SIMULATED_HANG_LIMIT
-        if now - self._answered > limit and not self._closing:
+    def _look(self) -> None:
+        """Kill the process if it hangs; called again and again."""
+        limit = self._watch.look(time.monotonic(), self.ready["live"])
+        if limit is not None and not self._closing:
             self._hung = f"the stage did not answer for {limit:g} s"
             self._process.kill()
         elif self.alive:
-            due = now + PING_PERIOD / 4
-            self._loop.call_later(PING_PERIOD / 4, self._watch, due)
+            self._loop.call_later(LOOK_PERIOD, self._look)
 
     def _write(self) -> None:
         pipe = self._process.stdin
@@ -144,14 +130,14 @@ class Stage:
                     if message is None:
                         break
                 except queue.Empty:
-                    next_ping = time.monotonic() + PING_PERIOD
-                    if time.monotonic() - self._pulse > PULSE_LIMIT:
+                    now = time.monotonic()
+                    next_ping = now + PING_PERIOD
+                    number = self._watch.ping(now)
+                    if number is None:
                         continue
-                    self._pings += 1
-                    message = {"type": "ping", "number": self._pings}
+                    message = {"type": "ping", "number": number}
                 if message["type"] == "load":
-                    # The very next ping, sent at once, tells when it is done: from then on less patience is due.
-                    self._loading_until = self._pings + 1
+                    self._watch.loading()
                     next_ping = time.monotonic()
                 pipe.write(json.dumps(message).encode() + b"\n")
                 pipe.flush()
@@ -171,19 +157,16 @@ class Stage:
 
     def _take(self, message: FromStage) -> None:
         if message["type"] == "pong":
-            self._answered = time.monotonic()
-            if message["number"] >= self._loading_until:
-                self._loading_until = 0
+            self._watch.pong(message["number"], time.monotonic())
             return
         if message["type"] == "stopped":
-            self._answered = time.monotonic() + END_LIMIT  # from here on it takes time to end
+            self._watch.stopped(time.monotonic())
             self._failure = message.get("message", "")
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._told, message)
 
     def _told(self, message: Heard) -> None:
         if not self._first.done():
-            self._answered = time.monotonic()
             if message["type"] != "request":  # pages of an earlier stage may be back before this one is ready
                 self._first.set_result(message)
         elif not (self._closing and message["type"] == "gone"):

@@ -12,7 +12,8 @@ from urllib.request import urlopen
 
 import pytest
 
-from improv_core.playback.stage_process import HANG_LIMIT, Heard, Stage
+from improv_core.playback.stage_process import Heard, Stage
+from improv_core.playback.watch import HANG_LIMIT
 from improv_core.stage.protocol import END_LIMIT, LOADING_LIMIT, ToStage
 from tests.ls.client import Client
 from tests.processes import descendants, wait_until_gone

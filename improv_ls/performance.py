@@ -13,8 +13,9 @@ from uuid import uuid4
 
 from lsprotocol import types
 
-from improv_core.playback.playback import News, Options, Playback, each_beat, whole_beats
+from improv_core.playback.playback import News, Playback, each_beat, whole_beats
 from improv_core.playback.stage_process import StageError
+from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.program.report import summary
 from improv_core.stage.protocol import Conduct, TransportMessage, When

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 
 import click
 
-from improv_core.playback.playback import News, Options, Playback, each_beat
+from improv_core.playback.playback import News, Playback, each_beat
+from improv_core.playback.start import Options
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import ReadError, analyze_file, read_program, robots_near

@@ -14,7 +14,7 @@ import click
 
 from improv_core.commands import live
 from improv_core.commands.rehearsal import perform
-from improv_core.playback.playback import Options
+from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.program.files import analyze_file
 from improv_core.score.movement import ENDLESS

@@ -112,7 +112,7 @@ class Stage:
 
     def _look(self) -> None:
         """Kill the process if it hangs; called again and again."""
-        limit = self._watch.look(time.monotonic(), self.ready["live"])
+        limit = self._watch.look(time.monotonic(), self.ready["real"])
         if limit is not None and not self._closing:
             self._hung = f"the stage did not answer for {limit:g} s"
             self._process.kill()

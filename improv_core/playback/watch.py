@@ -50,15 +50,15 @@ class Watch:
         """The stage has said its last word: from here on it takes time to end."""
         self._answered = now + END_LIMIT
 
-    def look(self, now: float, live: bool) -> float | None:
+    def look(self, now: float, real: bool) -> float | None:
         """The limit that the stage has exceeded, in seconds; None if it answers. To be called every LOOK_PERIOD.
 
-        `live` is whether it moves real robots.
+        `real` is whether it moves real robots.
         """
         if now > self._looked + LOOK_PERIOD + PING_PERIOD:
             self._forgiven = now  # we ourselves stood still, which says nothing about the stage
         self._looked = now
-        limit = HANG_LIMIT if live else SIMULATED_HANG_LIMIT
+        limit = HANG_LIMIT if real else SIMULATED_HANG_LIMIT
         if self._pongs < self._loads_end_with:
             limit = LOADING_LIMIT
         return limit if now - max(self._answered, self._forgiven) > limit else None

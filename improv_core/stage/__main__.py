@@ -83,7 +83,7 @@ def _open(options: argparse.Namespace, put: Tell) -> tuple[Opened, Ready]:
         from improv_core.stage.sinks.ros import Ros
 
         ros = Ros(options.discovery)
-        ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "live": True}
+        ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "real": True}
         return Opened(ros, put), ready
 
     from improv_core.stage.sinks.simulator import Simulator
@@ -109,7 +109,7 @@ def _open(options: argparse.Namespace, put: Tell) -> tuple[Opened, Ready]:
             viewer.publish(message)
         put(message)
 
-    ready = {"type": "ready", "protocol": VERSION, "sink": simulator.name, "live": False, "page": viewer.url}
+    ready = {"type": "ready", "protocol": VERSION, "sink": simulator.name, "real": False, "page": viewer.url}
     return Opened(simulator, tell, viewer.show), ready
 
 

@@ -88,7 +88,7 @@ def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
     """Play what arrives until the end. Whatever ends it, robots are told to stop. Exit code 1 after a failure."""
     loop = _Loop(opened, clock)
     last: Stopped = {"type": "stopped"}
-    early = EARLY if opened.sink.live else 0.0
+    early = EARLY if opened.sink.real else 0.0
     try:
         while True:
             now = clock.now()
@@ -144,7 +144,7 @@ class _Loop:
     def take(self, arrival: ToStage | Play | Unreadable | Reading, now: float) -> None:
         """Do what is asked for. What goes wrong ends the stage, which stops the robots; a score is only refused."""
         pinged = isinstance(arrival, dict) and arrival["type"] == "ping"
-        if self._opened.sink.live and (pinged or self._hangs_from < math.inf):
+        if self._opened.sink.real and (pinged or self._hangs_from < math.inf):
             self._hangs_from = now + (LOADING_LIMIT if isinstance(arrival, Reading) else SILENCE_LIMIT)
         if isinstance(arrival, Play):
             self._load(arrival, now)

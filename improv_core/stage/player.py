@@ -30,7 +30,7 @@ from improv_core.stage.protocol import (
     WarningLine,
     When,
 )
-from improv_core.stage.setpoints import LAST_ZEROS, Command, commands, zeros
+from improv_core.stage.setpoints import LAST_ZEROS, Setpoint, setpoints, zeros
 from improv_core.stage.sinks import Sink
 
 PATIENCE = 5.0
@@ -41,9 +41,9 @@ LOOK_AGAIN = 0.01
 LOOK_WHILE_PLAYING = 1.0
 """Seconds in which all robots are looked at once: whether they are still heard, and nobody else moves them."""
 LOOK_AT = 20
-"""Robots to look at between two commands: with ROS 2 each took some 0.02 ms."""
+"""Robots to look at between two setpoints: with ROS 2 each took some 0.02 ms."""
 LATE = 0.5
-"""Seconds. A live sink that could not send for so long stops: its robots have stopped by themselves, or should have."""
+"""Seconds. After so long without sending, real robots are stopped: they have stopped by themselves, or should have."""
 
 Told = TransportMessage | WarningLine | ErrorLine
 EMPTY = Score(Fraction(60), {})
@@ -60,12 +60,12 @@ class Swap:
 
 
 class _Due(NamedTuple):
-    """What a robot is told at a performance time, and the rest of its commands, whose times count from `offset`."""
+    """What a robot is told at a performance time, and the rest of its setpoints, whose times count from `offset`."""
 
     at: float
     robot: str
     twist: Twist
-    rest: Iterator[Command]
+    rest: Iterator[Setpoint]
     offset: float
 
 
@@ -148,7 +148,7 @@ class Player:
         if self._score is EMPTY:
             return
         target = near(min(max(beat, 0.0), float(self._score.beats), LAST_BEAT))
-        if self._state != "waiting" and not self._sink.live:
+        if self._state != "waiting" and not self._sink.real:
             poses = {robot: pose_at(part, target) for robot, part in self._score.parts.items()}
             self._sink.place({robot: pose for robot, pose in poses.items() if pose})
         if self._state == "playing":
@@ -188,7 +188,7 @@ class Player:
             self._look_for_listeners(now)
             if self._state == "waiting":
                 return
-        if self._sink.live and self._state == "playing" and self._transport.performed(now) - self._due() > LATE:
+        if self._sink.real and self._state == "playing" and self._transport.performed(now) - self._due() > LATE:
             late = self._transport.performed(now) - self._due()
             self.hush(now)
             message = f"the stage stood still for {late:.1f} s, so all robots were stopped: save to play again"
@@ -206,7 +206,7 @@ class Player:
             self._send_due(end)
             self._leave_at(self._beat(now))
             self._state = "ended"
-            if not self._sink.live:
+            if not self._sink.real:
                 self._warn(self._score.parts)  # of bumps in the last second
             self._tell_transport(now)
         self._send_due(performed)
@@ -309,7 +309,7 @@ class Player:
         self._drop_parts()
         self._zeros_left = {robot: LAST_ZEROS for robot in self._score.parts if self._is_silent(robot)}
         for robot, part in self._score.parts.items():
-            self._enqueue(robot, commands(part, self._tempo, beat), performed)
+            self._enqueue(robot, setpoints(part, self._tempo, beat), performed)
         if self._next:
             swap = self._next
             at = self._transport.switch_time(swap.when, performed, self._score.beats)
@@ -350,7 +350,7 @@ class Player:
     def _is_silent(self, robot: str) -> bool:
         return robot not in self._soloed if self._soloed else robot in self._muted
 
-    def _enqueue(self, robot: str, told: Iterator[Command], offset: float) -> None:
+    def _enqueue(self, robot: str, told: Iterator[Setpoint], offset: float) -> None:
         first = next(told, None)
         if first:
             heappush(self._queue, _Due(first.at + offset, robot, first.twist, told, offset))

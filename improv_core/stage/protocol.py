@@ -133,7 +133,7 @@ class _Ready(TypedDict):
     type: Literal["ready"]
     protocol: int
     sink: str
-    live: bool
+    real: bool
 
 
 class Ready(_Ready, total=False):

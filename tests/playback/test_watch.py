@@ -11,16 +11,16 @@ from improv_core.stage.protocol import END_LIMIT, LOADING_LIMIT
 class Turned:
     """A watch over a stage with real robots, whose clock is turned look by look."""
 
-    def __init__(self, live: bool = True) -> None:
+    def __init__(self, real: bool = True) -> None:
         self.now = 0.0
         self.watch = Watch(self.now)
-        self._live = live
+        self._real = real
 
     def exceeds(self, seconds: float) -> float | None:
         """The limit that the stage exceeds within so many seconds without an answer."""
         for _ in range(round(seconds / LOOK_PERIOD)):
             self.now += LOOK_PERIOD
-            if limit := self.watch.look(self.now, self._live):
+            if limit := self.watch.look(self.now, self._real):
                 return limit
         return None
 
@@ -35,9 +35,9 @@ class Turned:
         return self.ping()
 
 
-@pytest.mark.parametrize(("live", "limit"), [(True, HANG_LIMIT), (False, SIMULATED_HANG_LIMIT)])
-def test_a_stage_hangs_that_does_not_answer(live: bool, limit: float) -> None:
-    turned = Turned(live)
+@pytest.mark.parametrize(("real", "limit"), [(True, HANG_LIMIT), (False, SIMULATED_HANG_LIMIT)])
+def test_a_stage_hangs_that_does_not_answer(real: bool, limit: float) -> None:
+    turned = Turned(real)
     assert turned.exceeds(limit - LOOK_PERIOD) is None
     turned.watch.pong(turned.ping(), turned.now)
     assert turned.exceeds(limit - LOOK_PERIOD) is None
@@ -81,5 +81,5 @@ def test_no_pings_go_out_while_our_event_loop_hangs() -> None:
     assert turned.watch.ping(turned.now) == 1
     turned.now += LOOK_PERIOD
     assert turned.watch.ping(turned.now) is None
-    turned.watch.look(turned.now, live=True)
+    turned.watch.look(turned.now, real=True)
     assert turned.watch.ping(turned.now) == 2

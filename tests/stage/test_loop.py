@@ -53,7 +53,7 @@ class Turned:
 
 def perform(sink: Memory, *arrivals: tuple[float, Arrival]) -> list[FromStage]:
     """What a stage with real robots says until the last of the arrivals has ended it."""
-    sink.live = True
+    sink.real = True
     told: list[FromStage] = []
     turned = Turned(arrivals)
     run(Opened(sink, told.append), turned, turned)

@@ -25,7 +25,7 @@ class Memory:
     period: float | None = None
 
     def __init__(self) -> None:
-        self.live = False
+        self.real = False
         self.notes: dict[str, str] = {}
         self.resets = False
         self.sent: list[tuple[str, float, Twist]] = []
@@ -443,7 +443,7 @@ def test_ten_saves_at_once_end_in_the_last_played_once() -> None:
 
 def test_a_live_sink_that_is_late_stops_instead_of_catching_up() -> None:
     stage = Stage()
-    stage.sink.live = True
+    stage.sink.real = True
     stage.load("r $ repeat (forward left)")
     stage.run(1.0)
     stage.sink.sent.clear()

@@ -41,7 +41,7 @@ def test_the_page_lists_every_message_and_field(heading: str, union: Any) -> Non
 
 
 LOAD = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "simulator"}
-READY = {"type": "ready", "protocol": 1, "sink": "simulator", "live": False}
+READY = {"type": "ready", "protocol": 1, "sink": "simulator", "real": False}
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from tests.processes import descendants, wait_until_gone
 LIMIT = 30.0
 MARGIN = 2.0
 """Seconds that a busy machine adds."""
-READY = 'print(json.dumps({"type": "ready", "protocol": 1, "sink": "fake", "live": True}), flush=True)'
+READY = 'print(json.dumps({"type": "ready", "protocol": 1, "sink": "fake", "real": True}), flush=True)'
 PONG = 'print(json.dumps({**message, "type": "pong"}), flush=True)'
 
 

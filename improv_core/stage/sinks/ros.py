@@ -33,7 +33,7 @@ class Ros:
     """
 
     name: str = "ROS 2"
-    live: bool = True
+    real: bool = True
     period: float | None = None
 
     def __init__(self, discovery: str | None, now: Now = time.monotonic) -> None:

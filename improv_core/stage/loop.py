@@ -142,7 +142,7 @@ class _Loop:
         self.player.advance(now)
 
     def take(self, arrival: ToStage | Play | Unreadable | Reading, now: float) -> None:
-        """Do what is asked for. What goes wrong ends the stage, which stops the robots; a score is only refused."""
+        """Do what is asked for. What goes wrong ends the stage, which stops the robots."""
         pinged = isinstance(arrival, dict) and arrival["type"] == "ping"
         if self._opened.sink.real and (pinged or self._hangs_from < math.inf):
             self._hangs_from = now + (LOADING_LIMIT if isinstance(arrival, Reading) else SILENCE_LIMIT)
@@ -169,15 +169,10 @@ class _Loop:
 
     def _load(self, asked: Play, now: float) -> None:
         load, score = asked.load, asked.score
-        try:
-            self.player.backend = load["backend"]
-            self._opened.show(score, load["generation"])
-            self.player.load(
-                score, load["generation"], load["when"], self._as_of(load.get("at"), now), load.get("zero")
-            )
-        except Exception as error:
-            self._tell({"type": "error", "message": f"this program can't be played: {one_line(error)}"})
-            self.player.hush(now)
+        self.player.backend = load["backend"]
+        self._opened.show(score, load["generation"])
+        at = self._as_of(load.get("at"), now)
+        self.player.load(score, load["generation"], load["when"], at, load.get("zero"))
 
     def _obey(self, message: ToStage, now: float) -> None:
         if message["type"] == "ping":

@@ -9,6 +9,7 @@ import sys
 from improv_core.score.score import from_json
 from improv_core.stage.loop import Arrival, End, Play, Reading, Unreadable, one_line
 from improv_core.stage.protocol import FromStage, ProtocolError, read_to_stage
+from improv_core.stage.setpoints import setpoints
 
 LONG = 10_000
 """Bytes from which on a line counts as one that takes time to read."""
@@ -27,7 +28,10 @@ def read_arrivals(inbox: queue.SimpleQueue[Arrival]) -> None:
 
 
 def arrival(line: bytes) -> Arrival:
-    """What a line says. Scores are read here, on the thread that reads lines, so that what plays goes on meanwhile."""
+    """What a line says.
+
+    Scores are read and tried here, on the thread that reads lines, so that what plays goes on meanwhile.
+    """
     try:
         message = read_to_stage(line)
     except ProtocolError as error:
@@ -35,7 +39,11 @@ def arrival(line: bytes) -> Arrival:
     if message["type"] != "load":
         return message
     try:
-        return Play(message, from_json(message["score"]))
+        score = from_json(message["score"])
+        score.seconds(score.beats)
+        for part in score.parts.values():
+            next(setpoints(part, score.tempo), None)
+        return Play(message, score)
     except Exception as error:  # whatever is wrong with it, robots must not go on as if nothing had been asked for
         return Unreadable(f"this program can't be played: {one_line(error)}", is_score=True)
 

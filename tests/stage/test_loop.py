@@ -6,6 +6,7 @@ import json
 import math
 import queue
 from collections.abc import Sequence
+from typing import Any
 
 import pytest
 
@@ -131,23 +132,27 @@ def test_all_but_a_hush_is_done_as_of_the_time_it_was_asked_for() -> None:
     assert moments == [0, 1.01, 2, 3.02]
 
 
-def test_a_score_that_can_not_be_loaded_is_one_error_and_stops_the_robots() -> None:
-    sink = Memory()
-    sink.refuses = {"s"}
-    told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, load("s $ forward\n")), (9, End()))
-    assert errors(told) == ["this program can't be played: s can't be prepared"]
-    assert zeros(sink, "r")[-3:] == [0.51, 0.56, 0.61]
-    assert told[-1] == {"type": "stopped"}
+TOO_LONG = [["hold", [1, 0, 0, 0], 1, None], *(["repeat", place, 10**9] for place in range(35))]
 
 
-def test_a_score_that_can_not_be_read_is_one_error_and_stops_the_robots() -> None:
+@pytest.mark.parametrize("movements", [[["dance"]], [], TOO_LONG], ids=["unknown", "missing", "too long"])
+def test_a_score_that_can_not_be_played_is_one_error_and_stops_the_robots(movements: list[Any]) -> None:
     sink = Memory()
-    data = {**to_json(score("r $ forward\n")), "movements": [["dance"]]}
+    data = to_json(score("r $ forward\n"))
+    data["movements"], data["parts"]["r"]["movement"] = movements, len(movements) - 1
     message: Load = {"type": "load", "generation": 2, "score": data, "when": "restart", "backend": "memory"}
     told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, arrival(json.dumps(message).encode())), (9, End()))
     (line,) = errors(told)
     assert line.startswith("this program can't be played: ")
     assert zeros(sink, "r") == [0.51, 0.56, 0.61]
+
+
+def test_a_sink_that_fails_at_a_new_score_ends_the_stage_which_stops_the_robots() -> None:
+    sink = Memory()
+    sink.refuses = {"s"}
+    told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, load("s $ forward\n")), (9, End()))
+    assert told[-1] == {"type": "stopped", "message": "s can't be prepared"}
+    assert zeros(sink, "r")[-3:] == [0.51, 0.56, 0.61]
 
 
 def test_a_line_that_is_no_message_is_one_error_and_what_plays_goes_on() -> None:

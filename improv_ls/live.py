@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from typing import Any
 
 from improv_core.ide.playing import playing
 from improv_core.program.analysis import Analysis
+from improv_core.stage.protocol import TransportMessage
 from improv_core.text import Span
 from improv_ls.documents import Document
 from improv_ls.positions import Encoding, to_position
@@ -34,13 +34,19 @@ def moments(document: Document, played: Analysis, encoding: Encoding, start: flo
     return {"uri": document.uri, "version": document.version, "ranges": ranges, "robots": robots}
 
 
-def transport(message: Mapping[str, Any], uri: str | None, page: str | None) -> dict[str, Any]:
+def transport(message: TransportMessage, uri: str | None, page: str | None) -> dict[str, Any]:
     """A stage's transport message as of now."""
     passed = (time.monotonic() - message["monotonic"]) * message["tempo"] / 60 if message["state"] == "playing" else 0.0
     beat = message["beat"] + passed
-    told = ("generation", "state", "backend", "tempo", "speed", "beats", "muted", "soloed")
     return {
-        **{name: message[name] for name in told},
+        "generation": message["generation"],
+        "state": message["state"],
+        "backend": message["backend"],
+        "tempo": message["tempo"],
+        "speed": message["speed"],
+        "beats": message["beats"],
+        "muted": message["muted"],
+        "soloed": message["soloed"],
         "beat": beat if message["beats"] is None else min(beat, message["beats"]),
         "wall": time.time(),
         "uri": uri,

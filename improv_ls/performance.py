@@ -13,10 +13,12 @@ from uuid import uuid4
 
 from lsprotocol import types
 
-from improv_core.playback.playback import Options, Playback, each_beat, whole_beats
-from improv_core.playback.stage_process import Message, StageError
+from improv_core.playback.playback import News, Playback, each_beat, whole_beats
+from improv_core.playback.stage_process import StageError
+from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.program.report import summary
+from improv_core.stage.protocol import Conduct, TransportMessage, When
 from improv_ls import live
 from improv_ls.documents import Document, moved
 from improv_ls.placing import Placing
@@ -49,7 +51,7 @@ class Performance:
         except StageError:
             await self.close()
 
-    async def play(self, document: Document, when: str) -> None:
+    async def play(self, document: Document, when: When) -> None:
         """Play a right program and say so in one line."""
         playback, analysis = self._stages(), document.analysis
         try:
@@ -101,10 +103,10 @@ class Performance:
         found = live.moments(now, self._document.analysis, self._session.encoding, start)
         return {"generation": self._generation, **found}
 
-    def conduct(self, kind: str, **values: object) -> None:
-        """Have what plays do something: a message of the stage's protocol, such as hush."""
+    def conduct(self, message: Conduct) -> None:
+        """Have what plays do something, such as hush."""
         if self._playback:
-            self._playback.conduct(kind, **values)
+            self._playback.conduct(message)
 
     def toggle(self, command: str, robot: str) -> None:
         """Mute or solo a robot, or end that."""
@@ -150,9 +152,8 @@ class Performance:
             closing.add_done_callback(self._closing.discard)
         return new
 
-    def _hear(self, message: Message, leads: bool) -> None:
-        kind = message["type"]
-        if kind == "transport" and leads:
+    def _hear(self, message: News, leads: bool) -> None:
+        if message["type"] == "transport" and leads:
             self._stop_progress()
             self.is_on = message["state"] in ("waiting", "playing", "paused")
             self._tell_transport(message)
@@ -161,24 +162,24 @@ class Performance:
                 self._session.ask_again("code_lens")
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
-        elif kind == "place" and self._document:
+        elif message["type"] == "place" and self._document:
             self._session.soon(self._placing.offer(self._document, message["starts"]))
-        elif kind == "warning":
-            self._session.say(str(message["message"]), types.MessageType.Warning)
-        elif kind in ("error", "gone"):
-            if kind == "gone" and leads:
+        elif message["type"] == "warning":
+            self._session.say(message["message"], types.MessageType.Warning)
+        elif message["type"] == "error" or message["type"] == "gone":
+            if message["type"] == "gone" and leads:
                 self._stop_telling()
                 self.is_on = False
-            self._session.say(str(message["message"]), types.MessageType.Error)
+            self._session.say(message["message"], types.MessageType.Error)
 
-    def _tell_transport(self, message: Message) -> None:
+    def _tell_transport(self, message: TransportMessage) -> None:
         """Tell where it is, and every second that it plays: clocks of editors drift, and clients join late."""
         if self._telling:
             self._telling.cancel()
         if self._session.shows_live:
             self._telling = asyncio.create_task(self._keep_telling(message))
 
-    async def _keep_telling(self, message: Message) -> None:
+    async def _keep_telling(self, message: TransportMessage) -> None:
         while True:
             uri = self._document.uri if self._document else None
             page = self._playback.page if self._playback else None
@@ -197,7 +198,7 @@ class Performance:
             self._progress.cancel()
             self._progress = None
 
-    async def _show_progress(self, transport: Message) -> None:
+    async def _show_progress(self, transport: TransportMessage) -> None:
         """The beat, until cancelled."""
         window = self._session.client_capabilities.window
         if not (window and window.work_done_progress):

@@ -19,6 +19,7 @@ from improv_core.diagnostics import Edit
 from improv_core.program.files import ReadError, robots_near
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import inline, place
+from improv_core.stage.protocol import StartJson
 from improv_core.text import LineIndex, Span, difference
 from improv_ls.documents import Document
 from improv_ls.session import ANSWER_LIMIT, Session
@@ -48,9 +49,9 @@ class Placing:
         self._unsaved: dict[Path, _Stamp] = {}  # files edited here and not saved since, as they were then
         self._one_at_a_time = asyncio.Lock()
 
-    async def offer(self, document: Document, asked: Mapping[str, Mapping[str, float]]) -> None:
+    async def offer(self, document: Document, asked: Mapping[str, StartJson]) -> None:
         """Ask the editor to make the edit; if it does not, say so in one line. `asked` has metres and degrees."""
-        starts = {robot: (float(pose["x"]), float(pose["y"]), float(pose["heading"])) for robot, pose in asked.items()}
+        starts = {robot: (pose["x"], pose["y"], pose["heading"]) for robot, pose in asked.items()}
         async with self._one_at_a_time:
             file = _find(self._session, document)
             made = place(file.text, starts, document.analysis.robots) if file else None

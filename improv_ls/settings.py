@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,7 +13,7 @@ class Settings:
 
     backend: str = "auto"
     on_save: str = "restart"
-    switch_at: str = "beat"
+    switch_at: Literal["now", "beat", "end"] = "beat"
     page_open: bool = True
     page_port: int = 0
     ros_python: str | None = None

@@ -14,14 +14,15 @@ from typing import Any, NamedTuple
 
 import click
 
-from improv_core.playback.playback import Options, Playback, each_beat
-from improv_core.playback.stage_process import Message
+from improv_core.playback.playback import News, Playback, each_beat
+from improv_core.playback.start import Options
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.files import ReadError, analyze_file, read_program, robots_near
 from improv_core.program.report import outcome, summary, told
 from improv_core.robots.config import find_robots_file
 from improv_core.score.motion import Twist
+from improv_core.stage.protocol import Poses, Sent, TransportMessage
 from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
@@ -195,7 +196,8 @@ class _Show:
         self._unwritten: OSError | ValueError | None = None
         self._counter: asyncio.Task[None] | None = None
         self._counted = False  # whether the cursor stands behind a beat
-        self._latest: dict[str, Any] = {}  # of the stage that leads, with the poses of the one that has them
+        self._latest: TransportMessage | None = None  # of the stage that leads
+        self._poses: Poses = {}  # of the stage that has them
         self._playing: set[str] = set()  # which stages play
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
@@ -234,16 +236,16 @@ class _Show:
 
     def report(self) -> dict[str, Any]:
         """What became of the latest dance."""
-        return outcome(self._latest)
+        return outcome(self._latest, self._poses)
 
-    def _hear(self, message: Message, leads: bool) -> None:
+    def _hear(self, message: News, leads: bool) -> None:
         if message["type"] == "transport":
             self._follow(message, leads)
         elif message["type"] == "stopped":
             self._keep_poses(message)
         elif message["type"] == "sent" and leads:
             self._record(message)
-        elif message["type"] in ("warning", "error", "gone"):
+        elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
             if not self.interrupted.is_set():
                 self.clear_line()
                 click.echo(f"improv: {message['message']}", err=True)
@@ -252,10 +254,10 @@ class _Show:
                 self.broken = True
                 self.finished.set()
 
-    def _follow(self, transport: Message, leads: bool) -> None:
+    def _follow(self, transport: TransportMessage, leads: bool) -> None:
         self._keep_poses(transport)
         if leads:
-            self._latest.update(transport)
+            self._latest = transport
         if transport["state"] == "playing":
             self._playing.add(_role(leads))
         else:
@@ -267,10 +269,11 @@ class _Show:
         if not self._playing and transport["state"] in ("ended", "stopped"):
             self.finished.set()
 
-    def _keep_poses(self, message: Message) -> None:
-        self._latest.update({key: message[key] for key in ("start", "poses") if key in message})
+    def _keep_poses(self, message: Poses) -> None:
+        if "poses" in message:
+            self._poses = message
 
-    def _record(self, sent: Message) -> None:
+    def _record(self, sent: Sent) -> None:
         if not self._recorder or self._unwritten:
             return
         try:
@@ -293,7 +296,7 @@ class _Show:
             self._counted = False
             click.echo("\r\x1b[K", nl=False)
 
-    async def _count(self, transport: Message) -> None:
+    async def _count(self, transport: TransportMessage) -> None:
         """The beat, in place, until cancelled."""
         async for beat in each_beat(transport):
             self._counted = True

@@ -17,7 +17,7 @@ from improv_core.program.files import ReadError, analyze_file
 from improv_core.program.report import as_json, told
 
 if TYPE_CHECKING:
-    from improv_core.playback.playback import Options
+    from improv_core.playback.start import Options
 
 WRONG_PROGRAM, CANNOT, INTERRUPTED = 1, 2, 130
 """Exit codes: the program has errors; the command could not be carried out; Ctrl-C."""
@@ -221,7 +221,7 @@ def _rehearse(file: Path, seconds: float | None, *, report: bool) -> None:
 
 
 def _options(backend: str, port: int) -> Options:
-    from improv_core.playback.playback import Options
+    from improv_core.playback.start import Options
 
     return Options(backend, port)
 

@@ -14,7 +14,7 @@ import click
 
 from improv_core.commands import live
 from improv_core.commands.rehearsal import perform
-from improv_core.playback.playback import Options
+from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.program.files import analyze_file
 from improv_core.score.movement import ENDLESS
@@ -83,7 +83,7 @@ def recording(output: Path) -> Iterator[Recorder]:
             recorder.finish()
             file.flush()
             os.fsync(file.fileno())
-        if recorder.commands:
+        if recorder.setpoints:
             part.replace(target)
     except (OSError, ValueError, OverflowError) as error:
         why = error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)
@@ -93,7 +93,7 @@ def recording(output: Path) -> Iterator[Recorder]:
 
 
 def _summary(output: Path, recorder: Recorder) -> str:
-    if not recorder.commands:
+    if not recorder.setpoints:
         raise RecordError(f"no robot was told anything: {output} is not written")
     robots = "1 robot" if recorder.robots == 1 else f"{recorder.robots} robots"
-    return f"{output}: {robots}, {recorder.commands} commands, {recorder.seconds:.1f} s"
+    return f"{output}: {robots}, {recorder.setpoints} commands, {recorder.seconds:.1f} s"

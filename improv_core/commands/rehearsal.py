@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -18,7 +17,8 @@ from improv_core.program.files import ReadError, analyze_file
 from improv_core.program.report import outcome, summary
 from improv_core.score.movement import ENDLESS
 from improv_core.score.score import Score
-from improv_core.stage.player import Player
+from improv_core.stage.player import Player, Told
+from improv_core.stage.protocol import TransportMessage
 from improv_core.stage.sinks import Sink
 
 
@@ -26,7 +26,7 @@ def perform(
     score: Score,
     sink: Sink,
     seconds: float | None = None,
-    tell: Callable[[dict[str, Any]], None] = lambda message: None,
+    tell: Callable[[Told], None] = lambda message: None,
 ) -> None:
     """Have a player send a score, or its first seconds, to a sink, and tell what it says (docs/protocol.md)."""
     player = Player(sink, tell, lambda: 0.0)
@@ -52,11 +52,12 @@ def rehearse(path: Path, seconds: float | None, *, report: bool) -> int:
     score = score_of(analysis)
     if score.beats == ENDLESS and seconds is None:
         raise ReadError("this program never ends: say how much of it to play, as in `--for 60` (seconds)")
-    last: dict[str, Any] = {}
+    last: TransportMessage | None = None
 
-    def tell(message: dict[str, Any]) -> None:
+    def tell(message: Told) -> None:
+        nonlocal last
         if message["type"] == "transport":
-            last.update(message)
+            last = message
         else:
             click.echo(f"improv: {message['message']}", err=True)
 
@@ -66,7 +67,8 @@ def rehearse(path: Path, seconds: float | None, *, report: bool) -> int:
     began = time.perf_counter()
     simulator = Simulator(period=None)
     perform(score, simulator, seconds, tell)
-    ended = outcome({**last, "poses": {robot: asdict(pose) for robot, pose in simulator.poses().items()}})
+    poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
+    ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses})
     if report:
         click.echo(json.dumps(ended))
     else:

@@ -18,7 +18,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 from improv_core.playback.interpreter import PROVEN, VARIABLE, InterpreterError, find_ros_python, private_environment
-from improv_core.playback.stage_process import Message, Stage, StageError
+from improv_core.playback.stage_process import Heard, Stage, StageError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import to_json
@@ -214,8 +214,8 @@ async def _sent_and_received(python: str, env: Mapping[str, str]) -> float:
     folder = FOLDER
     failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
-    def hear(_: Stage, message: Message) -> None:
-        if message["type"] in ("error", "gone") and not failed.done():
+    def hear(_: Stage, message: Heard) -> None:
+        if (message["type"] == "error" or message["type"] == "gone") and not failed.done():
             failed.set_exception(StageError(message["message"]))
 
     async with _receiver([python, str(folder / "graph.py"), "receive", score.parts[robot].topic], env) as lines:

@@ -4,49 +4,67 @@ from __future__ import annotations
 
 import asyncio
 import math
-import os
 import secrets
-import sys
 import time
 from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Protocol
 from urllib.parse import urlsplit
 
-from improv_core.playback.interpreter import InterpreterError, find_ros_python
-from improv_core.playback.stage_process import Message, Stage, StageError
+from improv_core.playback.stage_process import Gone, Heard, StageError
+from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.score.movement import series
 from improv_core.score.score import Score, to_json
-from improv_core.stage.protocol import FOLDER
+from improv_core.stage.protocol import (
+    Conduct,
+    Load,
+    PageRequest,
+    Place,
+    Ready,
+    Silence,
+    Speed,
+    ToStage,
+    TransportMessage,
+    Watched,
+    When,
+)
 
-CONDUCTING = ("hush", "pause", "resume", "seek", "speed", "silence")
-"""The messages by which somebody, at an editor or at the page, has a say in what plays."""
 HALT_LIMIT = 8.0
 """Seconds a new stage may take to find the robots of one that has died, and to stop them."""
 
-
-@dataclass(frozen=True, slots=True)
-class Options:
-    """What to play on: `backend` is auto, sim, ros or both; `ros_python` and `discovery` as in the settings.
-
-    With `report_sent`, stages tell of every velocity they send. `takes_starts` is for a listener that does something
-    about `place` requests: only then does the page offer to write starts into improv.toml.
-    """
-
-    backend: str = "auto"
-    port: int = 0
-    ros_python: str | None = None
-    discovery: str | None = None
-    report_sent: bool = False
-    takes_starts: bool = False
+News = Heard | Place
+"""What somebody who plays is told: a stage's message, its end, or that robots were dragged to other starts."""
 
 
-def whole_beats(transport: Message) -> str:
+class RunningStage(Protocol):
+    """A stage as a playback needs it: stage_process.Stage."""
+
+    @property
+    def ready(self) -> Ready: ...
+
+    @property
+    def alive(self) -> bool: ...
+
+    def send(self, message: ToStage) -> None: ...
+
+    async def close(self) -> None: ...
+
+
+class Start(Protocol):
+    """How a stage is started: start.start_stage."""
+
+    async def __call__(
+        self, sink: SinkName, options: Options, token: str, hear: Callable[[RunningStage, Heard], None]
+    ) -> RunningStage | None: ...
+
+
+def whole_beats(transport: TransportMessage) -> str:
     """How many beats a transport message speaks of, for people: `8`, `∞`."""
     return "∞" if transport["beats"] is None else str(math.ceil(transport["beats"]))
 
 
-async def each_beat(transport: Message) -> AsyncIterator[str]:
+async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
     """`beat 3/8` as each beat begins, from the one that plays now on, without end. Counts from 1, as people do."""
     # The loop's clock is the one the stage plays by: time.monotonic.
     loop, period, whole = asyncio.get_running_loop(), 60 / transport["tempo"], whole_beats(transport)
@@ -63,19 +81,20 @@ class Playback:
     `listen` gets every message of a stage, and whether that stage leads. Used from one event loop.
     """
 
-    def __init__(self, options: Options, listen: Callable[[Message, bool], None]) -> None:
+    def __init__(self, options: Options, listen: Callable[[News, bool], None], start: Start = start_stage) -> None:
         self.options = options
         self._listen = listen
-        self._leader: Stage | None = None
-        self._twin: Stage | None = None
+        self._start = start
+        self._leader: RunningStage | None = None
+        self._twin: RunningStage | None = None
         self._score: Score | None = None
         self._generation = 0
-        self._loaded: Message = {}  # what the twin still has to be told
-        self._kept: dict[str, Message] = {}  # speed and silence, which new stages are told too
+        self._loaded: Load | None = None  # what the twin still has to be told
+        self._kept: dict[str, Speed | Silence] = {}  # new stages are told these too
         self._opening = asyncio.Lock()
         self._stops = 0  # how often robots were to stop, or all to end
         self._reviving: set[asyncio.Task[None]] = set()
-        self._halting: Stage | None = None  # a new one that has yet to stop what another left moving
+        self._halting: RunningStage | None = None  # a new one that has yet to stop what another left moving
         self._still = asyncio.Event()
         self._token = secrets.token_urlsafe()
         self._port = options.port
@@ -107,19 +126,20 @@ class Playback:
                 return
             await self._close()
             backend = self.options.backend
-            started = await asyncio.gather(
-                self._start_ros() if backend != "sim" else _nothing(),
-                self._start_simulator() if backend != "ros" else _nothing(),
-                return_exceptions=True,
-            )
-            stages = [stage for stage in started if isinstance(stage, Stage)]
-            for problem in started:
-                if isinstance(problem, BaseException):
-                    await asyncio.gather(*(stage.close() for stage in stages))
-                    raise problem
+            sinks: list[SinkName] = ["ros"] if backend != "sim" else []
+            if backend != "ros":
+                sinks.append("simulator")
+            starting = [asyncio.create_task(self._start_stage(sink)) for sink in sinks]
+            try:
+                # Both, also where one fails: none may be left running that nobody knows.
+                await asyncio.wait(starting)
+                stages = [stage for each in starting if (stage := each.result())]
+            except BaseException:
+                await _close_all(starting)
+                raise
             self._leader, self._twin = stages[0], stages[1] if len(stages) > 1 else None
 
-    async def play(self, score: Score, when: str = "restart") -> int | None:
+    async def play(self, score: Score, when: When = "restart") -> int | None:
         """Play a score: `restart`, or take over `now`, at the `beat` or `end`. Raises StageError.
 
         Its generation; None if robots were to stop, or all to end, before the stages had been started.
@@ -132,20 +152,26 @@ class Playback:
         self._send_score(when)
         return self._generation
 
-    def conduct(self, kind: str, **values: object) -> None:
-        """Have all stages do one thing at one time: a message of `CONDUCTING` (docs/protocol.md)."""
-        message = {"type": kind, **values, "at": time.monotonic()}
-        self._stops += kind == "hush"
-        if kind in ("speed", "silence"):
-            self._kept[kind] = {"type": kind, **values}
+    def conduct(self, message: Conduct) -> None:
+        """Have all stages do one thing at one time."""
+        if message["type"] == "hush":
+            self._stops += 1
+        elif message["type"] == "speed" or message["type"] == "silence":
+            self._kept[message["type"]] = message
+        elif message["type"] == "seek" and not self._score:
+            line = "nothing has been played yet, so there is no beat to go to: save a program first"
+            self._listen({"type": "warning", "message": line}, True)
+            return
+        timed = message.copy()
+        timed["at"] = time.monotonic()
         for stage in (self._leader, self._twin):
             if stage:
-                stage.send(message)
+                stage.send(timed)
 
     def silence(self, muted: Iterable[str], soloed: Iterable[str]) -> None:
         """Have these robots stand still, or all but the soloed ones, now and in what is played later."""
         self.muted, self.soloed = frozenset(muted), frozenset(soloed)
-        self.conduct("silence", muted=sorted(self.muted), soloed=sorted(self.soloed))
+        self.conduct({"type": "silence", "muted": sorted(self.muted), "soloed": sorted(self.soloed)})
 
     def keep_as(self, other: Playback) -> None:
         """Have the same robots stand still as in another playback, at the same speed."""
@@ -162,101 +188,75 @@ class Playback:
         await asyncio.gather(*(stage.close() for stage in (self._leader, self._twin) if stage))
         self._leader = self._twin = None
 
-    async def _start_simulator(self) -> Stage:
-        taking = ["--takes-starts"] if self.options.takes_starts else []
-        options = ["--sink", "simulator", "--port", str(self._port), *taking, *self._reporting]
-        command = [sys.executable, str(FOLDER), *options]
-        stage = await Stage.start(command, {**os.environ, "IMPROV_PAGE_TOKEN": self._token}, self._hear)
-        # A stage that has to be started anew serves the pages that are open already.
-        self._port = urlsplit(stage.ready["page"]).port or 0
-        self._tell_kept(stage)
+    async def _start_stage(self, sink: SinkName) -> RunningStage | None:
+        stage = await self._start(sink, replace(self.options, port=self._port), self._token, self._hear)
+        if stage:
+            if "page" in stage.ready:
+                # A stage that has to be started anew serves the pages that are open already.
+                self._port = urlsplit(stage.ready["page"]).port or 0
+            for message in self._kept.values():
+                stage.send(message)
         return stage
 
-    async def _start_ros(self) -> Stage | None:
-        try:
-            found = await asyncio.to_thread(find_ros_python, self.options.ros_python)
-        except InterpreterError as error:
-            raise StageError(str(error)) from None
-        if not found:
-            if self.options.backend == "auto":
-                return None
-            raise StageError(
-                "no Python with rclpy was found: run `improv ros setup`, source your ROS 2 "
-                "(`source /opt/ros/…/setup.bash`), or set IMPROV_ROS_PYTHON to a Python that has it"
-            )
-        discovery = ["--discovery", self.options.discovery] if self.options.discovery else []
-        stage = await Stage.start(
-            [found.python, str(FOLDER), "--sink", "ros", *discovery, *self._reporting], found.env, self._hear
-        )
-        self._tell_kept(stage)
-        return stage
-
-    @property
-    def _reporting(self) -> list[str]:
-        return ["--report-sent"] if self.options.report_sent else []
-
-    def _tell_kept(self, stage: Stage) -> None:
-        for message in self._kept.values():
-            stage.send(message)
-
-    def _send_score(self, when: str) -> None:
+    def _send_score(self, when: When) -> None:
         assert self._leader
         assert self._score
         self._generation += 1
         self._halting = None
+        self._still.set()
         self._loaded = self._load(self._score, when)
         self._leader.send(self._loaded)
 
-    def _load(self, score: Score, when: str) -> Message:
+    def _load(self, score: Score, when: When) -> Load:
         data = to_json(score)
         return {"type": "load", "generation": self._generation, "score": data, "when": when, "backend": self.status}
 
-    def _hear(self, stage: Stage, message: Message) -> None:
+    def _hear(self, stage: RunningStage, message: Heard) -> None:
         leads = stage is self._leader
-        kind = message["type"]
-        if kind == "request":
+        if message["type"] == "request":
             self._obey(message["command"])
             return
-        if kind == "gone":
+        if message["type"] == "gone":
             message = self._revive(stage, message)
-        elif kind == "transport" and leads:
+        elif message["type"] == "transport" and leads:
             self._lead(message)
         self._listen(message, leads)
 
-    def _obey(self, request: Message) -> None:
+    def _obey(self, request: PageRequest | Watched) -> None:
         """What the page asks for goes to all stages by way of here, so that there is one truth."""
-        kind, values = request["type"], {name: value for name, value in request.items() if name != "type"}
-        if kind == "watched":
+        if request["type"] == "watched":
             self.watched.set()
-        elif kind == "restart" and self._leader and self._score:
-            self._send_score("restart")
-        elif kind == "silence":
-            self.silence(values["muted"], values["soloed"])
-        elif kind == "place":
+        elif request["type"] == "restart":
+            if self._leader and self._score:
+                self._send_score("restart")
+        elif request["type"] == "silence":
+            self.silence(request["muted"], request["soloed"])
+        elif request["type"] == "place":
             self._listen(request, True)
-        elif kind in CONDUCTING:
-            self.conduct(kind, **values)
+        else:
+            self.conduct(request)
 
-    def _lead(self, transport: Message) -> None:
+    def _lead(self, transport: TransportMessage) -> None:
         """Have the twin begin at the very same time as the stage that leads, and stop when that stops by itself."""
         if transport["state"] in ("stopped", "ended"):
             self._halting = None
             self._still.set()
         if not self._twin:
             return
-        if transport["state"] == "playing" and transport["generation"] == self._loaded.get("generation"):
+        loaded = self._loaded
+        if transport["state"] == "playing" and loaded and transport["generation"] == loaded["generation"]:
             zero = transport["monotonic"] - transport["beat"] * 60 / transport["tempo"]
-            self._twin.send({**self._loaded, "zero": zero})
-            self._loaded = {}
+            self._twin.send({**loaded, "zero": zero})
+            self._loaded = None
         elif transport["state"] == "stopped":
             self._twin.send({"type": "hush"})
 
-    def _revive(self, dead: Stage, gone: Message) -> Message:
+    def _revive(self, dead: RunningStage, gone: Gone) -> Gone:
         """Start a new stage in the place of one that has died; what leads stops the robots first. What to tell."""
         leads = dead is self._leader
         if leads and self._twin:
             self._twin.send({"type": "hush"})
-        self._loaded = {}
+        self._loaded = None
         if dead is self._halting:  # the next one would fare no better
             self._halting = None
             self._still.set()
@@ -267,13 +267,13 @@ class Playback:
         what = "a new one stops the robots; save to play again" if leads else "a new one shows what is played next"
         return {**gone, "message": f"{gone['message']}: {what}"}
 
-    async def _replace(self, dead: Stage) -> None:
+    async def _replace(self, dead: RunningStage) -> None:
         async with self._opening:
             leads = dead is self._leader
             if not leads and dead is not self._twin:
                 return
             try:
-                new = await (self._start_simulator() if "page" in dead.ready else self._start_ros())
+                new = await self._start_stage("simulator" if "page" in dead.ready else "ros")
             except StageError as error:
                 self._listen({"type": "error", "message": f"no new stage can be started: {error}"}, leads)
                 new = None
@@ -295,5 +295,10 @@ def _standing(score: Score) -> Score:
     return Score(score.tempo, parts, world=score.world)
 
 
-async def _nothing() -> None:
-    return None
+async def _close_all(starting: Iterable[asyncio.Task[RunningStage | None]]) -> None:
+    """End the stages that have been started, and give up those that have not."""
+    for each in starting:
+        each.cancel()
+    for stage in await asyncio.gather(*starting, return_exceptions=True):
+        if stage and not isinstance(stage, BaseException):
+            await stage.close()

@@ -11,24 +11,31 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Literal, TypedDict
 
-Message = Mapping[str, Any]
+from improv_core.playback.watch import LOOK_PERIOD, PING_PERIOD, Watch
+from improv_core.stage.protocol import (
+    END_LIMIT,
+    FromStage,
+    ProtocolError,
+    Ready,
+    ToStage,
+    read_from_stage,
+)
 
 START_LIMIT = 60.0
 """Seconds a stage may take to say that it is ready, on a busy machine."""
-END_LIMIT = 3.0
-"""Seconds a stage may take to stop its robots and end, before it is killed."""
-PING_PERIOD = 0.1
-"""Seconds between two pings, which say to the stage that we live, and whose answers say that it does."""
-HANG_LIMIT = 0.4
-"""Seconds without an answer after which a stage counts as hung; with the period of pings, that is noticed in 0.5 s."""
-SIMULATED_HANG_LIMIT = 3.0
-"""The same for a stage that moves nothing real: on a busy machine it may well be late, and harms nobody."""
-LOADING_LIMIT = 10.0
-"""Seconds a stage may take to get ready for a score: each new robot of a thousand has its publisher made."""
-PULSE_LIMIT = 3.0
-"""Seconds our event loop may stand still, as while a huge document is read, until we count as hung ourselves."""
+
+
+class Gone(TypedDict):
+    """A stage has ended by itself, or was killed because it hung: what its parent says in its place."""
+
+    type: Literal["gone"]
+    message: str
+
+
+Heard = FromStage | Gone
+"""What is heard of a stage."""
 
 
 class StageError(Exception):
@@ -36,31 +43,31 @@ class StageError(Exception):
 
 
 class Stage:
-    """A stage process. Made by `start`; `ready` is its first message.
+    """A stage process. Made by `start`.
 
     Threads speak and listen, so that neither a stage that does not read nor an event loop that is busy is mistaken for
     the other's end.
     """
 
-    def __init__(self, process: subprocess.Popen[bytes], hear: Callable[[Stage, Message], None]) -> None:
+    ready: Ready
+    """Its first message."""
+
+    def __init__(self, process: subprocess.Popen[bytes], hear: Callable[[Stage, Heard], None]) -> None:
         self._process = process
         self._hear = hear
         self._loop = asyncio.get_running_loop()
         self._closing = False
         self._hung = self._failure = ""
-        self._ready: asyncio.Future[Message] = self._loop.create_future()
+        self._first: asyncio.Future[Heard] = self._loop.create_future()
         self._ended = asyncio.Event()
         self._last_words: deque[str] = deque(maxlen=5)
-        self._outbox: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
-        self._pulse = self._answered = time.monotonic()
-        self._pings = self._loading_until = 0
+        self._outbox: queue.SimpleQueue[ToStage | None] = queue.SimpleQueue()
+        self._watch = Watch(time.monotonic())
         for work in (self._write, self._read, self._read_log):
             threading.Thread(target=work, daemon=True).start()
 
     @classmethod
-    async def start(
-        cls, command: Sequence[str], env: Mapping[str, str], hear: Callable[[Stage, Message], None]
-    ) -> Stage:
+    async def start(cls, command: Sequence[str], env: Mapping[str, str], hear: Callable[[Stage, Heard], None]) -> Stage:
         """Start a stage and wait until it is ready. Raises StageError with what it says is wrong."""
         pipe = subprocess.PIPE
         try:
@@ -72,7 +79,7 @@ class Stage:
             raise StageError(f"{command[0]} can't be started: {error.strerror}") from None
         stage = cls(process, hear)
         try:
-            first = await asyncio.wait_for(asyncio.shield(stage._ready), START_LIMIT)
+            first = await asyncio.wait_for(asyncio.shield(stage._first), START_LIMIT)
         except asyncio.TimeoutError:
             first = {"type": "error", "message": "the stage did not start in time: try again"}
         except asyncio.CancelledError:
@@ -80,19 +87,16 @@ class Stage:
             raise
         if first["type"] != "ready":
             await stage.close()
-            raise StageError(first["message"])
-        stage._watch(time.monotonic())
+            raise StageError(first["message"] if first["type"] in ("error", "gone") else f"it said {first['type']}")
+        stage.ready = first
+        stage._look()
         return stage
-
-    @property
-    def ready(self) -> Message:
-        return self._ready.result()
 
     @property
     def alive(self) -> bool:
         return not self._ended.is_set() and not self._closing
 
-    def send(self, message: Message) -> None:
+    def send(self, message: ToStage) -> None:
         """Send a message; one to a stage that has died is lost, and its end has been told."""
         self._outbox.put(message)
 
@@ -106,19 +110,14 @@ class Stage:
             self._process.kill()
             await self._ended.wait()
 
-    def _watch(self, due: float) -> None:
-        """Kill the process if it hangs; called again and again, `due` now."""
-        now = time.monotonic()
-        if now > due + PING_PERIOD:
-            self._answered = now  # we ourselves stood still, which says nothing of the stage
-        self._pulse = now
-        limit = LOADING_LIMIT if self._loading_until else HANG_LIMIT if self.ready["live"] else SIMULATED_HANG_LIMIT
-        if now - self._answered > limit and not self._closing:
+    def _look(self) -> None:
+        """Kill the process if it hangs; called again and again."""
+        limit = self._watch.look(time.monotonic(), self.ready["real"])
+        if limit is not None and not self._closing:
             self._hung = f"the stage did not answer for {limit:g} s"
             self._process.kill()
         elif self.alive:
-            due = now + PING_PERIOD / 4
-            self._loop.call_later(PING_PERIOD / 4, self._watch, due)
+            self._loop.call_later(LOOK_PERIOD, self._look)
 
     def _write(self) -> None:
         pipe = self._process.stdin
@@ -131,14 +130,14 @@ class Stage:
                     if message is None:
                         break
                 except queue.Empty:
-                    next_ping = time.monotonic() + PING_PERIOD
-                    if time.monotonic() - self._pulse > PULSE_LIMIT:
+                    now = time.monotonic()
+                    next_ping = now + PING_PERIOD
+                    number = self._watch.ping(now)
+                    if number is None:
                         continue
-                    self._pings += 1
-                    message = {"type": "ping", "number": self._pings}
+                    message = {"type": "ping", "number": number}
                 if message["type"] == "load":
-                    # The very next ping, sent at once, tells when it is done: from then on less patience is due.
-                    self._loading_until = self._pings + 1
+                    self._watch.loading()
                     next_ping = time.monotonic()
                 pipe.write(json.dumps(message).encode() + b"\n")
                 pipe.flush()
@@ -150,29 +149,26 @@ class Stage:
         with self._process.stdout as lines:
             for line in lines:
                 # Half a line of a stage that was killed, or what some library has printed.
-                with suppress(ValueError, TypeError, KeyError):
-                    self._take(json.loads(line))
+                with suppress(ProtocolError):
+                    self._take(read_from_stage(line))
         self._process.wait()
         with suppress(RuntimeError):  # the loop has been closed before the stage ended
             self._loop.call_soon_threadsafe(self._end)
 
-    def _take(self, message: Message) -> None:
+    def _take(self, message: FromStage) -> None:
         if message["type"] == "pong":
-            self._answered = time.monotonic()
-            if message["number"] >= self._loading_until:
-                self._loading_until = 0
+            self._watch.pong(message["number"], time.monotonic())
             return
         if message["type"] == "stopped":
-            self._answered = time.monotonic() + END_LIMIT  # from here on it takes time to end
+            self._watch.stopped(time.monotonic())
             self._failure = message.get("message", "")
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._told, message)
 
-    def _told(self, message: Message) -> None:
-        if not self._ready.done():
-            self._answered = time.monotonic()
+    def _told(self, message: Heard) -> None:
+        if not self._first.done():
             if message["type"] != "request":  # pages of an earlier stage may be back before this one is ready
-                self._ready.set_result(message)
+                self._first.set_result(message)
         elif not (self._closing and message["type"] == "gone"):
             self._hear(self, message)
 

@@ -45,11 +45,14 @@ def summary(analysis: Analysis) -> str:
     return f"{robots}, {lasting(whole, analysis.tempo)}"
 
 
-def outcome(transport: Mapping[str, Any]) -> dict[str, Any]:
-    """Where simulated robots were at beat 0 and at the end (metres, radians), and how long it took."""
+def outcome(transport: Mapping[str, Any] | None, poses: Mapping[str, Any]) -> dict[str, Any]:
+    """Where simulated robots were at beat 0 and at the end (meters, radians), and how long it took.
+
+    Both are in the form of messages of a stage (docs/protocol.md); None if there was none.
+    """
     return {
-        "start": _places(transport.get("start", {})),
-        "robots": _places(transport.get("poses", {})),
+        "start": _places(poses.get("start", {})),
+        "robots": _places(poses.get("poses", {})),
         "seconds": transport["beat"] * 60 / transport["tempo"] if transport else 0.0,
     }
 

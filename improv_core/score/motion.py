@@ -39,7 +39,7 @@ STILL = Twist()
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """A place in the world: x, y, z in metres, heading in radians, counter-clockwise from the x axis."""
+    """A place in the world: x, y, z in meters, heading in radians, counter-clockwise from the x axis."""
 
     x: float = 0.0
     y: float = 0.0
@@ -60,10 +60,14 @@ class Pose:
             along, across = math.sin(angle) / angle, (1 - math.cos(angle)) / angle
         dx = (twist.x * along - twist.y * across) * seconds
         dy = (twist.x * across + twist.y * along) * seconds
+        return self.then(Pose(dx, dy, twist.z * seconds, angle))
+
+    def then(self, other: Pose) -> Pose:
+        """The composition of two poses: `other`, which is given in the frame of this one, in the frame of the world."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return Pose(
-            self.x + cos * dx - sin * dy,
-            self.y + sin * dx + cos * dy,
-            self.z + twist.z * seconds,
-            self.heading + angle,
+            self.x + cos * other.x - sin * other.y,
+            self.y + sin * other.x + cos * other.y,
+            self.z + other.z,
+            self.heading + other.heading,
         )

@@ -83,7 +83,7 @@ def pose_at(part: Part, beat: Exact) -> Pose | None:
     Repeats are multiplied, not walked: the billionth turn of a repeat costs no more than the second.
     """
     gone = _way(_Leg(part.movement, SAME, False), min(beat, part.movement.duration), part.profile)
-    return None if gone is None else _joined(part.start, gone)
+    return None if gone is None else part.start.then(gone)
 
 
 class _Leg(NamedTuple):
@@ -110,9 +110,9 @@ def _way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
                 whole = _whole(other, profile, known)
                 if whole is None:
                     return None
-                way = _joined(way, _times(whole, times))
+                way = way.then(_times(whole, times))
             continue
-        return None if rest is None else _joined(way, rest)
+        return None if rest is None else way.then(rest)
 
 
 def _split(leg: _Leg, until: Duration) -> tuple[list[tuple[_Leg, int]], _Leg, Duration]:
@@ -151,7 +151,7 @@ def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], 
         way: Pose | None = Pose()
         for each in inner:
             one = known[id(each.movement), each.gain, each.backward]
-            way = _joined(way, one) if way and one else None
+            way = way.then(one) if way and one else None
         if way and isinstance(part, algebra.Repeat):
             way = _times(way, part.times or 0)
         known[id(part), gain, backward] = way
@@ -179,7 +179,7 @@ def _walked_way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
     if period and until > period:
         turns, rest = divmod(until, period)
         once, last = _walked_way(leg, period, profile), _walked_way(leg, rest, profile)
-        return None if once is None or last is None else _joined(_times(once, int(turns)), last)
+        return None if once is None or last is None else _times(once, int(turns)).then(last)
     movement = algebra.reverse(leg.movement) if leg.backward else leg.movement
     way = Pose()
     for walked, moment in enumerate(walk(movement, merge=True)):
@@ -228,22 +228,11 @@ def _common(one: Fraction, other: Fraction) -> Fraction:
     return Fraction(math.lcm(one.numerator, other.numerator), math.gcd(one.denominator, other.denominator))
 
 
-def _joined(first: Pose, then: Pose) -> Pose:
-    """The second pose, which is seen from the first, seen from where the first is seen from."""
-    cos, sin = math.cos(first.heading), math.sin(first.heading)
-    return Pose(
-        first.x + cos * then.x - sin * then.y,
-        first.y + sin * then.x + cos * then.y,
-        first.z + then.z,
-        first.heading + then.heading,
-    )
-
-
 def _times(way: Pose, times: int) -> Pose:
     """A way gone so many times, by squaring."""
     gone = Pose()
     while times:
         if times % 2:
-            gone = _joined(gone, way)
-        way, times = _joined(way, way), times // 2
+            gone = gone.then(way)
+        way, times = way.then(way), times // 2
     return gone

@@ -61,10 +61,12 @@ def _node(name: str) -> Iterator[Any]:
 
     rclpy.init()
     node = rclpy.create_node(name)
-    yield node
-    # One that does not say goodbye stays in everybody's graph for its lease, some twenty seconds.
-    node.destroy_node()
-    rclpy.try_shutdown()
+    try:
+        yield node
+    finally:
+        # A node that does not say goodbye stays in everybody's graph for its lease, some twenty seconds.
+        node.destroy_node()
+        rclpy.try_shutdown()
 
 
 def _ends(infos: Sequence[Any]) -> list[list[str]]:

@@ -1,23 +1,36 @@
-"""Plays scores: sends what is due, and obeys who conducts. Knows no clock but the times it is given.
+"""Plays scores: sends what is due, and does what it is asked. Knows no clock but the times it is given.
 
-Three kinds of time: `now` is the clock's, in seconds; performance time counts seconds from the latest restart on, and
-goes on while nothing moves; beats are places in the score, and pass at its tempo times the speed.
+`now` is the clock's time, in seconds; `performed` and `at` are performance times: seconds since the latest restart,
+also while nothing moves.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush, heapreplace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from improv_core.score.motion import STILL, Twist
+from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
-from improv_core.stage.setpoints import LAST_ZEROS, Command, commands, zeros
+from improv_core.score.transport import Switch, Transport
+from improv_core.stage.protocol import (
+    FASTEST,
+    LAST_BEAT,
+    SLOWEST,
+    ErrorLine,
+    PoseJson,
+    Poses,
+    State,
+    TransportMessage,
+    WarningLine,
+    When,
+)
+from improv_core.stage.setpoints import LAST_ZEROS, Setpoint, setpoints, zeros
 from improv_core.stage.sinks import Sink
 
 PATIENCE = 5.0
@@ -28,13 +41,11 @@ LOOK_AGAIN = 0.01
 LOOK_WHILE_PLAYING = 1.0
 """Seconds in which all robots are looked at once: whether they are still heard, and nobody else moves them."""
 LOOK_AT = 20
-"""Robots to look at between two commands: with ROS 2 each took some 0.02 ms."""
+"""Robots to look at between two setpoints: with ROS 2 each took some 0.02 ms."""
 LATE = 0.5
-"""Seconds. A live sink that could not send for so long stops: its robots have stopped by themselves, or should have."""
-SLOWEST, FASTEST = 0.1, 4.0
-LAST_BEAT = 1e15
-"""The last that can be sought: where beats stop being exact as numbers of JavaScript."""
+"""Seconds. After so long without sending, real robots are stopped: they have stopped by themselves, or should have."""
 
+Told = TransportMessage | WarningLine | ErrorLine
 EMPTY = Score(Fraction(60), {})
 
 
@@ -44,24 +55,24 @@ class Swap:
 
     score: Score
     generation: int
-    when: str
+    when: Switch
     at: float
 
 
 class _Due(NamedTuple):
-    """What a robot is told at a performance time, and the rest of its commands, whose times count from `offset`."""
+    """What a robot is told at a performance time, and the rest of its setpoints, whose times count from `offset`."""
 
     at: float
     robot: str
     twist: Twist
-    rest: Iterator[Command]
+    rest: Iterator[Setpoint]
     offset: float
 
 
 class Player:
     """Plays one score at a time on a sink, and tells what it does in transport messages (see docs/protocol.md)."""
 
-    def __init__(self, sink: Sink, tell: Callable[[dict[str, Any]], None], wall: Callable[[], float]) -> None:
+    def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
         self._sink = sink
         self._tell = tell
         self._wall = wall
@@ -69,11 +80,9 @@ class Player:
         self.backend = sink.name
         """What everything plays on, in words, for those who watch."""
         self._generation = 0
-        self._state = "stopped"
+        self._state: State = "stopped"
         self._speed = Fraction(1)
-        self._zero = 0.0  # the clock's time of performance time 0
-        self._since = 0.0  # the performance time at which playing was last taken up,
-        self._from: Exact = 0  # and at which beat
+        self._transport = Transport(0.0, 0.0, 0, EMPTY.tempo)
         self._queue: list[_Due] = []
         self._next: Swap | None = None
         self._muted: frozenset[str] = frozenset()
@@ -87,21 +96,25 @@ class Player:
         self._looked_at = 0
         self.reached = 0.0
         """The clock's time up to which everything has been sent."""
-        self._start_poses: dict[str, Any] = {}
+        self._start_poses: dict[str, PoseJson] = {}
 
     @property
-    def state(self) -> str:
+    def state(self) -> State:
         """stopped, waiting (for listeners), playing, paused or ended."""
         return self._state
 
-    def load(self, score: Score, generation: int, when: str, now: float, zero: float | None = None) -> None:
+    def load(self, score: Score, generation: int, when: When, now: float, zero: float | None = None) -> None:
         """Play a score: `restart` from beat 0 with robots at their start, or take over `now`, at the `beat` or `end`.
 
         `zero` is the clock's time of beat 0 where another stage has set it.
         """
         self._warned = {}
-        if self._state == "playing" and when in ("now", "beat", "end"):
-            at = self._switch_time(when, now - self._zero) if zero is None else zero - self._zero
+        if self._state == "playing" and when != "restart":
+            performed = self._transport.performed(now)
+            if zero is None:
+                at = self._transport.switch_time(when, performed, self._score.beats)
+            else:
+                at = zero - self._transport.zero
             self._next = Swap(score, generation, when, at)
             self.advance(now)
         else:
@@ -114,31 +127,35 @@ class Player:
         """
         if self._state == "waiting" and not self._score.beats:
             return
-        self._from = self._beat(now)
         self._stop_all(now, "stopped")
 
     def pause(self, now: float) -> None:
         """Stop every robot at once, to go on from here."""
         self._catch_up(now)
         if self._state == "playing":
-            self._from = self._beat(now)
             self._stop_all(now, "paused")
 
     def resume(self, now: float) -> None:
         """Go on from where it was paused."""
         if self._state == "paused":
-            self._play_from(self._from, now - self._zero, now)
+            self._play_from(self._transport.origin, self._transport.performed(now), now)
 
     def seek(self, beat: float, now: float) -> None:
-        """Play from another beat on, or be paused there; simulated robots stand where the score has them then."""
+        """Play from another beat on, or be paused there; simulated robots stand where the score has them then.
+
+        Ignored if nothing has been loaded.
+        """
+        if self._score is EMPTY:
+            return
         target = near(min(max(beat, 0.0), float(self._score.beats), LAST_BEAT))
-        if self._state != "waiting" and not self._sink.live:
+        if self._state != "waiting" and not self._sink.real:
             poses = {robot: pose_at(part, target) for robot, part in self._score.parts.items()}
             self._sink.place({robot: pose for robot, pose in poses.items() if pose})
         if self._state == "playing":
-            self._play_from(target, now - self._zero, now)
+            self._play_from(target, self._transport.performed(now), now)
         elif self._state != "waiting":
-            self._from, self._state = target, "paused"
+            self._leave_at(target)
+            self._state = "paused"
             self._tell_transport(now)
 
     def set_speed(self, factor: float, now: float) -> None:
@@ -147,8 +164,9 @@ class Player:
         beat = self._beat(now)
         self._speed = Fraction(str(min(max(factor, SLOWEST), FASTEST)))
         if self._state == "playing":
-            self._play_from(beat, now - self._zero, now)
+            self._play_from(beat, self._transport.performed(now), now)
         else:
+            self._transport = replace(self._transport, tempo=self._tempo)
             self._tell_transport(now)
 
     def set_silent(self, muted: Collection[str], soloed: Collection[str], now: float) -> None:
@@ -159,7 +177,9 @@ class Player:
         for robot in self._score.parts if self._state == "playing" else ():
             if self._is_silent(robot) != (robot in before):
                 self._zeros_left[robot] = LAST_ZEROS
-                self._send(robot, self._wanted.get(robot, STILL), max(now - self._zero, self._since))
+                self._send(
+                    robot, self._wanted.get(robot, STILL), max(self._transport.performed(now), self._transport.since)
+                )
         self._tell_transport(now)
 
     def advance(self, now: float) -> None:
@@ -168,8 +188,8 @@ class Player:
             self._look_for_listeners(now)
             if self._state == "waiting":
                 return
-        if self._sink.live and self._state == "playing" and now - self._zero - self._due() > LATE:
-            late = now - self._zero - self._due()
+        if self._sink.real and self._state == "playing" and self._transport.performed(now) - self._due() > LATE:
+            late = self._transport.performed(now) - self._due()
             self.hush(now)
             message = f"the stage stood still for {late:.1f} s, so all robots were stopped: save to play again"
             self._tell({"type": "error", "message": message})
@@ -181,11 +201,12 @@ class Player:
             # What the old score has to say at that very moment, the new one says instead.
             self._send_due(math.nextafter(swap.at, -math.inf))
             self._take_over(swap, now)
-        end = self._end()
+        end = self._transport.end(self._score.beats)
         if self._state == "playing" and performed >= end:
             self._send_due(end)
-            self._from, self._state = self._beat(now), "ended"
-            if not self._sink.live:
+            self._leave_at(self._beat(now))
+            self._state = "ended"
+            if not self._sink.real:
                 self._warn(self._score.parts)  # of bumps in the last second
             self._tell_transport(now)
         self._send_due(performed)
@@ -202,7 +223,8 @@ class Player:
         due = self._due()
         if due == math.inf:
             return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
-        return min(due + self._zero, now + self._sink.period) if self._sink.period else due + self._zero
+        at = self._transport.clock(due)
+        return min(at, now + self._sink.period) if self._sink.period else at
 
     @property
     def _tempo(self) -> Fraction:
@@ -211,53 +233,38 @@ class Player:
 
     def _beat(self, now: float) -> Exact:
         """Where in the score it is."""
-        if self._state == "waiting":
-            return 0
-        if self._state != "playing":
-            return self._from
-        passed = self._from + Fraction(max(now - self._zero - self._since, 0.0)) * self._tempo / 60
-        return near(float(min(passed, self._score.beats)))
+        playing = self._state == "playing"
+        return self._transport.beat(now, self._score.beats) if playing else self._transport.origin
 
-    def _end(self) -> float:
-        """The performance time at which the longest part ends."""
-        beats = self._score.beats
-        return math.inf if beats == ENDLESS else self._since + float((beats - self._from) * 60 / self._tempo)
+    def _leave_at(self, beat: Exact) -> None:
+        """Stay at a beat, once it is no longer played."""
+        self._transport = replace(self._transport, origin=beat)
 
     def _due(self) -> float:
         """The performance time of what comes next."""
         queued = self._queue[0].at if self._queue else math.inf
         swap = self._next.at if self._next else math.inf
-        end = self._end() if self._state == "playing" else math.inf
+        end = self._transport.end(self._score.beats) if self._state == "playing" else math.inf
         return min(queued, swap, end)
 
     def _performed(self, now: float) -> float:
         """Performance time by the clock; never a rounding error before what is due by the clock."""
         due = self._due()
-        return max(now - self._zero, due) if due + self._zero <= now else now - self._zero
-
-    def _switch_time(self, when: str, performed: float) -> float:
-        """The performance time at which a score takes over."""
-        performed = max(performed, self._since)
-        if when == "end" and self._end() != math.inf:
-            return self._end()
-        if when == "now":
-            return performed
-        beat = float(60 / self._tempo)
-        first = self._since + float(math.ceil(self._from) - self._from) * beat  # the first whole beat since
-        return first + max(math.ceil((performed - first) / beat), 0) * beat
+        performed = self._transport.performed(now)
+        return max(performed, due) if self._transport.clock(due) <= now else performed
 
     def _restart(self, score: Score, generation: int, now: float, zero: float | None) -> None:
         old = self._score.parts
         leaving = [robot for robot in old if robot not in score.parts]
         for robot in leaving:
-            self._sink.send(robot, STILL, now - self._zero)
+            self._sink.send(robot, STILL, self._transport.performed(now))
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
         self._queue, self._next, self._wanted = [], None, {}
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
-        self._zero, self._since, self._from = zero if zero is not None else now, 0.0, 0
         self._score, self._generation = score, generation
+        self._transport = Transport(now if zero is None else zero, 0.0, 0, self._tempo)
         for robot in score.parts:
             self._met.setdefault(robot, now)
         self._unheard = set(score.parts)
@@ -278,7 +285,7 @@ class Player:
                 self._sink.send(robot, STILL, 0.0)  # one that is only to stop need not wait for the others
         if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in self._unheard):
             return
-        self._zero = now
+        self._transport = replace(self._transport, zero=now)
         self._play_from(0, 0.0, now)
         self._warn(self._score.parts)
 
@@ -297,18 +304,18 @@ class Player:
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, as of this performance time."""
-        self._since, self._from, self._state = performed, beat, "playing"
-        self._queue = [due for due in self._queue if due.robot not in self._score.parts]
-        heapify(self._queue)
+        self._transport = Transport(self._transport.zero, performed, beat, self._tempo)
+        self._state = "playing"
+        self._drop_parts()
         self._zeros_left = {robot: LAST_ZEROS for robot in self._score.parts if self._is_silent(robot)}
         for robot, part in self._score.parts.items():
-            self._enqueue(robot, commands(part, self._tempo, beat), performed)
+            self._enqueue(robot, setpoints(part, self._tempo, beat), performed)
         if self._next:
             swap = self._next
-            at = self._switch_time(swap.when, performed)
+            at = self._transport.switch_time(swap.when, performed, self._score.beats)
             self._next = Swap(swap.score, swap.generation, swap.when, at)
         self._look = now + LOOK_WHILE_PLAYING
-        self._tell_transport(now, self._zero + performed)
+        self._tell_transport(now, self._transport.clock(performed))
         self.advance(now)
 
     def _catch_up(self, now: float) -> None:
@@ -316,10 +323,10 @@ class Player:
         if self._state == "playing":
             self.advance(now)
 
-    def _stop_all(self, now: float, state: str) -> None:
-        performed = now - self._zero
+    def _stop_all(self, now: float, state: State) -> None:
+        performed = self._transport.performed(now)
         self._next = None
-        self._queue = []
+        self._drop_parts()
         problems = []
         for robot, part in self._score.parts.items():
             burst = zeros(performed, 1 / part.profile.command_rate)
@@ -328,17 +335,22 @@ class Player:
             except Exception as problem:  # whatever a sink's library raises
                 problems.append(problem)
             self._enqueue(robot, burst, 0.0)
+        self._leave_at(self._beat(now))
+        self._state, self.reached = state, now
         if problems:
             raise problems[0]
         self._sink.advance(performed)
-        self.reached = now
-        self._state = state
         self._tell_transport(now)
+
+    def _drop_parts(self) -> None:
+        """Forget what the robots of the score were to be told; those that have left it still get their zeros."""
+        self._queue = [due for due in self._queue if due.robot not in self._score.parts]
+        heapify(self._queue)
 
     def _is_silent(self, robot: str) -> bool:
         return robot not in self._soloed if self._soloed else robot in self._muted
 
-    def _enqueue(self, robot: str, told: Iterator[Command], offset: float) -> None:
+    def _enqueue(self, robot: str, told: Iterator[Setpoint], offset: float) -> None:
         first = next(told, None)
         if first:
             heappush(self._queue, _Due(first.at + offset, robot, first.twist, told, offset))
@@ -347,12 +359,13 @@ class Player:
         queue = self._queue
         while queue and queue[0].at <= performed:
             at, robot, moving, rest, offset = queue[0]
-            self._send(robot, moving, at)
+            # Before it is sent: one robot that can't be told must not come first again and hold up the others.
             following = next(rest, None)
             if following:
                 heapreplace(queue, _Due(following.at + offset, robot, following.twist, rest, offset))
             else:
                 heappop(queue)
+            self._send(robot, moving, at)
         self._sink.advance(performed)
 
     def _send(self, robot: str, moving: Twist, at: float) -> None:
@@ -373,7 +386,7 @@ class Player:
                 self._tell({"type": "warning", "message": line})
             self._warned[robot] = line
 
-    def whereabouts(self) -> dict[str, Any]:
+    def whereabouts(self) -> Poses:
         """Where simulated robots were at beat 0, and are now; nothing for others."""
         poses = _as_json(self._sink.poses())
         return {"start": self._start_poses, "poses": poses} if poses else {}
@@ -392,7 +405,7 @@ class Player:
                 "speed": float(self._speed),
                 "beats": None if beats == ENDLESS else float(beats),
                 "beat": float(self._beat(at)),
-                "performed": at - self._zero,
+                "performed": self._transport.performed(at),
                 "muted": sorted(self._muted),
                 "soloed": sorted(self._soloed),
                 "monotonic": at,
@@ -402,5 +415,5 @@ class Player:
         )
 
 
-def _as_json(poses: Mapping[str, Any]) -> dict[str, Any]:
-    return {robot: asdict(pose) for robot, pose in poses.items()}
+def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:
+    return {robot: {"x": pose.x, "y": pose.y, "z": pose.z, "heading": pose.heading} for robot, pose in poses.items()}

@@ -1,8 +1,364 @@
-"""How a stage and its parent talk (docs/protocol.md)."""
+"""Every message between a stage, its parent and its page (docs/protocol.md), and the limits that both sides know.
+
+Standard library only. A message is a plain dict, so it costs nothing to send; the types are for whoever reads the code
+and for mypy. Where a message arrives from another process, `read_to_stage` or `read_from_stage` checks it.
+"""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
+from types import UnionType
+from typing import Any, Literal, TypedDict, cast, get_args, get_origin, get_type_hints
 
+VERSION = 1
+"""The protocol's version."""
 FOLDER = Path(__file__).resolve().parent
 """What Python is started with to run a stage."""
+
+SLOWEST, FASTEST = 0.1, 4.0
+"""Limits of the speed factor."""
+LAST_BEAT = 1e15
+"""The last beat one can seek: beyond it, numbers in JavaScript are no longer exact."""
+SILENCE_LIMIT = 0.5
+"""Seconds without a ping after which a stage with real robots takes its parent for hung, and stops the robots."""
+LOADING_LIMIT = 10.0
+"""Seconds either side may take over a new score: to read a long one, or to make a thousand robots' publishers."""
+END_LIMIT = 3.0
+"""Seconds a stage may take to stop its robots and end, before it is killed."""
+
+When = Literal["restart", "now", "beat", "end"]
+"""When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat or at the end."""
+State = Literal["waiting", "playing", "paused", "ended", "stopped"]
+"""`waiting` is for listeners, before beat 0."""
+
+
+class PoseJson(TypedDict):
+    """A pose in meters and radians."""
+
+    x: float
+    y: float
+    z: float
+    heading: float
+
+
+class StartJson(TypedDict):
+    """A start pose in meters and degrees, as improv.toml has it."""
+
+    x: float
+    y: float
+    heading: float
+
+
+class _Timed(TypedDict, total=False):
+    at: float
+
+
+class _Load(TypedDict):
+    type: Literal["load"]
+    generation: int
+    score: Mapping[str, Any]
+    when: When
+    backend: str
+
+
+class Load(_Load, _Timed, total=False):
+    """Play a score: what `score.to_json` makes."""
+
+    zero: float
+
+
+class Hush(_Timed):
+    type: Literal["hush"]
+
+
+class Pause(_Timed):
+    type: Literal["pause"]
+
+
+class Resume(_Timed):
+    type: Literal["resume"]
+
+
+class Seek(_Timed):
+    type: Literal["seek"]
+    beat: float
+
+
+class Speed(_Timed):
+    type: Literal["speed"]
+    factor: float
+
+
+class Silence(_Timed):
+    type: Literal["silence"]
+    muted: Sequence[str]
+    soloed: Sequence[str]
+
+
+class Ping(TypedDict):
+    type: Literal["ping"]
+    number: int
+
+
+Conduct = Hush | Pause | Resume | Seek | Speed | Silence
+"""How somebody, at an editor or at the page, has a say in what plays."""
+ToStage = Load | Conduct | Ping
+
+
+class Restart(TypedDict):
+    type: Literal["restart"]
+
+
+class Place(TypedDict):
+    """Robots were dragged to other starts on the page."""
+
+    type: Literal["place"]
+    starts: Mapping[str, StartJson]
+
+
+class Watched(TypedDict):
+    """Somebody opened a page."""
+
+    type: Literal["watched"]
+
+
+PageRequest = Conduct | Restart | Place
+"""What somebody may ask for at the page."""
+
+
+class _Ready(TypedDict):
+    type: Literal["ready"]
+    protocol: int
+    sink: str
+    real: bool
+
+
+class Ready(_Ready, total=False):
+    page: str
+
+
+class Poses(TypedDict, total=False):
+    """Where simulated robots were at beat 0, and are now; nothing for real ones."""
+
+    start: Mapping[str, PoseJson]
+    poses: Mapping[str, PoseJson]
+
+
+class _TransportMessage(TypedDict):
+    type: Literal["transport"]
+    generation: int
+    state: State
+    backend: str
+    tempo: float
+    speed: float
+    beats: float | None
+    beat: float
+    performed: float
+    muted: Sequence[str]
+    soloed: Sequence[str]
+    monotonic: float
+    wall: float
+
+
+class TransportMessage(_TransportMessage, Poses):
+    """Where playing stands, as of the times `monotonic` and `wall`."""
+
+
+class Request(TypedDict):
+    """Somebody at the page asks for something."""
+
+    type: Literal["request"]
+    command: PageRequest | Watched
+
+
+class Sent(TypedDict):
+    """A velocity that has been sent."""
+
+    type: Literal["sent"]
+    robot: str
+    twist: Sequence[float]
+    wall: int
+
+
+class WarningLine(TypedDict):
+    type: Literal["warning"]
+    message: str
+
+
+class ErrorLine(TypedDict):
+    type: Literal["error"]
+    message: str
+
+
+class Pong(TypedDict):
+    type: Literal["pong"]
+    number: int
+
+
+class _Stopped(TypedDict):
+    type: Literal["stopped"]
+
+
+class Stopped(_Stopped, Poses, total=False):
+    """The stage's last message."""
+
+    message: str
+
+
+FromStage = Ready | TransportMessage | Request | Sent | WarningLine | ErrorLine | Pong | Stopped
+
+
+class DrawnRobot(TypedDict):
+    """What a page draws of a robot: a disc of this radius in meters."""
+
+    radius: float
+
+
+class DrawnRobots(TypedDict):
+    type: Literal["robots"]
+    robots: Mapping[str, DrawnRobot]
+
+
+class DrawnPoses(TypedDict):
+    """x, y, z and heading of every robot, in the order of `robots`."""
+
+    type: Literal["poses"]
+    at: float
+    placed: int
+    poses: Sequence[Sequence[float]]
+
+
+class ShownRobot(TypedDict):
+    """What a robot of a score is like; `start` is x, y, z and heading."""
+
+    profile: str
+    dynamics: str
+    radius: float
+    motions: Sequence[str]
+    start: Sequence[float]
+    beats: float | None
+
+
+class ShownScore(TypedDict):
+    """A score for those who watch."""
+
+    type: Literal["score"]
+    generation: int
+    tempo: float
+    beats: float | None
+    world: Mapping[str, Any] | None
+    text: str
+    starts: Mapping[str, int]
+    robots: Mapping[str, ShownRobot]
+    takes_starts: bool
+
+
+class BumpJson(TypedDict):
+    at: float
+    x: float
+    y: float
+    robots: Sequence[str]
+
+
+class Bumps(TypedDict):
+    type: Literal["bumps"]
+    past: bool
+    bumps: Sequence[BumpJson]
+
+
+class Stretch(TypedDict):
+    """What one robot does from a beat to `until`: where it ideally is at first, and its moments."""
+
+    pose: Sequence[float] | None
+    moments: Sequence[Sequence[Any]]
+    until: float
+
+
+AskWindow = TypedDict(
+    "AskWindow",
+    {"type": Literal["window"], "generation": float, "from": float, "to": float},
+)
+Window = TypedDict(
+    "Window",
+    {
+        "type": Literal["window"],
+        "generation": int,
+        "from": float,
+        "to": float,
+        "robots": Mapping[str, Stretch],
+    },
+)
+
+ToPage = DrawnRobots | DrawnPoses | TransportMessage | Stopped | ShownScore | Bumps | Window
+FromPage = PageRequest | AskWindow
+
+
+class ProtocolError(Exception):
+    """A line is no message that may arrive here; one plain line that says why."""
+
+
+def read_to_stage(line: bytes) -> ToStage:
+    """The message to a stage that a line holds. Raises ProtocolError."""
+    return cast(ToStage, _read(line, ToStage))
+
+
+def read_from_stage(line: bytes) -> FromStage:
+    """The message from a stage that a line holds. Raises ProtocolError."""
+    return cast(FromStage, _read(line, FromStage))
+
+
+def by_type(union: Any) -> dict[str, type]:
+    """The messages of a union, by their `type`."""
+    return {get_args(_hints(each)["type"])[0]: each for each in get_args(union)}
+
+
+def _read(line: bytes, union: Any) -> object:
+    try:
+        message = json.loads(line)
+    except (ValueError, RecursionError):
+        raise ProtocolError("this line is not JSON") from None
+    kind = message.get("type") if isinstance(message, dict) else None
+    if not isinstance(kind, str):
+        raise ProtocolError("this line is JSON, but not a message: it has no `type`")
+    expected = _by_type(union).get(kind)
+    if expected is None:
+        raise ProtocolError(f"there is no message `{kind}`")
+    if missing := expected.__required_keys__ - message.keys():  # type: ignore[attr-defined]
+        raise ProtocolError(f"`{kind}` needs {' and '.join(f'`{name}`' for name in sorted(missing))}")
+    hints = _hints(expected)
+    if wrong := [name for name in hints if name in message and not _fits(message[name], hints[name])]:
+        raise ProtocolError(f"`{wrong[0]}` of `{kind}` has a wrong value")
+    return message
+
+
+_by_type = lru_cache(by_type)
+_hints: Callable[[Any], dict[str, Any]] = lru_cache(get_type_hints)
+
+
+def _fits(value: object, hint: Any) -> bool:
+    """Whether a JSON value is of a type used above. NaN is no number; what is added to a message is left alone."""
+    origin, arguments = get_origin(hint), get_args(hint)
+    if hint is Any:
+        return True
+    if hint is float:
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and value == value
+    if hint is int:
+        return isinstance(value, int) and not isinstance(value, bool)
+    if origin is Literal:
+        return isinstance(value, str) and value in arguments
+    if origin is UnionType:
+        return any(_fits(value, each) for each in arguments)
+    if origin is None and hasattr(hint, "__required_keys__"):
+        return (
+            isinstance(value, dict)
+            and hint.__required_keys__ <= value.keys()
+            and all(_fits(value[name], inner) for name, inner in _hints(hint).items() if name in value)
+        )
+    if origin is not None and issubclass(origin, Mapping):
+        return isinstance(value, dict) and all(_fits(each, arguments[1]) for each in value.values())
+    if origin is not None and issubclass(origin, Sequence):
+        return isinstance(value, list) and all(_fits(each, arguments[0]) for each in value)
+    return isinstance(value, hint)

@@ -1,4 +1,4 @@
-"""What a robot is told to play its part: every velocity at its time, repeated at its rate, and zeros at the end."""
+"""What a robot is told to play its part: setpoints at their times, repeated at its rate, and zeros at the end."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ SHORTEST = Fraction(1, 1000)
 """Seconds. Changes that come faster than this are sampled at this distance, so that no program can swamp a robot."""
 
 
-class Command(NamedTuple):
+class Setpoint(NamedTuple):
     """A robot's velocity, from `at` seconds on."""
 
     at: float
     twist: Twist
 
 
-def commands(part: Part, tempo: Fraction, start: Exact = 0) -> Iterator[Command]:
-    """All a robot is told from beat `start` on, counted from there: each change at its time, repeated, then zeros."""
+def setpoints(part: Part, tempo: Fraction, start: Exact = 0) -> Iterator[Setpoint]:
+    """All setpoints from beat `start` on, timed from there: each change at its time and repeated, then zeros."""
     period = 1 / part.profile.command_rate
     seconds = 60 / tempo
     shortest = SHORTEST / seconds
@@ -45,14 +45,14 @@ def commands(part: Part, tempo: Fraction, start: Exact = 0) -> Iterator[Command]
     yield from zeros(float((duration - start) * seconds), period)
 
 
-def zeros(start: float, period: float) -> Iterator[Command]:
+def zeros(start: float, period: float) -> Iterator[Setpoint]:
     """The short burst that stops a robot."""
-    return (Command(start + count * period, STILL) for count in range(LAST_ZEROS))
+    return (Setpoint(start + count * period, STILL) for count in range(LAST_ZEROS))
 
 
-def _held(moving: Twist, start: float, end: float, period: float) -> Iterator[Command]:
+def _held(moving: Twist, start: float, end: float, period: float) -> Iterator[Setpoint]:
     # Each time is counted from the start, never added up: no error grows however long the velocity is held.
     count = 0
     while (at := start + count * period) < end:
-        yield Command(at, moving)
+        yield Setpoint(at, moving)
         count += 1

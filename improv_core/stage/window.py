@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import astuple
 from typing import Any
 
@@ -10,13 +9,14 @@ from improv_core.score import world as worlds
 from improv_core.score.movement import ENDLESS, Exact, near, walk
 from improv_core.score.path import pose_at
 from improv_core.score.score import Part, Score, twist
+from improv_core.stage.protocol import ShownScore, Stretch
 
 MOST_MOMENTS = 20_000
 """Moments of all robots together in one window."""
 
 
-def about(score: Score, generation: int) -> dict[str, Any]:
-    """A score for those who watch: its text and length, and what its robots are like (metres, radians)."""
+def about(score: Score, generation: int, *, takes_starts: bool) -> ShownScore:
+    """A score for those who watch: its text and length, and what its robots are like (meters, radians)."""
     beats = score.beats
     return {
         "type": "score",
@@ -37,10 +37,11 @@ def about(score: Score, generation: int) -> dict[str, Any]:
             }
             for name, part in score.parts.items()
         },
+        "takes_starts": takes_starts,
     }
 
 
-def window(score: Score, start: float, end: float) -> Mapping[str, Any]:
+def window(score: Score, start: float, end: float) -> dict[str, Stretch]:
     """What each robot does from beat `start` up to beat `end`, as far as it is not too much.
 
     `pose` is where it ideally is at `start` (x, y, z, heading), None where that can't be known. `moments` are lists of
@@ -52,7 +53,7 @@ def window(score: Score, start: float, end: float) -> Mapping[str, Any]:
     return {name: _stretch(score, part, begin, end, most) for name, part in score.parts.items()}
 
 
-def _stretch(score: Score, part: Part, begin: Exact, end: float, most: int) -> Mapping[str, Any]:
+def _stretch(score: Score, part: Part, begin: Exact, end: float, most: int) -> Stretch:
     moments: list[list[Any]] = []
     until = float(begin)
     for moment in walk(part.movement, begin) if begin < part.movement.duration else ():

@@ -8,7 +8,7 @@ from typing import Any
 from lsprotocol import types
 
 from improv_core.diagnostics import Severity
-from improv_core.stage.player import FASTEST, LAST_BEAT, SLOWEST
+from improv_core.stage.protocol import FASTEST, LAST_BEAT, SLOWEST, When
 from improv_ls.documents import Document
 from improv_ls.handlers.documents import refresh_robots
 from improv_ls.session import Session
@@ -51,21 +51,21 @@ def restart(ls: Session, *arguments: Any) -> None:
 
 
 def hush(ls: Session, *arguments: Any) -> None:
-    ls.performance.conduct("hush")
+    ls.performance.conduct({"type": "hush"})
 
 
 def pause(ls: Session, *arguments: Any) -> None:
-    ls.performance.conduct("pause")
+    ls.performance.conduct({"type": "pause"})
 
 
 def resume(ls: Session, *arguments: Any) -> None:
-    ls.performance.conduct("resume")
+    ls.performance.conduct({"type": "resume"})
 
 
 def seek(ls: Session, *arguments: Any) -> None:
     """Go on from the beat that is the argument, counted from 0."""
     if len(arguments) == 1 and _is_beat(arguments[0]):
-        ls.performance.conduct("seek", beat=float(arguments[0]))
+        ls.performance.conduct({"type": "seek", "beat": float(arguments[0])})
     else:
         ls.say("improv.seek: say a beat, counted from 0", types.MessageType.Warning)
 
@@ -73,7 +73,7 @@ def seek(ls: Session, *arguments: Any) -> None:
 def speed(ls: Session, *arguments: Any) -> None:
     """Play so many times as fast."""
     if len(arguments) == 1 and _is_number(arguments[0]) and SLOWEST <= arguments[0] <= FASTEST:
-        ls.performance.conduct("speed", factor=float(arguments[0]))
+        ls.performance.conduct({"type": "speed", "factor": float(arguments[0])})
     else:
         ls.say(f"improv.speed: say a number from {SLOWEST:g} to {FASTEST:g}", types.MessageType.Warning)
 
@@ -127,5 +127,5 @@ async def _play(ls: Session, document: Document) -> None:
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         ls.say(f"✗ line {line}: {first.message}{more}{_goes_on(ls)}", types.MessageType.Warning)
         return
-    when = ls.settings.switch_at if ls.settings.on_save == "continue" else "restart"
+    when: When = ls.settings.switch_at if ls.settings.on_save == "continue" else "restart"
     await ls.performance.play(document, when)

@@ -8,13 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from improv_core.playback import playback as client
-from improv_core.playback.stage_process import Message
+from improv_core.playback.start import Options
 from improv_ls.__main__ import main
 
 
 class Tapped(client.Playback):
-    def __init__(self, options: client.Options, listen: Callable[[Message, bool], None]) -> None:
-        def tell(message: Message, leads: bool) -> None:
+    def __init__(self, options: Options, listen: Callable[[client.News, bool], None]) -> None:
+        def tell(message: client.News, leads: bool) -> None:
             with Path(sys.argv[1]).open("a", encoding="utf-8") as tap:
                 tap.write(json.dumps(message) + "\n")
             listen(message, leads)
@@ -23,5 +23,5 @@ class Tapped(client.Playback):
 
 
 if __name__ == "__main__":
-    client.Playback = Tapped  # type: ignore[misc]
+    client.Playback = Tapped  # type: ignore[assignment, misc]
     main()

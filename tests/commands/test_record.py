@@ -14,7 +14,7 @@ import pytest
 from watchfiles import watch
 
 from improv_core.commands.record import RecordError, record_live
-from improv_core.playback.playback import Options
+from improv_core.playback.start import Options
 from improv_core.stage.sinks.recorder import Recorder
 from tests.commands.test_commands import run
 from tests.recordings import changes, read

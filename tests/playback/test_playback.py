@@ -1,76 +1,365 @@
-"""All stages as one, with the real simulator."""
+"""All stages as one. The stages are fakes that the tests speak for, but for the last test."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from typing import Any
 
 import pytest
 
-from improv_core.playback.playback import Options, Playback
-from improv_core.playback.stage_process import Message
+from improv_core.playback.playback import News, Playback, RunningStage
+from improv_core.playback.stage_process import Heard, StageError
+from improv_core.playback.start import Options, SinkName
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.stage.protocol import Conduct, FromStage, Load, Ready, State, ToStage, TransportMessage
 
 LIMIT = 60.0
 ENDLESS = score_of(analyze("r $ repeat forward\n"))
 
 
-class Performance:
-    """A playback, and what its stage says."""
+class Fake:
+    """A stage that remembers what it is sent, and says what a test has it say."""
 
-    def __init__(self) -> None:
-        self.playback = Playback(Options("sim"), self._hear)
-        self._told: asyncio.Queue[Message] = asyncio.Queue()
+    def __init__(self, sink: SinkName, options: Options, hear: Callable[[RunningStage, Heard], None]) -> None:
+        self._hear = hear
+        self.sink = sink
+        self.alive = True
+        self.sent: list[ToStage] = []
+        self.ready: Ready = {"type": "ready", "protocol": 1, "sink": sink, "real": sink == "ros"}
+        if sink == "simulator":
+            self.ready["page"] = f"http://127.0.0.1:{options.port or 8123}/"
 
-    async def transport(self) -> Message:
-        """The next one."""
-        while (message := await asyncio.wait_for(self._told.get(), LIMIT))["type"] != "transport":
-            pass
-        return message
+    def send(self, message: ToStage) -> None:
+        self.sent.append(message)
 
-    def _hear(self, message: Message, leads: bool) -> None:
-        self._told.put_nowait(message)
+    async def close(self) -> None:
+        self.alive = False
+
+    def say(self, message: FromStage) -> None:
+        self._hear(self, message)
+
+    def die(self) -> None:
+        self.alive = False
+        self._hear(self, {"type": "gone", "message": "the stage ended by itself"})
+
+    def tell(self, state: State, beat: float = 0.0, monotonic: float = 500.0) -> None:
+        """Say where it is in what it was given to play last."""
+        transport: TransportMessage = {
+            "type": "transport",
+            "generation": self.loads[-1]["generation"],
+            "state": state,
+            "backend": "fake",
+            "tempo": 120.0,
+            "speed": 1.0,
+            "beats": None,
+            "beat": beat,
+            "performed": beat / 2,
+            "muted": [],
+            "soloed": [],
+            "monotonic": monotonic,
+            "wall": 0.0,
+        }
+        self.say(transport)
+
+    @property
+    def loads(self) -> list[Load]:
+        return [message for message in self.sent if message["type"] == "load"]
+
+    @property
+    def kinds(self) -> list[str]:
+        return [message["type"] for message in self.sent]
 
 
-def check(performs: Callable[[Performance], Awaitable[None]]) -> None:
+class Show:
+    """A playback on ROS 2 and the simulator, both faked, and what it tells its listener."""
+
+    def __init__(self, backend: str = "both") -> None:
+        self.stages: list[Fake] = []
+        self.news: list[News] = []
+        self.fails: set[str] = set()
+        self.held: set[SinkName] = set()  # these stages only start
+        self.released = asyncio.Event()  # once this is set
+        self.playback = Playback(Options(backend), lambda message, leads: self.news.append(message), self._start)
+
+    async def _start(
+        self, sink: SinkName, options: Options, token: str, hear: Callable[[RunningStage, Heard], None]
+    ) -> Fake:
+        if sink in self.held:
+            await self.released.wait()
+        if sink in self.fails:
+            raise StageError(f"no {sink} here")
+        self.stages.append(Fake(sink, options, hear))
+        return self.stages[-1]
+
+    async def until(self, fits: Callable[[], Any]) -> None:
+        """Let everything else go on until it fits."""
+
+        async def look() -> None:
+            while not fits():  # noqa: ASYNC110
+                await asyncio.sleep(0)
+
+        await asyncio.wait_for(look(), LIMIT)
+
+    def latest(self, sink: SinkName) -> Fake:
+        return next(stage for stage in reversed(self.stages) if stage.sink == sink)
+
+    async def play(self) -> tuple[Fake, Fake]:
+        """Begin: the stage that leads, and its twin, which play."""
+        assert await self.playback.play(ENDLESS)
+        leader, twin = self.latest("ros"), self.latest("simulator")
+        leader.tell("playing")
+        return leader, twin
+
+    @property
+    def lines(self) -> list[str]:
+        return [each["message"] for each in self.news if each["type"] in ("warning", "error", "gone")]
+
+
+def check(performs: Callable[[Show], Awaitable[None]], backend: str = "both") -> None:
     async def run() -> None:
-        performance = Performance()
+        show = Show(backend)
         try:
-            await performs(performance)
+            await performs(show)
         finally:
-            await performance.playback.close()
+            await show.playback.close()
+            assert not any(stage.alive for stage in show.stages)
 
     asyncio.run(run())
 
 
+def test_the_twin_begins_at_the_beat_0_of_the_stage_that_leads() -> None:
+    async def performs(show: Show) -> None:
+        assert await show.playback.play(ENDLESS) == 1
+        leader, twin = show.latest("ros"), show.latest("simulator")
+        leader.tell("waiting")
+        assert (leader.kinds, twin.kinds) == (["load"], [])
+        leader.tell("playing", beat=3.0, monotonic=500.0)  # three beats at 120 a minute since beat 0
+        assert twin.loads == [{**leader.loads[0], "zero": 498.5}]
+        leader.tell("playing", beat=4.0, monotonic=500.5)
+        assert len(twin.loads) == 1
+
+    check(performs)
+
+
+def test_the_twin_stops_where_the_stage_that_leads_stops_by_itself() -> None:
+    async def performs(show: Show) -> None:
+        leader, twin = await show.play()
+        leader.tell("stopped")
+        assert twin.kinds == ["load", "hush"]
+
+    check(performs)
+
+
+@pytest.mark.parametrize("asker", ["ros", "simulator"])
+def test_what_is_asked_for_at_a_page_reaches_all_stages_at_one_time(asker: SinkName) -> None:
+    async def performs(show: Show) -> None:
+        leader, twin = await show.play()
+        requests: list[Conduct] = [
+            {"type": "pause"},
+            {"type": "seek", "beat": 2.0},
+            {"type": "speed", "factor": 0.5},
+            {"type": "silence", "muted": ["r"], "soloed": []},
+            {"type": "hush"},
+        ]
+        for request in requests:
+            show.latest(asker).say({"type": "request", "command": request})
+            assert leader.sent[-1] == twin.sent[-1]
+            assert leader.sent[-1] == {**request, "at": leader.sent[-1].get("at")}
+        assert show.playback.muted == {"r"}
+
+    check(performs)
+
+
+def test_a_page_can_play_again_and_have_starts_written_and_is_known_to_be_watched() -> None:
+    async def performs(show: Show) -> None:
+        leader, twin = await show.play()
+        twin.say({"type": "request", "command": {"type": "restart"}})
+        assert [load["generation"] for load in leader.loads] == [1, 2]
+        twin.say({"type": "request", "command": {"type": "place", "starts": {}}})
+        assert show.news[-1] == {"type": "place", "starts": {}}
+        twin.say({"type": "request", "command": {"type": "watched"}})
+        assert show.playback.watched.is_set()
+
+    check(performs)
+
+
+def test_there_is_no_beat_to_seek_before_anything_has_been_played() -> None:
+    async def performs(show: Show) -> None:
+        await show.playback.open()
+        show.latest("simulator").say({"type": "request", "command": {"type": "seek", "beat": 2.0}})
+        assert [stage.kinds for stage in show.stages] == [[], []]
+        assert show.lines == ["nothing has been played yet, so there is no beat to go to: save a program first"]
+
+    check(performs)
+
+
+def test_a_stage_that_led_and_died_is_replaced_by_one_that_stops_the_robots_first() -> None:
+    async def performs(show: Show) -> None:
+        leader, twin = await show.play()
+        leader.die()
+        assert twin.kinds == ["load", "hush"]
+        assert show.lines == ["the stage ended by itself: a new one stops the robots; save to play again"]
+        await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
+        new = show.latest("ros")
+        (standing,) = new.loads
+        assert standing["score"]["parts"].keys() == {"r"}
+        assert standing["score"]["movements"] == [["series", []]]
+        new.tell("ended")
+        assert await show.playback.play(ENDLESS)
+        assert new.loads[-1]["score"] != standing["score"]
+
+    check(performs)
+
+
+def test_a_new_stage_that_dies_before_the_robots_stand_is_not_replaced() -> None:
+    async def performs(show: Show) -> None:
+        leader, _ = await show.play()
+        leader.die()
+        await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
+        show.latest("ros").die()
+        assert show.lines[-1] == "the stage ended by itself: robots may still move; save to play again"
+        assert len(show.stages) == 3
+
+    check(performs)
+
+
+def test_who_plays_again_while_robots_are_being_stopped_need_not_wait_for_that_to_close() -> None:
+    async def performs(show: Show) -> None:
+        leader, _ = await show.play()
+        leader.die()
+        await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
+        assert await show.playback.play(ENDLESS)
+        await asyncio.wait_for(show.playback.close(), 4.0)  # half of HALT_LIMIT
+
+    check(performs)
+
+
+def test_a_twin_that_died_is_replaced_and_what_leads_plays_on() -> None:
+    async def performs(show: Show) -> None:
+        leader, twin = await show.play()
+        page = show.playback.page
+        twin.die()
+        assert show.lines == ["the stage ended by itself: a new one shows what is played next"]
+        await show.until(lambda: show.latest("simulator") is not twin)
+        assert leader.kinds == ["load"]
+        await show.until(lambda: show.playback.page == page)
+        new = show.latest("simulator")
+        assert new.sent == []
+        await show.play()
+        assert len(new.loads) == 1
+
+    check(performs)
+
+
 @pytest.mark.parametrize("ends", [False, True])
 def test_nothing_plays_that_was_stopped_while_the_stages_started(ends: bool) -> None:
-    async def performs(performance: Performance) -> None:
-        playback = performance.playback
-        playing = asyncio.ensure_future(playback.play(ENDLESS))
+    async def performs(show: Show) -> None:
+        show.held = {"ros", "simulator"}
+        playing = asyncio.ensure_future(show.playback.play(ENDLESS))
         await asyncio.sleep(0)  # it is on its way
         if ends:
-            await playback.close()
+            closing = asyncio.ensure_future(show.playback.close())
+            await asyncio.sleep(0)
+            show.released.set()
+            await closing
         else:
-            playback.conduct("hush")
+            show.playback.conduct({"type": "hush"})
+            show.released.set()
         assert await playing is None
-        assert await playback.play(ENDLESS) == 1
-        assert (await performance.transport())["state"] == "playing"
+        assert not any(stage.loads for stage in show.stages)
+        assert await show.playback.play(ENDLESS) == 1
 
     check(performs)
 
 
-def test_who_stands_still_and_how_fast_the_others_are_outlives_a_playback() -> None:
-    async def performs(performance: Performance) -> None:
-        old = Playback(Options("sim"), lambda message, leads: None)
+@pytest.mark.parametrize("failing", ["ros", "simulator"])
+def test_where_one_stage_can_not_start_none_is_left_open(failing: SinkName) -> None:
+    async def performs(show: Show) -> None:
+        show.fails = {failing}
+        with pytest.raises(StageError, match=f"no {failing} here"):
+            await show.playback.play(ENDLESS)
+        (other,) = show.stages
+        assert not other.alive
+        assert show.playback.status == "nothing"
+        show.fails.clear()
+        assert await show.playback.play(ENDLESS)
+
+    check(performs)
+
+
+def test_who_gives_up_while_the_stages_start_leaves_none_open() -> None:
+    async def performs(show: Show) -> None:
+        show.held = {"simulator"}
+        opening = asyncio.ensure_future(show.playback.open())
+        await show.until(lambda: len(show.stages) == 1)  # the other is not there yet
+        opening.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await opening
+        assert not any(stage.alive for stage in show.stages)
+
+    check(performs)
+
+
+def test_a_stage_that_can_not_be_replaced_is_said_and_the_next_play_tries_again() -> None:
+    async def performs(show: Show) -> None:
+        leader, _ = await show.play()
+        show.fails = {"ros"}
+        leader.die()
+        await show.until(lambda: len(show.lines) == 2)
+        assert show.lines[-1] == "no new stage can be started: no ros here"
+        show.fails.clear()
+        assert await show.playback.play(ENDLESS)
+        assert len(show.latest("ros").loads) == 1
+
+    check(performs)
+
+
+def test_who_stands_still_and_how_fast_the_others_are_is_told_to_every_new_stage() -> None:
+    async def performs(show: Show) -> None:
+        kept: list[ToStage] = [
+            {"type": "silence", "muted": ["r"], "soloed": []},
+            {"type": "speed", "factor": 2.0},
+        ]
+        old = Playback(Options(), lambda message, leads: None)
         old.silence(["r"], [])
-        old.conduct("speed", factor=2.0)
-        performance.playback.keep_as(old)
-        assert performance.playback.muted == {"r"}
-        await performance.playback.play(ENDLESS)
-        while (transport := await performance.transport())["state"] != "playing":
-            pass
-        assert (transport["muted"], transport["speed"]) == (["r"], 2)
+        old.conduct({"type": "speed", "factor": 2.0})
+        show.playback.keep_as(old)
+        assert show.playback.muted == {"r"}
+        leader, twin = await show.play()
+        assert leader.sent[:2] == twin.sent[:2] == kept
+        leader.die()
+        await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").loads)
+        assert show.latest("ros").sent[:2] == kept
 
     check(performs)
+
+
+def test_one_stage_alone_has_no_twin() -> None:
+    async def performs(show: Show) -> None:
+        assert await show.playback.play(ENDLESS)
+        (stage,) = show.stages
+        stage.tell("playing")
+        assert stage.kinds == ["load"]
+        assert show.playback.status == "simulator"
+
+    check(performs, "sim")
+
+
+def test_a_real_stage_plays_at_the_speed_that_was_kept() -> None:
+    async def run() -> None:
+        told: asyncio.Queue[News] = asyncio.Queue()
+        playback = Playback(Options("sim"), lambda message, leads: told.put_nowait(message))
+        playback.conduct({"type": "speed", "factor": 2.0})
+        try:
+            assert await playback.play(ENDLESS) == 1
+            while (message := await asyncio.wait_for(told.get(), LIMIT))["type"] != "transport" or (
+                message["state"] != "playing"
+            ):
+                pass
+            assert message["speed"] == 2
+        finally:
+            await playback.close()
+
+    asyncio.run(run())

@@ -6,7 +6,6 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 import pytest
 
@@ -15,7 +14,8 @@ from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import series
 from improv_core.score.score import Score
-from improv_core.stage.player import PATIENCE, Player
+from improv_core.stage.player import PATIENCE, Player, Told
+from improv_core.stage.protocol import TransportMessage, When
 
 
 class Memory:
@@ -25,15 +25,19 @@ class Memory:
     period: float | None = None
 
     def __init__(self) -> None:
-        self.live = False
+        self.real = False
         self.notes: dict[str, str] = {}
         self.resets = False
         self.sent: list[tuple[str, float, Twist]] = []
         self.deaf: dict[str, str] = {}
         self.prepared: list[bool] = []
         self.placed: Mapping[str, Pose] = {}
+        self.refuses: set[str] = set()
+        self.breaks_at: tuple[float, str] = (math.inf, "")  # from when on a robot can't be told anything
 
     def prepare(self, score: Score, restart: bool) -> None:
+        for robot in self.refuses & score.parts.keys():
+            raise OSError(f"{robot} can't be prepared")
         self.prepared.append(restart)
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
@@ -46,6 +50,9 @@ class Memory:
         return self.resets
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
+        since, broken = self.breaks_at
+        if robot == broken and at >= since:
+            raise OSError(f"{robot} has no publisher any more")
         self.sent.append((robot, at, twist))
 
     def place(self, poses: Mapping[str, Pose]) -> None:
@@ -76,10 +83,10 @@ class Stage:
     def __init__(self, start: float = 1000.0) -> None:
         self.now = start
         self.sink = Memory()
-        self.told: list[dict[str, Any]] = []
+        self.told: list[Told] = []
         self.player = Player(self.sink, self.told.append, lambda: 0.0)
 
-    def load(self, program: str, when: str = "restart") -> None:
+    def load(self, program: str, when: When = "restart") -> None:
         self.player.load(score(program), len(self.told) + 1, when, self.now)
 
     def run(self, seconds: float) -> None:
@@ -91,7 +98,16 @@ class Stage:
 
     @property
     def states(self) -> list[str]:
-        return [message["state"] for message in self.told if message["type"] == "transport"]
+        return [message["state"] for message in self.transports]
+
+    @property
+    def transports(self) -> list[TransportMessage]:
+        return [message for message in self.told if message["type"] == "transport"]
+
+    @property
+    def lines(self) -> list[str]:
+        """What is said to people."""
+        return [message["message"] for message in self.told if message["type"] != "transport"]
 
 
 QUARTER = math.pi / 2
@@ -166,7 +182,7 @@ def test_a_new_score_restarts_at_beat_0_and_stops_robots_that_left() -> None:
 
 
 @pytest.mark.parametrize(("when", "switch"), [("now", 1.25), ("beat", 2.0), ("end", 3.0)])
-def test_a_new_score_may_take_over_without_a_gap(when: str, switch: float) -> None:
+def test_a_new_score_may_take_over_without_a_gap(when: When, switch: float) -> None:
     stage = Stage()
     stage.load("r gone $ forward forward forward")
     stage.run(1.25)
@@ -264,7 +280,7 @@ def test_pause_stops_and_resume_goes_on_from_there() -> None:
         (13, 0, 0),
     ]
     assert stage.states == ["playing", "paused", "playing", "ended"]
-    assert [message["beat"] for message in stage.told] == [0, 0.75, 0.75, 3]
+    assert [message["beat"] for message in stage.transports] == [0, 0.75, 0.75, 3]
 
 
 def test_a_pause_ends_in_three_zeros_and_silence() -> None:
@@ -299,8 +315,8 @@ def test_seek_while_still_is_a_pause_there(beat: float) -> None:
     stage.load("r $ forward left forward")
     stage.run(10)
     stage.player.seek(beat, stage.now)
-    assert stage.told[-1]["state"] == "paused"
-    assert stage.told[-1]["beat"] == min(max(beat, 0), 3)
+    assert stage.transports[-1]["state"] == "paused"
+    assert stage.transports[-1]["beat"] == min(max(beat, 0), 3)
 
 
 def test_an_endless_program_can_be_entered_anywhere() -> None:
@@ -317,8 +333,8 @@ def test_speed_scales_velocities_and_times_alike() -> None:
     stage.player.set_speed(2, stage.now)
     stage.run(10)
     assert stage.sink.changes("r") == [(0, 2, 0), (0.5, 4, 0), (0.75, 0, 2 * QUARTER), (1.25, 0, 0)]
-    assert stage.told[1]["beat"] == 0.5
-    assert stage.told[1]["tempo"] == 120
+    assert stage.transports[1]["beat"] == 0.5
+    assert stage.transports[1]["tempo"] == 120
     stage.load("r $ forward")  # it stays
     stage.run(10)
     assert stage.sink.changes("r")[-2:] == [(0, 4, 0), (0.5, 0, 0)]
@@ -351,7 +367,7 @@ def test_a_takeover_is_told_as_of_its_own_time() -> None:
     stage.load("r $ left left", when="beat")
     stage.now += 0.75  # the machine was busy
     stage.player.advance(stage.now)
-    told = stage.told[-1]
+    told = stage.transports[-1]
     assert (told["beat"], told["performed"], told["monotonic"], told["wall"]) == (0, 1, 1001, -0.25)
 
 
@@ -359,7 +375,7 @@ def test_a_takeover_is_told_as_of_its_own_time() -> None:
 def test_speed_has_limits(asked: float, got: float) -> None:
     stage = Stage()
     stage.player.set_speed(asked, stage.now)
-    assert stage.told[-1]["speed"] == got
+    assert stage.transports[-1]["speed"] == got
 
 
 def test_speed_keeps_the_rate_of_commands() -> None:
@@ -396,7 +412,7 @@ def test_solo_stills_all_others_and_is_kept_for_the_next_score() -> None:
     assert stage.sink.changes("r")[1:] == [(0.5, 0, 0)]
     assert stage.sink.changes("s") == [(0, 2, 0)]
     assert stage.sink.changes("t") == [(0, 0, 0)]
-    assert stage.told[-1]["soloed"] == ["s"]
+    assert stage.transports[-1]["soloed"] == ["s"]
 
 
 def test_speed_moves_the_switch_to_the_beat_with_it() -> None:
@@ -410,7 +426,8 @@ def test_speed_moves_the_switch_to_the_beat_with_it() -> None:
 
 
 def test_ten_saves_at_once_end_in_the_last_played_once() -> None:
-    for when in ("restart", "now", "beat"):
+    whens: tuple[When, ...] = ("restart", "now", "beat")
+    for when in whens:
         stage = Stage()
         stage.load("r $ repeat forward", "restart")
         stage.run(0.5)
@@ -426,7 +443,7 @@ def test_ten_saves_at_once_end_in_the_last_played_once() -> None:
 
 def test_a_live_sink_that_is_late_stops_instead_of_catching_up() -> None:
     stage = Stage()
-    stage.sink.live = True
+    stage.sink.real = True
     stage.load("r $ repeat (forward left)")
     stage.run(1.0)
     stage.sink.sent.clear()
@@ -434,7 +451,7 @@ def test_a_live_sink_that_is_late_stops_instead_of_catching_up() -> None:
     stage.player.advance(stage.now)
     stage.run(10)
     assert {twist for _, _, twist in stage.sink.sent} == {Twist()}
-    assert "the stage stood still for 1.9 s" in stage.told[-1]["message"]  # since what was due 0.05 s later
+    assert "the stage stood still for 1.9 s" in stage.lines[-1]  # since what was due 0.05 s later
     assert stage.states[-1] == "stopped"
 
 
@@ -454,8 +471,7 @@ def test_who_stops_listening_is_named_once_and_again_after_a_return() -> None:
     for deaf in (gone, gone, {}, gone):
         stage.sink.deaf = deaf
         stage.run(1.5)
-    warnings = [message["message"] for message in stage.told if message["type"] == "warning"]
-    assert warnings == [gone["r"], gone["r"]]
+    assert stage.lines == [gone["r"], gone["r"]]
 
 
 def test_the_first_beat_waits_for_resets() -> None:
@@ -467,3 +483,14 @@ def test_the_first_beat_waits_for_resets() -> None:
     stage.sink.resets = False
     stage.run(5)
     assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, 0)]
+
+
+def test_there_is_no_beat_to_seek_before_anything_is_loaded() -> None:
+    stage = Stage()
+    stage.player.seek(4.0, stage.now)
+    stage.player.resume(stage.now)
+    stage.run(1)
+    assert stage.told == []
+    stage.load("r $ forward")
+    stage.run(5)
+    assert stage.states == ["playing", "ended"]

@@ -12,14 +12,16 @@ from urllib.request import urlopen
 
 import pytest
 
-from improv_core.playback.stage_process import END_LIMIT, HANG_LIMIT, LOADING_LIMIT, Message, Stage
+from improv_core.playback.stage_process import Heard, Stage
+from improv_core.playback.watch import HANG_LIMIT
+from improv_core.stage.protocol import END_LIMIT, LOADING_LIMIT, ToStage
 from tests.ls.client import Client
 from tests.processes import descendants, wait_until_gone
 
 LIMIT = 30.0
 MARGIN = 2.0
 """Seconds that a busy machine adds."""
-READY = 'print(json.dumps({"type": "ready", "sink": "fake", "live": True}), flush=True)'
+READY = 'print(json.dumps({"type": "ready", "protocol": 1, "sink": "fake", "real": True}), flush=True)'
 PONG = 'print(json.dumps({**message, "type": "pong"}), flush=True)'
 
 
@@ -28,14 +30,14 @@ def stage(*lines: str) -> str:
     return "\n".join(["import json, sys, time", READY, "for line in sys.stdin:", " message = json.loads(line)", *lines])
 
 
-def told_of(code: str, *messages: Message) -> tuple[list[Message], float]:
+def told_of(code: str, *messages: ToStage) -> tuple[list[Heard], float]:
     """What a stage that runs this code says until it has ended, and the seconds from the messages to that."""
 
-    async def listen() -> tuple[list[Message], float]:
-        told: list[Message] = []
+    async def listen() -> tuple[list[Heard], float]:
+        told: list[Heard] = []
         gone = asyncio.Event()
 
-        def hear(_: Stage, message: Message) -> None:
+        def hear(_: Stage, message: Heard) -> None:
             told.append(message)
             if message["type"] == "gone":
                 gone.set()
@@ -72,7 +74,7 @@ def test_a_stage_may_take_long_to_get_ready_for_a_score_but_not_after_that() -> 
         "  time.sleep(60)",
         f" {PONG}",
     )
-    told, seconds = told_of(code, {"type": "load"})
+    told, seconds = told_of(code, {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "fake"})
     assert [message["type"] for message in told] == ["gone"]
     assert HANG_LIMIT * 2 < seconds < HANG_LIMIT * 3 + MARGIN < LOADING_LIMIT
 
@@ -81,7 +83,7 @@ def test_what_a_stage_fails_of_is_in_the_line_of_its_end_and_it_may_take_its_tim
     last = '{"type": "stopped", "message": "no such topic"}'
     told, seconds = told_of(stage(f" print('{last}', flush=True); time.sleep({HANG_LIMIT * 2}); sys.exit(1)"))
     assert [message["type"] for message in told] == ["stopped", "gone"]
-    assert told[-1]["message"] == "the stage ended: no such topic"
+    assert told[-1] == {"type": "gone", "message": "the stage ended: no such topic"}
     assert HANG_LIMIT * 2 < seconds < END_LIMIT
 
 

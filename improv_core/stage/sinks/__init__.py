@@ -15,7 +15,7 @@ class Sink(Protocol):
     name: str
     """How it is called in the status: "simulator", "ROS 2"."""
 
-    live: bool
+    real: bool
     """Whether robots move while nothing is sent: then what is late must not be sent after all."""
 
     period: float | None

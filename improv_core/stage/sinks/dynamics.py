@@ -39,25 +39,25 @@ def motors_of(profile: Profile) -> Motors | None:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """A robot from `at` seconds on: where it is then, how it moves, and what it was told, which ideally is the same."""
+    """A robot from `at` seconds on: its pose then, how it moves, and how it was told to, which ideally is the same."""
 
     at: float
     pose: Pose
     twist: Twist = STILL
-    told: Twist = STILL
+    commanded: Twist = STILL
 
     def pose_at(self, time: float) -> Pose:
         """Where it is later, as long as it goes on as it does: on the exact arc."""
         return self.pose.after(self.twist, time - self.at)
 
 
-def follow(motion: Motion, commands: Iterable[tuple[float, Twist]], to: float, motors: Motors | None) -> Motion:
-    """The motion as of its latest change up to `to`, with all commands (times and twists) until then obeyed.
+def follow(motion: Motion, setpoints: Iterable[tuple[float, Twist]], to: float, motors: Motors | None) -> Motion:
+    """The motion as of its latest change up to `to`, with all setpoints (times and twists) until then obeyed.
 
-    Motors that speed up change all the time. They do it in steps cut at the whole grid, at commands and where a speed
+    Motors that speed up change all the time. They do it in steps cut at the whole grid, at setpoints and where a speed
     is reached, so that it makes no difference when, and how often, one asks.
     """
-    for at, twist in commands:
+    for at, twist in setpoints:
         if at > to:
             break
         motion = _obey(_speed_up(motion, at, motors), at, twist, motors)
@@ -65,37 +65,37 @@ def follow(motion: Motion, commands: Iterable[tuple[float, Twist]], to: float, m
 
 
 def _obey(motion: Motion, at: float, twist: Twist, motors: Motors | None) -> Motion:
-    told = twist.within(motors.max_linear, motors.max_angular) if motors else twist
-    if told == motion.told:
+    commanded = twist.within(motors.max_linear, motors.max_angular) if motors else twist
+    if commanded == motion.commanded:
         return motion
-    return Motion(at, motion.pose_at(at), motion.twist if motors else told, told)
+    return Motion(at, motion.pose_at(at), motion.twist if motors else commanded, commanded)
 
 
 def _speed_up(motion: Motion, to: float, motors: Motors | None) -> Motion:
     """The motion once its speed is reached, or at `to`. One that holds its speed stays as it is."""
-    while motors and motion.twist != motion.told and motion.at < to:
+    while motors and motion.twist != motion.commanded and motion.at < to:
         motion = _piece(motion, to, motors)
     return motion
 
 
 def _piece(motion: Motion, to: float, motors: Motors) -> Motion:
     """Up to `to` at most, at constant acceleration; trapezoids, whose error is of second order in the step."""
-    now, told = motion.twist, motion.told
-    missing = math.hypot(told.x - now.x, told.y - now.y, told.z - now.z)
-    linear, angular = missing / motors.linear_acceleration, abs(told.yaw - now.yaw) / motors.angular_acceleration
+    now, commanded = motion.twist, motion.commanded
+    missing = math.hypot(commanded.x - now.x, commanded.y - now.y, commanded.z - now.z)
+    linear, angular = missing / motors.linear_acceleration, abs(commanded.yaw - now.yaw) / motors.angular_acceleration
     step_end = (math.floor(motion.at * STEPS_PER_SECOND + 1e-6) + 1) / STEPS_PER_SECOND
     reached = [motion.at + needed for needed in (linear, angular) if motion.at + needed > motion.at]
     if not reached:  # so little is missing that no time passes
-        return replace(motion, twist=told)
+        return replace(motion, twist=commanded)
     end = min(to, step_end, *reached)
     seconds = end - motion.at
     share = 1.0 if seconds >= linear else seconds / linear
     turn = 1.0 if seconds >= angular else seconds / angular
     then = Twist(
-        now.x + (told.x - now.x) * share if share < 1 else told.x,
-        now.y + (told.y - now.y) * share if share < 1 else told.y,
-        now.z + (told.z - now.z) * share if share < 1 else told.z,
-        now.yaw + (told.yaw - now.yaw) * turn if turn < 1 else told.yaw,
+        now.x + (commanded.x - now.x) * share if share < 1 else commanded.x,
+        now.y + (commanded.y - now.y) * share if share < 1 else commanded.y,
+        now.z + (commanded.z - now.z) * share if share < 1 else commanded.z,
+        now.yaw + (commanded.yaw - now.yaw) * turn if turn < 1 else commanded.yaw,
     )
     mean = Twist((now.x + then.x) / 2, (now.y + then.y) / 2, (now.z + then.z) / 2, (now.yaw + then.yaw) / 2)
-    return Motion(end, motion.pose.after(mean, seconds), then, told)
+    return Motion(end, motion.pose.after(mean, seconds), then, commanded)

@@ -58,7 +58,7 @@ class Recorder:
 
     name: str = "recorder"
     period: float | None = None
-    live = False
+    real = False
 
     def __init__(self, file: IO[bytes], start: int) -> None:
         from mcap.writer import Writer
@@ -70,7 +70,7 @@ class Recorder:
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
         self._times: tuple[int, int] | None = None
-        self.commands = 0
+        self.setpoints = 0
         """How many have been recorded."""
 
     @property
@@ -114,7 +114,7 @@ class Recorder:
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
         first, last = self._times or (time, time)
         self._times = min(first, time), max(last, time)
-        self.commands += 1
+        self.setpoints += 1
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Nothing: a recording has velocities alone."""

@@ -15,7 +15,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
 from improv_core.stage.discovery import DISCOVERY, LOCALHOST_ONLY, REACH, RELEASES_BEFORE_RANGES, RELEASES_OF_BOTH
 from improv_core.stage.sinks.ros_reset import Resets
-from improv_core.stage.sinks.ros_topic import Topic
+from improv_core.stage.sinks.ros_topic import Now, Topic
 
 DEPTH = 10
 """Messages kept for a slow listener, reliably: as teleop_twist_keyboard and Nav2 publish, so all listeners match."""
@@ -33,10 +33,10 @@ class Ros:
     """
 
     name: str = "ROS 2"
-    live: bool = True
+    real: bool = True
     period: float | None = None
 
-    def __init__(self, discovery: str | None) -> None:
+    def __init__(self, discovery: str | None, now: Now = time.monotonic) -> None:
         self._reach = _limit_discovery(discovery)
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
@@ -48,7 +48,8 @@ class Ros:
         self._closing = threading.Event()
         self._receiving = threading.Thread(target=self._receive, daemon=True)
         self._receiving.start()
-        self._resets = Resets(self._node)
+        self._now = now
+        self._resets = Resets(self._node, now)
         self._parts: dict[str, Part] = {}
         self._topics: dict[str, Topic] = {}
         self._cast: list[str] = []
@@ -73,7 +74,7 @@ class Ros:
                 self._topics[part.topic].take(part.profile.message)
             else:
                 self._topics[part.topic] = Topic(
-                    part.topic, part.profile.message, self._node, self._advertise, not restart
+                    part.topic, part.profile.message, self._node, self._advertise, self._now, not restart
                 )
         if restart:
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]

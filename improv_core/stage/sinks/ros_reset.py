@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from improv_core.stage.sinks.ros_topic import SETTLE, Topic
+from improv_core.stage.sinks.ros_topic import SETTLE, Now, Topic
 
 LIMIT = 0.5
 """Seconds that beat 0 waits for a service to be found, and then for its answer."""
@@ -25,13 +24,13 @@ class _Call:
     answer: Any = None
     done: bool = False
 
-    def go_on(self) -> None:
+    def go_on(self, now: float) -> None:
         if self.answer is None and self.client.service_is_ready():
             self.answer = self.client.call_async(self.client.srv_type.Request())
-            self.ends = time.monotonic() + LIMIT
+            self.ends = now + LIMIT
         if not self.done and self.answer is not None and self.answer.done():
             self.done = True
-            self.ends = time.monotonic() + SETTLE
+            self.ends = now + SETTLE
             # turtlesim's `/reset` makes new turtles, with new listeners.
             for topic in self.topics:
                 topic.unsettle()
@@ -46,8 +45,9 @@ class _Call:
 class Resets:
     """The calls of the latest restart. Nothing here waits; the executor that spins `node` receives the answers."""
 
-    def __init__(self, node: Any) -> None:
+    def __init__(self, node: Any, now: Now) -> None:
         self._node = node
+        self._now = now
         self._clients: dict[str, Any] = {}
         self._calls: list[_Call] = []
 
@@ -56,7 +56,7 @@ class Resets:
         calls: dict[str, _Call] = {}
         for service, robot, topic in services:
             if service not in calls:
-                calls[service] = _Call(service, self._client(service), [], [], time.monotonic() + LIMIT)
+                calls[service] = _Call(service, self._client(service), [], [], self._now() + LIMIT)
             calls[service].robots.append(robot)
             calls[service].topics.append(topic)
         self._calls = list(calls.values())
@@ -65,8 +65,8 @@ class Resets:
     def under_way(self) -> bool:
         """Whether beat 0 should still wait. Must be asked again and again: it calls services that have just come."""
         for call in self._calls:
-            call.go_on()
-        return any(time.monotonic() < call.ends for call in self._calls)
+            call.go_on(self._now())
+        return any(self._now() < call.ends for call in self._calls)
 
     def warnings(self) -> Mapping[str, str]:
         """Of each service that has not answered so far one line, under the first robot it was to reset."""

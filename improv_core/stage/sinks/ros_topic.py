@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Collection
 from typing import Any
 
@@ -14,6 +13,8 @@ TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/
 SETTLE = 0.2
 """Seconds until a match counts: the listener's side follows ours, and until then a command came up to 0.16 s late."""
 
+Now = Callable[[], float]
+"""The monotonic time, in seconds."""
 Advertise = Callable[[Any, str, bool], tuple[Any, Callable[[], None]]]
 """Makes a publisher, and returns it and what destroys it: of a type, on a topic, on the second node or not."""
 
@@ -22,17 +23,18 @@ class Topic:
     """A topic and its publishers: of the fixed type, or with "auto" of each type that somebody wants there.
 
     `node` sees the graph. `advertise` makes a publisher of a type, on the second node if asked to: one node can't send
-    two types on one topic. A topic of a score that takes over can't wait: with `at_once`, whoever is matched now counts
-    as there.
+    two types on one topic. A topic of a score that takes over can't wait: with `at_once`, whoever is matched already
+    counts as there.
     """
 
-    def __init__(self, name: str, message: str, node: Any, advertise: Advertise, at_once: bool) -> None:
+    def __init__(self, name: str, message: str, node: Any, advertise: Advertise, now: Now, at_once: bool) -> None:
         self.name = name
         self._node = node
         self._advertise = advertise
+        self._now = now
         self._publishers: dict[str, _Publisher] = {}
         self._message = message
-        self._serve({message if message in TYPES else "Twist"}, -math.inf if at_once else time.monotonic())
+        self._serve({message if message in TYPES else "Twist"}, -math.inf if at_once else now())
 
     @property
     def is_stamped(self) -> bool:
@@ -42,12 +44,12 @@ class Topic:
         """From now on `message` says what is sent: a type, or "auto"."""
         self._message = message
         if message in TYPES:
-            self._serve({message}, time.monotonic())
+            self._serve({message}, self._now())
 
     def unsettle(self) -> None:
         """The listeners may be others in a moment, as after a reset: they count again once they had time to match."""
         for publisher in self._publishers.values():
-            publisher.unheard = time.monotonic()
+            publisher.unheard = self._now()
 
     def missing(self) -> str | None:
         """Why a command would not be heard now, or None; listeners that want another type are served from now on.
@@ -62,8 +64,8 @@ class Topic:
             wanted = {listener.topic_type for listener in self._node.get_subscriptions_info_by_topic(self.name)}
             kinds = {kind for kind, name in TYPES.items() if name in wanted}
             if kinds and self._message not in TYPES:
-                self._serve(kinds, time.monotonic())
-        settled = [publisher.is_settled() for publisher in self._publishers.values()]
+                self._serve(kinds, self._now())
+        settled = [publisher.is_settled(self._now()) for publisher in self._publishers.values()]
         if all(settled):
             return None
         if not listeners:
@@ -111,8 +113,7 @@ class _Publisher:
         self._publisher, self.destroy = advertise(self._type, topic, second)
         self.count: Callable[[], int] = self._publisher.get_subscription_count
 
-    def is_settled(self) -> bool:
-        now = time.monotonic()
+    def is_settled(self, now: float) -> bool:
         if not self.count():
             self.unheard = now
         return now >= self.unheard + SETTLE

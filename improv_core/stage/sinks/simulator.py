@@ -45,20 +45,20 @@ class _Robot:
     disc: Disc
     motors: Motors | None
     motion: Motion
-    commands: deque[tuple[float, Twist]] = field(default_factory=deque)
-    latest: Twist = STILL
-    """What it was told last."""
+    setpoints: deque[tuple[float, Twist]] = field(default_factory=deque)
+    commanded: Twist = STILL
+    """The last twist it was sent."""
     pushed: Pushed | None = None
     """Set while it can't go where it wants to."""
 
     def ahead(self, to: float) -> Motion:
-        return follow(self.motion, self.commands, to, self.motors)
+        return follow(self.motion, self.setpoints, to, self.motors)
 
     def settle(self, to: float) -> None:
         """Forget the way up to `to`."""
         self.motion = self.ahead(to)
-        while self.commands and self.commands[0][0] <= to:
-            self.commands.popleft()
+        while self.setpoints and self.setpoints[0][0] <= to:
+            self.setpoints.popleft()
 
     def pose_at(self, time: float) -> Pose:
         ideally = self.ahead(time).pose_at(time)
@@ -79,7 +79,7 @@ class Simulator:
     """
 
     name: str = "simulator"
-    live: bool = False
+    real: bool = False
 
     def __init__(self, period: float | None = 1 / 60) -> None:
         self.period = period
@@ -133,12 +133,12 @@ class Simulator:
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Robots that have left with a restart are told to stop once more; they are no longer there."""
         known = self._robots.get(robot)
-        if known is None or known.latest == twist:
+        if known is None or known.commanded == twist:
             return
         speed = math.hypot(twist.x, twist.y)
         with self._lock:
-            known.latest = twist
-            known.commands.append((at, twist))
+            known.commanded = twist
+            known.setpoints.append((at, twist))
             if speed > (self._faster[-1][1] if self._faster else self._fastest):
                 self._faster.append((at, speed))
 
@@ -147,8 +147,8 @@ class Simulator:
             for name, pose in poses.items():
                 robot = self._robots[name]
                 # What it was told elsewhere no longer moves it.
-                robot.motion, robot.latest, robot.pushed = Motion(self._now, pose), STILL, None
-                robot.commands.clear()
+                robot.motion, robot.commanded, robot.pushed = Motion(self._now, pose), STILL, None
+                robot.setpoints.clear()
             self._placed += 1
             self._look_again = self._steps
 
@@ -272,10 +272,10 @@ def _whole_steps(time: float) -> int:
 def _after_push(motion: Motion, pushed: Pushed, at: float, motors: Motors | None) -> Motion:
     """Goes on from where it was pushed; one with motors has to gain its speed anew."""
     if not motors:
-        return Motion(at, pushed.pose, motion.told, motion.told)
+        return Motion(at, pushed.pose, motion.commanded, motion.commanded)
     cos, sin = math.cos(pushed.pose.heading), math.sin(pushed.pose.heading)
     twist = Twist(cos * pushed.x + sin * pushed.y, cos * pushed.y - sin * pushed.x, motion.twist.z, pushed.yaw)
-    return Motion(at, pushed.pose, twist, motion.told)
+    return Motion(at, pushed.pose, twist, motion.commanded)
 
 
 def _near(circles: Mapping[str, tuple[float, float, float]]) -> set[str]:

@@ -7,7 +7,9 @@ import json
 from collections import deque
 from collections.abc import Iterable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from improv_core.stage.protocol import AskWindow, BumpJson, Bumps
 
 if TYPE_CHECKING:
     from aiohttp import web
@@ -25,7 +27,7 @@ class Outbox:
         self._bumps: deque[Bump] = deque(maxlen=MOST_BUMPS)
         self._filled = asyncio.Event()
         self._empty = asyncio.Event()
-        self.asked: dict[str, Any] | None = None
+        self.asked: AskWindow | None = None
         """The latest question for a window that has not been looked at."""
 
     def put(self, kind: str, text: str) -> None:
@@ -64,7 +66,8 @@ class Outbox:
 
 def told(bumps: Iterable[Bump], past: bool) -> str:
     """The message that tells of bumps, or of all those in the past of a page that comes later."""
-    rows = [
+    rows: list[BumpJson] = [
         {"at": round(bump.at, 4), "x": round(bump.x, 4), "y": round(bump.y, 4), "robots": bump.robots} for bump in bumps
     ]
-    return json.dumps({"type": "bumps", "past": past, "bumps": rows})
+    message: Bumps = {"type": "bumps", "past": past, "bumps": rows}
+    return json.dumps(message)

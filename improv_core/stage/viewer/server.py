@@ -15,11 +15,25 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, cast
 
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
-from improv_core.stage.player import LAST_BEAT
+from improv_core.stage.protocol import (
+    FASTEST,
+    LAST_BEAT,
+    SLOWEST,
+    AskWindow,
+    DrawnPoses,
+    DrawnRobot,
+    DrawnRobots,
+    PageRequest,
+    ShownScore,
+    Stopped,
+    TransportMessage,
+    Watched,
+    Window,
+)
 from improv_core.stage.viewer.outbox import Outbox, told
 from improv_core.stage.window import MOST_MOMENTS, about, window
 
@@ -35,8 +49,6 @@ OWN_HOST = re.compile(r"(127\.0\.0\.1|localhost):\d+")
 FRAME = 1 / 60
 PARTING = 0.25
 """Seconds that pages have at the end to be told why."""
-SHOWN = ("score", "transport", "stopped")
-"""Messages of the stage that pages make something of."""
 MAX_PAGES = 64
 MAX_MESSAGE = 256 * 1024
 """Bytes of a message from a page: enough to silence every robot by its name."""
@@ -45,7 +57,7 @@ MOST_BEATS = 256
 """In one window."""
 WINDOWS_KEPT = 64
 """Windows told to one page that the next may ask for."""
-WATCHED = {"type": "watched"}
+WATCHED: Watched = {"type": "watched"}
 FILES = {
     "/page.css": "text/css",
     "/panels.css": "text/css",
@@ -127,7 +139,7 @@ COMMANDS: Mapping[str, Mapping[str, Check]] = {
     "resume": {},
     "restart": {},
     "seek": {"beat": _between(0, LAST_BEAT)},
-    "speed": {"factor": _between(0.1, 4)},
+    "speed": {"factor": _between(SLOWEST, FASTEST)},
     "silence": {"muted": _are_names, "soloed": _are_names},
     "place": {"starts": _are_starts},
 }
@@ -154,7 +166,7 @@ class Viewer:
         self,
         port: int,
         snapshot: Callable[[], Snapshot],
-        command: Callable[[dict[str, Any]], None],
+        command: Callable[[PageRequest | Watched], None],
         *,
         takes_starts: bool = False,
         token: str | None = None,
@@ -190,16 +202,15 @@ class Viewer:
         """The page's address, with the token that opens it."""
         return f"http://{HOST}:{self._port}/?token={self._token}"
 
-    def publish(self, message: dict[str, Any]) -> None:
-        """Send a message of `SHOWN` to every page, and to later ones until another has its "type"."""
-        if message["type"] in SHOWN:
-            self._soon(self._put, message["type"], json.dumps(message))
+    def publish(self, message: TransportMessage | Stopped | ShownScore) -> None:
+        """Send a message to every page, and to later ones until another has its "type"."""
+        self._soon(self._put, message["type"], json.dumps(message))
 
     def show(self, score: Score, generation: int) -> None:
         """Show what is to be played, once the player's messages have this generation."""
         self._score, self._generation = score, generation
         self._windows = {}
-        self.publish({**about(score, generation), "takes_starts": self._takes_starts})
+        self.publish(about(score, generation, takes_starts=self._takes_starts))
 
     def close(self) -> None:
         """Send what has been published, end all connections and the thread."""
@@ -335,10 +346,10 @@ class Viewer:
         if not isinstance(kind, str):
             return
         if kind == "window" and _fits(message, WINDOW):
-            outbox.asked = message
+            outbox.asked = cast("AskWindow", message)
             self._work.put(partial(self._foresee, outbox))
         elif kind in COMMANDS and _fits(message, COMMANDS[kind]):
-            self._command({"type": kind, **{name: message[name] for name in COMMANDS[kind]}})
+            self._command(cast("PageRequest", {"type": kind, **{name: message[name] for name in COMMANDS[kind]}}))
 
     def _compute(self) -> None:
         while (work := self._work.get()) is not None:
@@ -357,8 +368,9 @@ class Viewer:
         end = min(question["to"], start + MOST_BEATS)
         text = known.get((start, end))
         if text is None:
-            answer = {"type": "window", "generation": generation, "from": start, "to": end}
-            text = json.dumps({**answer, "robots": window(score, start, end)})
+            robots = window(score, start, end)
+            answer: Window = {"type": "window", "generation": generation, "from": start, "to": end, "robots": robots}
+            text = json.dumps(answer)
             if len(known) >= WINDOWS_KEPT:
                 del known[next(iter(known))]
             known[start, end] = text
@@ -383,15 +395,17 @@ class Viewer:
     def _draw(self) -> None:
         """Send the robots, their poses in the same order, and bumps, where there is something new."""
         snapshot = self._snapshot()
-        robots = {name: {"radius": radius} for name, radius in snapshot.radii.items()}
+        robots: dict[str, DrawnRobot] = {name: {"radius": radius} for name, radius in snapshot.radii.items()}
         poses = [
             [round(pose.x, 4), round(pose.y, 4), round(pose.z, 4), round(pose.heading, 4)]
             for pose in map(snapshot.poses.__getitem__, robots)
         ]
         if robots != self._drawn.get("robots"):
-            self._put("robots", json.dumps({"type": "robots", "robots": robots}))
+            drawn: DrawnRobots = {"type": "robots", "robots": robots}
+            self._put("robots", json.dumps(drawn))
         if {"robots": robots, "poses": poses} != self._drawn:
-            message = {"type": "poses", "at": round(snapshot.at, 4), "placed": snapshot.placed, "poses": poses}
+            at, placed = round(snapshot.at, 4), snapshot.placed
+            message: DrawnPoses = {"type": "poses", "at": at, "placed": placed, "poses": poses}
             self._put("poses", json.dumps(message, separators=(",", ":")))
         self._drawn = {"robots": robots, "poses": poses}
         known = set(map(id, self._bumps))  # a dance that is played again may have equal ones

@@ -151,7 +151,7 @@ def test_it_is_written_as_it_is_made() -> None:
     recorder = Recorder(Pieces(), START)
     perform(score_of(analyzed("r $ fast 50 repeat (forward left)")), recorder, 900)
     recorder.finish()
-    assert recorder.commands > 40_000
+    assert recorder.setpoints > 40_000
     assert 0 < Pieces.largest < 2**19
 
 
@@ -161,7 +161,7 @@ def test_what_is_no_number_is_not_recorded(tmp_path: Path) -> None:
         recorder.prepare(score_of(analyzed("r $ forward")), True)
         with pytest.raises(ValueError, match="r was to move at a speed that is no finite number"):
             recorder.send("r", Twist(math.inf), 0.0)
-    assert recorder.commands == 0
+    assert recorder.setpoints == 0
 
 
 def record_forward(path: Path, problem: BaseException | None = None) -> None:

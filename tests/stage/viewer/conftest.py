@@ -6,6 +6,7 @@ import asyncio
 import os
 import queue
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 
-from improv_core.playback.playback import Options, Playback
+from improv_core.playback.playback import Playback
+from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
@@ -21,6 +23,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import series
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part
+from improv_core.stage.protocol import PageRequest, State, TransportMessage, Watched, When
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
 from tests.needs import need
@@ -43,7 +46,7 @@ def part(robot: str, start: Pose) -> Part:
 
 
 @pytest.fixture
-def commands() -> queue.SimpleQueue[dict[str, Any]]:
+def commands() -> queue.SimpleQueue[PageRequest | Watched]:
     return queue.SimpleQueue()
 
 
@@ -53,10 +56,28 @@ def simulator() -> Simulator:
 
 
 @pytest.fixture
-def viewer(simulator: Simulator, commands: queue.SimpleQueue[dict[str, Any]]) -> Iterator[Viewer]:
-    viewer = Viewer(0, simulator.snapshot, commands.put)
+def viewer(simulator: Simulator, commands: queue.SimpleQueue[PageRequest | Watched]) -> Iterator[Viewer]:
+    viewer = Viewer(0, simulator.snapshot, lambda command: commands.put(command))
     yield viewer
     viewer.close()
+
+
+def transport(generation: int, state: State, beats: float | None = 8.0, beat: float = 0.0) -> TransportMessage:
+    return {
+        "type": "transport",
+        "generation": generation,
+        "state": state,
+        "backend": "simulator",
+        "tempo": 60.0,
+        "speed": 1.0,
+        "beats": beats,
+        "beat": beat,
+        "performed": beat,
+        "muted": [],
+        "soloed": [],
+        "monotonic": time.monotonic(),
+        "wall": time.time(),
+    }
 
 
 class Show:
@@ -68,7 +89,7 @@ class Show:
         self._thread.start()
         self._playback = Playback(Options(backend="sim", takes_starts=True), lambda message, leads: None)
 
-    def play(self, program: str, robots: str = "", when: str = "restart") -> None:
+    def play(self, program: str, robots: str = "", when: When = "restart") -> None:
         analysis = analyze(program, read_robots(robots))
         assert analysis.ok
         self._run(lambda: self._playback.play(score_of(analysis), when))

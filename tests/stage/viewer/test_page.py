@@ -7,7 +7,6 @@ import queue
 import time
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
@@ -15,24 +14,10 @@ from playwright.sync_api import Browser, Page, expect
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
+from improv_core.stage.protocol import PageRequest, Watched
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, part, wait
-
-
-def transport(generation: int, state: str, beats: float | None = 8.0, beat: float = 0.0) -> dict[str, Any]:
-    return {
-        "type": "transport",
-        "generation": generation,
-        "state": state,
-        "tempo": 60.0,
-        "beats": beats,
-        "beat": beat,
-        "wall": time.time(),
-        "monotonic": time.monotonic(),
-        "performed": beat,
-        "backend": "simulator",
-    }
+from tests.stage.viewer.conftest import LIMIT, part, transport, wait
 
 
 def open_page(page: Page, viewer: Viewer) -> None:
@@ -48,7 +33,7 @@ def test_the_page_shows_a_dance_and_stop_sends_hush(
     page: Page,
     viewer: Viewer,
     simulator: Simulator,
-    commands: queue.SimpleQueue[dict[str, Any]],
+    commands: queue.SimpleQueue[PageRequest | Watched],
     artifacts: Path,
 ) -> None:
     requested: list[str] = []

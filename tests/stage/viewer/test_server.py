@@ -20,10 +20,11 @@ from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
+from improv_core.stage.protocol import PageRequest, Watched
 from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
 from improv_core.stage.viewer.server import MAX_MESSAGE, MAX_PAGES, MOST_BEATS, Viewer
-from tests.stage.viewer.conftest import part
+from tests.stage.viewer.conftest import part, transport
 
 LIMIT = 20.0
 UPGRADE = {
@@ -122,8 +123,8 @@ def test_a_new_page_gets_what_was_published_and_who_is_there(viewer: Viewer, sim
     simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose(1.0, 2.0))}), restart=True)
     simulator.send("ada", Twist(y=1 / 3), 0.0)
     simulator.advance(1.0)
-    viewer.publish({"type": "transport", "generation": 1})
-    viewer.publish({"type": "transport", "generation": 2})
+    viewer.publish(transport(1, "playing"))
+    viewer.publish(transport(2, "playing"))
 
     async def check() -> dict[str, dict[str, Any]]:
         async with aiohttp.ClientSession() as session:
@@ -151,8 +152,7 @@ def test_nothing_is_sent_while_nothing_changes(viewer: Viewer, simulator: Simula
             simulator.send("ada", Twist(z=1.0), 1.0)
             simulator.advance(2.0)
             assert (await socket.receive_json(timeout=LIMIT))["poses"] == [[0.0, 0.0, 1.0, 0.0]]
-            viewer.publish({"type": "pong", "number": 1})
-            viewer.publish({"type": "transport", "generation": 1})
+            viewer.publish(transport(1, "playing"))
             assert (await socket.receive_json(timeout=LIMIT))["type"] == "transport"
 
     asyncio.run(check())
@@ -236,7 +236,7 @@ def test_the_picture_is_that_of_plot_and_is_given_to_those_with_the_token(viewer
     assert ask(viewer, f"/path.svg?{token}", Host="evil.example").status == 403
 
 
-def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.SimpleQueue[dict[str, Any]]) -> None:
+def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched]) -> None:
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
@@ -269,7 +269,7 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.Simpl
     ids=lambda message: str(message["type"]),
 )
 def test_a_command_is_passed_on_with_its_values_only(
-    viewer: Viewer, commands: queue.SimpleQueue[dict[str, Any]], message: dict[str, Any]
+    viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched], message: dict[str, Any]
 ) -> None:
     send(viewer, {**message, "at": 7, "more": "x"})
     assert [commands.get(timeout=LIMIT) for _ in range(2)] == [{"type": "watched"}, message]
@@ -305,7 +305,7 @@ def test_a_command_is_passed_on_with_its_values_only(
     ],
 )
 def test_a_message_that_is_not_right_is_dropped(
-    viewer: Viewer, commands: queue.SimpleQueue[dict[str, Any]], message: str
+    viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched], message: str
 ) -> None:
     send(viewer, message, {"type": "hush"})
     assert [commands.get(timeout=LIMIT)["type"] for _ in range(2)] == ["watched", "hush"]
@@ -336,7 +336,7 @@ def test_what_is_to_come_is_told_to_who_asks(viewer: Viewer) -> None:
             assert (answer["generation"], answer["from"], answer["to"]) == (3, 1, 1 + MOST_BEATS)
             assert len(answer["robots"]["ada"]["moments"]) == MOST_BEATS
             assert answer["robots"]["ada"]["pose"] == [2.0, 0.0, 0.0, 0.0]
-            viewer.publish({"type": "transport", "generation": 3})
+            viewer.publish(transport(3, "playing"))
             assert (await until(other, lambda message: message["type"] in ("window", "transport")))[
                 "type"
             ] == "transport"
@@ -357,7 +357,7 @@ def test_a_page_that_does_not_read_holds_nobody_back(viewer: Viewer) -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
             for number in range(2000):  # far more than the system buffers for the stuck page
-                viewer.publish({"type": "transport", "generation": number, "filling": "x" * 10_000})
+                viewer.publish({**transport(number, "playing"), "backend": "x" * 10_000})
             await until(socket, lambda message: message.get("generation") == 1999)
 
     asyncio.run(check())
@@ -373,7 +373,7 @@ def test_the_number_of_pages_is_bounded(viewer: Viewer) -> None:
                 await connected(viewer, session)
             assert refused.value.status == 503
             await sockets.pop().close()
-            viewer.publish({"type": "transport", "generation": 5})
+            viewer.publish(transport(5, "playing"))
             for each in sockets:
                 await until(each, lambda message: message.get("generation") == 5)
             await connected(viewer, session)
@@ -383,5 +383,5 @@ def test_the_number_of_pages_is_bounded(viewer: Viewer) -> None:
 
 def test_publishing_and_closing_after_the_end_do_nothing(viewer: Viewer) -> None:
     viewer.close()
-    viewer.publish({"type": "transport", "generation": 1})
+    viewer.publish(transport(1, "playing"))
     viewer.close()

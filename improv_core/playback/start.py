@@ -1,0 +1,60 @@
+"""Starts the stages that a performance is played on. Standard library only."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from improv_core.playback.interpreter import InterpreterError, find_ros_python
+from improv_core.playback.stage_process import Heard, Stage, StageError
+from improv_core.stage.protocol import FOLDER
+
+SinkName = Literal["simulator", "ros"]
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What to play on: `backend` is auto, sim, ros or both; `ros_python` and `discovery` as in the settings.
+
+    With `report_sent`, stages tell of every velocity they send. `takes_starts` is for a listener that does something
+    about `place` requests: only then does the page offer to write starts into improv.toml.
+    """
+
+    backend: str = "auto"
+    port: int = 0
+    ros_python: str | None = None
+    discovery: str | None = None
+    report_sent: bool = False
+    takes_starts: bool = False
+
+
+async def start_stage(
+    sink: SinkName, options: Options, token: str, hear: Callable[[Stage, Heard], None]
+) -> Stage | None:
+    """A stage that is ready; `token` opens the simulator's page. Raises StageError.
+
+    None where the backend is auto, and no Python has rclpy.
+    """
+    reporting = ["--report-sent"] if options.report_sent else []
+    if sink == "simulator":
+        taking = ["--takes-starts"] if options.takes_starts else []
+        arguments = ["--sink", sink, "--port", str(options.port), *taking, *reporting]
+        env = {**os.environ, "IMPROV_PAGE_TOKEN": token}
+        return await Stage.start([sys.executable, str(FOLDER), *arguments], env, hear)
+    try:
+        found = await asyncio.to_thread(find_ros_python, options.ros_python)
+    except InterpreterError as error:
+        raise StageError(str(error)) from None
+    if found:
+        discovery = ["--discovery", options.discovery] if options.discovery else []
+        return await Stage.start([found.python, str(FOLDER), "--sink", sink, *discovery, *reporting], found.env, hear)
+    if options.backend == "auto":
+        return None
+    raise StageError(
+        "no Python with rclpy was found: run `improv ros setup`, source your ROS 2 "
+        "(`source /opt/ros/…/setup.bash`), or set IMPROV_ROS_PYTHON to a Python that has it"
+    )

@@ -1,0 +1,172 @@
+"""What a stage does with what arrives, by a clock that the tests turn."""
+
+from __future__ import annotations
+
+import json
+import math
+import queue
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from improv_core.score.motion import STILL, Twist
+from improv_core.score.score import to_json
+from improv_core.stage.loop import Arrival, End, Opened, Play, Reading, run
+from improv_core.stage.pipes import arrival
+from improv_core.stage.protocol import LOADING_LIMIT, SILENCE_LIMIT, FromStage, Load, Ping
+from tests.stage.test_player import Memory, score
+
+START = 1000.0
+PING: Ping = {"type": "ping", "number": 1}
+
+
+def load(program: str) -> Play:
+    message: Load = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "memory"}
+    return Play(message, score(program))
+
+
+class Turned:
+    """A clock, and the inbox of a stage that turns it: everything arrives at its time, in seconds from the start."""
+
+    def __init__(self, arrivals: Sequence[tuple[float, Arrival]]) -> None:
+        self._arrivals = list(arrivals)
+        self._now = START
+
+    def now(self) -> float:
+        return self._now
+
+    def wall(self) -> float:
+        return 0.0
+
+    def wait_until(self, now: float) -> None:
+        self._now = max(self._now, now)
+
+    def get(self, *, timeout: float | None) -> Arrival:
+        at, next_one = self._arrivals[0]
+        end = math.inf if timeout is None else self._now + timeout
+        self._now = max(self._now, min(START + at, end))
+        if START + at > end:
+            raise queue.Empty
+        del self._arrivals[0]
+        return next_one
+
+
+def perform(sink: Memory, *arrivals: tuple[float, Arrival]) -> list[FromStage]:
+    """What a stage with real robots says until the last of the arrivals has ended it."""
+    sink.real = True
+    told: list[FromStage] = []
+    turned = Turned(arrivals)
+    run(Opened(sink, told.append), turned, turned)
+    return told
+
+
+def errors(told: Sequence[FromStage]) -> list[str]:
+    return [message["message"] for message in told if message["type"] == "error"]
+
+
+def zeros(sink: Memory, robot: str) -> list[float]:
+    return [round(at, 9) for name, at, twist in sink.sent if name == robot and twist == STILL]
+
+
+def test_who_ends_while_listeners_are_waited_for_never_begins() -> None:
+    sink = Memory()
+    sink.deaf = {"r": "nobody listens"}
+    told = perform(sink, (0, load("r $ forward\n")), (0.1, End()))
+    assert told[-1]["type"] == "stopped"
+    assert {twist for _, _, twist in sink.sent} == {STILL}
+
+
+def test_every_robot_gets_its_last_three_zeros_at_the_end() -> None:
+    sink = Memory()
+    perform(sink, (0, load("r s $ repeat forward\n")), (0.51, End()))
+    assert zeros(sink, "r") == zeros(sink, "s") == [0.51, 0.56, 0.61]
+
+
+@pytest.mark.parametrize("broken", ["a", "r", "z"])
+def test_every_other_robot_gets_its_last_zeros_where_one_can_not_be_told(broken: str) -> None:
+    sink = Memory()
+    sink.breaks_at = (0.51, broken)
+    told = perform(sink, (0, load("a r z $ repeat forward\n")), (9, End()))
+    for robot in ("a", "r", "z"):
+        assert len(zeros(sink, robot)) == (0 if robot == broken else 3)
+    assert told[-1] == {"type": "stopped", "message": f"{broken} has no publisher any more"}
+
+
+def test_real_robots_stop_where_the_parent_no_longer_pings() -> None:
+    sink = Memory()
+    told = perform(sink, (0, PING), (0, load("r $ repeat forward\n")), (9, End()))
+    assert errors(told) == [
+        f"Improv was halted or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
+    ]
+    assert zeros(sink, "r") == [0.5, 0.55, 0.6]
+
+
+def test_a_parent_that_never_pings_need_not_begin() -> None:
+    told = perform(Memory(), (0, load("r $ repeat forward\n")), (9, End()))
+    assert errors(told) == []
+
+
+def test_a_parent_that_is_silent_because_we_read_is_not_hung() -> None:
+    arrivals: list[tuple[float, Arrival]] = [(0.0, PING), (0.0, load("r $ repeat forward\n")), (0.1, Reading())]
+    assert errors(perform(Memory(), *arrivals, (LOADING_LIMIT, End()))) == []
+    assert len(errors(perform(Memory(), *arrivals, (LOADING_LIMIT + 0.2, End())))) == 1
+
+
+def test_a_ping_is_answered_with_its_number() -> None:
+    told = perform(Memory(), (0, {"type": "ping", "number": 7}), (0, End()))
+    assert {"type": "pong", "number": 7} in told
+
+
+def test_all_but_a_hush_is_done_as_of_the_time_it_was_asked_for() -> None:
+    sink = Memory()
+    told = perform(
+        sink,
+        (0, load("beat 60\nr $ repeat forward\n")),
+        (1.02, {"type": "pause", "at": START + 1.01}),
+        (2.0, {"type": "resume"}),
+        (3.02, {"type": "hush", "at": START + 3.01}),
+        (9, End()),
+    )
+    moments = [round(each["monotonic"] - START, 9) for each in told if each["type"] == "transport"]
+    assert moments == [0, 1.01, 2, 3.02]
+
+
+TOO_LONG = [["hold", [1, 0, 0, 0], 1, None], *(["repeat", place, 10**9] for place in range(35))]
+
+
+@pytest.mark.parametrize("movements", [[["dance"]], [], TOO_LONG], ids=["unknown", "missing", "too long"])
+def test_a_score_that_can_not_be_played_is_one_error_and_stops_the_robots(movements: list[Any]) -> None:
+    sink = Memory()
+    data = to_json(score("r $ forward\n"))
+    data["movements"], data["parts"]["r"]["movement"] = movements, len(movements) - 1
+    message: Load = {"type": "load", "generation": 2, "score": data, "when": "restart", "backend": "memory"}
+    told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, arrival(json.dumps(message).encode())), (9, End()))
+    (line,) = errors(told)
+    assert line.startswith("this program can't be played: ")
+    assert zeros(sink, "r") == [0.51, 0.56, 0.61]
+
+
+def test_a_sink_that_fails_at_a_new_score_ends_the_stage_which_stops_the_robots() -> None:
+    sink = Memory()
+    sink.refuses = {"s"}
+    told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, load("s $ forward\n")), (9, End()))
+    assert told[-1] == {"type": "stopped", "message": "s can't be prepared"}
+    assert zeros(sink, "r")[-3:] == [0.51, 0.56, 0.61]
+
+
+def test_a_line_that_is_no_message_is_one_error_and_what_plays_goes_on() -> None:
+    sink = Memory()
+    told = perform(sink, (0, load("r $ forward\n")), (0.51, arrival(b"no JSON\n")), (9, End()))
+    assert errors(told) == ["this line is not JSON"]
+    assert zeros(sink, "r") == [1, 1.05, 1.1]
+
+
+def test_what_fails_while_it_plays_ends_the_stage_with_the_reason() -> None:
+    sink = Memory()
+    told: list[FromStage] = []
+    turned = Turned([(0, load("r $ forward\n")), (9, End())])
+    sink.breaks_at = (0.2, "r")
+    assert run(Opened(sink, told.append), turned, turned) == 1
+    assert told[-1] == {"type": "stopped", "message": "r has no publisher any more"}
+    assert all(twist == Twist(2.0) for *_, twist in sink.sent)

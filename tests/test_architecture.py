@@ -37,7 +37,7 @@ BARE = ("score", "stage", "playback")
 """Folders that run in ROS's Python: the standard library and Python 3.10, the libraries of sinks aside."""
 LIBRARIES = {
     "pymunk": ["stage/sinks/collisions.py"],
-    "rclpy": ["stage/graph.py", "stage/sinks/ros.py"],
+    "rclpy": ["stage/graph.py", "stage/sinks/ros.py", "stage/sinks/ros_nodes.py"],
     "aiohttp": ["stage/viewer/server.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "resvg_py": ["commands/plot.py"],

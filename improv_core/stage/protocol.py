@@ -211,6 +211,54 @@ class Stopped(_Stopped, Poses, total=False):
 FromStage = Ready | TransportMessage | Request | Sent | WarningLine | ErrorLine | Pong | Stopped
 
 
+class Publish(TypedDict):
+    """The stage has a publisher: `kind` is Twist or TwistStamped, and it may be its second node's."""
+
+    type: Literal["publish"]
+    topic: str
+    kind: str
+    second: bool
+
+
+class Withdraw(TypedDict):
+    """The stage no longer has a publisher."""
+
+    type: Literal["withdraw"]
+    topic: str
+    kind: str
+
+
+class Moves(TypedDict):
+    """A robot is about to be told to move; `patience` as in `Pulse`."""
+
+    type: Literal["moves"]
+    topic: str
+    patience: float
+
+
+class Pulse(TypedDict):
+    """The stage lives; if nothing more comes within `patience` seconds, it hangs."""
+
+    type: Literal["pulse"]
+    patience: float
+
+
+class Stands(TypedDict):
+    """All robots have been told to stop."""
+
+    type: Literal["stands"]
+
+
+class EndStandby(TypedDict):
+    """The stage ends, and its robots stand."""
+
+    type: Literal["end"]
+
+
+ToStandby = Publish | Withdraw | Moves | Pulse | Stands | EndStandby
+"""From the stage to its standby, over a pipe."""
+
+
 class DrawnRobot(TypedDict):
     """What a page draws of a robot: a disc of this radius in meters."""
 

@@ -71,9 +71,9 @@ class Listener:
 class Sink:
     """The sink in a process of its own: `sink("missing")` calls the method and returns its answer."""
 
-    def __init__(self, python: str, env: Mapping[str, str]) -> None:
+    def __init__(self, python: str, env: Mapping[str, str], *arguments: str) -> None:
         self.process = subprocess.Popen(
-            [python, DRIVER], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            [python, DRIVER, *arguments], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
         self.description = self._answer()
 
@@ -142,8 +142,8 @@ def start(ros_python: str, ros_env: dict[str, str]) -> Iterator[Callable[..., Si
     """Starts sinks, with variables that differ from the environment of all tests."""
     sinks: list[Sink] = []
 
-    def begin(**variables: str) -> Sink:
-        sinks.append(Sink(ros_python, {**ros_env, **variables}))
+    def begin(*arguments: str, **variables: str) -> Sink:
+        sinks.append(Sink(ros_python, {**ros_env, **variables}, *arguments))
         return sinks[-1]
 
     yield begin

@@ -95,7 +95,7 @@ def end(*_: object) -> None:
 
 
 signal.signal(signal.SIGTERM, end)
-sink = Ros(None)
+sink = Ros(None, standby="standby" in sys.argv[1:])
 answer(sink.description)
 methods: dict[str, Callable[..., Any]] = {
     "prepare": prepare,

@@ -15,6 +15,7 @@ from improv_core.stage.protocol import (
     ProtocolError,
     ToPage,
     ToStage,
+    ToStandby,
     by_type,
     read_from_stage,
     read_to_stage,
@@ -25,7 +26,13 @@ PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="
 
 @pytest.mark.parametrize(
     ("heading", "union"),
-    [("To the stage", ToStage), ("From the stage", FromStage), ("To the page", ToPage), ("From the page", FromPage)],
+    [
+        ("To the stage", ToStage),
+        ("From the stage", FromStage),
+        ("To the standby", ToStandby),
+        ("To the page", ToPage),
+        ("From the page", FromPage),
+    ],
 )
 def test_the_page_lists_every_message_and_field(heading: str, union: Any) -> None:
     section = PAGE.split(f"## {heading}\n")[1].split("\n#")[0]

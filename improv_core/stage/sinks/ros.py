@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
-import socket
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping
@@ -14,11 +12,12 @@ from typing import Any
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
 from improv_core.stage.discovery import DISCOVERY, LOCALHOST_ONLY, REACH, RELEASES_BEFORE_RANGES, RELEASES_OF_BOTH
+from improv_core.stage.protocol import LOADING_LIMIT
+from improv_core.stage.sinks.ros_nodes import STANDBY, Nodes, is_harmless, node_name
 from improv_core.stage.sinks.ros_reset import Resets
+from improv_core.stage.sinks.ros_standby import Standby
 from improv_core.stage.sinks.ros_topic import Now, Topic
 
-DEPTH = 10
-"""Messages kept for a slow listener, reliably: as teleop_twist_keyboard and Nav2 publish, so all listeners match."""
 REST = 0.005
 """Seconds between two things received: /clock may come a thousand times a second, and its latest message is enough."""
 LINGER = 0.2
@@ -36,14 +35,14 @@ class Ros:
     real: bool = True
     period: float | None = None
 
-    def __init__(self, discovery: str | None, now: Now = time.monotonic) -> None:
+    def __init__(self, discovery: str | None, standby: bool = True, now: Now = time.monotonic) -> None:
         self._reach = _limit_discovery(discovery)
-        import rclpy
         from rclpy.executors import SingleThreadedExecutor
 
-        self._node = _node(rclpy.get_default_context(), _node_name())
-        self._nodes = [self._node]
-        self._executor: Any = SingleThreadedExecutor(context=rclpy.get_default_context())
+        self._nodes = Nodes(node_name())
+        self._node = self._nodes.first
+        self._standby = Standby(node_name() + STANDBY, now, standby)
+        self._executor: Any = SingleThreadedExecutor(context=self._node.context)
         self._executor.add_node(self._node)
         self._closing = threading.Event()
         self._receiving = threading.Thread(target=self._receive, daemon=True)
@@ -65,6 +64,7 @@ class Ros:
 
         With `restart`, the robots that have a reset service are stopped, and it is called.
         """
+        self._standby.live(LOADING_LIMIT)
         parts = score.parts
         self._cast = list(parts)
         self._parts.update(parts)
@@ -99,11 +99,12 @@ class Ros:
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         asked = self._cast if robots is None else robots
         found = {robot: line for robot, line in self._resets.warnings().items() if robot in asked}
-        own = [node.get_fully_qualified_name() for node in self._nodes]
+        if self._standby.problem:
+            found |= dict.fromkeys(asked, self._standby.problem)
         clocked = not self._node.get_clock().ros_time_is_active and self._node.count_publishers("/clock")
         for robot in asked:
             topic = self._topic(robot)
-            if others := [name for name in topic.others(own) if not _has_ended(name)]:
+            if others := [name for name in topic.others(self._nodes.names) if not is_harmless(name)]:
                 found[robot] = (
                     f"somebody else also sends to {topic.name}: {', '.join(others)}; "
                     "robots obey both: stop one of them, or use twist_mux"
@@ -120,14 +121,19 @@ class Ros:
         """Publish at once. What rclpy raises goes up: the stage then stops all robots. ValueError if no number."""
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was to move at a speed that is no finite number")
-        profile = self._parts[robot].profile
-        self._topic(robot).publish(twist.within(profile.max_linear, profile.max_angular), self._node.get_clock())
+        profile, topic = self._parts[robot].profile, self._topic(robot)
+        if twist != STILL:
+            self._standby.moves(topic.name)
+        topic.publish(twist.within(profile.max_linear, profile.max_angular), self._node.get_clock())
+        if twist == STILL:
+            self._standby.stands(topic.name)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Nothing: real robots stay where they are."""
 
     def advance(self, to: float) -> None:
-        """Nothing: robots move by themselves."""
+        """Robots move by themselves; the standby hears that the stage lives."""
+        self._standby.live()
 
     def coasting(self) -> bool:
         return False
@@ -136,47 +142,30 @@ class Ros:
         return {}
 
     def close(self) -> None:
-        import rclpy
-
+        self._standby.close()
         time.sleep(LINGER)
         self._closing.set()
         self._executor.shutdown()
         self._receiving.join()
-        for node in self._nodes:
-            node.destroy_node()
-            rclpy.try_shutdown(context=node.context)
+        self._nodes.close()
 
     def _receive(self) -> None:
         """On a thread of its own: the simulated time, answers of services, and what others ask of our parameters."""
         while not self._closing.wait(REST):
             self._executor.spin_once()
 
+    def _advertise(self, kind: Any, topic: str, second: bool) -> tuple[Any, Callable[[], None]]:
+        publisher, destroy = self._nodes.advertise(kind, topic, second)
+        self._standby.publish(topic, kind.__name__, second)
+
+        def withdraw() -> None:
+            destroy()
+            self._standby.withdraw(topic, kind.__name__)
+
+        return publisher, withdraw
+
     def _topic(self, robot: str) -> Topic:
         return self._topics[self._parts[robot].topic]
-
-    def _advertise(self, kind: Any, topic: str, second: bool) -> tuple[Any, Callable[[], None]]:
-        try:
-            from rclpy.event_handler import PublisherEventCallbacks
-        except ImportError:  # Humble
-            from rclpy.qos_event import PublisherEventCallbacks
-        node = self._second_node() if second else self._node
-        # The default ones keep a publisher in use while the executor waits, and its type on the topic too.
-        none = PublisherEventCallbacks(use_default_callbacks=False)
-        publisher = node.create_publisher(kind, topic, DEPTH, event_callbacks=none)
-        return publisher, lambda: node.destroy_publisher(publisher)
-
-    def _second_node(self) -> Any:
-        """For topics that want both types: Fast DDS refuses them within one context.
-
-        Made when it is needed, and not used for anything else: to be discovered takes it up to seconds.
-        """
-        if len(self._nodes) == 1:
-            import rclpy
-
-            # Nobody spins it, so it offers no services.
-            name = f"{self._node.get_name()}_2"
-            self._nodes.append(_node(rclpy.Context(), name, start_parameter_services=False))
-        return self._nodes[1]
 
     def _use_sim_time(self, wanted: bool) -> None:
         if wanted != self._uses_sim_time:
@@ -184,34 +173,6 @@ class Ros:
 
             self._uses_sim_time = wanted
             self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
-
-
-def _node(context: Any, name: str, **options: bool) -> Any:
-    import rclpy
-    from rclpy.signals import SignalHandlerOptions
-
-    # rclpy's own handlers would invalidate the context before the last zero could be sent.
-    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
-    return rclpy.create_node(name, context=context, **options)
-
-
-def _node_name(process: int | str = "") -> str:
-    """Told apart from those of other servers on this machine and of other machines."""
-    return f"improv_{re.sub('[^A-Za-z0-9_]', '_', socket.gethostname())}_{process or os.getpid()}"
-
-
-def _has_ended(node: str) -> bool:
-    """Whether it was the node of a stage here that was killed: the graph goes on to show it for some twenty seconds."""
-    found = re.fullmatch(f"/{_node_name(process='([0-9]+)')}(?:_2)?", node)
-    if not found or os.name != "posix":
-        return False
-    try:
-        os.kill(int(found[1]), 0)
-    except ProcessLookupError:
-        return True
-    except PermissionError:
-        pass  # somebody else's, and alive
-    return False
 
 
 def _limit_discovery(discovery: str | None) -> str:

@@ -1,0 +1,95 @@
+"""The process that stops robots when the stage can't any more, as the stage has it (see standby.py)."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+
+from improv_core.stage.protocol import FOLDER, SILENCE_LIMIT, ToStandby
+
+PULSE_PERIOD = 0.1
+"""Seconds between two signs of life, while robots move."""
+END_LIMIT = 2.0
+"""Seconds it may take to end."""
+
+
+class Standby:
+    """Told what is published where and which robots move, it sends the zeros that a stage that has died can't send.
+
+    Nothing here waits for it: a standby that does not read is no standby, and `problem` says so.
+    """
+
+    def __init__(self, node: str, clock: Callable[[], float], wanted: bool) -> None:
+        self._clock = clock
+        self.problem: str | None = None
+        """What is wrong with it, in one line."""
+        self._moving: set[str] = set()
+        self._pulse = 0.0  # when the next sign of life is due
+        self._process = _start(node) if wanted else None
+
+    def publish(self, topic: str, kind: str, second: bool) -> None:
+        """The stage has a publisher now: of a type of message, on a topic, by its second node or not."""
+        self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
+
+    def withdraw(self, topic: str, kind: str) -> None:
+        """The stage no longer has it."""
+        self._tell({"type": "withdraw", "topic": topic, "kind": kind})
+
+    def moves(self, topic: str) -> None:
+        """The robot on a topic is about to be told to move."""
+        if topic not in self._moving:
+            self._moving.add(topic)
+            self._tell({"type": "moves", "topic": topic, "patience": SILENCE_LIMIT})
+            self._pulse = self._clock() + PULSE_PERIOD
+
+    def stands(self, topic: str) -> None:
+        """The robot on a topic has been told to stop."""
+        if topic in self._moving:
+            self._moving.discard(topic)
+            if not self._moving:
+                self._tell({"type": "stands"})
+
+    def live(self, patience: float = SILENCE_LIMIT) -> None:
+        """A sign of life, at most each `PULSE_PERIOD`, or at once where more patience is needed than usual."""
+        now = self._clock()
+        if self._moving and (now >= self._pulse or patience != SILENCE_LIMIT):
+            self._tell({"type": "pulse", "patience": patience})
+            self._pulse = now + PULSE_PERIOD
+
+    def close(self) -> None:
+        """End it; where robots still move, because they could not be told to stop, it tries that first."""
+        if not self._moving:
+            self._tell({"type": "end"})
+        if self._process and self._process.stdin:
+            self._process.stdin.close()
+            try:
+                self._process.wait(END_LIMIT)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+
+    def _tell(self, message: ToStandby) -> None:
+        if not self._process or not self._process.stdin:
+            return
+        try:
+            # Lines this short are written whole or not at all, also where the pipe is full.
+            os.write(self._process.stdin.fileno(), json.dumps(message).encode() + b"\n")
+        except OSError as error:
+            gone = isinstance(error, BrokenPipeError)
+            what = "has ended" if gone else "does not respond"
+            self.problem = f"the standby process {what}: if the stage dies, robots stop only by their own timeout"
+
+
+def _start(node: str) -> subprocess.Popen[bytes]:
+    process = subprocess.Popen(
+        [sys.executable, str(FOLDER / "standby.py"), node],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    assert process.stdin
+    os.set_blocking(process.stdin.fileno(), False)
+    return process

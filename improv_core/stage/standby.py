@@ -1,0 +1,187 @@
+"""Watches a stage that moves real robots, and stops them itself if the stage dies, is halted or hangs.
+
+A new stage would have to discover the robots first, which takes seconds; this process is matched with them already.
+Started by the stage, with its own interpreter, as `python …/improv_core/stage/standby.py`. Standard library only
+(rclpy imported lazily).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import select
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+if __name__ == "__main__":
+    # As in __main__.py: our modules must not hide others of the same name, nor any of ROS's.
+    here = Path(__file__).resolve().parent
+    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
+    sys.path.append(str(here.parent.parent))
+
+from improv_core.stage.protocol import ToStandby
+from improv_core.stage.setpoints import LAST_ZEROS
+
+LOOK = 0.12
+"""Seconds without a sign of life after which to look whether a stage that moves robots was halted: a little more than
+there are between two of them, so that a stage that is well is not looked at."""
+ZERO_PERIOD = 0.05
+"""Seconds between two zeros."""
+LINGER = 0.2
+"""Seconds to stay after the last zero: a listener loses what it has not received when its publisher goes."""
+
+
+class Watch:
+    """Decides when a stage has to be replaced: what it says comes in, with the times (seconds) at which it came."""
+
+    def __init__(self, now: float) -> None:
+        self.moved: set[str] = set()
+        """The topics on which robots were told to move since all last stood."""
+        self.ended = False
+        """Whether the stage has said goodbye: all robots stand."""
+        self._looked = now
+        self._hung = math.inf
+
+    def take(self, message: ToStandby, now: float) -> None:
+        """Take a message of the stage's; those about publishers are not for us."""
+        if message["type"] == "moves":
+            self.moved.add(message["topic"])
+        elif message["type"] == "stands":
+            self.moved.clear()
+        elif message["type"] == "end":
+            self.ended = True
+        if message["type"] == "moves" or message["type"] == "pulse":
+            self._looked, self._hung = now, now + message["patience"]
+
+    def must_stop(self, now: float, gone: bool, halted: bool) -> bool:
+        """Whether robots move that the stage can no longer stop; all that it has said has been taken before."""
+        if now > self._looked + 2 * LOOK:
+            self._hung += now - self._looked  # we ourselves stood still, which says nothing of the stage
+        self._looked = now
+        return bool(self.moved) and not self.ended and (gone or halted or now > self._hung)
+
+
+def main() -> int:
+    """Watch the process that has started us, until it ends; what it says comes over standard input."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
+    stage = _Stage(os.getppid())
+    publishers = _Publishers(f"{sys.argv[1]}")
+    watch = Watch(time.monotonic())
+    lines = _Lines()
+    while not watch.ended:
+        gone, silent = stage.wait(LOOK if watch.moved else None)
+        now = time.monotonic()
+        for message in lines.read():
+            watch.take(message, now)
+            publishers.take(message)
+        gone = gone or lines.ended
+        if watch.must_stop(now, gone, silent and stage.is_halted()):
+            stage.kill()  # it could come back, and go on sending
+            publishers.stop(watch.moved)
+        elif not gone:
+            continue
+        break
+    publishers.close()
+    return 0
+
+
+class _Stage:
+    """The process that is watched."""
+
+    def __init__(self, pid: int) -> None:
+        self._pid = pid
+        self._poll = select.poll()
+        self._poll.register(0, select.POLLIN)
+        self._fd = -1
+        with suppress(AttributeError, OSError):  # Linux 5.3 and newer; elsewhere the end of our input tells
+            self._fd = os.pidfd_open(pid)
+            self._poll.register(self._fd, select.POLLIN)
+
+    def wait(self, seconds: float | None) -> tuple[bool, bool]:
+        """Until it says something or ends: whether it has ended, and whether nothing came in time."""
+        events = self._poll.poll(None if seconds is None else seconds * 1000)
+        return any(fd == self._fd for fd, _ in events) or os.getppid() != self._pid, not events
+
+    def is_halted(self) -> bool:
+        """Whether it was sent SIGSTOP, or is traced. False where there is no /proc."""
+        try:
+            stat = Path(f"/proc/{self._pid}/stat").read_bytes()
+        except OSError:
+            return False
+        return stat[stat.rindex(b")") + 2 :][:1] in (b"T", b"t")
+
+    def kill(self) -> None:
+        if os.getppid() == self._pid:
+            with suppress(ProcessLookupError):
+                os.kill(self._pid, signal.SIGKILL)
+
+
+class _Lines:
+    """Messages on standard input: a JSON line each."""
+
+    def __init__(self) -> None:
+        os.set_blocking(0, False)
+        self._rest = b""
+        self.ended = False
+
+    def read(self) -> Iterator[ToStandby]:
+        """All that is there."""
+        while not self.ended:
+            try:
+                data = os.read(0, 65_536)
+            except BlockingIOError:
+                return
+            self.ended = not data
+            *lines, self._rest = (self._rest + data).split(b"\n")
+            yield from map(json.loads, lines)
+
+
+class _Publishers:
+    """Publishers like those of the stage, each matched with the same listeners."""
+
+    def __init__(self, node: str) -> None:
+        from improv_core.stage.sinks.ros_nodes import Nodes
+
+        # Nobody spins the node, so it offers no services; nor does it log.
+        self._nodes = Nodes(node, start_parameter_services=False, enable_rosout=False)
+        self._made: dict[tuple[str, str], tuple[Any, Callable[[], None]]] = {}
+
+    def take(self, message: ToStandby) -> None:
+        if message["type"] == "publish":
+            import geometry_msgs.msg
+
+            topic, kind = message["topic"], message["kind"]
+            made = self._nodes.advertise(getattr(geometry_msgs.msg, kind), topic, message["second"])
+            self._made[topic, kind] = made
+        elif message["type"] == "withdraw":
+            _, destroy = self._made.pop((message["topic"], message["kind"]))
+            destroy()
+
+    def stop(self, topics: set[str]) -> None:
+        """Send zeros on these topics, one round at once; a publisher that fails does not keep the others from it."""
+        import geometry_msgs.msg
+
+        for _ in range(LAST_ZEROS):
+            for (topic, kind), (publisher, _) in self._made.items():
+                if topic in topics:
+                    message = getattr(geometry_msgs.msg, kind)()
+                    if kind == "TwistStamped":
+                        message.header.stamp = self._nodes.first.get_clock().now().to_msg()
+                    with suppress(Exception):  # whatever rclpy raises
+                        publisher.publish(message)
+            time.sleep(ZERO_PERIOD)
+        time.sleep(LINGER)
+
+    def close(self) -> None:
+        self._nodes.close()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -24,7 +24,7 @@ from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.files import ReadError, analyze_file, robots_near
 from improv_core.program.report import told
 from improv_core.robots.config import FILE_NAME, Robot, Robots
-from improv_core.stage.discovery import DISCOVERY, LOCALHOST_ONLY, REACH, RELEASES_BEFORE_RANGES, RELEASES_OF_BOTH
+from improv_core.stage.discovery import RANGE, REACH, advice, described, limited, reached
 from improv_core.stage.graph import VELOCITIES
 from improv_core.stage.protocol import FOLDER
 
@@ -131,34 +131,19 @@ def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mappin
     return Finding(Mark.ABSENT, "no ROS 2, only the simulator plays", f"{SETUP} gets it ({DOWNLOAD} MB)")
 
 
-def as_in_a_stage(env: Mapping[str, str]) -> dict[str, str]:
-    """The environment that a stage's sink makes of this one."""
-    made = {**env, DISCOVERY: env.get(DISCOVERY) or "LOCALHOST"}
-    if made[DISCOVERY] == "LOCALHOST" and env.get("ROS_DISTRO") in RELEASES_BEFORE_RANGES:
-        made.setdefault(LOCALHOST_ONLY, "1")
-    return made
-
-
 def reach(env: Mapping[str, str]) -> Finding:
-    """How far a stage in this environment looks for robots, and how to have it look further or less far."""
-    domain, said = env.get("ROS_DOMAIN_ID") or "0", env[DISCOVERY]
-    only, release = env.get(LOCALHOST_ONLY) == "1", env.get("ROS_DISTRO", "jazzy")
+    """Which robots a stage started in this environment reaches, and how to change that."""
+    stage, domain = limited(env), env.get("ROS_DOMAIN_ID") or "0"
     if not domain.isdecimal() or int(domain) > MOST_DOMAIN:
         return Finding(Mark.BROKEN, f"ROS_DOMAIN_ID is {domain}", "set it to a number from 0 to 101")
-    if release in RELEASES_BEFORE_RANGES:
-        said, further, nearer = ("LOCALHOST" if only else "SUBNET"), f"{LOCALHOST_ONLY}=0", f"{LOCALHOST_ONLY}=1"
-    elif release in RELEASES_OF_BOTH and only:
-        said, further, nearer = "LOCALHOST", f"{LOCALHOST_ONLY}=0 and {DISCOVERY}=SUBNET", ""
-    else:
-        further, nearer = f"{DISCOVERY}=SUBNET", f"{DISCOVERY}=LOCALHOST"
-    if said not in REACH:
-        return Finding(Mark.BROKEN, f"{DISCOVERY} is {said}", f"set it to {', '.join(REACH)} or nothing")
-    what = f"domain {domain}, {REACH[said]}"
-    if said == "LOCALHOST":
-        return Finding(Mark.GOOD, what, f"set {further} to reach robots on the network")
-    if said == "OFF":
-        return Finding(Mark.ABSENT, what, f"unset {DISCOVERY} to find the robots of this machine")
-    return Finding(Mark.GOOD, what, f"set {nearer} to keep to this machine, after sourcing a ROS")
+    if stage[RANGE] not in REACH:
+        return Finding(Mark.BROKEN, f"{RANGE} is {stage[RANGE]}", f"set it to {', '.join(REACH)}, or unset it")
+    what, reaches = described(stage), reached(stage)
+    if reaches == "LOCALHOST":
+        return Finding(Mark.GOOD, what, f"set {advice(env, 'SUBNET')} to reach robots on the network")
+    if reaches == "OFF":
+        return Finding(Mark.ABSENT, what, f"unset {RANGE} to find robots on this machine")
+    return Finding(Mark.GOOD, what, f"set {advice(env, 'LOCALHOST')} after sourcing ROS to stay on this machine")
 
 
 MOST_DOMAIN = 232
@@ -234,8 +219,8 @@ def _ros(cast: Mapping[str, Robot]) -> Iterator[Finding]:
         found = error
     yield ros(found, private_environment(), os.environ)
     if isinstance(found, Interpreter):
-        env = as_in_a_stage(found.env)
-        yield (how_far := reach(env))
+        env = limited(found.env)
+        yield (how_far := reach(found.env))
         if how_far.mark is not Mark.BROKEN:
             seen = _look(found, env, [robot.topic for robot in cast.values()])
             yield from [seen] if isinstance(seen, Finding) else listeners(cast, seen)

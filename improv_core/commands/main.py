@@ -141,9 +141,9 @@ def play(
         raise CannotError("--fast is for the simulator: robots can't be hurried")
     if fast:
         _rehearse(file, seconds, report=report is not None)
-    from improv_core.commands import live
+    from improv_core.commands import terminal
 
-    _run(live.play(file, _options(backend, port), browser=not no_browser, report=report is not None))
+    _run(terminal.play(file, _options(backend, port), browser=not no_browser, report=report is not None))
 
 
 @improv.command()
@@ -153,9 +153,9 @@ def play(
 @_browser
 def watch(file: Path, backend: str, port: int, no_browser: bool) -> None:
     """Play a program, and again at every save, for editors without a language server."""
-    from improv_core.commands import live
+    from improv_core.commands import terminal
 
-    _run(live.watch(file, _options(backend, port), browser=not no_browser))
+    _run(terminal.watch(file, _options(backend, port), browser=not no_browser))
 
 
 @improv.command()

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import click
 
-from improv_core.commands import live
+from improv_core.commands import terminal
 from improv_core.commands.rehearsal import perform
 from improv_core.playback.playback import Options
 from improv_core.program.compiler import score_of
@@ -31,9 +31,9 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
     Raises ReadError and RecordError.
     """
     analysis = analyze_file(path)
-    live.tell_diagnostics(path, analysis)
+    terminal.tell_diagnostics(path, analysis)
     if not analysis.ok:
-        return live.WRONG_PROGRAM
+        return terminal.WRONG_PROGRAM
     score = score_of(analysis)
     if score.beats == ENDLESS and seconds is None:
         raise RecordError("this program never ends: say how much of it to record, as in `--for 60` (seconds)")
@@ -45,7 +45,7 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
             perform(score, recorder, seconds)
     except KeyboardInterrupt:
         click.echo(f"improv: interrupted: {output} is not written", err=True)
-        return live.INTERRUPTED
+        return terminal.INTERRUPTED
     click.echo(f"{_summary(output, recorder)} (made in {time.perf_counter() - began:.2f} s)")
     return 0
 
@@ -56,8 +56,8 @@ async def record_live(path: Path, output: Path, options: Options, *, browser: bo
     Raises ReadError, StageError and RecordError.
     """
     with recording(output) as recorder:
-        code = await live.play(path, replace(options, report_sent=True), browser=browser, recorder=recorder)
-    if code != live.WRONG_PROGRAM:
+        code = await terminal.play(path, replace(options, report_sent=True), browser=browser, recorder=recorder)
+    if code != terminal.WRONG_PROGRAM:
         click.echo(_summary(output, recorder))
     return code
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from improv_core.commands.live import WRONG_PROGRAM, tell_diagnostics
+from improv_core.commands.terminal import WRONG_PROGRAM, tell_diagnostics
 from improv_core.program.compiler import score_of
 from improv_core.program.files import ReadError, analyze_file
 from improv_core.program.report import outcome, summary

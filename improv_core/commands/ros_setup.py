@@ -22,7 +22,7 @@ from improv_core.playback.stage_process import Message, Stage, StageError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import to_json
-from improv_core.stage.discovery import DISCOVERY
+from improv_core.stage.discovery import RANGE
 from improv_core.stage.protocol import FOLDER
 
 PYTHONS = (10, 14)
@@ -191,7 +191,7 @@ def _prove(python: Path, say: Say) -> None:
     """Send a Twist from a real stage to a listener in another process. Raises SetupError."""
     env = {
         **os.environ,
-        DISCOVERY: "LOCALHOST",
+        RANGE: "LOCALHOST",
         "ROS_STATIC_PEERS": "",
         "ROS_DOMAIN_ID": PROOF_DOMAIN,
     }

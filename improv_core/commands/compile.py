@@ -17,12 +17,12 @@ from improv_core.program.report import as_json
 
 @click.command("compile")
 @parameters.files
-@click.option("--format", "_layout", type=click.Choice(["json"]), default="json", help="Output format.")
+@click.option("--format", "_layout", type=click.Choice(["json"]), default="json", help="Output format: one line per file.")
 @click.option(
     "--max-segments", type=click.IntRange(min=1), default=10_000, show_default=True, help="Most segments per robot."
 )
 def command(files: tuple[Path, ...], _layout: str, max_segments: int) -> None:
-    """Print the velocities that programs compile to, a line for each file. Exit code 1 if any has errors."""
+    """Print the velocities that programs compile to. Exit code 1 if any has errors."""
 
     def report(path: Path, analysis: Analysis) -> None:
         line = {"file": str(path), **compiled(analysis, max_segments), "diagnostics": as_json(analysis)}

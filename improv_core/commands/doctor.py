@@ -27,7 +27,7 @@ from improv_core.robots.config import FILE_NAME, Robot, Robots
 @click.command("doctor")
 @click.argument("file", required=False, type=click.Path(path_type=Path))
 def command(file: Path | None) -> None:
-    """Check what is installed and which robots listen, and say what to do. Exit code 1 if anything is broken."""
+    """Check what works here, and which robots listen. Exit code 1 if anything is broken."""
     marks = set()
     for finding in examine(file):
         click.echo(finding)

@@ -31,7 +31,7 @@ _BLOCK = re.compile(
 @click.option("--check", is_flag=True, help="Write nothing; list the files that would change. Exit code 1 if any.")
 @click.option("--diff", is_flag=True, help="Write nothing; show the changes.")
 def command(files: tuple[Path, ...], check: bool, diff: bool) -> None:
-    """Format programs: in files, in folders, and in the code blocks of Markdown files."""
+    """Format programs. Takes files, folders, and Markdown files with code blocks."""
     sys.exit(format_files(files, check=check, diff=diff))
 
 

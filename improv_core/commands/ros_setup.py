@@ -20,12 +20,12 @@ from improv_core.playback.interpreter import PROVEN, InterpreterError, find_ros_
 
 @click.group("ros")
 def command() -> None:
-    """ROS 2, for machines without it."""
+    """Set up ROS 2 on a machine without it."""
 
 
 @command.command()
 def setup() -> None:
-    """Install ROS 2's Python packages for Improv, and prove that they work."""
+    """Install ROS 2's Python packages, and prove that they work."""
     try:
         set_up(click.echo)
     except KeyboardInterrupt:

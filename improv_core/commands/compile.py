@@ -17,7 +17,7 @@ from improv_core.program.report import as_json
 
 @click.command("compile")
 @parameters.files
-@click.option("--format", "_layout", type=click.Choice(["json"]), default="json", help="Output format: one line per file.")
+@click.option("--format", "_layout", type=click.Choice(["json"]), default="json", help="Output: one line per file.")
 @click.option(
     "--max-segments", type=click.IntRange(min=1), default=10_000, show_default=True, help="Most segments per robot."
 )

@@ -1,4 +1,4 @@
-"""`improv format`: the one layout for programs in files, and for those in the code blocks of Markdown files."""
+"""`improv format`: the standard layout, for programs in files and in the code blocks of Markdown files."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ import codecs
 import difflib
 import os
 import re
+import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import click
 
+from improv_core.commands import parameters
+from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
 from improv_core.program.files import ReadError, read_program
 from improv_core.syntax.formatter import format_text
 
-WOULD_CHANGE, CANNOT = 1, 2
-
-# Every fenced block, so that a fence shown inside a longer one is not taken for a block of its own.
+# Every fenced block, so that a fence shown inside a longer one is not mistaken for a block of its own.
 _BLOCK = re.compile(
     r"^(?P<head>(?P<indent>[ \t]*)(?P<fence>`{3,}|~{3,})(?P<language>[^`\r\n]*)\r?\n)"
     r"(?P<code>.*?)(?P<foot>^[ \t]*(?P=fence)[`~]*[ \t]*\r?$)",
@@ -25,8 +26,17 @@ _BLOCK = re.compile(
 )
 
 
+@click.command("format")
+@parameters.files
+@click.option("--check", is_flag=True, help="Write nothing; list the files that would change. Exit code 1 if any.")
+@click.option("--diff", is_flag=True, help="Write nothing; show the changes.")
+def command(files: tuple[Path, ...], check: bool, diff: bool) -> None:
+    """Format programs. Takes files, folders, and Markdown files with code blocks."""
+    sys.exit(format_files(files, check=check, diff=diff))
+
+
 def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
-    """Format files, and all programs and Markdown files in folders; say what was done. The exit code."""
+    """Format files, and all programs and Markdown files in folders, and print what was done; the exit code."""
     code = 0
     for path in dict.fromkeys(file for named in paths for file in _files(named)):
         try:
@@ -38,13 +48,13 @@ def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
                 click.echo(_diff(path, text, formatted), nl=False)
             if check:
                 click.echo(f"would format {path}")
-                code = max(code, WOULD_CHANGE)
+                code = max(code, PROBLEMS)
             elif not diff:
                 _rewrite(path, text, formatted)
                 click.echo(f"formatted {path}")
         except (ReadError, WriteError) as problem:
-            click.echo(f"improv: {problem}", err=True)
-            code = CANNOT
+            CommandError(str(problem)).show()
+            code = FAILED
     return code
 
 
@@ -53,7 +63,7 @@ class WriteError(Exception):
 
 
 def _files(path: Path) -> Iterator[Path]:
-    """The file itself, or the programs and Markdown files below a folder, without what is hidden in it."""
+    """The file itself, or all programs and Markdown files in a folder that are not hidden."""
     if not path.is_dir():
         yield path
         return
@@ -68,7 +78,7 @@ def _formatted(path: Path, text: str) -> str:
 
 
 def _block(block: re.Match[str]) -> str:
-    """A fenced block; one of Improv is formatted, at the indentation of its fence."""
+    """A fenced block, formatted at the indentation of its fence if it holds Improv."""
     indent = block["indent"]
     hanging = re.search(rf"^(?!{indent}|\r?$)", block["code"].removesuffix("\n"), re.MULTILINE) if indent else None
     if block["language"].strip() != "improv" or hanging:
@@ -87,14 +97,14 @@ def _file_lines(text: str) -> list[str]:
 
 
 def _rewrite(path: Path, before: str, after: str) -> None:
-    """Put a new file in the old one's place in one step, if that still holds what was read. Raises WriteError."""
+    """Replace the file in one step, if it still holds the text that was read. Raises WriteError."""
     target = path.resolve()  # a link stays a link
     temporary = None
     try:
         old = target.read_bytes()
         mark = codecs.BOM_UTF8 if old.startswith(codecs.BOM_UTF8) else b""
         if old != mark + before.encode():
-            raise WriteError(f"{path}: it was changed meanwhile: format it again")
+            raise WriteError(f"{path}: it changed while it was being formatted: run this again")
         if not os.access(target, os.W_OK):
             raise WriteError(f"{path}: permission denied")
         with tempfile.NamedTemporaryFile(dir=target.parent, prefix=f".{target.name}.", delete=False) as file:
@@ -105,7 +115,7 @@ def _rewrite(path: Path, before: str, after: str) -> None:
         temporary.chmod(target.stat().st_mode)
         temporary.replace(target)
     except OSError as error:
-        raise WriteError(f"{path}: {(error.strerror or 'it can not be written').lower()}") from None
+        raise WriteError(f"{path}: {(error.strerror or 'it cannot be written').lower()}") from None
     finally:
         if temporary:
             temporary.unlink(missing_ok=True)

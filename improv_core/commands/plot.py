@@ -1,43 +1,40 @@
-"""`improv plot`: the picture of a program in a file (resvg, imported lazily, makes PNG of SVG)."""
+"""`improv plot`: the paths of a program's robots as a picture (resvg, imported lazily, turns SVG into PNG)."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
 
+from improv_core.commands import parameters
+from improv_core.commands.exit_codes import PROBLEMS, CommandError
+from improv_core.commands.programs import read_to_play
 from improv_core.program.compiler import score_of
-from improv_core.program.files import analyze_file
-from improv_core.program.report import told
 from improv_core.score.svg import plot
 
-WRONG_PROGRAM = 1
-FINENESS = 2
-"""Pixels of a PNG for each of the SVG's, so that it is sharp on a projector."""
+PIXELS = 2
+"""Pixels of a PNG for each pixel of the SVG, so that it is sharp on a projector."""
 
 
-class PlotError(Exception):
-    """The picture can't be written; one plain line that says why."""
-
-
-def plot_file(path: Path, output: Path, *, timeline: bool) -> int:
-    """Draw a program into an .svg or .png file; the exit code. Raises ReadError and PlotError."""
+@click.command("plot")
+@parameters.file
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The .svg or .png file to write.")
+@click.option("--timeline", is_flag=True, help="Also draw a timeline of what each robot does.")
+def command(file: Path, output: Path, timeline: bool) -> None:
+    """Draw the ideal paths of a program's robots. Exit code 1 if the program has errors."""
     if output.suffix not in (".svg", ".png"):
-        raise PlotError(f"{output}: a picture's name ends in .svg or .png")
-    analysis = analyze_file(path)
-    for line in told(path, analysis):
-        click.echo(line, err=True)
-    if not analysis.ok:
-        return WRONG_PROGRAM
+        raise CommandError(f"{output}: the picture's name must end in .svg or .png")
+    if not (analysis := read_to_play(file)):
+        sys.exit(PROBLEMS)
     picture = plot(score_of(analysis), timeline)
     try:
         output.write_bytes(picture.encode() if output.suffix == ".svg" else _png(picture))
     except OSError as error:
-        raise PlotError(f"{output}: {(error.strerror or 'it can not be written').lower()}") from None
-    return 0
+        raise CommandError(f"{output}: {(error.strerror or 'it cannot be written').lower()}") from None
 
 
 def _png(picture: str) -> bytes:
     import resvg_py
 
-    return bytes(resvg_py.svg_to_bytes(svg_string=picture, background="white", zoom=FINENESS))
+    return bytes(resvg_py.svg_to_bytes(svg_string=picture, background="white", zoom=PIXELS))

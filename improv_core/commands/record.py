@@ -1,9 +1,10 @@
-"""`improv record`: what robots are told, as an MCAP file. Computed at once, or as it is played."""
+"""`improv record`: what robots are told, as an MCAP file. Computed at once, or recorded as it is played."""
 
 from __future__ import annotations
 
 import os
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,41 +13,58 @@ from pathlib import Path
 
 import click
 
-from improv_core.commands import live
+from improv_core.commands import parameters
+from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
+from improv_core.commands.play import play
+from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
+from improv_core.commands.terminal import run
 from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
-from improv_core.program.files import analyze_file
 from improv_core.score.movement import ENDLESS
 from improv_core.stage.sinks.recorder import Recorder
 
 
-class RecordError(Exception):
-    """There can be no recording; one plain line that says why."""
+@click.command("record")
+@parameters.file
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The .mcap file to write.")
+@click.option("--for", "seconds", type=parameters.SECONDS, help="Record only the first so many seconds.")
+@click.option("--backend", type=parameters.BACKENDS, help="Play the program now, and record what is sent.")
+@parameters.port
+@parameters.no_browser
+def command(file: Path, output: Path, seconds: float | None, backend: str | None, port: int, no_browser: bool) -> None:
+    """Record what robots are told, for `ros2 bag play` and Foxglove."""
+    if not backend:
+        sys.exit(record(file, output, seconds))
+    if seconds:
+        raise CommandError("--for cannot be combined with --backend; stop a live run with Ctrl-C")
+    sys.exit(run(record_live(file, output, Options(backend, port), browser=not no_browser)))
+
+
+class RecordError(CommandError):
+    """The recording can't be made; one plain line that says why."""
 
 
 def record(path: Path, output: Path, seconds: float | None) -> int:
-    """Record a program as fast as it can be computed, for some seconds at most; the exit code.
+    """Record a program, or its first seconds, as fast as it can be computed; the exit code.
 
     Raises ReadError and RecordError.
     """
-    analysis = analyze_file(path)
-    live.tell_diagnostics(path, analysis)
-    if not analysis.ok:
-        return live.WRONG_PROGRAM
+    if not (analysis := read_to_play(path)):
+        return PROBLEMS
     score = score_of(analysis)
     if score.beats == ENDLESS and seconds is None:
-        raise RecordError("this program never ends: say how much of it to record, as in `--for 60` (seconds)")
+        raise RecordError("this program never ends: limit it, for example with `--for 60` (seconds)")
     began = time.perf_counter()
-    for number in (signal.SIGINT, signal.SIGTERM):  # so that nothing half-made is left, also where a shell ignores one
+    for number in (signal.SIGINT, signal.SIGTERM):  # so that no partial file is left, even where a shell ignores them
         signal.signal(number, signal.default_int_handler)
     try:
         with recording(output) as recorder:
             perform(score, recorder, seconds)
     except KeyboardInterrupt:
-        click.echo(f"improv: interrupted: {output} is not written", err=True)
-        return live.INTERRUPTED
-    click.echo(f"{_summary(output, recorder)} (made in {time.perf_counter() - began:.2f} s)")
+        click.echo(f"improv: interrupted: {output} was not written", err=True)
+        return INTERRUPTED
+    click.echo(f"{_summary(output, recorder)} (computed in {time.perf_counter() - began:.2f} s)")
     return 0
 
 
@@ -56,26 +74,26 @@ async def record_live(path: Path, output: Path, options: Options, *, browser: bo
     Raises ReadError, StageError and RecordError.
     """
     with recording(output) as recorder:
-        code = await live.play(path, replace(options, report_sent=True), browser=browser, recorder=recorder)
-    if code != live.WRONG_PROGRAM:
+        code = await play(path, replace(options, report_sent=True), browser=browser, recorder=recorder)
+    if code != PROBLEMS:
         click.echo(_summary(output, recorder))
     return code
 
 
 @contextmanager
 def recording(output: Path) -> Iterator[Recorder]:
-    """A recorder into a file that takes its name once it is complete, and only if robots were told anything.
+    """A recorder into a file that gets its name once it is complete, and only if robots were told anything.
 
-    Beat 0 is now. Raises RecordError, also for what the body raises where it can't be written or performed.
+    Beat 0 is now. Raises RecordError, also for what the body raises if it can't be written or performed.
     """
     target = output.resolve()  # a link stays a link
     part = target.with_name(f".{target.name}.{os.getpid()}")
     if output.suffix != ".mcap":
-        raise RecordError(f"{output}: give the recording a name that ends in .mcap")
+        raise RecordError(f"{output}: the recording's name must end in .mcap")
     if target.exists() and not target.is_file():
-        raise RecordError(f"{output} is not written: there is something else of that name")
+        raise RecordError(f"{output} was not written: something else has that name")
     if target.exists() and not os.access(target, os.W_OK):
-        raise RecordError(f"{output} is not written: permission denied")
+        raise RecordError(f"{output} was not written: permission denied")
     try:
         with part.open("wb") as file:
             recorder = Recorder(file, time.time_ns())
@@ -87,13 +105,13 @@ def recording(output: Path) -> Iterator[Recorder]:
             part.replace(target)
     except (OSError, ValueError, OverflowError) as error:
         why = error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)
-        raise RecordError(f"{output} is not written: {why}") from None
+        raise RecordError(f"{output} was not written: {why}") from None
     finally:
         part.unlink(missing_ok=True)
 
 
 def _summary(output: Path, recorder: Recorder) -> str:
     if not recorder.setpoints:
-        raise RecordError(f"no robot was told anything: {output} is not written")
+        raise RecordError(f"no robot was told anything: {output} was not written")
     robots = "1 robot" if recorder.robots == 1 else f"{recorder.robots} robots"
-    return f"{output}: {robots}, {recorder.setpoints} commands, {recorder.seconds:.1f} s"
+    return f"{output}: {robots}, {recorder.setpoints} messages, {recorder.seconds:.1f} s"

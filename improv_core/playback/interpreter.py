@@ -1,4 +1,4 @@
-"""Finds a Python that has rclpy. ROS's own can't be ours: see docs/architecture.md. Standard library only."""
+"""Finds a Python that can import rclpy; ours usually can't: see docs/architecture.md. Standard library only."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from improv_core.stage.discovery import DISCOVERY, LOCALHOST_ONLY
+from improv_core.stage.discovery import unsourced
 from improv_core.stage.protocol import FOLDER
 
 VARIABLE = "IMPROV_ROS_PYTHON"
 SETUP = "`improv ros setup`"
 PROVEN = "proven"
-"""The file that `improv ros setup` writes last into its environment, which counts only where it is."""
+"""The file that `improv ros setup` writes last; without it, its environment is not used."""
 PROBE = "import rclpy, geometry_msgs.msg"
 PROBE_LIMIT = 30.0
-"""Seconds an interpreter may take to import rclpy, from a cold disk."""
+"""Seconds an interpreter may take to import rclpy from a cold disk."""
 
 
 class InterpreterError(Exception):
-    """The interpreter that was asked for can't be used; one plain line that says what to do."""
+    """The requested interpreter can't be used; one plain line that says what to do."""
 
 
 @dataclass(frozen=True, slots=True)
 class Interpreter:
-    """A Python that imports rclpy, the environment in which it does, and what led to it, in words."""
+    """A Python that can import rclpy, the environment it needs for that, and where it was found, in words."""
 
     python: str
     env: Mapping[str, str]
@@ -39,8 +39,8 @@ class Interpreter:
 def find_ros_python(setting: str | None) -> Interpreter | None:
     """The first Python with rclpy: the setting, IMPROV_ROS_PYTHON, this one, a sourced or installed ROS, our own.
 
-    None if there is none; costs no process where nothing of ROS is there. Raises InterpreterError if the one that was
-    asked for does not do. Nothing in an opened project is ever asked: it could name any program.
+    None if there is none; without any sign of ROS, no process is started. Raises InterpreterError if the one the user
+    named can't be used. Files of an opened project are never consulted: they could name any program.
     """
     for named, source in ((setting, "the setting improv.ros.python"), (os.environ.get(VARIABLE), VARIABLE)):
         if named:
@@ -56,7 +56,7 @@ def private_environment() -> Path:
 
 def _asked_for(asked: Interpreter) -> Interpreter:
     if problem := _problem(asked):
-        raise InterpreterError(f"{asked.python} has no rclpy ({problem}): correct {asked.origin}, or leave it empty")
+        raise InterpreterError(f"{asked.python} cannot import rclpy ({problem}): correct {asked.origin} or clear it")
     return asked
 
 
@@ -66,7 +66,7 @@ def _candidates() -> Iterator[Interpreter]:
         yield Interpreter(sys.executable, env, "Improv's own Python")
     if "AMENT_PREFIX_PATH" in env:
         for python in dict.fromkeys(filter(None, [shutil.which("python3"), _SYSTEM_PYTHON])):
-            yield Interpreter(python, env, "the ROS that is sourced")
+            yield Interpreter(python, env, "the sourced ROS")
     for setup in sorted(Path(_INSTALLED).glob("*/setup.bash"), reverse=True):
         if sourced := _sourced(setup):
             yield Interpreter(_SYSTEM_PYTHON, sourced, str(setup.parent))
@@ -75,32 +75,28 @@ def _candidates() -> Iterator[Interpreter]:
         yield Interpreter(str(own / "bin" / "python"), env, SETUP)
 
 
-_SYSTEM_PYTHON = "/usr/bin/python3"  # the only one that ROS's Debian packages are built for
+_SYSTEM_PYTHON = "/usr/bin/python3"  # the only Python that ROS's Debian packages are built for
 _INSTALLED = "/opt/ros"
 
 
 def _sourced(setup: Path) -> dict[str, str] | None:
-    """The environment that sourcing a ROS installation makes; how far it looks for robots stays as it was."""
+    """The environment after sourcing a ROS installation, reaching no farther than before; None if that fails."""
     command = ["bash", "-c", 'source "$0" >/dev/null && env -0', str(setup)]
     try:
         done = subprocess.run(command, capture_output=True, timeout=PROBE_LIMIT, stdin=subprocess.DEVNULL, check=True)
     except (OSError, subprocess.SubprocessError):
         return None
     pairs = (entry.partition("=") for entry in os.fsdecode(done.stdout).split("\0") if entry)
-    # Sourcing sets the subnet (ros_environment, 1.ros_discovery.dsv.in; before Iron 1.ros_localhost_only.dsv.in), as if
-    # somebody had asked for it.
-    reach = {DISCOVERY, LOCALHOST_ONLY}
-    asked_for = {name: os.environ[name] for name in reach & os.environ.keys()}
-    return {name: value for name, _, value in pairs if name not in reach} | asked_for
+    return unsourced({name: value for name, _, value in pairs}, os.environ)
 
 
 def _problem(candidate: Interpreter) -> str | None:
-    """Why an interpreter does not do, or None if it does."""
+    """Why an interpreter can't be used, or None if it can."""
     try:
         subprocess.run(
             [candidate.python, "-c", PROBE],
             env=dict(candidate.env),
-            # From here, no folder of the opened project is on the path of imports.
+            # So that Python does not import from a folder of the opened project.
             cwd=FOLDER,
             stdin=subprocess.DEVNULL,
             capture_output=True,
@@ -108,10 +104,10 @@ def _problem(candidate: Interpreter) -> str | None:
             check=True,
         )
     except subprocess.TimeoutExpired:
-        return "it takes too long"
+        return "it timed out"
     except subprocess.CalledProcessError as error:
         lines = error.stderr.decode(errors="replace").strip().splitlines()
         return lines[-1] if lines else "it fails"
     except OSError as error:
-        return (error.strerror or "it can't be started").lower()
+        return (error.strerror or "it cannot be started").lower()
     return None

@@ -1,16 +1,76 @@
-"""Which robots ROS 2 may reach: what the environment says of it, in each release."""
+"""Which robots ROS 2 can reach: what a stage's environment becomes, and what that means in each release."""
 
 from __future__ import annotations
 
-DISCOVERY = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+from collections.abc import Mapping
+
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 LOCALHOST_ONLY = "ROS_LOCALHOST_ONLY"
-RELEASES_BEFORE_RANGES = ("foxy", "galactic", "humble")
-"""They know only LOCALHOST_ONLY."""
-RELEASES_OF_BOTH = ("iron", "jazzy")
-"""In these LOCALHOST_ONLY goes before the range where it is 1, with a warning (rcl#1069); later ones ignore it."""
+PEERS = "ROS_STATIC_PEERS"
 REACH = {
     "LOCALHOST": "this machine only",
     "SUBNET": "the whole subnet",
     "OFF": "no discovery",
-    "SYSTEM_DEFAULT": "the system's own reach",
+    "SYSTEM_DEFAULT": "as the middleware is configured",
 }
+"""What `RANGE` may be, in words."""
+
+BEFORE_RANGES = ("foxy", "galactic", "humble")
+"""Releases that know only LOCALHOST_ONLY, and reach the subnet unless it is 1 (their rcl/localhost.c)."""
+WITH_BOTH = ("iron", "jazzy")
+"""Releases in which LOCALHOST_ONLY=1 overrides RANGE and PEERS (rcl#1069); later ones ignore it (rcl#1169)."""
+
+
+def limited(env: Mapping[str, str], setting: str | None = None) -> dict[str, str]:
+    """The environment of a stage, made from this one: unless told otherwise, it reaches this machine only.
+
+    So nobody moves a neighbor's robot. `setting`, a key of `REACH`, counts where the environment sets no range.
+    """
+    # Set but empty, RANGE would mean the subnet (rcl, discovery_options.c).
+    made = {**env, RANGE: env.get(RANGE) or setting or "LOCALHOST"}
+    if _release(env) in BEFORE_RANGES and made[RANGE] not in ("SUBNET", "SYSTEM_DEFAULT"):
+        made[LOCALHOST_ONLY] = "1"  # even where it is 0: sourcing Humble sets that, nobody has asked for it
+    return made
+
+
+def reached(env: Mapping[str, str]) -> str:
+    """How far a stage with this environment, which `limited` has made, really reaches: a key of `REACH`."""
+    only = env.get(LOCALHOST_ONLY) == "1"
+    if _release(env) in BEFORE_RANGES:
+        return "LOCALHOST" if only else "SUBNET"
+    if (_release(env) in WITH_BOTH and only) or env[RANGE] not in REACH:  # rcl takes unknown values for LOCALHOST
+        return "LOCALHOST"
+    return env[RANGE]
+
+
+def described(env: Mapping[str, str]) -> str:
+    """In words, what a stage with this environment, which `limited` has made, reaches."""
+    reach = reached(env)
+    peers = f", plus {PEERS} {env[PEERS]}" if env.get(PEERS) and reach != "OFF" and not _ignores_peers(env) else ""
+    return f"domain {env.get('ROS_DOMAIN_ID') or 0}, {REACH[reach]}{peers}"
+
+
+def advice(env: Mapping[str, str], wanted: str) -> str:
+    """The variables to set so that a stage started in this environment reaches `wanted`: LOCALHOST or SUBNET."""
+    change = {RANGE: wanted}
+    if reached(limited({**env, **change})) != wanted:
+        change[LOCALHOST_ONLY] = "0"
+    return " and ".join(f"{name}={value}" for name, value in change.items())
+
+
+def unsourced(sourced: Mapping[str, str], env: Mapping[str, str]) -> dict[str, str]:
+    """A sourced environment that reaches no farther than the one it was sourced in.
+
+    Sourcing sets the subnet as if somebody had asked for it (ros_environment, 1.ros_discovery.dsv.in; before Iron
+    1.ros_localhost_only.dsv.in).
+    """
+    own = {name: env[name] for name in (RANGE, LOCALHOST_ONLY) if name in env}
+    return {name: value for name, value in sourced.items() if name not in (RANGE, LOCALHOST_ONLY)} | own
+
+
+def _release(env: Mapping[str, str]) -> str:
+    return env.get("ROS_DISTRO") or "jazzy"  # the wheels from PyPI set none
+
+
+def _ignores_peers(env: Mapping[str, str]) -> bool:
+    return _release(env) in BEFORE_RANGES or (_release(env) in WITH_BOTH and env.get(LOCALHOST_ONLY) == "1")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 
-from tests.benchmarks import keystroke, requests, simulator, stage
+from tests.benchmarks import keystroke, requests, simulator, stage, worst
 
 BENCHMARKS = {
     "keystroke": (keystroke.run, "from a keystroke to its diagnostics, beside ruff and bare pygls"),
     "requests": (requests.run, "from a request to its answer, and typing while a dance plays"),
     "simulator": (simulator.run, "how much faster than real time, beside bare pymunk, and what the page costs"),
     "stage": (stage.run, "from a save to what robots hear, and how punctual that is, beside plain rclpy"),
+    "worst": (worst.run, "how long the worst programs take"),
 }
 
 

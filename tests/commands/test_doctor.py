@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.commands import doctor, ros_setup
-from improv_core.commands.doctor import Finding
+from improv_core.commands import doctor, doctor_editors, doctor_ros, ros_environment
+from improv_core.commands.finding import Finding
 from improv_core.playback.interpreter import Interpreter, InterpreterError
 from improv_core.robots.config import Robot, read_robots
+from tests.commands.command_line import LIMIT
 
 TWIST, STAMPED, POSE = (f"geometry_msgs/msg/{name}" for name in ("Twist", "TwistStamped", "Pose"))
 CAST = read_robots('[robots.r]\nprofile = "turtlesim"\n[robots.s]\nmessage = "Twist"\n').robots
@@ -43,13 +44,13 @@ def ends(listeners: list[tuple[str, str]], *publishers: tuple[str, str]) -> Ends
     [
         ("r", ends([("/sim", TWIST)]), ["✓ r: /sim listens for Twist on /r/cmd_vel"]),
         ("r", ends([("/base", STAMPED)]), ["✓ r: /base listens for TwistStamped on /r/cmd_vel"]),
-        ("r", ends([]), ["– r: nobody listens on /r/cmd_vel: start it"]),
+        ("r", ends([]), ["– r: nobody listens on /r/cmd_vel: start the robot"]),
         (
             "r",
             ends([("/odd", POSE)]),
             [
                 "✗ r: /odd listens for Pose on /r/cmd_vel, which is neither Twist nor TwistStamped: "
-                "write another `topic` for it in improv.toml"
+                "set another `topic` for it in improv.toml"
             ],
         ),
         (
@@ -57,7 +58,7 @@ def ends(listeners: list[tuple[str, str]], *publishers: tuple[str, str]) -> Ends
             ends([("/base", STAMPED)]),
             [
                 "✗ s: /base listens for TwistStamped on /s/cmd_vel, not Twist: "
-                'write `message = "auto"` for it in improv.toml'
+                'set `message = "auto"` for it in improv.toml'
             ],
         ),
         (
@@ -65,29 +66,29 @@ def ends(listeners: list[tuple[str, str]], *publishers: tuple[str, str]) -> Ends
             ends([("/sim", TWIST)], ("/teleop", TWIST), ("/improv_desk_17", TWIST)),
             [
                 "✓ r: /sim listens for Twist on /r/cmd_vel",
-                "– r: /teleop publishes on /r/cmd_vel too: "
-                "end it while Improv plays, or the robot stutters between the two",
+                "– r: /teleop also publishes on /r/cmd_vel: "
+                "stop it while Improv plays, or the robot obeys both and stutters",
             ],
         ),
     ],
 )
 def test_who_listens_to_a_robots_topic(robot: str, seen: Ends, expected: list[str]) -> None:
     topic = CAST[robot].topic
-    assert told(*doctor.listeners({robot: CAST[robot]}, {topic: seen})) == expected
+    assert told(*doctor_ros.listeners({robot: CAST[robot]}, {topic: seen})) == expected
 
 
 def test_a_topic_that_nobody_asked_for_is_offered() -> None:
     seen = {"/cmd_vel": ends([("/base", TWIST)]), "/r/cmd_vel": ends([])}
-    assert told(*doctor.listeners({"r": CAST["r"]}, seen)) == [
-        '– r: nobody listens on /r/cmd_vel: write `topic = "/cmd_vel"` for it in improv.toml: there somebody listens'
+    assert told(*doctor_ros.listeners({"r": CAST["r"]}, seen)) == [
+        '– r: nobody listens on /r/cmd_vel: set `topic = "/cmd_vel"` for it in improv.toml, where a robot listens'
     ]
 
 
 def test_without_robots_all_who_listen_are_told() -> None:
     none: Mapping[str, Robot] = {}
     seen = {"/cmd_vel": ends([("/base", TWIST)]), "/quiet": ends([])}
-    assert told(*doctor.listeners(none, seen)) == ["✓ /base listens for Twist on /cmd_vel"]
-    assert told(*doctor.listeners(none, {})) == ["– no robot listens: start one, in this domain"]
+    assert told(*doctor_ros.listeners(none, seen)) == ["✓ /base listens for Twist on /cmd_vel"]
+    assert told(*doctor_ros.listeners(none, {})) == ["– no robot listens: start one in this domain"]
 
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
@@ -99,57 +100,68 @@ RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
         ({}, f"✓ domain 0, this machine only: set {RANGE}=SUBNET to reach robots on the network"),
         (
             {"ROS_DOMAIN_ID": "7", RANGE: "SUBNET"},
-            f"✓ domain 7, the whole subnet: set {RANGE}=LOCALHOST to keep to this machine, after sourcing a ROS",
+            f"✓ domain 7, the whole subnet: set {RANGE}=LOCALHOST after sourcing ROS to stay on this machine",
         ),
-        ({RANGE: "OFF"}, f"– domain 0, no discovery: unset {RANGE} to find the robots of this machine"),
-        ({RANGE: "here"}, f"✗ {RANGE} is here: set it to LOCALHOST, SUBNET, OFF, SYSTEM_DEFAULT or nothing"),
+        ({RANGE: "OFF"}, f"– domain 0, no discovery: unset {RANGE} to find robots on this machine"),
+        ({RANGE: "here"}, f"✗ {RANGE} is here: set it to LOCALHOST, SUBNET, OFF, SYSTEM_DEFAULT, or unset it"),
         ({"ROS_DOMAIN_ID": "233"}, "✗ ROS_DOMAIN_ID is 233: set it to a number from 0 to 101"),
         ({"ROS_DOMAIN_ID": "lab"}, "✗ ROS_DOMAIN_ID is lab: set it to a number from 0 to 101"),
         (
             {"ROS_LOCALHOST_ONLY": "1", RANGE: "SUBNET"},
             "✓ domain 0, this machine only: "
-            f"set ROS_LOCALHOST_ONLY=0 and {RANGE}=SUBNET to reach robots on the network",
+            f"set {RANGE}=SUBNET and ROS_LOCALHOST_ONLY=0 to reach robots on the network",
         ),
         (
             {"ROS_DISTRO": "humble"},
-            "✓ domain 0, this machine only: set ROS_LOCALHOST_ONLY=0 to reach robots on the network",
+            f"✓ domain 0, this machine only: set {RANGE}=SUBNET to reach robots on the network",
         ),
         (
             {"ROS_DISTRO": "humble", "ROS_LOCALHOST_ONLY": "0"},
-            "✓ domain 0, the whole subnet: set ROS_LOCALHOST_ONLY=1 to keep to this machine, after sourcing a ROS",
+            f"✓ domain 0, this machine only: set {RANGE}=SUBNET to reach robots on the network",
+        ),
+        (
+            {"ROS_DISTRO": "humble", "ROS_LOCALHOST_ONLY": "1"},
+            "✓ domain 0, this machine only: "
+            f"set {RANGE}=SUBNET and ROS_LOCALHOST_ONLY=0 to reach robots on the network",
+        ),
+        (
+            {"ROS_DISTRO": "humble", RANGE: "SUBNET"},
+            f"✓ domain 0, the whole subnet: set {RANGE}=LOCALHOST after sourcing ROS to stay on this machine",
         ),
     ],
 )
 def test_how_far_it_reaches(env: dict[str, str], expected: str) -> None:
-    assert str(doctor.reach(doctor.as_in_a_stage(env))) == expected
+    assert str(doctor_ros.reach(env)) == expected
 
 
 def test_which_python_plays_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = Interpreter("/usr/bin/python3", {"ROS_DISTRO": "jazzy"}, "/opt/ros/jazzy")
-    assert str(doctor.ros(found, tmp_path, {})) == "✓ ROS 2 jazzy, by /opt/ros/jazzy: /usr/bin/python3"
-    asked = InterpreterError("/x has no rclpy (it fails): correct IMPROV_ROS_PYTHON, or leave it empty")
-    assert str(doctor.ros(asked, tmp_path, {})) == f"✗ {asked}"
+    assert str(doctor_ros.ros(found, tmp_path, {})) == "✓ ROS 2 jazzy from /opt/ros/jazzy: /usr/bin/python3"
+    asked = InterpreterError("/x cannot import rclpy (it fails): correct IMPROV_ROS_PYTHON or clear it")
+    assert str(doctor_ros.ros(asked, tmp_path, {})) == f"✗ {asked}"
     broken = f"✗ the ROS 2 in {tmp_path} does not work: run `improv ros setup` again"
-    assert str(doctor.ros(None, tmp_path, {})) == broken
+    assert str(doctor_ros.ros(None, tmp_path, {})) == broken
     none = tmp_path / "none"
-    assert str(doctor.ros(None, none, {"AMENT_PREFIX_PATH": "/opt/ros/jazzy"})) == (
-        "✗ a ROS 2 is sourced, and no Python has its rclpy: install `ros-…-rclpy` with apt"
+    assert str(doctor_ros.ros(None, none, {"AMENT_PREFIX_PATH": "/opt/ros/jazzy"})) == (
+        "✗ ROS 2 is sourced, but no Python can import rclpy: run `sudo apt install ros-$ROS_DISTRO-rclpy`"
     )
-    monkeypatch.setattr(doctor, "unsuited", lambda: None)
-    assert str(doctor.ros(None, none, {})) == "– no ROS 2, only the simulator plays: `improv ros setup` gets it (75 MB)"
-    monkeypatch.setattr(doctor, "unsuited", lambda: "not here: source a ROS 2")
-    assert str(doctor.ros(None, none, {})) == "– no ROS 2, only the simulator plays: not here: source a ROS 2"
+    monkeypatch.setattr(doctor_ros, "unsuited", lambda: None)
+    assert str(doctor_ros.ros(None, none, {})) == (
+        "– no ROS 2, so only the simulator can play: `improv ros setup` installs it (75 MB to download)"
+    )
+    monkeypatch.setattr(doctor_ros, "unsuited", lambda: "not here: source a ROS 2")
+    assert str(doctor_ros.ros(None, none, {})) == "– no ROS 2, so only the simulator can play: not here: source a ROS 2"
 
 
 def test_editors_and_how_old_they_are(tmp_path: Path) -> None:
     program(tmp_path / "codium", "echo 1.95.3; echo 1a2b3c; echo x64")
     program(tmp_path / "nvim", "echo NVIM v0.9.5; echo Build type: Release")
     program(tmp_path / "hx", "exit 1")
-    assert told(*doctor.editors(str(tmp_path))) == [
+    assert told(*doctor_editors.editors(str(tmp_path))) == [
         "✓ VS Code 1.95.3",
-        "– Neovim 0.9.5: Improv wants 0.10 or newer",
-        f"– Helix does not say its version: see that `{tmp_path}/hx --version` works",
-        "– no Emacs, no Vim: any editor does with `improv watch FILE`",
+        "– Neovim 0.9.5: Improv needs 0.10 or newer",
+        f"– Helix does not report its version: make sure `{tmp_path}/hx --version` works",
+        "– no Emacs, no Vim: any editor works with `improv watch FILE`",
     ]
 
 
@@ -158,10 +170,12 @@ def test_the_server_that_editors_find(tmp_path: Path) -> None:
     other = program(tmp_path / "other" / "improv-ls", "").parent
     (tmp_path / "links").mkdir()
     (tmp_path / "links" / "improv-ls").symlink_to(own / "improv-ls")
-    assert str(doctor.server("", own)) == f"– improv-ls is not on the PATH: add {own} to it, for editors to find it"
-    assert str(doctor.server(f"{tmp_path}/links", own)) == f"✓ improv-ls for editors, {tmp_path}/links/improv-ls"
-    assert str(doctor.server(f"{other}:{own}", own)) == (
-        f"– improv-ls is another Improv's, {other}/improv-ls: put {own} before it on the PATH"
+    assert str(doctor_editors.server("", own)) == f"– improv-ls is not on the PATH: add {own} to it, for editors"
+    assert (
+        str(doctor_editors.server(f"{tmp_path}/links", own)) == f"✓ improv-ls for editors: {tmp_path}/links/improv-ls"
+    )
+    assert str(doctor_editors.server(f"{other}:{own}", own)) == (
+        f"– {other}/improv-ls is another Improv's: put {own} before it on the PATH"
     )
 
 
@@ -178,19 +192,19 @@ def test_what_can_not_be_started() -> None:
     assert told(
         doctor.works("the simulator", missing), doctor.works("the page", closed), doctor.browser(no_browser)
     ) == [
-        "✗ the simulator does not work (No module named 'pymunk'): install Improv again",
-        "✗ the page can't be served ([Errno 13] Permission denied): let Improv open a port on 127.0.0.1",
-        "– no browser to open: open the address that Improv prints in one, or in the editor",
+        "✗ the simulator does not work (No module named 'pymunk'): reinstall improv-ls",
+        "✗ the page cannot be served ([Errno 13] Permission denied): allow Improv to open a port on 127.0.0.1",
+        "– no browser to show the page: open the address that Improv prints in a browser or your editor",
     ]
 
 
 def run_without_ros(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """`improv doctor` in an empty environment, where no ROS 2 is, whatever this machine has."""
-    code = "from improv_core.stage import interpreter; interpreter._INSTALLED = '/nowhere'\n"
+    code = "from improv_core.playback import interpreter; interpreter._INSTALLED = '/nowhere'\n"
     code += "from improv_core.commands.main import main; main()"
     command = [sys.executable, "-c", code, "doctor", *arguments]
     env = {"HOME": str(folder / "home"), "PATH": str(folder / "bin")}
-    return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", timeout=60, cwd=folder, env=env)
+    return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", timeout=LIMIT, cwd=folder, env=env)
 
 
 def test_a_machine_without_ros(tmp_path: Path) -> None:
@@ -200,9 +214,9 @@ def test_a_machine_without_ros(tmp_path: Path) -> None:
     assert lines[0].startswith("✓ Improv ")
     assert "✓ the simulator" in lines
     assert "✓ the simulator's page" in lines
-    advice = ros_setup.unsuited() or "`improv ros setup` gets it (75 MB)"
-    assert f"– no ROS 2, only the simulator plays: {advice}" in lines
-    assert lines[-1] == "– no VS Code, no Neovim, no Helix, no Emacs, no Vim: any editor does with `improv watch FILE`"
+    advice = ros_environment.unsuited() or "`improv ros setup` installs it (75 MB to download)"
+    assert f"– no ROS 2, so only the simulator can play: {advice}" in lines
+    assert lines[-1] == "– no VS Code, no Neovim, no Helix, no Emacs, no Vim: any editor works with `improv watch FILE`"
 
 
 def test_mistakes_are_told_and_count(tmp_path: Path) -> None:
@@ -211,14 +225,14 @@ def test_mistakes_are_told_and_count(tmp_path: Path) -> None:
     dance.write_text("r $ left\n")
     done = run_without_ros(tmp_path, "dance.improv")
     assert done.returncode == 0
-    assert done.stdout.splitlines()[1:3] == ["✓ dance.improv is right", f"✓ {toml}: r (turtlesim)"]
+    assert done.stdout.splitlines()[1:3] == ["✓ no errors in dance.improv", f"✓ {toml}: r (turtlesim)"]
 
     toml.write_text("[robots.r]\nprofile = 'turtlesym'\n")
     dance.write_text("r $ lft\n")
     done = run_without_ros(tmp_path, "dance.improv")
     assert done.returncode == 1
     program, robots = done.stdout.splitlines()[1:3]
-    assert program == "✗ dance.improv has mistakes: `improv check dance.improv` says which"
+    assert program == "✗ dance.improv has errors: run `improv check dance.improv` to see them"
     assert robots.startswith(f"✗ {toml}:2:11: error[robots] `turtlesym` is not known here")
 
     done = run_without_ros(tmp_path, "none.improv")

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from improv_core.commands.format import format_files
-from tests.commands.test_commands import run
+from tests.commands.command_line import run
 
 ROOT = Path(__file__).parents[2]
 UNTIDY, TIDY = "r$( left  right )\n", "r $ (left right)\n"
@@ -136,7 +136,7 @@ def test_what_an_editor_saves_meanwhile_is_not_overwritten(
 
     monkeypatch.setattr("improv_core.commands.format.format_text", saved_meanwhile)
     assert format_files([untidy], check=False, diff=False) == 2
-    assert capsys.readouterr() == ("", f"improv: {untidy}: it was changed meanwhile: format it again\n")
+    assert capsys.readouterr() == ("", f"improv: {untidy}: it changed while it was being formatted: run this again\n")
     assert contents(untidy.parent) == {untidy.name: b"r $ right\n"}
 
 

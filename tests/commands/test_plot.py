@@ -31,7 +31,7 @@ def test_svg_and_png(tmp_path: Path) -> None:
     ("program", "output", "code", "line"),
     [
         ("r $ forwrd\n", "dance.svg", 1, f"…/dance.improv:1:5: error[unknown-name] {UNKNOWN}"),
-        ("r $ left\n", "dance.pdf", 2, "improv: …/dance.pdf: a picture's name ends in .svg or .png"),
+        ("r $ left\n", "dance.pdf", 2, "improv: …/dance.pdf: the picture's name must end in .svg or .png"),
         ("r $ left\n", "no/dance.svg", 2, "improv: …/no/dance.svg: no such file or directory"),
     ],
 )

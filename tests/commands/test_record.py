@@ -6,7 +6,6 @@ import asyncio
 import re
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -16,11 +15,9 @@ from watchfiles import watch
 from improv_core.commands.record import RecordError, record_live
 from improv_core.playback.start import Options
 from improv_core.stage.sinks.recorder import Recorder
-from tests.commands.test_commands import run
+from tests.commands.command_line import IMPROV, LIMIT, run
 from tests.recordings import changes, read
 
-LIMIT = 60.0
-"""Seconds to wait for anything on a busy machine."""
 FORWARD, STILL = (2.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
 
 
@@ -39,7 +36,7 @@ def endless(tmp_path: Path) -> Path:
 
 
 def start(program: Path, path: Path, *options: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-u", "-m", "improv_core", "record", str(program), "-o", str(path), *options]
+    command = [*IMPROV, "record", str(program), "-o", str(path), *options]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
@@ -48,7 +45,7 @@ def test_a_program_is_recorded_at_once(program: Path, tmp_path: Path) -> None:
     before = time.time_ns()
     done = run("record", program, "-o", path)
     assert (done.returncode, done.stderr) == (0, "")
-    assert re.fullmatch(rf"{path}: 2 robots, 86 commands, 2\.1 s \(made in \d+\.\d\d s\)\n", done.stdout)
+    assert re.fullmatch(rf"{path}: 2 robots, 86 messages, 2\.1 s \(computed in \d+\.\d\d s\)\n", done.stdout)
     messages = read(path)
     start = messages[0].time
     assert before <= start <= time.time_ns()
@@ -63,11 +60,11 @@ def test_a_program_is_recorded_at_once(program: Path, tmp_path: Path) -> None:
 def test_what_never_ends_needs_an_end(endless: Path, tmp_path: Path) -> None:
     path = tmp_path / "endless.mcap"
     done = run("record", endless, "-o", path)
-    problem = "this program never ends: say how much of it to record, as in `--for 60` (seconds)"
+    problem = "this program never ends: limit it, for example with `--for 60` (seconds)"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", f"improv: {problem}\n")
     assert not path.exists()
     done = run("record", endless, "-o", path, "--for", "600")
-    assert (done.returncode, done.stdout.partition(" (")[0]) == (0, f"{path}: 1 robot, 12003 commands, 600.1 s")
+    assert (done.returncode, done.stdout.partition(" (")[0]) == (0, f"{path}: 1 robot, 12003 messages, 600.1 s")
 
 
 def test_wrong_programs_are_told_as_play_tells_them(tmp_path: Path) -> None:
@@ -86,12 +83,12 @@ def test_what_can_not_be_done_is_said_in_a_line(program: Path, tmp_path: Path) -
     empty.write_text("x = left\n")
     path = tmp_path / "dance.mcap"
     for arguments, problem in [
-        ((program, "-o", program), f"{program}: give the recording a name that ends in .mcap"),
-        ((empty, "-o", path), f"no robot was told anything: {path} is not written"),
+        ((program, "-o", program), f"{program}: the recording's name must end in .mcap"),
+        ((empty, "-o", path), f"no robot was told anything: {path} was not written"),
         ((tmp_path / "none.improv", "-o", path), f"{tmp_path / 'none.improv'}: no such file or directory"),
         (
             (program, "-o", path, "--backend", "sim", "--for", "1"),
-            "--for goes without --backend: end what is played with Ctrl-C",
+            "--for cannot be combined with --backend; stop a live run with Ctrl-C",
         ),
     ]:
         done = run("record", *arguments)
@@ -107,7 +104,7 @@ def test_interrupted_while_it_computes_nothing_is_left(number: signal.Signals, e
         if any(".mcap" in each.name for each in tmp_path.iterdir()):
             break
     process.send_signal(number)
-    assert process.communicate(timeout=LIMIT)[1] == f"improv: interrupted: {tmp_path / 'x.mcap'} is not written\n"
+    assert process.communicate(timeout=LIMIT)[1] == f"improv: interrupted: {tmp_path / 'x.mcap'} was not written\n"
     assert process.returncode == 130
     assert list(tmp_path.iterdir()) == [endless]
 
@@ -117,7 +114,7 @@ def test_what_is_played_is_recorded_as_it_is_sent(program: Path, tmp_path: Path)
     before = time.time_ns()
     done = run("record", program, "-o", path, "--backend", "sim", "--no-browser")
     assert (done.returncode, done.stderr) == (0, "")
-    assert re.fullmatch(rf"{path}: 2 robots, \d+ commands, \d+\.\d s", done.stdout.splitlines()[-1])
+    assert re.fullmatch(rf"{path}: 2 robots, \d+ messages, \d+\.\d s", done.stdout.splitlines()[-1])
     messages = read(path)
     assert before < messages[0].time < messages[-1].time < time.time_ns()
     assert [moving for _, moving in changes(messages, "/b/cmd_vel")][::2] == [FORWARD, STILL]
@@ -135,7 +132,7 @@ def test_interrupted_while_it_plays_it_is_complete(number: signal.Signals, endle
     last = process.communicate(timeout=LIMIT)[0].splitlines()[-1]
     assert process.returncode == 130
     messages = read(path)
-    assert last.startswith(f"{path}: 1 robot, {len(messages)} commands, ")
+    assert last.startswith(f"{path}: 1 robot, {len(messages)} messages, ")
     assert [moving for _, moving in changes(messages, "/r/cmd_vel")] == [FORWARD, STILL]
     assert [message.velocity for message in messages[-4:]] == [FORWARD, *[STILL] * 3]
 
@@ -145,6 +142,6 @@ def test_a_full_disk_ends_what_plays(endless: Path, tmp_path: Path, monkeypatch:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Recorder, "record", fail)
-    with pytest.raises(RecordError, match=r"x\.mcap is not written: no space left on device"):
+    with pytest.raises(RecordError, match=r"x\.mcap was not written: no space left on device"):
         asyncio.run(record_live(endless, tmp_path / "x.mcap", Options("sim"), browser=False))
     assert list(tmp_path.iterdir()) == [endless]

@@ -15,10 +15,10 @@ from pathlib import Path
 import pytest
 
 from improv_core.commands import ros_setup
-from improv_core.commands.ros_setup import SetupError, set_up, unsuited
+from improv_core.commands.ros_environment import SetupError, unsuited
+from improv_core.commands.ros_setup import set_up
+from tests.commands.command_line import IMPROV, LIMIT
 
-LIMIT = 60.0
-"""Seconds to wait for anything on a busy machine."""
 NOWHERE = {"PIP_INDEX_URL": "http://127.0.0.1:9/", "PIP_RETRIES": "1", "PIP_CONFIG_FILE": os.devnull}
 
 
@@ -52,7 +52,7 @@ def test_a_python_without_venv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, 
     )
     monkeypatch.setattr(sys, "executable", bare)
     assert problem() == (
-        f"{bare} can't make environments: install its venv (on Debian and Ubuntu "
+        f"{bare} cannot make virtual environments: install its venv module (on Debian and Ubuntu "
         f"`sudo apt install python3.{sys.version_info.minor}-venv`), then run `improv ros setup` again"
     )
     assert not place.exists()
@@ -63,7 +63,7 @@ def test_a_python_without_venv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, 
     [
         (
             "ERROR: Could not install packages due to an OSError: [Errno 28] No space left on device",
-            "there is too little space for {place}: free 540 MB, then run `improv ros setup` again",
+            "not enough disk space for {place}: free 540 MB, then run `improv ros setup` again",
         ),
         (
             "ERROR: No matching distribution found for ros-jazzy-rclpy",
@@ -86,7 +86,7 @@ def test_too_little_space_is_said_before_anything_is_fetched(monkeypatch: pytest
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(10**9, 10**9, 0))
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("a process was started"))
-    assert problem() == f"there is too little space for {place}: free 540 MB, then run `improv ros setup` again"
+    assert problem() == f"not enough disk space for {place}: free 540 MB, then run `improv ros setup` again"
 
 
 def test_a_place_that_can_not_be_written(place: Path) -> None:
@@ -97,7 +97,7 @@ def test_a_place_that_can_not_be_written(place: Path) -> None:
 def test_without_a_network(monkeypatch: pytest.MonkeyPatch, place: Path) -> None:
     for name, value in NOWHERE.items():
         monkeypatch.setenv(name, value)
-    assert problem() == "PyPI can't be reached: connect to the network, then run `improv ros setup` again"
+    assert problem() == "cannot reach PyPI: connect to the network, then run `improv ros setup` again"
     assert not place.exists()
 
 
@@ -118,7 +118,7 @@ def test_machines_without_wheels(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(platform, "python_version", lambda: "3.15.0")
     assert unsuited() == (
         "ROS 2's packages on PyPI are for CPython 3.10 to 3.14, and this is CPython 3.15.0: "
-        f"install Improv with one of those, {ELSEWHERE}"
+        f"install Improv with one of those, or {ELSEWHERE}"
     )
 
 
@@ -127,7 +127,7 @@ def test_interrupted_nothing_is_left(place: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"http://127.0.0.1:{silent.getsockname()[1]}/"
         process = subprocess.Popen(
-            [sys.executable, "-m", "improv_core", "ros", "setup"],
+            [*IMPROV, "ros", "setup"],
             env={**os.environ, **NOWHERE, "PIP_INDEX_URL": url},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import queue
 import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-LIMIT = 30.0
+from tests.commands.command_line import IMPROV, LIMIT
+
 PIECE, LONG = 0.03, 0.7
 """Seconds between two pieces of a file that is written slowly; and longer than any look at a file takes to come."""
 
@@ -21,7 +21,7 @@ class Watch:
     """A running `improv watch`, and the lines it prints."""
 
     def __init__(self, path: Path) -> None:
-        command = [sys.executable, "-m", "improv_core", "watch", str(path), "--backend", "sim", "--no-browser"]
+        command = [*IMPROV, "watch", str(path), "--backend", "sim", "--no-browser"]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=self._read, daemon=True).start()
@@ -146,7 +146,7 @@ def test_a_save_that_changes_nothing_plays_anew(watch: Watch, program: Path) -> 
 def test_a_wrong_save_is_told_as_check_tells_it(watch: Watch, program: Path) -> None:
     program.write_text("r $ lft\n")
     assert watch.wait("error").endswith(":1:5: error[unknown-name] `lft` is not known: did you mean `left`?\n")
-    assert watch.next() == "✗ what plays goes on\n"
+    assert watch.next() == "✗ the previous dance keeps playing\n"
     program.write_text("r $ left left\n")
     watch.wait("▶ r 2 beats")
 
@@ -154,7 +154,7 @@ def test_a_wrong_save_is_told_as_check_tells_it(watch: Watch, program: Path) -> 
 def test_what_can_not_be_read_for_long_is_told(watch: Watch, program: Path) -> None:
     program.write_bytes(b"r $ left # \xc3\n")
     assert watch.next() == f"improv: {program}: it is not UTF-8 text\n"
-    assert watch.next() == "✗ what plays goes on\n"
+    assert watch.next() == "✗ the previous dance keeps playing\n"
     program.unlink()
     assert watch.next() == f"improv: {program}: no such file or directory\n"
 
@@ -168,7 +168,7 @@ def test_a_save_of_the_robots_plays_anew(watch: Watch, program: Path) -> None:
     robots = program.with_name("improv.toml")
     robots.write_text("[robots.s]\n")
     watch.wait("`r` is not in improv.toml")
-    assert watch.next() == "✗ what plays goes on\n"
+    assert watch.next() == "✗ the previous dance keeps playing\n"
     robots.write_text("[robots.r]\n")
     watch.wait("▶ r ∞")
 
@@ -177,13 +177,13 @@ def test_wrong_from_the_beginning(program: Path) -> None:
     program.write_text("r $ lft\n")
     with watching(program) as watch:
         watch.wait("`lft` is not known")
-        assert watch.next() == "✗ nothing plays: correct it and save\n"
+        assert watch.next() == "✗ nothing is playing: fix the program and save\n"
 
 
 def test_saved_only_later(program: Path) -> None:
     program.unlink()
     with watching(program) as watch:
-        watch.wait("dance.improv is not there yet: save it, and it plays")
+        watch.wait("waiting for dance.improv: save it to play it")
         program.write_text("r $ left\n")
         watch.wait("▶ r 1 beat")
 
@@ -192,4 +192,4 @@ def test_robots_of_a_file_that_can_not_be_read_do_not_move(watch: Watch, program
     robots = program.with_name("improv.toml")
     robots.write_bytes(b"# \xff\n")
     watch.wait(f"improv: {robots}: it is not UTF-8 text")
-    assert watch.next() == "✗ what plays goes on\n"
+    assert watch.next() == "✗ the previous dance keeps playing\n"

@@ -96,10 +96,10 @@ def test_one_that_was_asked_for_must_do(tmp_path: Path, script: str, why: str) -
     with pytest.raises(InterpreterError) as raised:
         find_ros_python(python)
     assert str(raised.value) == (
-        f"{python} has no rclpy ({why}): correct the setting improv.ros.python, or leave it empty"
+        f"{python} cannot import rclpy ({why}): correct the setting improv.ros.python or clear it"
     )
 
 
 def test_one_that_is_not_there_is_named() -> None:
-    with pytest.raises(InterpreterError, match=r"^/nowhere/python has no rclpy \(no such file or directory\)"):
+    with pytest.raises(InterpreterError, match=r"^/nowhere/python cannot import rclpy \(no such file or directory\)"):
         find_ros_python("/nowhere/python")

@@ -59,10 +59,10 @@ def test_it_sees_who_is_there(
     (tmp_path / "improv.toml").write_text(TOML)
     expected = [
         "✓ anna: /listener listens for Twist on /lab/anna",
-        "– anna: /teleop publishes on /lab/anna too: end it while Improv plays, or the robot stutters between the two",
-        "– bert: nobody listens on /lab/bert: start it",
+        "– anna: /teleop also publishes on /lab/anna: stop it while Improv plays, or the robot obeys both and stutters",
+        "– bert: nobody listens on /lab/bert: start the robot",
         "✗ carl: /listener listens for TwistStamped on /lab/carl, not Twist: "
-        'write `message = "auto"` for it in improv.toml',
+        'set `message = "auto"` for it in improv.toml',
     ]
     end = time.monotonic() + LIMIT
     while True:  # on a busy machine, discovery may take longer than it looks
@@ -72,7 +72,7 @@ def test_it_sees_who_is_there(
             break
     assert seen == expected
     assert code == 1
-    assert f"by IMPROV_ROS_PYTHON: {ros_python}" in "\n".join(lines)
+    assert f"from IMPROV_ROS_PYTHON: {ros_python}" in "\n".join(lines)
     domain = ros_env["ROS_DOMAIN_ID"]
     assert any(line.startswith(f"✓ domain {domain}, this machine only: ") for line in lines)
     assert listener.heard == []
@@ -83,7 +83,7 @@ def test_only_the_robots_of_the_program(ros_env: dict[str, str], tmp_path: Path)
     (tmp_path / "dance.improv").write_text("bert $ forward\n")
     code, lines = doctor(ros_env, tmp_path, "dance.improv")
     assert code == 0
-    assert [line for line in lines if "/lab/" in line] == ["– bert: nobody listens on /lab/bert: start it"]
+    assert [line for line in lines if "/lab/" in line] == ["– bert: nobody listens on /lab/bert: start the robot"]
 
 
 def test_a_domain_that_is_none(ros_env: dict[str, str], tmp_path: Path) -> None:

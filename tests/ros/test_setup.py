@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.commands import ros_setup
+from improv_core.commands.ros_environment import unsuited
 from improv_core.playback import interpreter
 from tests.needs import lacking
 
@@ -30,7 +30,7 @@ class Machine:
 
 
 def improv(env: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
-    code = "from improv_core.stage import interpreter; interpreter._INSTALLED = '/nowhere'\n"
+    code = "from improv_core.playback import interpreter; interpreter._INSTALLED = '/nowhere'\n"
     code += "from improv_core.commands.main import main; main()"
     command = [sys.executable, "-c", code, *arguments]
     return subprocess.run(command, env=env, capture_output=True, text=True, encoding="utf-8", timeout=INSTALL_LIMIT)
@@ -39,7 +39,7 @@ def improv(env: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[
 @pytest.fixture(scope="module")
 def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
     """One on which an earlier setup was interrupted half way."""
-    if problem := ros_setup.unsuited():
+    if problem := unsuited():
         lacking(problem)
     data = tmp_path_factory.mktemp("data")
     place = data / "improv" / "ros"
@@ -48,7 +48,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
     others = {"IMPROV_ROS_PYTHON", "AMENT_PREFIX_PATH", "PYTHONPATH"}
     env = {name: value for name, value in os.environ.items() if name not in others} | {"XDG_DATA_HOME": str(data)}
     done = improv(env, "ros", "setup")
-    if "PyPI can't be reached" in done.stderr:
+    if "cannot reach PyPI" in done.stderr:
         lacking("no network: `improv ros setup` takes ROS 2 from PyPI")
     assert done.returncode == 0, done.stderr
     return Machine(env, place, done.stdout.splitlines())
@@ -78,7 +78,7 @@ def test_again_it_is_only_proven(machine: Machine) -> None:
     done = improv(machine.env, "ros", "setup")
     proof, there = done.stdout.splitlines()
     assert proof.startswith("ROS 2 works: ")
-    assert there == f"It is there already, in {machine.place}."
+    assert there == f"ROS 2 is already set up in {machine.place}."
     assert marker.stat().st_mtime_ns == before
 
 
@@ -91,11 +91,11 @@ def test_one_that_was_damaged_is_made_anew(machine: Machine) -> None:
 
     done = improv(machine.env, "ros", "setup")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith(f"What is in {machine.place} does not work: it is made anew.\n")
+    assert done.stdout.startswith(f"The environment in {machine.place} does not work: making it again.\n")
     assert done.stdout.splitlines()[-1].startswith("ROS 2 works: ")
-    assert f"by `improv ros setup`: {machine.place}/bin/python" in improv(machine.env, "doctor").stdout
+    assert f"from `improv ros setup`: {machine.place}/bin/python" in improv(machine.env, "doctor").stdout
 
 
 def test_another_python_that_comes_first_is_named(machine: Machine, ros_python: str) -> None:
     done = improv({**machine.env, "IMPROV_ROS_PYTHON": ros_python}, "ros", "setup")
-    assert done.stdout.splitlines()[-1] == f"It waits: IMPROV_ROS_PYTHON comes first, with {ros_python}"
+    assert done.stdout.splitlines()[-1] == f"It is not used yet: IMPROV_ROS_PYTHON takes precedence, with {ros_python}"

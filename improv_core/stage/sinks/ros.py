@@ -11,7 +11,7 @@ from typing import Any
 
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
-from improv_core.stage.discovery import DISCOVERY, LOCALHOST_ONLY, REACH, RELEASES_BEFORE_RANGES, RELEASES_OF_BOTH
+from improv_core.stage.discovery import described, limited
 from improv_core.stage.protocol import LOADING_LIMIT
 from improv_core.stage.sinks.ros_nodes import STANDBY, Nodes, is_harmless, node_name
 from improv_core.stage.sinks.ros_reset import Resets
@@ -27,8 +27,8 @@ LINGER = 0.2
 class Ros:
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
-    `discovery` is used where the environment says nothing: by default other machines do not see us, so that nobody
-    moves a neighbor's robot. Raises ImportError where rclpy can't be had.
+    `discovery` is how far it looks for robots where the environment does not say (stage/discovery.py).
+    Raises ImportError if there is no rclpy.
     """
 
     name: str = "ROS 2"
@@ -36,7 +36,7 @@ class Ros:
     period: float | None = None
 
     def __init__(self, discovery: str | None, standby: bool = True, now: Now = time.monotonic) -> None:
-        self._reach = _limit_discovery(discovery)
+        os.environ.update(limited(os.environ, discovery))
         from rclpy.executors import SingleThreadedExecutor
 
         self._nodes = Nodes(node_name())
@@ -57,7 +57,7 @@ class Ros:
     @property
     def description(self) -> str:
         """What is reached, in words: the domain and how far discovery goes."""
-        return f"{self.name}, domain {os.environ.get('ROS_DOMAIN_ID') or 0}, {self._reach}"
+        return f"{self.name}, {described(os.environ)}"
 
     def prepare(self, score: Score, restart: bool) -> None:
         """Make publishers for new topics; those that are there are kept, since discovery takes up to seconds.
@@ -173,18 +173,3 @@ class Ros:
 
             self._uses_sim_time = wanted
             self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
-
-
-def _limit_discovery(discovery: str | None) -> str:
-    """Have the environment say how far discovery goes where it does not, and return that in words."""
-    env = os.environ
-    # Set but empty, it would mean the subnet (rcl, discovery_options.c).
-    env[DISCOVERY] = env.get(DISCOVERY) or discovery or "LOCALHOST"
-    release = env.get("ROS_DISTRO", "jazzy")  # the wheels set none
-    if release in RELEASES_BEFORE_RANGES:
-        if env[DISCOVERY] == "LOCALHOST":
-            env[LOCALHOST_ONLY] = "1"  # also where it is 0: sourcing Humble says so, nobody has asked for it
-        return REACH["LOCALHOST" if env.get(LOCALHOST_ONLY) == "1" else "SUBNET"]
-    if release in RELEASES_OF_BOTH and env.get(LOCALHOST_ONLY) == "1":
-        return REACH["LOCALHOST"]
-    return REACH.get(env[DISCOVERY], REACH["LOCALHOST"])  # what rcl makes of a value it does not know

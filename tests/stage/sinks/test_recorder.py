@@ -187,7 +187,7 @@ def test_half_a_recording_replaces_nothing(problem: BaseException, tmp_path: Pat
     path.write_bytes(b"old")
     with pytest.raises((KeyboardInterrupt, RecordError)) as raised:
         record_forward(path, problem)
-    assert str(raised.value) in ("", f"{path} is not written: no space left on device", f"{path} is not written: why")
+    assert str(raised.value) in ("", f"{path} was not written: no space left on device", f"{path} was not written: why")
     assert [(each.name, each.read_bytes()) for each in tmp_path.iterdir()] == [("dance.mcap", b"old")]
 
 
@@ -204,10 +204,10 @@ def test_what_can_not_be_written_is_said_before_anything_plays(tmp_path: Path, m
     (tmp_path / "kept.mcap").touch()
     monkeypatch.setattr("os.access", lambda *_: False)
     for name, problem in {
-        "dance.improv": "dance.improv: give the recording a name that ends in .mcap",
-        "folder.mcap": "folder.mcap is not written: there is something else of that name",
-        "none/dance.mcap": "none/dance.mcap is not written: no such file or directory",
-        "kept.mcap": "kept.mcap is not written: permission denied",
+        "dance.improv": "dance.improv: the recording's name must end in .mcap",
+        "folder.mcap": "folder.mcap was not written: something else has that name",
+        "none/dance.mcap": "none/dance.mcap was not written: no such file or directory",
+        "kept.mcap": "kept.mcap was not written: permission denied",
     }.items():
         with pytest.raises(RecordError) as raised, recording(tmp_path / name):
             pytest.fail("it plays")

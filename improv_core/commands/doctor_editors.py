@@ -1,0 +1,73 @@
+"""What `improv doctor` says of editors: whether they find the language server, and whether they are new enough."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from improv_core.commands.finding import Finding, Mark
+
+VERSION_LIMIT = 10.0
+"""Seconds a program may take to report its version."""
+
+
+def server(path: str, scripts: Path) -> Finding:
+    """Whether editors find our language server on the PATH."""
+    found, own = shutil.which("improv-ls", path=path), scripts / "improv-ls"
+    if not found:
+        return Finding(Mark.ABSENT, "improv-ls is not on the PATH", f"add {scripts} to it, for editors")
+    if Path(found).resolve() != own.resolve():
+        return Finding(Mark.ABSENT, f"{found} is another Improv's", f"put {scripts} before it on the PATH")
+    return Finding(Mark.GOOD, f"improv-ls for editors: {found}")
+
+
+def editors(path: str) -> Iterator[Finding]:
+    """Which editors with an Improv extension are installed, and whether they are new enough."""
+    programs = {
+        name: next(filter(None, (shutil.which(each, path=path) for each in commands)), None)
+        for name, (commands, _) in EDITORS.items()
+    }
+    with ThreadPoolExecutor() as pool:
+        versions = dict(zip(programs, pool.map(_version, programs.values()), strict=True))
+    for name, program in programs.items():
+        least, version = EDITORS[name][1], versions[name]
+        if program and not version:
+            yield Finding(Mark.ABSENT, f"{name} does not report its version", f"make sure `{program} --version` works")
+        elif version and version < least:
+            yield Finding(Mark.ABSENT, f"{name} {_dotted(version)}", f"Improv needs {_dotted(least)} or newer")
+        elif version:
+            yield Finding(Mark.GOOD, f"{name} {_dotted(version)}")
+    if absent := [name for name, program in programs.items() if not program]:
+        yield Finding(Mark.ABSENT, f"no {', no '.join(absent)}", "any editor works with `improv watch FILE`")
+
+
+EDITORS: Mapping[str, tuple[Sequence[str], tuple[int, ...]]] = {
+    "VS Code": (("code", "codium"), (1, 91)),
+    "Neovim": (("nvim",), (0, 10)),
+    "Helix": (("hx", "helix"), (25, 7)),
+    "Emacs": (("emacs",), (30,)),
+    "Vim": (("vim",), (9,)),
+}
+"""For each editor its commands, and the oldest version its extension supports."""
+
+
+def _version(program: str | None) -> tuple[int, ...]:
+    """The version a program reports; empty if there is none."""
+    if not program:
+        return ()
+    try:
+        done = subprocess.run(
+            [program, "--version"], stdin=subprocess.DEVNULL, capture_output=True, timeout=VERSION_LIMIT, check=True
+        )
+    except (OSError, subprocess.SubprocessError):
+        return ()
+    said = re.search(rb"\d+(\.\d+)+", done.stdout)
+    return tuple(map(int, said[0].split(b"."))) if said else ()
+
+
+def _dotted(version: Sequence[int]) -> str:
+    return ".".join(map(str, version))

@@ -1,0 +1,135 @@
+"""What `improv doctor` says of ROS 2: the Python that runs it, how far it reaches, and who listens."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from improv_core.commands.finding import Finding, Mark
+from improv_core.commands.ros_environment import AGAIN, DOWNLOAD, unsuited
+from improv_core.playback.interpreter import SETUP, Interpreter, InterpreterError, find_ros_python, private_environment
+from improv_core.robots.config import FILE_NAME, Robot
+from improv_core.stage.discovery import RANGE, REACH, advice, described, limited, reached
+from improv_core.stage.graph import VELOCITIES
+from improv_core.stage.protocol import FOLDER
+
+LOOK_LIMIT = 30.0
+"""Seconds a look at ROS 2's graph may take on a busy machine."""
+
+Graph = Mapping[str, Mapping[str, Sequence[tuple[str, str]]]]
+"""For each topic its `listeners` and `publishers`: node and message type of each."""
+
+
+def examine_ros(cast: Mapping[str, Robot]) -> Iterator[Finding]:
+    """Look for ROS 2 and for the listeners of these robots."""
+    found: Interpreter | InterpreterError | None
+    try:
+        found = find_ros_python(None)
+    except InterpreterError as error:
+        found = error
+    yield ros(found, private_environment(), os.environ)
+    if isinstance(found, Interpreter):
+        yield (reaching := reach(found.env))
+        if reaching.mark is not Mark.BROKEN:
+            seen = _look(found, limited(found.env), [robot.topic for robot in cast.values()])
+            yield from [seen] if isinstance(seen, Finding) else listeners(cast, seen)
+
+
+def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mapping[str, str]) -> Finding:
+    """Which Python runs ROS 2, if any can; `private` is the environment that `improv ros setup` makes."""
+    if isinstance(found, Interpreter):
+        release = f" {found.env['ROS_DISTRO']}" if found.env.get("ROS_DISTRO") else ""
+        return Finding(Mark.GOOD, f"ROS 2{release} from {found.origin}: {found.python}")
+    if found:
+        return Finding(Mark.BROKEN, str(found))
+    if private.exists():
+        return Finding(Mark.BROKEN, f"the ROS 2 in {private} does not work", AGAIN)
+    if "AMENT_PREFIX_PATH" in env:
+        what = "ROS 2 is sourced, but no Python can import rclpy"
+        return Finding(Mark.BROKEN, what, "run `sudo apt install ros-$ROS_DISTRO-rclpy`")
+    install = unsuited() or f"{SETUP} installs it ({DOWNLOAD} MB to download)"
+    return Finding(Mark.ABSENT, "no ROS 2, so only the simulator can play", install)
+
+
+def reach(env: Mapping[str, str]) -> Finding:
+    """Which robots a stage started in this environment reaches, and how to change that."""
+    stage, domain = limited(env), env.get("ROS_DOMAIN_ID") or "0"
+    if not domain.isdecimal() or int(domain) > MOST_DOMAIN:
+        return Finding(Mark.BROKEN, f"ROS_DOMAIN_ID is {domain}", "set it to a number from 0 to 101")
+    if stage[RANGE] not in REACH:
+        return Finding(Mark.BROKEN, f"{RANGE} is {stage[RANGE]}", f"set it to {', '.join(REACH)}, or unset it")
+    what, reaches = described(stage), reached(stage)
+    if reaches == "LOCALHOST":
+        return Finding(Mark.GOOD, what, f"set {advice(env, 'SUBNET')} to reach robots on the network")
+    if reaches == "OFF":
+        return Finding(Mark.ABSENT, what, f"unset {RANGE} to find robots on this machine")
+    return Finding(Mark.GOOD, what, f"set {advice(env, 'LOCALHOST')} after sourcing ROS to stay on this machine")
+
+
+MOST_DOMAIN = 232
+"""The last domain of Fast DDS and Cyclone DDS: beyond it, they run out of ports."""
+
+
+def listeners(cast: Mapping[str, Robot], seen: Graph) -> Iterator[Finding]:
+    """For each robot, who listens to its velocities and who else publishes there; without robots, all listeners."""
+    hearing = {topic: ends["listeners"] for topic, ends in seen.items() if ends["listeners"]}
+    spare = sorted(hearing.keys() - {robot.topic for robot in cast.values()})
+    for name, robot in cast.items():
+        yield _listener(name, robot, hearing.get(robot.topic, ()), spare)
+        others = {node for node, _ in seen[robot.topic]["publishers"] if not node.startswith(OURS)}
+        for node in sorted(others):
+            what = f"{name}: {node} also publishes on {robot.topic}"
+            yield Finding(Mark.ABSENT, what, "stop it while Improv plays, or the robot obeys both and stutters")
+    if not cast:
+        for topic, ends in hearing.items():
+            yield Finding(Mark.GOOD, f"{_nodes(ends)} on {topic}")
+        if not hearing:
+            yield Finding(Mark.ABSENT, "no robot listens", "start one in this domain")
+
+
+OURS = "/improv"
+"""How the names of our stages' nodes begin."""
+
+
+def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> Graph | Finding:
+    command = [found.python, str(FOLDER / "graph.py"), "look", *topics]
+    try:
+        done = subprocess.run(
+            command, env=env, stdin=subprocess.DEVNULL, capture_output=True, timeout=LOOK_LIMIT, check=True
+        )
+    except subprocess.TimeoutExpired:
+        return Finding(Mark.BROKEN, "ROS 2 took too long to start", "try again")
+    except subprocess.CalledProcessError as error:
+        lines = error.stderr.decode(errors="replace").strip().splitlines()
+        return Finding(
+            Mark.BROKEN, f"ROS 2 does not start ({lines[-1] if lines else 'no error message'})", _repair(found)
+        )
+    graph: Graph = json.loads(done.stdout)
+    return graph
+
+
+def _repair(found: Interpreter) -> str:
+    return AGAIN if found.origin == SETUP else f"make sure `{found.python} -c 'import rclpy; rclpy.init()'` works"
+
+
+def _listener(name: str, robot: Robot, ends: Sequence[tuple[str, str]], spare: Sequence[str]) -> Finding:
+    if not ends:
+        advice = (
+            f'set `topic = "{spare[0]}"` for it in {FILE_NAME}, where a robot listens' if spare else "start the robot"
+        )
+        return Finding(Mark.ABSENT, f"{name}: nobody listens on {robot.topic}", advice)
+    types = {kind for _, kind in ends}
+    if not types & set(VELOCITIES):
+        what = f"{name}: {_nodes(ends)} on {robot.topic}, which is neither Twist nor TwistStamped"
+        return Finding(Mark.BROKEN, what, f"set another `topic` for it in {FILE_NAME}")
+    if robot.message != "auto" and f"geometry_msgs/msg/{robot.message}" not in types:
+        advice = f'set `message = "auto"` for it in {FILE_NAME}'
+        return Finding(Mark.BROKEN, f"{name}: {_nodes(ends)} on {robot.topic}, not {robot.message}", advice)
+    return Finding(Mark.GOOD, f"{name}: {_nodes(ends)} on {robot.topic}")
+
+
+def _nodes(ends: Sequence[tuple[str, str]]) -> str:
+    return " and ".join(f"{node} listens for {kind.rpartition('/')[2]}" for node, kind in ends)

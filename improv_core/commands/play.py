@@ -1,0 +1,98 @@
+"""`improv play`: a program, once."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+from improv_core.commands import parameters
+from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
+from improv_core.commands.programs import read_to_play
+from improv_core.commands.rehearsal import perform
+from improv_core.commands.terminal import first, performance, run
+from improv_core.playback.start import Options
+from improv_core.program.compiler import score_of
+from improv_core.program.report import outcome, summary
+from improv_core.score.movement import ENDLESS
+from improv_core.stage.player import Told
+from improv_core.stage.protocol import TransportMessage
+from improv_core.stage.sinks.recorder import Recorder
+
+
+@click.command("play")
+@parameters.file
+@parameters.backend
+@parameters.port
+@parameters.no_browser
+@click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
+@click.option("--for", "seconds", type=parameters.SECONDS, help="With --fast, stop after so many seconds.")
+@click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
+def command(
+    file: Path, backend: str, port: int, no_browser: bool, fast: bool, seconds: float | None, report: str | None
+) -> None:
+    """Play a program once. Ctrl-C stops the robots."""
+    if seconds and not fast:
+        raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
+    if fast and backend in ("ros", "both"):
+        raise CommandError("--fast works only in the simulator: real robots can't be sped up")
+    if fast:
+        sys.exit(play_fast(file, seconds, report=report is not None))
+    options = Options(backend, port)
+    sys.exit(run(play(file, options, browser=not no_browser, report=report is not None)))
+
+
+async def play(
+    path: Path, options: Options, *, browser: bool, report: bool = False, recorder: Recorder | None = None
+) -> int:
+    """Play a program once; the exit code. Raises ReadError and StageError; OSError and ValueError if unrecorded."""
+    if not (analysis := read_to_play(path)):
+        return PROBLEMS
+    async with performance(options, browser=browser, quiet=report, recorder=recorder) as performing:
+        await performing.play(analysis)
+        await first(performing.finished.wait(), performing.interrupted.wait())
+    if report:
+        click.echo(json.dumps(performing.report()))
+    return INTERRUPTED if performing.interrupted.is_set() else FAILED if performing.broken else 0
+
+
+def play_fast(path: Path, seconds: float | None, *, report: bool) -> int:
+    """Play a program in the simulator without the page, faster than real time; the exit code.
+
+    Raises ReadError and CommandError.
+    """
+    from improv_core.stage.sinks.simulator import Simulator
+
+    if not (analysis := read_to_play(path)):
+        return PROBLEMS
+    score = score_of(analysis)
+    if score.beats == ENDLESS and seconds is None:
+        raise CommandError("this program never ends: limit it, for example with `--for 60` (seconds)")
+    last: TransportMessage | None = None
+
+    def tell(message: Told) -> None:
+        nonlocal last
+        if message["type"] == "transport":
+            last = message
+        else:
+            click.echo(f"improv: {message['message']}", err=True)
+
+    # Ctrl-C ends it at once, even where a shell has it ignored: there is nothing to clean up, and pymunk would
+    # swallow a KeyboardInterrupt raised while it calls us.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    began = time.perf_counter()
+    simulator = Simulator(period=None)
+    perform(score, simulator, seconds, tell)
+    poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
+    ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses})
+    if report:
+        click.echo(json.dumps(ended))
+    else:
+        took = time.perf_counter() - began
+        click.echo(f"{summary(analysis)}: {ended['seconds']:.1f} s, played in {took:.2f} s")
+    return 0

@@ -1,0 +1,199 @@
+"""A performance in a terminal: its status, the beat, and what goes wrong. For `play`, `watch` and `record`."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+import sys
+import webbrowser
+from collections.abc import AsyncIterator, Awaitable, Coroutine
+from typing import Any
+
+import click
+
+from improv_core.commands.exit_codes import CommandError
+from improv_core.playback.playback import News, Playback, each_beat
+from improv_core.playback.stage_process import StageError
+from improv_core.playback.start import Options
+from improv_core.program.analysis import Analysis
+from improv_core.program.compiler import score_of
+from improv_core.program.report import outcome, summary
+from improv_core.score.motion import Twist
+from improv_core.stage.protocol import Poses, Sent, TransportMessage
+from improv_core.stage.sinks.recorder import Recorder
+
+BROWSER_LIMIT = 5.0
+"""Seconds to wait for a browser to show the page, so that nobody misses the first beat."""
+
+
+def run(command: Coroutine[Any, Any, int]) -> int:
+    """Run a command that plays; its exit code. Raises CommandError if there is no stage to play on."""
+    try:
+        return asyncio.run(command)
+    except StageError as problem:
+        raise CommandError(str(problem)) from None
+
+
+async def first(*several: Awaitable[Any]) -> None:
+    """Wait until one of several is done, and cancel the others. Raises what it raised."""
+    tasks = [asyncio.ensure_future(each) for each in several]
+    done, pending = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+    for task in pending:
+        task.cancel()
+    await asyncio.gather(*pending, return_exceptions=True)
+    for task in done:
+        task.result()
+
+
+@contextlib.asynccontextmanager
+async def performance(
+    options: Options, *, browser: bool, quiet: bool = False, recorder: Recorder | None = None
+) -> AsyncIterator[Performance]:
+    """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
+    performing = Performance(options, quiet, recorder)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(NotImplementedError):  # Windows raises KeyboardInterrupt instead
+            asyncio.get_running_loop().add_signal_handler(number, performing.interrupted.set)
+    try:
+        await first(performing.open(browser), performing.interrupted.wait())
+        yield performing
+    finally:
+        await performing.close()
+
+
+class Performance:
+    """What plays, shown in a terminal. If the terminal can't be written, that counts as an interrupt."""
+
+    def __init__(self, options: Options, quiet: bool, recorder: Recorder | None) -> None:
+        self._playback = Playback(options, self._hear)
+        self._quiet = quiet
+        self._recorder = recorder
+        self._not_recorded: OSError | ValueError | None = None
+        self._counter: asyncio.Task[None] | None = None
+        self._counted = False  # whether the cursor is behind a beat
+        self._latest: TransportMessage | None = None  # from the leading stage
+        self._poses: Poses = {}  # from the stage that has them
+        self._playing: set[str] = set()  # which stages play
+        self.finished = asyncio.Event()
+        self.interrupted = asyncio.Event()
+        self.broken = False  # whether a stage has ended by itself
+
+    @property
+    def is_playing(self) -> bool:
+        return bool(self._playing)
+
+    async def open(self, browser: bool) -> None:
+        """Start the stages, and show the page in a browser if there is a page and a browser."""
+        await self._playback.open()
+        if not self._playback.page:
+            return
+        self.say(f"watch it at {self._playback.page}")
+        if browser and await asyncio.to_thread(webbrowser.open, self._playback.page):
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
+
+    async def play(self, analysis: Analysis) -> None:
+        if self.interrupted.is_set():
+            return
+        self.finished.clear()
+        score = score_of(analysis)
+        if self._recorder:
+            self._recorder.prepare(score, restart=True)
+        if await self._playback.play(score):
+            self.say(f"▶ {summary(analysis)}, {self._playback.status}")
+
+    async def close(self) -> None:
+        """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
+        self._stop_counter()
+        await self._playback.close()
+        if self._not_recorded:
+            raise self._not_recorded
+
+    def report(self) -> dict[str, Any]:
+        """Where the robots of the latest program started and ended."""
+        return outcome(self._latest, self._poses)
+
+    def say(self, line: str) -> None:
+        """Print a line, unless this is a quiet performance."""
+        if not self._quiet:
+            self._clear_count()
+            self._write(line)
+
+    def complain(self, line: str) -> None:
+        """Print a line to stderr."""
+        self._clear_count()
+        self._write(line, err=True)
+
+    def _hear(self, message: News, leads: bool) -> None:
+        if message["type"] == "transport":
+            self._follow(message, leads)
+        elif message["type"] == "stopped":
+            self._keep_poses(message)
+        elif message["type"] == "sent" and leads:
+            self._record(message)
+        elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
+            if not self.interrupted.is_set():
+                self.complain(f"improv: {message['message']}")
+            if message["type"] == "gone":
+                self._playing.discard(_role(leads))
+                self.broken = True
+                self.finished.set()
+
+    def _follow(self, transport: TransportMessage, leads: bool) -> None:
+        self._keep_poses(transport)
+        if leads:
+            self._latest = transport
+        if transport["state"] == "playing":
+            self._playing.add(_role(leads))
+        else:
+            self._playing.discard(_role(leads))
+        if leads:
+            self._stop_counter()
+            if transport["state"] == "playing" and not self._quiet and sys.stdout.isatty():
+                self._counter = asyncio.create_task(self._count(transport))
+        if not self._playing and transport["state"] in ("ended", "stopped"):
+            self.finished.set()
+
+    def _keep_poses(self, message: Poses) -> None:
+        if "poses" in message:
+            self._poses = message
+
+    def _record(self, sent: Sent) -> None:
+        if not self._recorder or self._not_recorded:
+            return
+        try:
+            self._recorder.record(sent["robot"], Twist(*sent["twist"]), sent["wall"])
+        except (OSError, ValueError) as problem:  # raised later: from here, it would end listening to the stage
+            self._not_recorded = problem
+            self.finished.set()
+
+    async def _count(self, transport: TransportMessage) -> None:
+        """Show the beat in place, until cancelled."""
+        async for beat in each_beat(transport):
+            self._counted = True
+            self._write(f"\r{beat} ", nl=False)
+
+    def _stop_counter(self) -> None:
+        if self._counter:
+            self._counter.cancel()
+            self._counter = None
+        if self._counted:
+            self._counted = False
+            self._write("")
+
+    def _clear_count(self) -> None:
+        """Make room for a line where the beat is; counting continues below."""
+        if self._counted:
+            self._counted = False
+            self._write("\r\x1b[K", nl=False)
+
+    def _write(self, text: str, *, nl: bool = True, err: bool = False) -> None:
+        try:
+            click.echo(text, nl=nl, err=err)
+        except OSError:  # nobody can see what the robots do: stop them; `main` says why
+            self.interrupted.set()
+
+
+def _role(leads: bool) -> str:
+    return "leader" if leads else "twin"

@@ -1,0 +1,40 @@
+"""How long the worst programs take to analyze, hover, complete, compile and format: nobody's editor may hang."""
+
+from __future__ import annotations
+
+import gc
+import random
+import time
+
+from tests.benchmarks.tables import print_row
+from tests.program.test_fuzz import SOURCES, WORST, use
+
+RANDOM_GOAL, WORST_GOAL = 1.0, 10.0
+"""Seconds of processor time that a random program may take, and one made to be slow."""
+
+
+def run(quick: bool) -> None:
+    """Measure and print; `quick` tries fewer random programs."""
+    gc.disable()  # thousands of kept statements make a collection slow, whichever program it happens to fall on
+    use("r $ forward", 0)  # makes the grammar
+    print("Processor time for everything an editor and the command line ask of one program, seconds\n")
+    print_row("program", "time", "goal", "")
+    print_row("---", "---:", "---:", "---")
+    for source in SOURCES:
+        chance = random.Random(1)
+        slowest = max(_seconds(source(chance)) for _ in range(200 if quick else 2_000))
+        _print(f"slowest of {source.__name__.replace('_', ' ')}", slowest, RANDOM_GOAL)
+        gc.collect()
+    for text in WORST:
+        _print(f"`{text[:20]!r}`…", _seconds(text), WORST_GOAL)
+    _print("a line of 10 MB", _seconds("r $ " + "left " * 2_000_000), WORST_GOAL)
+
+
+def _seconds(text: str) -> float:
+    began = time.process_time()
+    use(text, len(text) // 2)
+    return time.process_time() - began
+
+
+def _print(what: str, seconds: float, goal: float) -> None:
+    print_row(what, f"{seconds:.2f}", f"≤ {goal:g}", "met" if seconds <= goal else "not met")

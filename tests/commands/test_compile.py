@@ -1,0 +1,51 @@
+"""`improv compile`, run as people run it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.commands.command_line import EXAMPLES, IMPROV, LIMIT, SQUARE, run
+
+
+def test_compile_prints_one_object_for_each_file(tmp_path: Path) -> None:
+    program = tmp_path / "dance.improv"
+    program.write_text("beat 92.5\nr1 $ slow 7/2 forward\nr2 $ repeat [forward left]\n")
+    done = run("compile", program, SQUARE, "--format", "json", "--max-segments", "3")
+    first, second = map(json.loads, done.stdout.splitlines())
+    assert done.returncode == 0
+    assert list(first) == ["file", "ok", "beat", "robots", "diagnostics"]
+    assert (first["file"], first["ok"], first["beat"]) == (str(program), True, 92.5)
+    assert first["robots"]["r1"]["beats"] == "7/2"
+    assert first["robots"]["r1"]["seconds"] == pytest.approx(3.5 * 60 / 92.5)
+    endless = first["robots"]["r2"]
+    assert (endless["beats"], endless["seconds"], endless["endless"], endless["truncated"]) == (None, None, True, True)
+    assert [segment[0] for segment in endless["segments"]] == pytest.approx([0, 30 / 92.5, 60 / 92.5])
+    assert second["robots"]["turtle1"]["truncated"] is True
+
+
+def test_compile_merges_equal_neighbors_and_ends_whatever_the_program() -> None:
+    for program in ("repeat forward", "left repeat forward", "fast 1000000000 repeat 1000000000 (forward left)"):
+        done = subprocess.run(
+            [*IMPROV, "compile", "/dev/stdin"],
+            input=f"r $ {program}\n",
+            capture_output=True,
+            text=True,
+            timeout=LIMIT,
+        )
+        assert json.loads(done.stdout)["robots"]["r"]["truncated"] is True
+        assert done.returncode == 0
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_are_right(path: Path) -> None:
+    done = run("compile", path)
+    assert done.stdout
+    assert json.loads(done.stdout)["diagnostics"] == []
+
+
+def test_six_examples() -> None:
+    assert len(EXAMPLES) >= 6

@@ -1,0 +1,162 @@
+"""`improv play`, run as people run it, live and `--fast`."""
+
+from __future__ import annotations
+
+import json
+import math
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
+
+import pytest
+
+from tests.commands.command_line import IMPROV, LIMIT, SQUARE, run
+
+FAST = [*IMPROV, "play", "--fast"]
+
+
+def played(path: Path, *options: str) -> Any:
+    done = run("play", path, "--backend", "sim", "--no-browser", "--report", "json", *options)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def test_play_reports_that_a_square_leads_home() -> None:
+    report = played(SQUARE)
+    start, end = report["start"]["turtle1"], report["robots"]["turtle1"]
+    assert math.hypot(end["x"] - start["x"], end["y"] - start["y"]) < 1e-9
+    assert abs(end["heading"] - start["heading"]) < 1e-9
+    assert report["seconds"] == 8
+
+
+def test_play_says_what_plays(tmp_path: Path) -> None:
+    program = tmp_path / "dance.improv"
+    program.write_text("beat 600\nr $ forward\n")
+    done = run("play", program, "--backend", "sim", "--no-browser")
+    assert done.returncode == 0
+    page, status = done.stdout.splitlines()
+    assert page.startswith("watch it at http://127.0.0.1:")
+    assert status == "▶ r 1 beat, 0.10 s at beat 600, simulator"
+
+
+def test_play_of_a_wrong_program_says_why(broken: Path) -> None:
+    done = run("play", broken, "--no-browser")
+    assert done.returncode == 1
+    assert len(done.stderr.splitlines()) == 2
+
+
+def test_play_says_in_one_line_why_it_can_not(tmp_path: Path) -> None:
+    missing = run("play", tmp_path / "none.improv")
+    assert (missing.returncode, missing.stderr.count("\n")) == (2, 1)
+
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        busy = run("play", SQUARE, "--backend", "sim", "--no-browser", "--port", str(port))
+    assert busy.returncode == 2
+    assert busy.stderr == f"improv: the page's port {port} is taken: choose another, or 0 for any free one\n"
+
+    without = run("play", SQUARE, "--backend", "ros", env={"IMPROV_ROS_PYTHON": sys.executable})
+    assert without.returncode == 2
+    assert without.stderr.startswith(f"improv: {sys.executable} cannot import rclpy ")
+    assert without.stderr.count("\n") == 1
+
+
+def test_interrupt_stops_the_robots_and_ends(tmp_path: Path) -> None:
+    program = tmp_path / "dance.improv"
+    program.write_text("r $ repeat forward\n")
+    command = [*IMPROV, "play", str(program), "--backend", "sim", "--no-browser"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1)
+    assert process.stdout
+    while not process.stdout.readline().startswith("▶"):
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=LIMIT)
+    assert process.returncode == 130
+    assert errors == ""
+
+
+def check(
+    folder: Path, program: str, robots: Mapping[str, tuple[float, float]], *options: str, toml: str = ""
+) -> subprocess.CompletedProcess[str]:
+    """Play a program; where its robots end, x and y in meters."""
+    (folder / "dance.improv").write_text(program)
+    (folder / "improv.toml").write_text(dedent(toml))
+    command = [*FAST, str(folder / "dance.improv"), "--report", "json", *options]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert {name: (pose["x"], pose["y"]) for name, pose in report["robots"].items()} == {
+        name: pytest.approx(place, abs=0.01) for name, place in robots.items()
+    }
+    return done
+
+
+def test_an_hour_takes_no_hour(tmp_path: Path) -> None:
+    done = check(tmp_path, "r $ repeat 1800 (forward left)\n", {"r": (0, 0)})
+    assert json.loads(done.stdout)["seconds"] == 3600
+    assert done.stderr == ""
+
+
+def test_what_never_ends_is_played_for_so_long(tmp_path: Path) -> None:
+    done = check(tmp_path, "r $ repeat forward\n", {"r": (7, 0)}, "--for", "3.5")
+    assert json.loads(done.stdout)["seconds"] == 3.5
+
+
+def test_the_world_is_that_of_the_robots_file(tmp_path: Path) -> None:
+    toml = """
+        [world]
+        size = [6, 4]
+        [robots.a]
+        start = { x = -2 }
+    """
+    done = check(tmp_path, "a $ repeat 4 forward\n", {"a": (2.7, 0)}, toml=toml)
+    assert done.stderr == "improv: a bumped into something that stands there: give them more room, or other ways\n"
+
+
+def test_a_bump_at_the_very_end_is_told(tmp_path: Path) -> None:
+    toml = "[world]\nwalls = [[2.2, -1, 2.2, 1]]\n"
+    assert "a bumped" in check(tmp_path, "a $ forward\n", {"a": (1.9, 0)}, toml=toml).stderr
+
+
+def test_motors_are_told_of_once_they_stand(tmp_path: Path) -> None:
+    toml = '[profiles.base]\nstep = 1\ndynamics = "motors"\n[robots.a]\nprofile = "base"\n'
+    # At 1 m/s² the way of speeding up is missing at the end of the beat; braking makes up for it.
+    check(tmp_path, "a $ forward\n", {"a": (1, 0)}, toml=toml)
+
+
+@pytest.mark.parametrize(
+    ("program", "options", "problem"),
+    [
+        ("a $ repeat forward\n", [], "this program never ends: limit it, for example with `--for 60` (seconds)"),
+        ("a $ forward\n", ["--backend", "ros"], "--fast works only in the simulator: real robots can't be sped up"),
+    ],
+)
+def test_what_can_not_be_done_is_said(tmp_path: Path, program: str, options: list[str], problem: str) -> None:
+    path = tmp_path / "dance.improv"
+    path.write_text(program)
+    done = subprocess.run([*FAST, str(path), *options], capture_output=True, text=True, timeout=LIMIT)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"improv: {problem}\n")
+
+
+def test_a_dance_can_not_last_nan_seconds(tmp_path: Path) -> None:
+    (tmp_path / "dance.improv").write_text("a $ repeat forward\n")
+    command = [*FAST, str(tmp_path / "dance.improv"), "--for", "nan"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
+    assert done.returncode == 2
+    assert "nan is not a number of seconds." in done.stderr
+
+
+def test_ctrl_c_ends_it(tmp_path: Path) -> None:
+    path = tmp_path / "dance.improv"
+    path.write_text("a $ repeat [forward left]\n")
+    (tmp_path / "improv.toml").write_text("[world]\nsize = [2, 2]\n")
+    with subprocess.Popen([*FAST, str(path), "--for", "1e9"], stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr
+        assert process.stderr.readline().startswith("improv: a bumped")
+        process.send_signal(signal.SIGINT)
+        assert process.wait(LIMIT) == -signal.SIGINT  # for a shell 130

@@ -104,6 +104,7 @@ def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
                 loop.take(arrival, clock.now())
     except Exception as error:
         last["message"] = one_line(error)
+        loop.failed = True
         return 1
     finally:
         loop.stop()
@@ -120,8 +121,9 @@ class _Loop:
     def __init__(self, opened: Opened, clock: Clock) -> None:
         self._opened = opened
         self._clock = clock
-        self._tell = opened.tell
-        self.player = Player(opened.sink, opened.tell, clock.wall)
+        self.failed = False
+        """From then on only the last message is told: that robots stand is not known of one that can't be told."""
+        self.player = Player(opened.sink, self._tell, clock.wall)
         self._hangs_from = math.inf  # when the parent, if it has pinged at all, counts as hung
 
     def deadline(self, now: float) -> float:
@@ -166,6 +168,10 @@ class _Loop:
             clock.wait_until(deadline)
             with suppress(Exception):
                 player.advance(clock.now())
+
+    def _tell(self, message: FromStage) -> None:
+        if not self.failed:
+            self._opened.tell(message)
 
     def _load(self, asked: Play, now: float) -> None:
         load, score = asked.load, asked.score

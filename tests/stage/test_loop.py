@@ -6,12 +6,15 @@ import json
 import math
 import queue
 from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import pytest
 
 from improv_core.score.motion import STILL, Twist
-from improv_core.score.score import to_json
+from improv_core.score.movement import series
+from improv_core.score.score import Score, to_json
 from improv_core.stage.loop import Arrival, End, Opened, Play, Reading, run
 from improv_core.stage.pipes import arrival
 from improv_core.stage.protocol import LOADING_LIMIT, SILENCE_LIMIT, FromStage, Load, Ping
@@ -170,3 +173,13 @@ def test_what_fails_while_it_plays_ends_the_stage_with_the_reason() -> None:
     assert run(Opened(sink, told.append), turned, turned) == 1
     assert told[-1] == {"type": "stopped", "message": "r has no publisher any more"}
     assert all(twist == Twist(2.0) for *_, twist in sink.sent)
+
+
+def test_robots_that_can_not_be_stopped_are_not_said_to_stand() -> None:
+    sink = Memory()
+    sink.breaks_at = (0.0, "r")
+    standing = {robot: replace(part, movement=series(())) for robot, part in score("r s $ forward\n").parts.items()}
+    told = perform(sink, (0, Play(load("").load, Score(Fraction(60), standing))), (9, End()))
+    assert {message["state"] for message in told if message["type"] == "transport"} <= {"waiting", "playing"}
+    assert told[-1] == {"type": "stopped", "message": "r has no publisher any more"}
+    assert len(zeros(sink, "s")) >= 3

@@ -1,4 +1,4 @@
-// Finds the language server. Nothing that an untrusted workspace brings along is ever run.
+// Finds the language server. Never runs anything from an untrusted workspace.
 
 import { existsSync } from "node:fs";
 import { delimiter, dirname, isAbsolute, join, sep } from "node:path";
@@ -6,17 +6,17 @@ import { Disposable, ExtensionContext, extensions, Uri, workspace } from "vscode
 
 const WINDOWS = process.platform === "win32";
 
-/** The server's path: the setting's, or the first that there is; undefined if there is none. */
+/** The server's path: from the setting, or the first one found; undefined if there is none. */
 export async function findServer(context: ExtensionContext): Promise<string | undefined> {
   const set = workspace.getConfiguration("improv").get<string>("server.path");
   if (set) return isAbsolute(set) ? set : onPath(set)[0];
   const name = WINDOWS ? "improv-ls.exe" : "improv-ls";
   const python = await selectedPython();
   const beside = python ? [join(dirname(python), name)] : [];
-  return [...onPath("improv-ls"), ...beside, ownServer(context)].find(isThere);
+  return [...onPath("improv-ls"), ...beside, ownServer(context)].find(isRunnable);
 }
 
-/** Where the server is, or would be, in the extension's own environment: one for each version of the extension. */
+/** Where the server is, or would be, in the extension's own environment. Each version of the extension has one. */
 export function ownServer(context: ExtensionContext): string {
   return join(ownEnvironment(context), WINDOWS ? "Scripts\\improv-ls.exe" : "bin/improv-ls");
 }
@@ -26,29 +26,29 @@ export function ownEnvironment(context: ExtensionContext): string {
   return join(context.globalStorageUri.fsPath, `server-${version}`);
 }
 
-/** The programs of a name on the PATH. */
+/** The programs with a name on the PATH. */
 export function onPath(name: string): string[] {
   const file = WINDOWS && !name.endsWith(".exe") ? `${name}.exe` : name;
-  const folders = (process.env["PATH"] ?? "").split(delimiter).filter(isAbsolute); // others are the workspace's
-  return folders.map((folder) => join(folder, file)).filter(isThere);
+  const folders = (process.env["PATH"] ?? "").split(delimiter).filter(isAbsolute); // relative ones lead into the workspace
+  return folders.map((folder) => join(folder, file)).filter(isRunnable);
 }
 
-/** The Python of the environment that is selected in the Python extension, if that is installed and works. */
+/** The Python that is selected in the Python extension, if that extension is installed and works. */
 export async function selectedPython(): Promise<string | undefined> {
   const environments = await pythonEnvironments();
   const folder = workspace.workspaceFolders?.[0]?.uri;
   const path = environments?.getActiveEnvironmentPath(folder);
   const resolved = path && (await environments?.resolveEnvironment(path).catch(() => undefined));
   const python = resolved?.executable.uri?.fsPath;
-  return python && isThere(python) ? python : undefined;
+  return python && isRunnable(python) ? python : undefined;
 }
 
-/** Calls back when another environment is selected in the Python extension. */
+/** Calls back when a different Python is selected in the Python extension. */
 export async function onSelectedPython(callback: () => void): Promise<Disposable | undefined> {
   return (await pythonEnvironments())?.onDidChangeActiveEnvironmentPath(callback);
 }
 
-/** What we use of the Python extension's public API. */
+/** The part of the Python extension's public API that we use. */
 interface Environments {
   getActiveEnvironmentPath(resource?: Uri): { path: string };
   resolveEnvironment(path: { path: string }): Promise<{ executable: { uri?: Uri } } | undefined>;
@@ -60,12 +60,12 @@ async function pythonEnvironments(): Promise<Environments | undefined> {
   try {
     return (await python?.activate())?.environments;
   } catch {
-    return undefined; // it says by itself what is wrong with it
+    return undefined; // it reports its own problems
   }
 }
 
-/** Whether there is such a file, and it may be run. */
-function isThere(path: string): boolean {
+/** Whether the file exists and does not belong to an untrusted workspace. */
+function isRunnable(path: string): boolean {
   const folders = workspace.isTrusted ? [] : (workspace.workspaceFolders ?? []);
   return existsSync(path) && !folders.some(({ uri }) => path.startsWith(uri.fsPath + sep));
 }

@@ -1,0 +1,130 @@
+// The language server: it starts, stops and restarts, and says what failed.
+
+import { commands, Disposable, ExtensionContext, LogOutputChannel, workspace } from "vscode";
+import { InitializeResult, LanguageClient, State } from "vscode-languageclient/node";
+import { createClient, Listener } from "./client";
+import { install } from "./install";
+import { showWarning } from "./messages";
+import { findServer, onSelectedPython } from "./serverPath";
+
+export type ServerState = "starting" | "running" | "stopped" | "missing";
+
+export class Server implements Disposable {
+  /** The program that was started last; empty if none was found. */
+  path = "";
+  private client?: LanguageClient;
+  private starting = Promise.resolve();
+  private readonly listening: Disposable[];
+
+  constructor(
+    private readonly context: ExtensionContext,
+    private readonly log: LogOutputChannel,
+    private readonly listener: Listener,
+    private readonly onState: (state: ServerState) => void,
+  ) {
+    this.listening = [
+      workspace.onDidGrantWorkspaceTrust(() => this.onTrust()),
+      workspace.onDidChangeConfiguration(async (event) => {
+        // VS Code reports every restricted setting when trust is granted, whether it changed or not.
+        if (event.affectsConfiguration("improv.server.path") && (await findServer(context)) !== this.path) this.restart();
+      }),
+    ];
+    void onSelectedPython(() => this.startIfStopped()).then((it) => it && this.listening.push(it));
+  }
+
+  get info(): InitializeResult["serverInfo"] {
+    return this.client?.initializeResult?.serverInfo;
+  }
+
+  async request<Result>(method: string, params: object): Promise<Result | undefined> {
+    return this.client?.sendRequest<Result>(method, params);
+  }
+
+  /** Stops the server, if there is one, and starts it again. */
+  restart(): Promise<void> {
+    const stopped = this.stop(); // at once: a server that hangs while it starts must not hold up the next one
+    this.starting = Promise.all([this.starting, stopped])
+      .then(() => this.start())
+      .catch((error: Error) => this.reportFailure(error));
+    return this.starting;
+  }
+
+  /** Ends the server, which stops its robots first. */
+  async stop(): Promise<void> {
+    const client = this.client;
+    this.client = undefined;
+    this.show("stopped");
+    await client?.dispose().catch(() => undefined); // it may have ended on its own
+  }
+
+  dispose(): void {
+    this.listening.forEach((each) => each.dispose());
+  }
+
+  private async start(): Promise<void> {
+    await this.stop(); // an earlier call may have started one meanwhile
+    this.show("starting");
+    this.path = (await findServer(this.context)) ?? "";
+    if (!this.path) {
+      this.show("missing");
+      return void this.offer("Improv can't find its language server, improv-ls.");
+    }
+    this.log.info(`starting ${this.path}`);
+    const client = createClient(this.path, this.log, this.listener);
+    this.client = client;
+    client.onDidChangeState(({ newState }) => {
+      if (client === this.client) this.show(stateOf(newState));
+    });
+    await client.start().catch((error: Error) => {
+      if (client === this.client) throw error; // otherwise it was stopped while it started
+    });
+  }
+
+  private reportFailure(error: Error): void {
+    this.log.error(error);
+    this.show("stopped");
+    void this.offer(`Improv can't start its language server, ${this.path}.`, "Show Logs");
+  }
+
+  private async offer(problem: string, ...more: "Show Logs"[]): Promise<void> {
+    switch (await showWarning(problem, "Install…", "Set Server Path…", ...more)) {
+      case "Install…":
+        if (await install(this.context, this.log)) await this.restart();
+        break;
+      case "Set Server Path…":
+        await commands.executeCommand("workbench.action.openSettings", "improv.server.path");
+        break;
+      case "Show Logs":
+        this.log.show();
+    }
+  }
+
+  private onTrust(): void {
+    // The server asks for its settings again and learns that a save plays. One that was hidden may be found now.
+    if (this.client?.isRunning()) {
+      void this.client.sendNotification("workspace/didChangeConfiguration", { settings: null });
+    } else {
+      void this.restart();
+    }
+  }
+
+  private startIfStopped(): void {
+    if (!this.client?.isRunning()) void this.restart();
+  }
+
+  private show(state: ServerState): void {
+    void commands.executeCommand("setContext", "improv.ready", state === "running");
+    this.onState(state);
+  }
+}
+
+function stateOf(state: State): ServerState {
+  switch (state) {
+    case State.Starting:
+      return "starting";
+    case State.Running:
+      return "running";
+    default:
+      return "stopped";
+  }
+}

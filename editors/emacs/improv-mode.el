@@ -159,7 +159,7 @@ Brackets that an earlier statement leaves open do not count."
   (improv--execute "improv.restart"))
 
 (defun improv-seek (beat)
-  "Continue from BEAT, counted from 0.  Real robots do not change their place."
+  "Continue from BEAT, counted from 0.  Real robots stay where they are."
   (interactive "nGo to beat (counted from 0): " improv-mode)
   (improv--execute "improv.seek" beat))
 

@@ -22,11 +22,13 @@
   "Face for the words that are playing.")
 
 (defcustom improv-highlight-playing t
-  "Whether to highlight the words that are playing.\nThis takes effect at the next beat."
+  "Whether to highlight the words that are playing.
+This takes effect at the next beat."
   :type 'boolean)
 
 (defconst improv-playing--ahead 3
-  "How many seconds ahead the words must be known.\nThe server reports its clock each second.")
+  "How many seconds ahead the words must be known.
+The server reports its clock each second.")
 
 (defconst improv-playing--shortest 0.02
   "The shortest time between two updates, in seconds; nobody sees a shorter one.")
@@ -209,7 +211,8 @@ Return the beat at which that changes, or nil."
     (setf (improv-playing--words-lit words) wanted)))
 
 (defun improv-playing--moment (moments beat)
-  "Return the first of MOMENTS that ends after BEAT, or nil.\nIt may not have begun."
+  "Return the first of MOMENTS that ends after BEAT, or nil.
+It may not have begun."
   (let ((low 0) (high (length moments)))
     (while (< low high)
       (let ((middle (/ (+ low high) 2)))

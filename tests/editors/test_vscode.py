@@ -86,6 +86,19 @@ def test_notifications_hold_no_links(tmp_path: Path) -> None:
         _has_no_link(_toast(page, "improv.switchAt"))
 
 
+@pytest.mark.timeout(2 * LIMIT)
+def test_a_server_that_hangs_is_replaced(tmp_path: Path) -> None:
+    hanging = tmp_path / "hanging"
+    hanging.write_text("#!/bin/sh\nexec sleep 1000\n")
+    hanging.chmod(0o755)
+    with nothing_left() as env, workbench(tmp_path, PROGRAM, {"improv.server.path": str(hanging)}, env) as page:
+        expect(_status(page)).to_have_text("Starting Improv…")
+        set_machine_settings(tmp_path, {"improv.server.path": SERVER})
+        expect(page.locator(".squiggly-error")).to_have_count(1)
+        expect(_status(page)).to_have_text("Improv")
+        expect(page.locator(".notification-toast")).to_have_count(0)
+
+
 def _has_no_link(toast: Locator) -> None:
     expect(toast.first).to_contain_text("Click")
     assert toast.locator("a[href], .notification-list-item-message a").count() == 0

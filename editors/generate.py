@@ -1,6 +1,6 @@
-"""Writes the language's words into all that colors them without a server: `python editors/generate.py`.
+"""Writes the language's words into the files that color them without a server: `python editors/generate.py`.
 
-The words are those of `improv_core/syntax/vocabulary.py`. `--check` writes nothing, and fails where a file has others.
+The words come from `improv_core/syntax/vocabulary.py`. `--check` writes nothing, and fails if a file is out of date.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ GROUPS = {
     "transformer": of_kind(Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR),
     "plane": of_kind(Kind.PLANE),
 }
-"""The words that are colored alike."""
+"""The words that have the same color."""
 
 
 def main() -> None:
-    """Write what has changed, or with `--check` only say what would."""
+    """Write the files that are out of date, or with `--check` only list them."""
     check = sys.argv[1:] == ["--check"]
     if sys.argv[1:] and not check:
         sys.exit("usage: python editors/generate.py [--check]")
@@ -41,7 +41,7 @@ def main() -> None:
 
 
 def files() -> Iterator[tuple[Path, str]]:
-    """Each file that has the words, and what should be in it."""
+    """Each file that contains the words, and its text."""
     yield EDITORS / "tree-sitter-improv" / "words.json", _tree_sitter()
     yield EDITORS / "emacs" / "improv-words.el", _emacs()
     yield _rewritten("vscode/syntaxes/improv.tmLanguage.json", _text_mate())
@@ -58,11 +58,11 @@ def _emacs() -> str:
     names = {"beat": "statement-words"} | {group: f"{group}s" for group in GROUPS if group != "beat"}
     lists = [
         f"(defconst improv-{names[group]}\n  '({' '.join(json.dumps(word) for word in words)})\n"
-        f'  "Words of Improv that are colored as {group}.")\n'
+        f'  "Words colored as a {group}.")\n'
         for group, words in GROUPS.items()
     ]
     head = ";;; improv-words.el --- The words of Improv, from editors/generate.py  -*- lexical-binding: t; -*-\n"
-    about = ";;; Commentary:\n\n;; For `improv-mode'; what is in the lists is in improv_core/syntax/vocabulary.py.\n"
+    about = ";;; Commentary:\n\n;; For `improv-mode'.  The words come from improv_core/syntax/vocabulary.py.\n"
     return "\n".join([head, about, ";;; Code:\n", *lists, "(provide 'improv-words)", ";;; improv-words.el ends here\n"])
 
 
@@ -82,13 +82,13 @@ def _kate() -> Iterator[tuple[str, str]]:
 
 
 def _rewritten(file: str, lists: Iterator[tuple[str, str]]) -> tuple[Path, str]:
-    """A file of which only the word lists are made here: each follows what its pattern matches."""
+    """A file with generated word lists: each list follows the text that its pattern matches."""
     path = EDITORS / file
     text = path.read_text(encoding="utf-8")
     for pattern, words in lists:
         text, found = re.subn(pattern, rf"\g<1>{words}", text)
         if found != 1:
-            sys.exit(f"write the list of words into {path} once: {pattern}")
+            sys.exit(f"{path}: expected one match of {pattern}, found {found}")
     return path, text
 
 

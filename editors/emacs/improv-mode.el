@@ -10,15 +10,15 @@
 
 ;;; Commentary:
 
-;; Write a few words of choreography, save, and robots move: in the simulator, or in the room over ROS 2.
+;; Write a few words of choreography, save, and robots move: in a simulator, or real ones over ROS 2.
 ;;
-;; `improv-ls', the language server, does the work; Eglot talks to it:
+;; The language server `improv-ls' does the work.  Eglot talks to it:
 ;;
 ;;     (require 'improv-mode)
 ;;     (add-hook 'improv-mode-hook #'eglot-ensure)
 ;;
-;; Saving plays.  \\[improv-hush] stops every robot at once.  The words that play are lit, and the mode line has the
-;; beat.
+;; Saving a program plays it.  \\[improv-hush] stops all robots immediately.  The words that are playing are
+;; highlighted, and the mode line shows the beat.
 
 ;;; Code:
 
@@ -26,7 +26,7 @@
 (require 'improv-words)
 
 (defcustom improv-server-command '("improv-ls")
-  "The program that is the language server, and its arguments."
+  "The command that starts the language server, and its arguments."
   :type '(repeat string)
   :group 'improv)
 
@@ -40,7 +40,7 @@
 
 (defconst improv-mode--statement
   (concat "\\(?:beat\\_>\\|" improv-mode--name "[ \t]*\\(?:=\\|[[:alnum:]_ \t]*\\$\\)\\)")
-  "How a statement begins.")
+  "A regexp that matches the beginning of a statement.")
 
 (defvar improv-mode-font-lock-keywords
   `((,(regexp-opt improv-statement-words 'symbols) . 'font-lock-preprocessor-face)
@@ -51,7 +51,7 @@
     (,(concat improv-mode--name "\\(?:[ \t]+" improv-mode--name "\\)*[ \t]*\\$") . 'font-lock-type-face)
     ("\\_<[0-9]*\\.?[0-9]+\\(?:/[0-9]*\\.?[0-9]+\\)?" . 'font-lock-number-face)
     ("||\\|[=$]" 0 'font-lock-operator-face t))
-  "The colors of the language, without a server.")
+  "Font lock keywords, for buffers without a server.")
 
 (defvar improv-mode-syntax-table
   (let ((table (make-syntax-table)))
@@ -60,10 +60,10 @@
     (modify-syntax-entry ?_ "_" table)
     (mapc (lambda (sign) (modify-syntax-entry sign "." table)) "$=|/.+-*&<>%\"\\'`{}")
     table)
-  "Brackets are ( ) and [ ], a comment begins with #, and nothing is a string.")
+  "Brackets are ( ) and [ ], comments begin with #, and there are no strings.")
 
 (defvar-keymap improv-mode-map
-  :doc "Save to play; these keys conduct."
+  :doc "Keys to play programs and to control playback."
   "C-c C-c" #'improv-play
   "C-c C-k" #'improv-hush
   "C-c C-p" #'improv-pause
@@ -75,22 +75,22 @@
   "C-c C-o" #'improv-solo
   "C-c C-v" #'improv-page)
 
-(easy-menu-define improv-mode-menu improv-mode-map "What can be done with what plays."
+(easy-menu-define improv-mode-menu improv-mode-map "Menu to play programs and to control playback."
   '("Improv"
-    ["Play this file" improv-play]
-    ["Stop every robot" improv-hush]
+    ["Play This Program" improv-play]
+    ["Stop All Robots" improv-hush]
     ["Pause" improv-pause]
     ["Resume" improv-resume]
-    ["Play again from the beginning" improv-restart]
-    ["Go on from a beat…" improv-seek]
-    ["Play so much faster…" improv-speed]
-    ["Mute a robot…" improv-mute]
-    ["Solo a robot…" improv-solo]
-    ["Show the robots in the browser" improv-page]))
+    ["Play from the Beginning" improv-restart]
+    ["Go to Beat…" improv-seek]
+    ["Set Speed…" improv-speed]
+    ["Mute Robot…" improv-mute]
+    ["Solo Robot…" improv-solo]
+    ["Show Robots in Browser" improv-page]))
 
 ;;;###autoload
 (define-derived-mode improv-mode prog-mode "Improv"
-  "Major mode for Improv: write a few words, save, and robots move.
+  "Major mode for Improv programs.  Save a program, and robots move.
 
 \\{improv-mode-map}"
   (setq-local font-lock-defaults '(improv-mode-font-lock-keywords)
@@ -107,7 +107,7 @@
 (add-to-list 'auto-mode-alist '("\\.improv\\'" . improv-mode))
 
 (defun improv-mode-indent-line ()
-  "Indent by two blanks for each bracket that is open, as the formatter does."
+  "Indent by two spaces for each open bracket, as the formatter does."
   (interactive)
   (let ((column (save-excursion (back-to-indentation) (improv-mode--indentation))))
     (if (<= (current-column) (current-indentation))
@@ -115,14 +115,14 @@
       (save-excursion (indent-line-to column)))))
 
 (defun improv-mode--indentation ()
-  "The column for what begins at point."
+  "Return the column for the code that begins at point."
   (cond ((looking-at-p improv-mode--statement) 0)
         ((looking-at-p "[])]") (* 2 (max (1- (improv-mode--depth)) 0)))
         (t (* 2 (max (improv-mode--depth) 0)))))
 
 (defun improv-mode--depth ()
-  "How many brackets are open at point in its statement.
-A statement begins anew, whatever was left open above."
+  "Return how many brackets are open at point in its statement.
+Brackets that an earlier statement leaves open do not count."
   (let ((here (point)))
     (save-excursion
       (re-search-backward (concat "^[ \t]*" improv-mode--statement) nil 'move)
@@ -132,72 +132,73 @@ A statement begins anew, whatever was left open above."
 ;;; Commands
 
 (defun improv-play ()
-  "Play this file from beat 0, as it is in the buffer."
+  "Play the program in this buffer from the beginning, saved or not."
   (interactive nil improv-mode)
   (improv--execute "improv.play" (eglot-path-to-uri (or buffer-file-name (user-error "Save this buffer to a file first")))))
 
 ;;;###autoload
 (defun improv-hush ()
-  "Stop every robot at once, from whatever buffer."
+  "Stop all robots immediately.  This works in every buffer."
   (interactive)
-  (dolist (server (or (improv-playing-servers) (user-error "No language server of Improv is at work")))
+  (dolist (server (or (improv-playing-servers) (user-error "Improv's language server is not running")))
     (jsonrpc-async-request server :workspace/executeCommand '(:command "improv.hush" :arguments []))))
 
 (defun improv-pause ()
-  "Stop every robot, to go on from there with \\[improv-resume]."
+  "Pause all robots.  \\[improv-resume] resumes."
   (interactive nil improv-mode)
   (improv--execute "improv.pause"))
 
 (defun improv-resume ()
-  "Go on after \\[improv-pause]."
+  "Resume after \\[improv-pause]."
   (interactive nil improv-mode)
   (improv--execute "improv.resume"))
 
 (defun improv-restart ()
-  "Play again from beat 0 what plays, or played last."
+  "Play the current or last program from the beginning."
   (interactive nil improv-mode)
   (improv--execute "improv.restart"))
 
 (defun improv-seek (beat)
-  "Go on from BEAT, counted from 0; real robots stay where they are."
-  (interactive "nGo on from beat (counted from 0): " improv-mode)
+  "Continue from BEAT, counted from 0.  Real robots stay where they are."
+  (interactive "nGo to beat (counted from 0): " improv-mode)
   (improv--execute "improv.seek" beat))
 
 (defun improv-speed (factor)
-  "Play FACTOR times as fast, now and later."
-  (interactive "nHow many times as fast (0.1 to 4): " improv-mode)
+  "Play FACTOR times as fast, until you change it again."
+  (interactive "nSpeed (0.1 to 4, 1 is normal): " improv-mode)
   (improv--execute "improv.speed" factor))
 
 (defun improv-mute (robot)
-  "Have ROBOT stand still while the others play; once more, and it plays again."
+  "Keep ROBOT still while the others play, or unmute it if it is muted."
   (interactive (list (improv--read-robot "Mute")) improv-mode)
   (improv--execute "improv.mute" robot))
 
 (defun improv-solo (robot)
-  "Have all robots but ROBOT stand still; once more, and they play again."
+  "Keep all robots except ROBOT still, or let them play again."
   (interactive (list (improv--read-robot "Solo")) improv-mode)
   (improv--execute "improv.solo" robot))
 
 (defun improv-page ()
-  "Show the robots in the browser."
+  "Show the simulated robots in the browser."
   (interactive nil improv-mode)
   (let ((page (or (plist-get (slot-value (improv--server) 'transport) :page)
-                  (user-error "There is no page yet: save a program first"))))
-    (message "The page is at %s" page) ; no browser may come up
+                  (user-error "There is no page yet; save a program first"))))
+    (message "The robots are at %s" page) ; the browser may not open
     (browse-url page)))
 
 (defun improv--read-robot (what)
-  "Ask for a robot to do WHAT with, one of those that play."
+  "Ask which of the current robots to WHAT, such as \"Mute\"."
   (completing-read (concat what " robot: ") (improv-playing-robots (improv--server))))
 
 (defun improv--execute (command &rest arguments)
-  "Have the server do COMMAND with ARGUMENTS, after what was typed."
+  "Have the server execute COMMAND with ARGUMENTS.
+It first receives everything that was typed."
   (eglot-execute (improv--server) (list :command command :arguments (vconcat arguments))))
 
 (defun improv--server ()
-  "The server of this buffer; without one, an error with advice."
+  "Return the server of this buffer; signal an error if there is none."
   (or (improv-playing-server)
-      (user-error (substitute-command-keys "Improv's language server is not at work here: start it by \\[eglot]"))))
+      (user-error (substitute-command-keys "Improv's language server is not running here; start it with \\[eglot]"))))
 
 (provide 'improv-mode)
 ;;; improv-mode.el ends here

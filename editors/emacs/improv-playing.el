@@ -1,12 +1,12 @@
-;;; improv-playing.el --- What plays: its words are lit, its beat is told  -*- lexical-binding: t; -*-
+;;; improv-playing.el --- Highlight the words that are playing, and show the beat  -*- lexical-binding: t; -*-
 
 ;; Copyright (c) 2026 The Improv authors
 ;; SPDX-License-Identifier: MIT
 
 ;;; Commentary:
 
-;; The language server tells what is to come and a clock, not each event: docs/protocol.md.  Words are lit, and the mode
-;; line moves on, by a timer that runs only while something plays.
+;; The language server reports what will play, and a clock, instead of each event: see docs/protocol.md.  A timer
+;; highlights words and updates the mode line.  It runs only while something plays.
 
 ;;; Code:
 
@@ -19,82 +19,85 @@
 
 (defface improv-playing
   '((t :inherit highlight))
-  "The words that play.")
+  "Face for the words that are playing.")
 
 (defcustom improv-highlight-playing t
-  "Whether the words that play are lit, from the next beat on."
+  "Whether to highlight the words that are playing.
+This takes effect at the next beat."
   :type 'boolean)
 
 (defconst improv-playing--ahead 3
-  "Seconds for which words are to be known; the server tells each second.")
+  "How many seconds ahead the words must be known.
+The server reports its clock each second.")
 
 (defconst improv-playing--shortest 0.02
-  "Seconds between two looks: what is shorter than that, nobody sees.")
+  "The shortest time between two updates, in seconds; nobody sees a shorter one.")
 
 (defclass improv-eglot-server (eglot-lsp-server)
-  ((transport :initform nil :documentation "Where it is, as last heard.")
-   (heard :initform 0 :documentation "When that was, in seconds since 1970.")
-   (words :initform nil :documentation "The words of each generation: they change hands when the stage says so.")
-   (timer :initform nil :documentation "Runs only while something plays."))
-  :documentation "The language server, and what it says about what plays.")
+  ((transport :initform nil :documentation "The state of playback, as last reported.")
+   (heard :initform 0 :documentation "When it was reported, in seconds since 1970.")
+   (words :initform nil :documentation "The words of each generation.  The next generation may already wait.")
+   (timer :initform nil :documentation "It runs only while something plays."))
+  :documentation "The language server, and what it reports about playback.")
 
 (defvar improv-playing--servers nil
-  "The language servers that have been started.")
+  "The language servers that were started.")
 
 (defun improv-playing--connected (server)
-  "Remember SERVER: its robots are to be stopped from wherever one is."
+  "Remember SERVER, so that `improv-hush' reaches it from every buffer."
   (when (improv-eglot-server-p server)
     (push server improv-playing--servers)))
 
 (add-hook 'eglot-connect-hook #'improv-playing--connected)
 
 (cl-defstruct improv-playing--words
-  "What a generation plays from a beat on: OVERLAYS in a buffer.
-ROBOTS says when each has which of them; LIT are those that are lit."
+  "The words of a generation: OVERLAYS in a buffer, known FROM a beat on.
+ROBOTS holds which of them each robot performs when, by index.
+LIT is the list of those that are highlighted."
   generation from robots overlays lit)
 
 
-;;; What the server says
+;;; Messages from the server
 
 (cl-defmethod eglot-client-capabilities ((_server improv-eglot-server))
-  "Those of Eglot; and what plays is lit here, its beat told here."
+  "Add to Eglot's capabilities, to get the messages about playback."
   (let ((capabilities (cl-call-next-method)))
     (plist-put capabilities :experimental '(:improv t))
     (plist-put capabilities :window '(:showDocument (:support t) :workDoneProgress :json-false))))
 
 (cl-defmethod eglot-handle-notification
   ((_server improv-eglot-server) (_method (eql window/showMessage)) &key type message &allow-other-keys)
-  "Show MESSAGE as it is, in the color of its TYPE."
+  "Show MESSAGE unchanged, in the color of its TYPE."
   (message "%s" (propertize message 'face (pcase type (1 'error) (2 'warning) (_ 'default)))))
 
 (cl-defmethod eglot-handle-notification
   ((server improv-eglot-server) (_method (eql improv/evaluated)) &key uri &allow-other-keys)
-  "A program plays, or will soon: ask SERVER for the words of URI.
-Those it has sent along may be of an older text than the buffer's."
+  "A program plays now or soon: ask SERVER for the words of URI.
+The words in the message may belong to an older text."
   (improv-playing--ask server uri 0))
 
 (cl-defmethod eglot-handle-notification
   ((server improv-eglot-server) (_method (eql improv/transport)) &rest told)
-  "Keep what SERVER has TOLD about where it is, and show it."
+  "Keep the state of playback that SERVER has TOLD us, and show it."
   (setf (slot-value server 'transport) told
-        ;; A message has been under way for at most a second, should the server's clock be another's.
+        ;; A message takes at most a second.  A larger difference means that the clocks differ.
         (slot-value server 'heard) (- (float-time) (min (max (- (float-time) (plist-get told :wall)) 0) 1)))
   (dolist (words (slot-value server 'words))
     (when (improv-playing--over-p (improv-playing--words-generation words) told)
       (improv-playing--drop server words)))
   (improv-playing--show server)
-  (when (and (improv-playing--under-way-p told) (plist-get told :uri))
+  (when (and (improv-playing--active-p told) (plist-get told :uri))
     (let* ((beat (improv-playing--beat server))
            (ahead (+ beat (/ (* improv-playing--ahead (plist-get told :tempo)) 60.0))))
       (unless (improv-playing--known-p (improv-playing--current server) beat ahead)
         (improv-playing--ask server (plist-get told :uri) beat)))))
 
 (defun improv-playing--ask (server uri beat)
-  "Have SERVER tell which words of URI play from BEAT on.
-What does not fit the text as it is now is asked for again soon."
+  "Ask SERVER which words of URI play from BEAT on.
+If the text changes meanwhile, the answer is dropped; we ask again soon."
   (when-let* ((buffer (improv-playing--buffer server uri)))
     (with-current-buffer buffer
-      (when (jsonrpc-connection-ready-p server :improv/moments) ; it has heard of all that was typed
+      (when (jsonrpc-connection-ready-p server :improv/moments) ; it knows everything that was typed
         (let ((tick (buffer-chars-modified-tick)))
           (jsonrpc-async-request
            server :improv/moments (list :beat beat)
@@ -106,7 +109,7 @@ What does not fit the text as it is now is asked for again soon."
                            (improv-playing--take server buffer beat told)))))))))
 
 (defun improv-playing--take (server buffer from told)
-  "Mark the words in BUFFER that SERVER has TOLD to play, FROM a beat on."
+  "Mark the words in BUFFER that play FROM a beat on, as SERVER has TOLD us."
   (let* ((generation (plist-get told :generation))
          (old (improv-playing--of-generation server generation)))
     (when old
@@ -119,22 +122,22 @@ What does not fit the text as it is now is asked for again soon."
     (improv-playing--show server)))
 
 (defun improv-playing--overlay (range)
-  "An overlay, not lit yet, on a RANGE of lines and columns."
+  "Return an overlay on a RANGE of lines and columns, not highlighted yet."
   (pcase-let* ((`[,line ,column ,end-line ,end-column] range)
                (`(,start . ,end) (eglot-range-region
                                   `( :start (:line ,line :character ,column)
                                      :end (:line ,end-line :character ,end-column))))
                (overlay (make-overlay start end nil t)))
     (overlay-put overlay 'improv-playing t)
-    (overlay-put overlay 'evaporate t) ; a word that is deleted is not lit
+    (overlay-put overlay 'evaporate t) ; a deleted word is not highlighted
     (overlay-put overlay 'priority 100)
     overlay))
 
 
-;;; What is seen of it
+;;; What is visible
 
 (defun improv-playing-status ()
-  "What plays, in a few words for the mode line, or nil."
+  "Return the state of playback for the mode line, or nil."
   (when-let* ((server (improv-playing-server))
               (told (slot-value server 'transport))
               (state (plist-get told :state)))
@@ -144,26 +147,26 @@ What does not fit the text as it is now is asked for again soon."
              (beat (1+ (floor (improv-playing--beat server)))))
          (format " %s %d/%s %g bpm, %s" (if (equal state "playing") "▶" "‖")
                  (if last (min beat last) beat) (or last "∞") (plist-get told :tempo) (plist-get told :backend))))
-      ("waiting" (format " … waits for robots, %s" (plist-get told :backend)))
+      ("waiting" (format " … waiting for robots, %s" (plist-get told :backend)))
       (_ (concat " ■ " state)))))
 
 (defun improv-playing-server ()
-  "The language server of this buffer, or nil."
+  "Return the language server of this buffer, or nil."
   (let ((server (and (eglot-managed-p) (eglot-current-server))))
     (and (improv-eglot-server-p server) server)))
 
 (defun improv-playing-servers ()
-  "All language servers at work, also those whose buffers are gone."
+  "Return all running language servers, even if their buffers are gone."
   (setq improv-playing--servers (cl-remove-if-not #'jsonrpc-running-p improv-playing--servers)))
 
 (defun improv-playing-robots (server)
-  "The names of the robots that SERVER plays on."
+  "Return the names of the robots that SERVER plays."
   (delete-dups (cl-loop for words in (slot-value server 'words)
                         append (cl-loop for (robot) on (improv-playing--words-robots words) by #'cddr
                                         collect (substring (symbol-name robot) 1)))))
 
 (defun improv-playing--show (server)
-  "Show where SERVER is; once that is another place, come again."
+  "Show the state of playback of SERVER, and again at its next change."
   (when (slot-value server 'timer)
     (cancel-timer (slot-value server 'timer))
     (setf (slot-value server 'timer) nil))
@@ -181,8 +184,9 @@ What does not fit the text as it is now is asked for again soon."
                            #'improv-playing--show server))))))
 
 (defun improv-playing--light (words beat told)
-  "Light those of WORDS that robots not silent by TOLD play at BEAT.
-The value is the beat at which to come again, or nil."
+  "Highlight those of WORDS that play at BEAT.
+Leave out the robots that are muted according to TOLD.
+Return the beat at which that changes, or nil."
   (let (wanted change)
     (cl-loop for (robot stretch) on (improv-playing--words-robots words) by #'cddr
              for moment = (improv-playing--moment (plist-get stretch :moments) beat)
@@ -197,7 +201,7 @@ The value is the beat at which to come again, or nil."
     change))
 
 (defun improv-playing--set-lit (words wanted)
-  "Light the WORDS whose indices are WANTED, and no others."
+  "Highlight the WORDS whose indices are WANTED, and no others."
   (let ((overlays (improv-playing--words-overlays words))
         (lit (improv-playing--words-lit words)))
     (dolist (index (cl-set-difference lit wanted))
@@ -207,7 +211,8 @@ The value is the beat at which to come again, or nil."
     (setf (improv-playing--words-lit words) wanted)))
 
 (defun improv-playing--moment (moments beat)
-  "The first of MOMENTS that ends after BEAT, which may be yet to come; or nil."
+  "Return the first of MOMENTS that ends after BEAT, or nil.
+It may not have begun."
   (let ((low 0) (high (length moments)))
     (while (< low high)
       (let ((middle (/ (+ low high) 2)))
@@ -217,13 +222,13 @@ The value is the beat at which to come again, or nil."
     (and (< low (length moments)) (aref moments low))))
 
 (defun improv-playing--silent-p (robot told)
-  "Whether ROBOT is told to stand still while others play, by what was TOLD."
+  "Return whether ROBOT stands still while others play, according to TOLD."
   (if (seq-empty-p (plist-get told :soloed))
       (seq-contains-p (plist-get told :muted) robot)
     (not (seq-contains-p (plist-get told :soloed) robot))))
 
 (defun improv-playing--known-p (words beat ahead)
-  "Whether WORDS say what plays from BEAT to AHEAD."
+  "Return whether WORDS cover what plays from BEAT to AHEAD."
   (and words
        (<= (improv-playing--words-from words) beat)
        (cl-loop for (_robot stretch) on (improv-playing--words-robots words) by #'cddr
@@ -231,7 +236,7 @@ The value is the beat at which to come again, or nil."
                 never (and until (< until ahead)))))
 
 (defun improv-playing--beat (server)
-  "The beat that SERVER is at."
+  "Return the current beat of SERVER."
   (let* ((told (slot-value server 'transport))
          (passed (if (equal (plist-get told :state) "playing")
                      (/ (* (- (float-time) (slot-value server 'heard)) (plist-get told :tempo)) 60)
@@ -239,46 +244,46 @@ The value is the beat at which to come again, or nil."
          (beat (+ (or (plist-get told :beat) 0) passed)))
     (if (plist-get told :beats) (min beat (plist-get told :beats)) beat)))
 
-(defun improv-playing--under-way-p (told)
-  "Whether, by what was TOLD, something plays or is paused."
+(defun improv-playing--active-p (told)
+  "Return whether something plays or is paused, according to TOLD."
   (member (plist-get told :state) '("playing" "paused")))
 
 (defun improv-playing--over-p (generation told)
-  "Whether, by what was TOLD, a GENERATION plays no more, nor ever will."
+  "Return whether GENERATION has ended for good, according to TOLD."
   (and told
        (or (< generation (plist-get told :generation))
            (and (= generation (plist-get told :generation))
                 (not (member (plist-get told :state) '("playing" "paused" "waiting")))))))
 
 (defun improv-playing--current (server)
-  "The words of what SERVER plays, or nil."
+  "Return the words that SERVER plays now, or nil."
   (let ((told (slot-value server 'transport)))
-    (and (improv-playing--under-way-p told)
+    (and (improv-playing--active-p told)
          (improv-playing--of-generation server (plist-get told :generation)))))
 
 (defun improv-playing--of-generation (server generation)
-  "The words of a GENERATION that SERVER has told of, or nil."
+  "Return the words of GENERATION that SERVER reported, or nil."
   (cl-find generation (slot-value server 'words) :key #'improv-playing--words-generation))
 
 (defun improv-playing--buffers (server)
-  "The buffers that SERVER is at work in."
+  "Return the buffers that SERVER manages."
   (cl-remove-if-not (lambda (buffer) (with-current-buffer buffer (eq (improv-playing-server) server))) (buffer-list)))
 
 (defun improv-playing--buffer (server uri)
-  "The buffer of the file at URI, where SERVER is at work, or nil."
+  "Return the buffer of the file at URI that SERVER manages, or nil."
   (cl-find-if (lambda (buffer) (equal uri (eglot-path-to-uri (buffer-file-name buffer))))
               (improv-playing--buffers server)))
 
 
-;;; What is left of it: nothing
+;;; Cleanup
 
 (defun improv-playing--drop (server words)
-  "Have SERVER forget WORDS, and leave none of them in their buffer."
+  "Remove WORDS from SERVER and from their buffer."
   (setf (slot-value server 'words) (remq words (slot-value server 'words)))
   (mapc #'delete-overlay (improv-playing--words-overlays words)))
 
 (defun improv-playing-leave ()
-  "Leave nothing in a buffer that has no server any more."
+  "Remove all overlays from a buffer that no longer has a server."
   (unless (eglot-managed-p)
     (remove-overlays nil nil 'improv-playing t)
     (force-mode-line-update)))

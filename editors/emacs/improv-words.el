@@ -2,25 +2,25 @@
 
 ;;; Commentary:
 
-;; For `improv-mode'; what is in the lists is in improv_core/syntax/vocabulary.py.
+;; For `improv-mode'.  The words come from improv_core/syntax/vocabulary.py.
 
 ;;; Code:
 
 (defconst improv-statement-words
   '("beat")
-  "Words of Improv that are colored as beat.")
+  "Words colored as a beat.")
 
 (defconst improv-primitives
   '("forward" "backward" "left" "right" "halfleft" "halfright" "rest" "strafeleft" "straferight" "up" "down")
-  "Words of Improv that are colored as primitive.")
+  "Words colored as a primitive.")
 
 (defconst improv-transformers
   '("reverse" "retrograde" "repeat" "reflect" "fast" "slow" "scale")
-  "Words of Improv that are colored as transformer.")
+  "Words colored as a transformer.")
 
 (defconst improv-planes
   '("YZ" "XZ" "XY" "sagittal" "frontal" "transverse")
-  "Words of Improv that are colored as plane.")
+  "Words colored as a plane.")
 
 (provide 'improv-words)
 ;;; improv-words.el ends here

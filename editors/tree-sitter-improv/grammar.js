@@ -1,5 +1,5 @@
-// Improv for tree-sitter: the rules of improv_core/syntax/grammar.lark, with the words of words.json.
-// Where a statement ends and which line ends are only blanks, src/scanner.c says.
+// Improv for tree-sitter: the rules of improv_core/syntax/grammar.lark, with the words from words.json.
+// src/scanner.c decides where a statement ends and which line ends are only white space.
 
 /// <reference types="tree-sitter-cli/dsl" />
 
@@ -19,7 +19,7 @@ module.exports = grammar({
     tempo: ($) => seq(alias(choice(...words.beat), $.beat), $.number),
     definition: ($) => seq(field("name", $.name), "=", field("movement", $._movement)),
     play: ($) => seq($._robots, "$", field("movement", $._movement)),
-    // The sign is yet to come. So that the words of such a line are what they will be, names first are robots.
+    // `$` or `=` is still missing. Names at the start are robots, so that they keep their color when `$` follows.
     unfinished: ($) => choice($._robots, seq(optional($._robots), $._begun)),
     _robots: ($) => repeat1(alias($.name, $.robot)),
     _begun: ($) => seq($._built_in, repeat($._term), repeat(seq("||", $._voice))),

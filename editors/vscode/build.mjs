@@ -1,5 +1,5 @@
-// Makes what the .vsix carries beside the files of this folder: the license, the bundle in dist/, and in wheel/ the
-// language server for those who have none. PYTHON names the Python that builds the wheel; it needs pip.
+// Builds what the .vsix contains besides the files in this folder: the license, the bundle in dist/, and, in wheel/, the
+// language server, which the extension can install. PYTHON names the Python that builds the wheel; it needs pip.
 
 import { execFileSync } from "node:child_process"
 import { copyFileSync, readFileSync, rmSync } from "node:fs"
@@ -18,7 +18,7 @@ await build({
   platform: "node",
   target: "node20",
   external: ["vscode"],
-  define: { REQUIREMENTS: JSON.stringify(requirements) }, // said before anything is installed
+  define: { REQUIREMENTS: JSON.stringify(requirements) }, // shown before anything is installed
 })
 
 rmSync("wheel", { recursive: true, force: true })

@@ -39,8 +39,8 @@ def until(what: Callable[[], T], problem: Callable[[], str]) -> T:
 
 
 def written(file: Path) -> str:
-    """What stands in a file, once it is there."""
-    until(file.exists, lambda: f"nothing has written {file}")
+    """The text of a file, once there is any."""
+    until(lambda: file.exists() and file.stat().st_size > 0, lambda: f"nothing has written {file}")
     return file.read_text(encoding="utf-8").strip()
 
 

@@ -97,7 +97,7 @@ def test_health_and_help(neovim: Neovim) -> None:
     neovim.check("health.lua", IMPROV_REPORT=str(report), IMPROV_DOC=str(neovim.folder / "doc"))
     said = report.read_text(encoding="utf-8")
     assert "ERROR" not in said, said
-    for expected in ("OK Neovim 0.1", "OK server: improv-ls ", "OK at work in ", "syntax/improv.vim"):
+    for expected in ("OK Neovim 0.1", "OK server: improv-ls ", "OK running in ", "syntax/improv.vim"):
         assert expected in said, said
 
 

@@ -1,4 +1,4 @@
-"""VS Code offers the settings that the server knows, with the same defaults."""
+"""VS Code offers the server's settings, with the same defaults, and takes none from an untrusted workspace."""
 
 from __future__ import annotations
 
@@ -10,6 +10,12 @@ from improv_ls.settings import Settings, read_settings
 
 DEFAULTS = Settings(hover_pictures=True)  # VS Code shows pictures in a hover; elsewhere their code would be shown
 MANIFEST = Path(__file__).parents[2] / "editors/vscode/package.json"
+
+
+def test_an_untrusted_workspace_sets_nothing() -> None:
+    manifest = json.loads(MANIFEST.read_text(encoding="utf-8"))
+    restricted = manifest["capabilities"]["untrustedWorkspaces"]["restrictedConfigurations"]
+    assert restricted == list(manifest["contributes"]["configuration"]["properties"])
 
 
 def test_settings_are_the_servers() -> None:

@@ -16,7 +16,15 @@ import pytest
 from playwright.sync_api import Frame, Locator, Page, expect
 
 from tests.editors.editors import LIMIT, ROOT, nothing_left, started_from
-from tests.editors.vscode.workbench import PATIENCE, framed_page, keep_picture, run_command, word, workbench
+from tests.editors.vscode.workbench import (
+    PATIENCE,
+    framed_page,
+    keep_picture,
+    run_command,
+    set_machine_settings,
+    word,
+    workbench,
+)
 
 PROGRAM = "beat 120\n\nturtle1 $ repeat (forward lft)\n"
 SERVER = str(Path(sys.executable).with_name("improv-ls"))
@@ -51,14 +59,49 @@ def test_installs_its_server(tmp_path: Path) -> None:
     with nothing_left() as env:
         folders = [each for each in env["PATH"].split(os.pathsep) if not (Path(each) / "improv-ls").exists()]
         with workbench(tmp_path, PROGRAM, {"improv.backend": "sim"}, {**env, "PATH": os.pathsep.join(folders)}) as page:
-            _toast(page, "Improv needs its language server").get_by_role("button", name="Install it…").click()
+            _toast(page, "Improv can't find its language server").get_by_role("button", name="Install…").click()
             dialog = page.locator(".monaco-dialog-box")
-            expect(dialog).to_contain_text(re.compile(r"Improv 0\.\d+\.\d+, which is in this extension.*pygls.*lark"))
+            expect(dialog).to_contain_text(
+                re.compile(r"Improv 0\.\d+\.\d+, which comes with this extension.*pygls.*lark")
+            )
             keep_picture(page, "install")
             dialog.get_by_role("button", name="Install").click()
             expect(page.locator(".squiggly-error")).to_have_count(1, timeout=LIMIT * 1000)
-            run_command(page, "Improv: Show versions")
+            run_command(page, "Improv: Show Versions")
             expect(_toast(page, "improv-ls")).to_contain_text(str(tmp_path))
+
+
+@pytest.mark.timeout(2 * LIMIT)
+def test_notifications_hold_no_links(tmp_path: Path) -> None:
+    """A link in a notification runs any command with one click, even in a workspace that is not trusted."""
+    link = "[Click](command:workbench.action.terminal.new)"
+    settings = {"improv.server.path": f"/nowhere/{link}", "improv.backend": "sim"}
+    with nothing_left() as env, workbench(tmp_path, PROGRAM, settings, env, {"improv.switchAt": link}) as page:
+        _has_no_link(_toast(page, "/nowhere/"))
+        set_machine_settings(tmp_path, {**settings, "improv.server.path": SERVER})
+        expect(page.locator(".squiggly-error")).to_have_count(1)
+        expect(_toast(page, "improv.switchAt")).to_have_count(0)
+        run_command(page, "Workspaces: Manage Workspace Trust")
+        page.get_by_role("button", name="Trust", exact=True).first.click()
+        _has_no_link(_toast(page, "improv.switchAt"))
+
+
+@pytest.mark.timeout(2 * LIMIT)
+def test_a_server_that_hangs_is_replaced(tmp_path: Path) -> None:
+    hanging = tmp_path / "hanging"
+    hanging.write_text("#!/bin/sh\nexec sleep 1000\n")
+    hanging.chmod(0o755)
+    with nothing_left() as env, workbench(tmp_path, PROGRAM, {"improv.server.path": str(hanging)}, env) as page:
+        expect(_status(page)).to_have_text("Starting Improv…")
+        set_machine_settings(tmp_path, {"improv.server.path": SERVER})
+        expect(page.locator(".squiggly-error")).to_have_count(1)
+        expect(_status(page)).to_have_text("Improv")
+        expect(page.locator(".notification-toast")).to_have_count(0)
+
+
+def _has_no_link(toast: Locator) -> None:
+    expect(toast.first).to_contain_text("Click")
+    assert toast.locator("a[href], .notification-list-item-message a").count() == 0
 
 
 def _nothing_moves_in_a_workspace_that_is_not_trusted(page: Page, env: Mapping[str, str]) -> None:
@@ -68,7 +111,7 @@ def _nothing_moves_in_a_workspace_that_is_not_trusted(page: Page, env: Mapping[s
     page.keyboard.press("Control+Enter")
     refusal = _toast(page, "Robots move only in a workspace that you trust")
     assert not _stages(env)
-    refusal.get_by_role("button", name="Manage trust").click()
+    refusal.get_by_role("button", name="Manage Trust").click()
     page.get_by_role("button", name="Trust", exact=True).first.click()
     page.get_by_role("tab", name="dance.improv").click()
 
@@ -152,7 +195,7 @@ def _keys_stop_the_robots(page: Page, robots: str) -> None:
 
 
 def _a_new_server_plays(page: Page) -> None:
-    run_command(page, "Improv: Restart the language server")
+    run_command(page, "Improv: Restart Language Server")
     expect(_status(page)).to_have_text("Improv")
     with page.expect_event("framenavigated", lambda frame: "token=" in frame.url) as frame:
         page.get_by_text("▶ play").click()

@@ -1,4 +1,4 @@
-"""What is in VS Code's extension, and the parts of it that need no window."""
+"""The contents of VS Code's extension, and the parts of it that need no window."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CONTENTS = {
     "walkthrough/play.svg",
     "walkthrough/stop.svg",
     "walkthrough/write.svg",
-    f"wheel/improv-{__version__}-py3-none-any.whl",
+    f"wheel/improv_ls-{__version__}-py3-none-any.whl",
 }
 
 
@@ -51,19 +51,24 @@ def test_the_version_is_improvs() -> None:
 
 def test_commands_are_the_extensions_or_the_servers_and_never_both() -> None:
     servers = set(create_server().protocol.fm.commands)
-    own = set(re.findall(r'register\("([\w.]+)"', (FOLDER / "src" / "extension.ts").read_text(encoding="utf-8")))
+    own = set(re.findall(r'^    "(improv\.\w+)":', (FOLDER / "src" / "commands.ts").read_text(encoding="utf-8"), re.M))
     contributes = json.loads((FOLDER / "package.json").read_text(encoding="utf-8"))["contributes"]
     assert own
     assert not servers & own
     assert {each["command"] for each in contributes["commands"] + contributes["keybindings"]} <= servers | own
 
 
+def test_every_notification_goes_through_the_function_that_removes_links() -> None:
+    users = {path.name for path in (FOLDER / "src").iterdir() if "Message(" in path.read_text(encoding="utf-8")}
+    assert users == {"messages.ts"}
+
+
 def test_the_lock_file_names_no_place_to_get_packages_from() -> None:
     assert '"resolved"' not in (FOLDER / "package-lock.json").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(("name", "passes"), [("clock", 2), ("moments", 5), ("words", 7)])
-def test_words_that_play(tmp_path: Path, name: str, passes: int) -> None:
+@pytest.mark.parametrize(("name", "passes"), [("messages", 8), ("moments", 5), ("transport", 2), ("words", 7)])
+def test_parts_without_a_window(tmp_path: Path, name: str, passes: int) -> None:
     packaged()  # brings esbuild, if it is not there
     tests, bundled = Path(__file__).parent / "vscode", tmp_path / "test.mjs"
     bundle = ["node_modules/.bin/esbuild", str(tests / f"{name}.test.mjs"), f"--outfile={bundled}", "--bundle"]

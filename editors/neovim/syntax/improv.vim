@@ -1,4 +1,4 @@
-" The colors of an Improv program; editors/generate.py writes the lists of words.
+" Colors for Improv programs; editors/generate.py writes the word lists.
 if exists('b:current_syntax')
   finish
 endif

@@ -1,5 +1,5 @@
-// Line ends and brackets, as improv_core/syntax/statements.py has them. A statement ends with its line, unless a bracket
-// is open; but a line that begins like a statement always starts one, so that a missing bracket never swallows the rest.
+// Line ends and brackets, as in improv_core/syntax/statements.py. A statement ends with its line unless a bracket is
+// open. A line that begins like a statement always starts one, so that a missing bracket does not swallow the rest.
 
 #include "tree_sitter/alloc.h"
 #include "tree_sitter/parser.h"
@@ -18,7 +18,7 @@ static bool is_line_end(int32_t c) { return c == '\n' || c == '\r'; }
 
 static bool is_digit(int32_t c) { return '0' <= c && c <= '9'; }
 
-// Beyond ASCII all but blanks and general punctuation counts as a letter: iswalpha() knows none in the C locale.
+// Beyond ASCII, all but spaces and general punctuation are letters: iswalpha() knows none of them in the C locale.
 static bool is_letter(int32_t c) {
   if (c < 0x80) return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || c == '_';
   return c >= 0xAA && c != 0x3000 && c != 0xFEFF && !(0x2000 <= c && c < 0x2070);
@@ -29,12 +29,12 @@ static void skip_blanks(TSLexer *lexer) {
 }
 
 static void skip_line_end(TSLexer *lexer) {
-  bool may_go_on = lexer->lookahead == '\r';
+  bool is_carriage_return = lexer->lookahead == '\r';
   lexer->advance(lexer, false);
-  if (may_go_on && lexer->lookahead == '\n') lexer->advance(lexer, false);
+  if (is_carriage_return && lexer->lookahead == '\n') lexer->advance(lexer, false);
 }
 
-// Whether what comes begins like a statement: `beat NUMBER`, `NAME =` or `NAME … $`.
+// Whether the following text begins like a statement: `beat NUMBER`, `NAME =` or `NAME … $`.
 static bool begins_statement(TSLexer *lexer) {
   if (!is_letter(lexer->lookahead)) return false;
   const char *rest_of_beat = "beat";
@@ -57,7 +57,7 @@ static bool begins_statement(TSLexer *lexer) {
   return false;
 }
 
-// Takes every line end and every bracket, even where the grammar has no use for it: so a mistake stays in its statement.
+// Takes every line end and bracket, even where the grammar does not expect it, so that an error stays in its statement.
 bool tree_sitter_improv_external_scanner_scan(void *payload, TSLexer *lexer, const bool *valid_symbols) {
   (void)valid_symbols;
   uint32_t *open_brackets = &((Scanner *)payload)->open_brackets;

@@ -11,7 +11,7 @@ if exists('g:loaded_ale')
   setlocal omnifunc=ale#completion#OmniFunc
   if !executable(ale#Var(bufnr(''), 'improv_executable'))
     echohl WarningMsg
-    echomsg 'improv: improv-ls is not on your PATH: install Improv, or set g:ale_improv_executable'
+    echomsg 'improv-ls not found: install Improv and put it on your PATH, or set g:ale_improv_executable'
     echohl None
   endif
 endif

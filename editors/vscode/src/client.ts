@@ -1,4 +1,4 @@
-// The connection to the server. All that Improv can do is in there; here is how VS Code shows it.
+// The connection to the server, which does all the work; this is how VS Code shows it.
 
 import { homedir } from "node:os";
 import { commands, LogOutputChannel, Uri, window, workspace } from "vscode";
@@ -8,45 +8,50 @@ import {
   MessageType,
   RevealOutputChannelOn,
   ShowMessageNotification,
+  ShowMessageRequest,
+  State,
   StaticFeature,
 } from "vscode-languageclient/node";
-import { Transport } from "./clock";
+import { showError, showInformation, showWarning, withoutLinks } from "./messages";
 import { Evaluated } from "./moments";
+import { Transport } from "./transport";
 
-/** What the server tells us, beyond what every editor is told. */
+/** Hears what the server reports to us beyond the standard protocol. */
 export interface Listener {
-  transport(transport: Transport): void;
-  evaluated(evaluated: Evaluated): void;
-  /** A save plays: what the robots do. */
-  said(line: string): void;
-  /** A save does not play: why. */
-  refused(line: string): void;
-  /** The page is wanted. */
-  page(url: string): void;
+  onTransport(transport: Transport): void;
+  onEvaluated(evaluated: Evaluated): void;
+  /** The saved program plays: what the robots do. */
+  onPlayed(line: string): void;
+  /** The saved program does not play: why not. */
+  onRefused(line: string): void;
+  /** The server wants its page shown. */
+  onPage(url: string): void;
 }
 
-/** A client that is still to be started. */
+/** A client that has not been started. */
 export function createClient(server: string, log: LogOutputChannel, listener: Listener): LanguageClient {
-  const client = new LanguageClient(
+  const client = new QuietClient(
     "improv",
     "Improv",
-    { command: server, options: { cwd: homedir() } }, // not the workspace: that may bring modules of its own
+    { command: server, options: { cwd: homedir() } }, // not the workspace, which may contain Python modules of its own
     {
       documentSelector: [{ language: "improv" }],
-      initializationOptions: settings(), // known before the first document is opened; the server asks for changes
+      initializationOptions: settings(), // needed before the first document opens; the server asks again on changes
       outputChannel: log,
       revealOutputChannelOn: RevealOutputChannelOn.Never,
+      initializationFailedHandler: () => false, // whoever starts the client reports it
       middleware: {
         workspace: { configuration: ({ items }) => items.map(settings) },
+        sendRequest: (type, param, token, next) => next(type, param, token).catch(rethrowWithoutLinks),
         executeCommand: (name, given, next) => {
           if (!workspace.isTrusted && name !== "improv.hush") return askForTrust();
-          // The client registers the server's commands. From the palette they come without arguments.
+          // The client registers the server's commands. The command palette passes no arguments.
           return next(name, name === "improv.play" && given.length === 0 ? activeProgram() : given);
         },
         window: {
           showDocument: async (params, token, next) => {
             if (!isPage(params.uri)) return next(params, token);
-            listener.page(params.uri);
+            listener.onPage(params.uri);
             return { success: true };
           },
         },
@@ -54,20 +59,32 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
     },
   );
   client.registerFeature(new LiveMessages());
-  client.onNotification("improv/transport", (transport: Transport) => listener.transport(transport));
-  client.onNotification("improv/evaluated", (evaluated: Evaluated) => listener.evaluated(evaluated));
+  client.onNotification("improv/transport", (transport: Transport) => listener.onTransport(transport));
+  client.onNotification("improv/evaluated", (evaluated: Evaluated) => listener.onEvaluated(evaluated));
   client.onNotification(ShowMessageNotification.type, ({ type, message }) => {
-    // The answer to each save belongs in the status bar: a note that pops up would be in the way.
-    if (message.startsWith("▶")) listener.said(message);
-    else if (message.startsWith("✗")) listener.refused(message.slice(1).trim());
-    else if (type === MessageType.Error) void window.showErrorMessage(message);
-    else if (type === MessageType.Warning) void window.showWarningMessage(message);
-    else void window.showInformationMessage(message);
+    // The result of each save belongs in the status bar: a notification would be in the way.
+    if (message.startsWith("▶")) listener.onPlayed(message);
+    else if (message.startsWith("✗")) listener.onRefused(message.slice(1).trim());
+    else void messageOf(type)(message);
+  });
+  client.onRequest(ShowMessageRequest.type, async ({ type, message, actions = [] }) => {
+    const title = await messageOf(type)(message, ...actions.map((action) => action.title));
+    return actions.find((action) => action.title === title) ?? null;
   });
   return client;
 }
 
-/** Tells the server that we take its own messages, and that we show the beat by them. */
+/** Logs what goes wrong with the connection, and shows it only if a running server is lost. */
+class QuietClient extends LanguageClient {
+  override error(message: string, data?: unknown, showNotification?: boolean | "force"): void {
+    super.error(message, data, false);
+    if (showNotification === "force" && this.state === State.Running) {
+      void showError(`Improv: ${message}`, "Show Logs").then((choice) => choice && this.outputChannel.show());
+    }
+  }
+}
+
+/** Tells the server that we understand its own messages, and that we show the beat from them. */
 class LiveMessages implements StaticFeature {
   fillClientCapabilities(capabilities: ClientCapabilities): void {
     capabilities.experimental = { ...capabilities.experimental, improv: true };
@@ -80,19 +97,24 @@ class LiveMessages implements StaticFeature {
   clear(): void {}
 }
 
-/** The settings as the server gets them. In a workspace that is not trusted, saving plays nothing. */
+/** The settings as the server gets them. In a workspace that is not trusted, a save plays nothing. */
 function settings(): object {
   const given = workspace.getConfiguration("improv");
   return workspace.isTrusted ? given : { ...given, onSave: "off" };
 }
 
-async function askForTrust(): Promise<void> {
-  const manage = "Manage trust";
-  const answer = await window.showWarningMessage("Robots move only in a workspace that you trust.", manage);
-  if (answer === manage) await commands.executeCommand("workbench.trust.manage");
+/** VS Code itself shows why a command or a rename failed. */
+function rethrowWithoutLinks(error: unknown): never {
+  if (error instanceof Error) error.message = withoutLinks(error.message);
+  throw error;
 }
 
-/** The program in front: its URI, as arguments. */
+async function askForTrust(): Promise<void> {
+  const choice = await showWarning("Robots move only in a workspace that you trust.", "Manage Trust");
+  if (choice) await commands.executeCommand("workbench.trust.manage");
+}
+
+/** The program in the active editor: its URI, as arguments. */
 function activeProgram(): string[] {
   const editors = [window.activeTextEditor, ...window.visibleTextEditors];
   const editor = editors.find((each) => each?.document.languageId === "improv");
@@ -102,4 +124,15 @@ function activeProgram(): string[] {
 function isPage(uri: string): boolean {
   const { scheme, authority } = Uri.parse(uri);
   return scheme === "http" && /^(127\.0\.0\.1|localhost):\d+$/.test(authority);
+}
+
+function messageOf(type: MessageType): typeof showError {
+  switch (type) {
+    case MessageType.Error:
+      return showError;
+    case MessageType.Warning:
+      return showWarning;
+    default:
+      return showInformation;
+  }
 }

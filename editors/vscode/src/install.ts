@@ -1,36 +1,36 @@
-// Makes an environment for the server in the extension's own storage, after saying what will be in it.
+// Installs the language server into the extension's own storage, after showing what that brings.
 
 import { execFile } from "node:child_process";
 import { mkdir, readdir, rm } from "node:fs/promises";
 import { basename, join } from "node:path";
 import { promisify } from "node:util";
 import { ExtensionContext, LogOutputChannel, ProgressLocation, window } from "vscode";
-import { onPath, ownEnvironment, ownServer, selectedPython } from "./server";
+import { confirm, showError } from "./messages";
+import { onPath, ownEnvironment, ownServer, selectedPython } from "./serverPath";
 
-declare const REQUIREMENTS: string[]; // from pyproject.toml, put in by build.mjs
+declare const REQUIREMENTS: string[]; // from pyproject.toml; build.mjs fills it in
 
 const run = promisify(execFile);
-const FITS = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
+const IS_SUITABLE = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
 
-/** Asks, installs, and says what went wrong, if so. Whether there is a server now. */
+/** Installs the server if the person agrees, and reports problems. True if it is installed. */
 export async function install(context: ExtensionContext, log: LogOutputChannel): Promise<boolean> {
   const python = await findPython();
   if (!python) {
-    const packages = process.platform === "linux" ? " (on Debian and Ubuntu, with the package python3-venv)" : "";
-    void window.showErrorMessage(`Improv needs Python 3.11 or newer: install it${packages}, and try again.`);
+    const packages = process.platform === "linux" ? " (on Debian and Ubuntu, also the package python3-venv)" : "";
+    void showError(`Improv needs Python 3.11 or newer. Install it${packages}, then try again.`);
     return false;
   }
   const environment = ownEnvironment(context);
   const detail = [
-    `It gets a Python environment of its own, made with ${python}, in`,
+    `This creates a Python environment with ${python} in`,
     environment,
-    `In there come Improv ${context.extension.packageJSON.version}, which is in this extension, and by pip from the ` +
-      `internet what it is made with: ${REQUIREMENTS.join(", ")}. That takes about 90 MB. Nothing else is changed.`,
+    `It contains Improv ${context.extension.packageJSON.version}, which comes with this extension, and the packages that ` +
+      `it needs, which pip downloads: ${REQUIREMENTS.join(", ")}. It takes about 90 MB. Nothing else on your computer changes.`,
   ].join("\n\n");
-  const answer = await window.showInformationMessage("Install Improv's language server?", { modal: true, detail }, "Install");
-  if (answer !== "Install") return false;
+  if (!(await confirm("Install Improv's language server?", detail, "Install"))) return false;
 
-  const title = "Improv: installing its language server…";
+  const title = "Installing Improv's language server…";
   return window.withProgress({ location: ProgressLocation.Notification, title, cancellable: true }, async (_, token) => {
     const stop = new AbortController();
     token.onCancellationRequested(() => stop.abort());
@@ -51,24 +51,22 @@ export async function install(context: ExtensionContext, log: LogOutputChannel):
       await rm(environment, { recursive: true, force: true });
       if (token.isCancellationRequested) return false;
       log.error(error as Error);
-      const logs = "Show logs";
-      void window
-        .showErrorMessage("Improv's language server can't be installed: the logs say why.", logs)
-        .then((choice) => choice === logs && log.show());
+      const problem = "Improv's language server could not be installed. The logs say why.";
+      void showError(problem, "Show Logs").then((choice) => choice && log.show());
       return false;
     }
   });
 }
 
-/** The first Python that is new enough and can make environments. */
+/** The first Python that is new enough and can create environments. */
 async function findPython(): Promise<string | undefined> {
   const selected = await selectedPython();
   for (const python of [...(selected ? [selected] : []), ...onPath("python3"), ...onPath("python")]) {
-    const fits = await run(python, ["-c", FITS]).then(
+    const isSuitable = await run(python, ["-c", IS_SUITABLE]).then(
       () => true,
       () => false,
     );
-    if (fits) return python;
+    if (isSuitable) return python;
   }
   return undefined;
 }
@@ -76,11 +74,11 @@ async function findPython(): Promise<string | undefined> {
 async function wheel(context: ExtensionContext): Promise<string> {
   const folder = context.asAbsolutePath("wheel");
   const name = (await readdir(folder)).find((each) => each.endsWith(".whl"));
-  if (!name) throw new Error(`There is no wheel in ${folder}: build the extension with "npm run package".`);
+  if (!name) throw new Error(`${folder} contains no wheel: build the extension with "npm run package".`);
   return join(folder, name);
 }
 
-/** Removes what earlier versions of the extension have installed. */
+/** Removes what earlier versions of the extension installed. */
 async function forgetOthers(context: ExtensionContext): Promise<void> {
   const storage = context.globalStorageUri.fsPath;
   const own = basename(ownEnvironment(context));

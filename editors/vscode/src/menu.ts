@@ -1,43 +1,43 @@
-// What the item in the status bar offers.
+// The menu of the status bar item.
 
 import { commands, ConfigurationTarget, QuickPickItem, window, workspace } from "vscode";
-import { Transport } from "./clock";
+import { Transport } from "./transport";
 
 interface Choice extends QuickPickItem {
-  do?: () => unknown;
+  run?: () => unknown;
 }
 
 const BACKENDS: Choice[] = [
-  { label: "auto", description: "real robots where ROS 2 is found, else the simulator" },
+  { label: "auto", description: "real robots if ROS 2 is found, otherwise the simulator" },
   { label: "sim", description: "the simulator" },
   { label: "ros", description: "ROS 2" },
-  { label: "both", description: "ROS 2, and the simulator beside it" },
+  { label: "both", description: "ROS 2 and the simulator" },
 ];
 
-/** Shows what can be done now with what plays. */
+/** Offers what makes sense for what plays now. */
 export async function showMenu(transport: Transport | undefined, robots: string[]): Promise<void> {
-  const choices: Choice[] = [...conducting(transport), { label: "$(window) Open the page", do: command("improv.openPage") }];
+  const choices: Choice[] = [...playback(transport), { label: "$(window) Show Robots", run: command("improv.openPage") }];
   if (transport && robots.length > 0) {
     const { muted, soloed } = transport;
-    choices.push({ label: "$(mute) Mute…", description: muted.join(", "), do: () => toggle("mute", robots, muted) });
-    choices.push({ label: "$(person) Solo…", description: soloed.join(", "), do: () => toggle("solo", robots, soloed) });
+    choices.push({ label: "$(mute) Mute…", description: muted.join(", "), run: () => toggle("mute", robots, muted) });
+    choices.push({ label: "$(person) Solo…", description: soloed.join(", "), run: () => toggle("solo", robots, soloed) });
   }
   const backend = workspace.getConfiguration("improv").get<string>("backend");
-  choices.push({ label: "$(circuit-board) Play on…", ...(backend ? { description: backend } : {}), do: chooseBackend });
-  choices.push({ label: "$(output) Show logs", do: command("improv.showLogs") });
-  choices.push({ label: "$(refresh) Restart the language server", do: command("improv.restartServer") });
-  await (await window.showQuickPick(choices, { title: "Improv" }))?.do?.();
+  choices.push({ label: "$(circuit-board) Play On…", ...(backend ? { description: backend } : {}), run: chooseBackend });
+  choices.push({ label: "$(output) Show Logs", run: command("improv.showLogs") });
+  choices.push({ label: "$(refresh) Restart Language Server", run: command("improv.restartServer") });
+  await (await window.showQuickPick(choices, { title: "Improv" }))?.run?.();
 }
 
-function conducting(transport: Transport | undefined): Choice[] {
-  const play = { label: "$(play) Play", do: command("improv.play") };
-  const hush = { label: "$(primitive-square) Stop the robots", do: command("improv.hush") };
-  const again = { label: "$(debug-restart) Play from the start", do: command("improv.restart") };
+function playback(transport: Transport | undefined): Choice[] {
+  const play = { label: "$(play) Play", run: command("improv.play") };
+  const hush = { label: "$(primitive-square) Stop Robots", run: command("improv.hush") };
+  const restart = { label: "$(debug-restart) Play from the Beginning", run: command("improv.restart") };
   switch (transport?.state) {
     case "playing":
-      return [hush, { label: "$(debug-pause) Pause", do: command("improv.pause") }, again];
+      return [hush, { label: "$(debug-pause) Pause", run: command("improv.pause") }, restart];
     case "paused":
-      return [{ label: "$(debug-continue) Go on", do: command("improv.resume") }, hush, again];
+      return [{ label: "$(debug-continue) Resume", run: command("improv.resume") }, hush, restart];
     case "waiting":
       return [hush];
     default:
@@ -51,7 +51,7 @@ function command(name: string): () => unknown {
 
 async function toggle(what: "mute" | "solo", robots: string[], now: string[]): Promise<void> {
   const choices = robots.map((label) => ({ label, picked: now.includes(label) }));
-  const title = what === "mute" ? "Robots that stand still" : "Robots that play alone";
+  const title = what === "mute" ? "Mute: robots to keep still" : "Solo: the only robots to play";
   const chosen = await window.showQuickPick(choices, { title, canPickMany: true });
   if (!chosen) return;
   const wanted = chosen.map(({ label }) => label);
@@ -61,6 +61,6 @@ async function toggle(what: "mute" | "solo", robots: string[], now: string[]): P
 }
 
 async function chooseBackend(): Promise<void> {
-  const chosen = await window.showQuickPick(BACKENDS, { title: "What programs play on, from the next save on" });
+  const chosen = await window.showQuickPick(BACKENDS, { title: "Where to play, starting with the next save" });
   if (chosen) await workspace.getConfiguration("improv").update("backend", chosen.label, ConfigurationTarget.Global);
 }

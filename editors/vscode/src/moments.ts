@@ -1,28 +1,28 @@
-// Which words play at a beat, and where they are once the text has been edited.
+// Which words play at a beat, and where they are after edits.
 
 /** Start line, start column, end line, end column. */
-export type Place = readonly [number, number, number, number];
+export type WordRange = readonly [number, number, number, number];
 
-/** What the server tells once for each save that plays; places that an edit has touched are null. */
+/** What the server reports once for each save that plays; ranges that an edit has touched are null. */
 export interface Evaluated {
   uri: string;
   version: number;
   generation: number;
-  ranges: readonly (Place | null)[];
+  ranges: readonly (WordRange | null)[];
   robots: Record<string, Stretch>;
 }
 
-/** What has been told of that, which holds from a beat on. */
+/** The part of it that is known: from a beat on. */
 export interface Known extends Evaluated {
   from: number;
 }
 
-/** First beat, last beat, and the indices of the places that play; sorted, without overlaps. */
+/** First beat, last beat, and the indices of the ranges that play; sorted, without overlaps. */
 export type Moment = readonly [number, number, readonly number[]];
 
 interface Stretch {
   moments: readonly Moment[];
-  until: number | null; // the beat that the moments reach; null: the end
+  until: number | null; // the moments are known up to this beat; null: to the end
 }
 
 export interface Change {
@@ -30,12 +30,12 @@ export interface Change {
   text: string;
 }
 
-/** What plays at a beat, and the next beat at which something else does. */
+/** What plays at a beat, and the next beat at which that changes. */
 export function playing(
   evaluated: Evaluated,
   beat: number,
   isSilent: (robot: string) => boolean,
-): { places: Place[]; next: number } {
+): { ranges: WordRange[]; next: number } {
   const indices = new Set<number>();
   let next = Infinity;
   for (const [robot, { moments }] of Object.entries(evaluated.robots)) {
@@ -45,24 +45,24 @@ export function playing(
     if (plays && !isSilent(robot)) current[2].forEach((index) => indices.add(index));
     next = Math.min(next, plays ? current[1] : (moments[after]?.[0] ?? Infinity));
   }
-  const places = [...indices].map((index) => evaluated.ranges[index]).filter((place) => place !== null);
-  return { places: places as Place[], next };
+  const ranges = [...indices].map((index) => evaluated.ranges[index]).filter((range) => range !== null);
+  return { ranges: ranges as WordRange[], next };
 }
 
-/** Whether the moments say what plays at a beat, as far as that can be known. */
+/** Whether it is known what plays at a beat. */
 export function reaches({ robots, from }: Known, beat: number): boolean {
   return from <= beat && Object.values(robots).every(({ until }) => until === null || beat < until);
 }
 
-/** Where the places are after an edit; one that it touches is none any more. */
-export function edited(ranges: readonly (Place | null)[], change: Change): (Place | null)[] {
-  return ranges.map((place) => place && moved(place, change));
+/** Where the ranges are after an edit; a range that it touches becomes null. */
+export function edited(ranges: readonly (WordRange | null)[], change: Change): (WordRange | null)[] {
+  return ranges.map((range) => range && moved(range, change));
 }
 
-function moved(place: Place, { range: { start, end }, text }: Change): Place | null {
-  const [line, column, lastLine, lastColumn] = place;
-  if (isBefore(lastLine, lastColumn, start)) return place;
-  if (lastLine === start.line && lastColumn === start.character) return /^[\p{L}\p{N}_]/u.test(text) ? null : place;
+function moved(range: WordRange, { range: { start, end }, text }: Change): WordRange | null {
+  const [line, column, lastLine, lastColumn] = range;
+  if (isBefore(lastLine, lastColumn, start)) return range;
+  if (lastLine === start.line && lastColumn === start.character) return /^[\p{L}\p{N}_]/u.test(text) ? null : range;
   const touches = line === end.line && column === end.character;
   if (!touches && !isBefore(end.line, end.character, { line, character: column })) return null;
   if (touches && /[\p{L}\p{N}_]$/u.test(text)) return null;

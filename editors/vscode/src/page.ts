@@ -1,4 +1,4 @@
-// The page on which the simulated robots move, beside the text.
+// The page with the simulated robots, beside the text.
 
 import { Disposable, env, Uri, ViewColumn, WebviewPanel, window } from "vscode";
 
@@ -8,13 +8,13 @@ export class PagePanel implements Disposable {
 
   constructor(private readonly extension: Uri) {}
 
-  /** Shows the page of an address, and leaves the cursor in the text. */
+  /** Shows the page at an address, and leaves the cursor in the text. */
   async show(url: string): Promise<void> {
     if (!this.panel) {
-      const place = { viewColumn: ViewColumn.Beside, preserveFocus: true };
-      // Scripts are for the page in the frame, which can have no more rights than what is around it; that has none.
+      const column = { viewColumn: ViewColumn.Beside, preserveFocus: true };
+      // The frame can do no more than the page around it, which has no script of its own.
       const options = { enableScripts: true, retainContextWhenHidden: true };
-      this.panel = window.createWebviewPanel("improv.page", "Improv: robots", place, options);
+      this.panel = window.createWebviewPanel("improv.page", "Improv Robots", column, options);
       this.panel.iconPath = { light: this.icon("light"), dark: this.icon("dark") };
       this.panel.onDidDispose(() => {
         this.panel = undefined;
@@ -26,13 +26,13 @@ export class PagePanel implements Disposable {
     await this.follow(url);
   }
 
-  /** Goes where the page is now, if it is shown. */
+  /** Loads another address, if the page is open. */
   async follow(url: string): Promise<void> {
     if (!this.panel || url === this.url) return;
-    const address = await reachable(url);
-    if (!this.panel || url === this.url) return; // closed meanwhile, or another was faster
+    const address = await externalAddress(url);
+    if (!this.panel || url === this.url) return; // closed meanwhile, or another call was faster
     this.url = url;
-    this.panel.webview.html = framed(address);
+    this.panel.webview.html = html(address);
   }
 
   dispose(): void {
@@ -44,32 +44,32 @@ export class PagePanel implements Disposable {
   }
 }
 
-/** Opens the page in a browser of its own. */
+/** Opens the page in the browser. */
 export async function browse(url: string): Promise<void> {
   await env.openExternal(Uri.parse(url));
 }
 
-/** The address as seen from where the window is, which may be another machine than the one with the server. */
-async function reachable(url: string): Promise<Uri> {
+/** The address as seen from the window, which may be on another machine than the server. */
+async function externalAddress(url: string): Promise<Uri> {
   const given = Uri.parse(url);
   const address = await env.asExternalUri(given);
   return address.with({ query: given.query }); // a proxy may have dropped the token
 }
 
-function framed(address: Uri): string {
+function html(address: Uri): string {
   return `<!doctype html>
 <html lang="en">
   <head>
     <meta charset="utf-8">
     <meta http-equiv="Content-Security-Policy"
       content="default-src 'none'; style-src 'unsafe-inline'; frame-src ${address.scheme}://${address.authority}">
-    <title>Improv: robots</title>
+    <title>Improv Robots</title>
     <style>
       html, body, iframe { margin: 0; padding: 0; border: 0; width: 100%; height: 100%; overflow: hidden; display: block }
       .vscode-light iframe, .vscode-high-contrast-light iframe { color-scheme: light }
       .vscode-dark iframe, .vscode-high-contrast:not(.vscode-high-contrast-light) iframe { color-scheme: dark }
     </style>
   </head>
-  <body><iframe title="The page with the robots" src="${address.toString(true).replaceAll('"', "%22")}"></iframe></body>
+  <body><iframe title="Simulated robots" src="${address.toString(true).replaceAll('"', "%22")}"></iframe></body>
 </html>`;
 }

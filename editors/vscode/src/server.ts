@@ -1,71 +1,130 @@
-// Finds the language server. Nothing that an untrusted workspace brings along is ever run.
+// The language server: it starts, stops and restarts, and says what failed.
 
-import { existsSync } from "node:fs";
-import { delimiter, dirname, isAbsolute, join, sep } from "node:path";
-import { Disposable, ExtensionContext, extensions, Uri, workspace } from "vscode";
+import { commands, Disposable, ExtensionContext, LogOutputChannel, workspace } from "vscode";
+import { InitializeResult, LanguageClient, State } from "vscode-languageclient/node";
+import { createClient, Listener } from "./client";
+import { install } from "./install";
+import { showWarning } from "./messages";
+import { findServer, onSelectedPython } from "./serverPath";
 
-const WINDOWS = process.platform === "win32";
+export type ServerState = "starting" | "running" | "stopped" | "missing";
 
-/** The server's path: the setting's, or the first that there is; undefined if there is none. */
-export async function findServer(context: ExtensionContext): Promise<string | undefined> {
-  const set = workspace.getConfiguration("improv").get<string>("server.path");
-  if (set) return isAbsolute(set) ? set : onPath(set)[0];
-  const name = WINDOWS ? "improv-ls.exe" : "improv-ls";
-  const python = await selectedPython();
-  const beside = python ? [join(dirname(python), name)] : [];
-  return [...onPath("improv-ls"), ...beside, ownServer(context)].find(isThere);
-}
+export class Server implements Disposable {
+  /** The program that was started last; empty if none was found. */
+  path = "";
+  private client?: LanguageClient;
+  private starting = Promise.resolve();
+  private readonly listening: Disposable[];
 
-/** Where the server is, or would be, in the extension's own environment: one for each version of the extension. */
-export function ownServer(context: ExtensionContext): string {
-  return join(ownEnvironment(context), WINDOWS ? "Scripts\\improv-ls.exe" : "bin/improv-ls");
-}
+  constructor(
+    private readonly context: ExtensionContext,
+    private readonly log: LogOutputChannel,
+    private readonly listener: Listener,
+    private readonly onState: (state: ServerState) => void,
+  ) {
+    this.listening = [
+      workspace.onDidGrantWorkspaceTrust(() => this.onTrust()),
+      workspace.onDidChangeConfiguration(async (event) => {
+        // VS Code reports every restricted setting when trust is granted, whether it changed or not.
+        if (event.affectsConfiguration("improv.server.path") && (await findServer(context)) !== this.path) this.restart();
+      }),
+    ];
+    void onSelectedPython(() => this.startIfStopped()).then((it) => it && this.listening.push(it));
+  }
 
-export function ownEnvironment(context: ExtensionContext): string {
-  const { version } = context.extension.packageJSON as { version: string };
-  return join(context.globalStorageUri.fsPath, `server-${version}`);
-}
+  get info(): InitializeResult["serverInfo"] {
+    return this.client?.initializeResult?.serverInfo;
+  }
 
-/** The programs of a name on the PATH. */
-export function onPath(name: string): string[] {
-  const file = WINDOWS && !name.endsWith(".exe") ? `${name}.exe` : name;
-  const folders = (process.env["PATH"] ?? "").split(delimiter).filter(isAbsolute); // others are the workspace's
-  return folders.map((folder) => join(folder, file)).filter(isThere);
-}
+  async request<Result>(method: string, params: object): Promise<Result | undefined> {
+    return this.client?.sendRequest<Result>(method, params);
+  }
 
-/** The Python of the environment that is selected in the Python extension, if that is installed and works. */
-export async function selectedPython(): Promise<string | undefined> {
-  const environments = await pythonEnvironments();
-  const folder = workspace.workspaceFolders?.[0]?.uri;
-  const path = environments?.getActiveEnvironmentPath(folder);
-  const resolved = path && (await environments?.resolveEnvironment(path).catch(() => undefined));
-  const python = resolved?.executable.uri?.fsPath;
-  return python && isThere(python) ? python : undefined;
-}
+  /** Stops the server, if there is one, and starts it again. */
+  restart(): Promise<void> {
+    const stopped = this.stop(); // at once: a server that hangs while it starts must not hold up the next one
+    this.starting = Promise.all([this.starting, stopped])
+      .then(() => this.start())
+      .catch((error: Error) => this.reportFailure(error));
+    return this.starting;
+  }
 
-/** Calls back when another environment is selected in the Python extension. */
-export async function onSelectedPython(callback: () => void): Promise<Disposable | undefined> {
-  return (await pythonEnvironments())?.onDidChangeActiveEnvironmentPath(callback);
-}
+  /** Ends the server, which stops its robots first. */
+  async stop(): Promise<void> {
+    const client = this.client;
+    this.client = undefined;
+    this.show("stopped");
+    await client?.dispose().catch(() => undefined); // it may have ended on its own
+  }
 
-/** What we use of the Python extension's public API. */
-interface Environments {
-  getActiveEnvironmentPath(resource?: Uri): { path: string };
-  resolveEnvironment(path: { path: string }): Promise<{ executable: { uri?: Uri } } | undefined>;
-  onDidChangeActiveEnvironmentPath(callback: () => void): Disposable;
-}
+  dispose(): void {
+    this.listening.forEach((each) => each.dispose());
+  }
 
-async function pythonEnvironments(): Promise<Environments | undefined> {
-  const python = extensions.getExtension<{ environments?: Environments } | undefined>("ms-python.python");
-  try {
-    return (await python?.activate())?.environments;
-  } catch {
-    return undefined; // it says by itself what is wrong with it
+  private async start(): Promise<void> {
+    await this.stop(); // an earlier call may have started one meanwhile
+    this.show("starting");
+    this.path = (await findServer(this.context)) ?? "";
+    if (!this.path) {
+      this.show("missing");
+      return void this.offer("Improv can't find its language server, improv-ls.");
+    }
+    this.log.info(`starting ${this.path}`);
+    const client = createClient(this.path, this.log, this.listener);
+    this.client = client;
+    client.onDidChangeState(({ newState }) => {
+      if (client === this.client) this.show(stateOf(newState));
+    });
+    await client.start().catch((error: Error) => {
+      if (client === this.client) throw error; // otherwise it was stopped while it started
+    });
+  }
+
+  private reportFailure(error: Error): void {
+    this.log.error(error);
+    this.show("stopped");
+    void this.offer(`Improv can't start its language server, ${this.path}.`, "Show Logs");
+  }
+
+  private async offer(problem: string, ...more: "Show Logs"[]): Promise<void> {
+    switch (await showWarning(problem, "Install…", "Set Server Path…", ...more)) {
+      case "Install…":
+        if (await install(this.context, this.log)) await this.restart();
+        break;
+      case "Set Server Path…":
+        await commands.executeCommand("workbench.action.openSettings", "improv.server.path");
+        break;
+      case "Show Logs":
+        this.log.show();
+    }
+  }
+
+  private onTrust(): void {
+    // The server asks for its settings again and learns that a save plays. One that was hidden may be found now.
+    if (this.client?.isRunning()) {
+      void this.client.sendNotification("workspace/didChangeConfiguration", { settings: null });
+    } else {
+      void this.restart();
+    }
+  }
+
+  private startIfStopped(): void {
+    if (!this.client?.isRunning()) void this.restart();
+  }
+
+  private show(state: ServerState): void {
+    void commands.executeCommand("setContext", "improv.ready", state === "running");
+    this.onState(state);
   }
 }
 
-/** Whether there is such a file, and it may be run. */
-function isThere(path: string): boolean {
-  const folders = workspace.isTrusted ? [] : (workspace.workspaceFolders ?? []);
-  return existsSync(path) && !folders.some(({ uri }) => path.startsWith(uri.fsPath + sep));
+function stateOf(state: State): ServerState {
+  switch (state) {
+    case State.Starting:
+      return "starting";
+    case State.Running:
+      return "running";
+    default:
+      return "stopped";
+  }
 }

@@ -1,26 +1,31 @@
-// The one item in the status bar: what plays, where it is, and why a save did not play.
+// The status bar item: what plays, the current beat, and why a save did not play.
 
 import { Disposable, StatusBarAlignment, ThemeColor, window, workspace } from "vscode";
-import { beatAt, isOn, Transport } from "./clock";
+import { ServerState } from "./server";
+import { beatAt, isActive, Transport } from "./transport";
 
 const SHORTEST = 250; // ms between two changes
-const LONGEST_REFUSAL = 60; // characters
+const LONGEST_PROBLEM = 60; // characters
 
-type Server = "starts" | "missing" | "there";
-const SERVER = { starts: "$(sync~spin) Improv starts", missing: "$(warning) Improv has no server", there: "" };
+const SERVER: Record<ServerState, string> = {
+  starting: "$(sync~spin) Starting Improv…",
+  running: "",
+  stopped: "$(warning) Improv: server not running",
+  missing: "$(warning) Improv: server not found",
+};
 
 export class Status implements Disposable {
   private readonly item = window.createStatusBarItem("improv.status", StatusBarAlignment.Left, 10);
   private readonly listening = Disposable.from(
     window.onDidChangeActiveTextEditor(() => this.paint()),
     workspace.onDidChangeTextDocument(({ document, contentChanges }) => {
-      if (document.languageId === "improv" && contentChanges.length > 0) this.accept(); // saving is said here, too
+      if (document.languageId === "improv" && contentChanges.length > 0) this.accept(); // a save is an event without changes
     }),
   );
   private transport?: Transport;
-  private said = "";
-  private refusal = "";
-  private server: Server = "starts";
+  private played = "";
+  private refused = "";
+  private server: ServerState = "starting";
   private timer?: NodeJS.Timeout;
 
   constructor() {
@@ -28,25 +33,25 @@ export class Status implements Disposable {
     this.paint();
   }
 
-  take(transport: Transport | undefined): void {
+  setTransport(transport: Transport | undefined): void {
     this.transport = transport;
     this.paint();
   }
 
-  show(server: Server): void {
+  setServer(server: ServerState): void {
     this.server = server;
     this.paint();
   }
 
-  /** Says in the tooltip what a save has the robots do. */
-  say(line: string): void {
-    this.said = line;
+  /** Shows in the tooltip what the robots do since a save. */
+  setPlayed(line: string): void {
+    this.played = line;
     this.accept();
   }
 
-  /** Says why a save does not play, until the program is edited or plays. */
-  refuse(line: string): void {
-    this.refusal = line;
+  /** Shows why a save does not play, until the program is edited or plays. */
+  setRefused(line: string): void {
+    this.refused = line;
     this.paint();
   }
 
@@ -57,23 +62,23 @@ export class Status implements Disposable {
   }
 
   private accept(): void {
-    this.refusal = "";
+    this.refused = "";
     this.paint();
   }
 
   private paint(): void {
     clearTimeout(this.timer);
-    if (window.activeTextEditor?.document.languageId !== "improv" && !isOn(this.transport)) return this.item.hide();
-    const refused = shortened(this.refusal);
-    const where = SERVER[this.server] || place(this.transport, refused !== "");
-    this.item.text = refused ? `$(error) ${refused}  ${where}` : where;
-    this.item.tooltip = this.refusal || (isOn(this.transport) && this.said) || "Play, stop, and more";
+    if (window.activeTextEditor?.document.languageId !== "improv" && !isActive(this.transport)) return this.item.hide();
+    const problem = shortened(this.refused);
+    const current = SERVER[this.server] || describe(this.transport, problem !== "");
+    this.item.text = problem ? `$(error) ${problem}  ${current}` : current;
+    this.item.tooltip = this.refused || (isActive(this.transport) && this.played) || "Play, stop, and more";
     const label = `Improv: ${this.item.text.replaceAll(/\$\([\w~-]+\) ?/g, "")}`;
     this.item.accessibilityInformation = { label, role: "button" };
-    const isMissing = this.server === "missing";
-    const isWrong = isMissing || refused !== "";
-    this.item.backgroundColor = isWrong ? new ThemeColor("statusBarItem.warningBackground") : undefined;
-    this.item.command = isMissing ? "improv.restartServer" : "improv.menu";
+    const isDown = this.server === "missing" || this.server === "stopped";
+    const isWarning = isDown || problem !== "";
+    this.item.backgroundColor = isWarning ? new ThemeColor("statusBarItem.warningBackground") : undefined;
+    this.item.command = isDown ? "improv.restartServer" : "improv.menu";
     this.item.show();
 
     if (this.transport?.state !== "playing") return;
@@ -82,33 +87,33 @@ export class Status implements Disposable {
   }
 }
 
-/** What plays and where it is; in few words where there is something else to say. */
-function place(transport: Transport | undefined, briefly: boolean): string {
+/** What plays and the current beat; briefly if there is a problem to show as well. */
+function describe(transport: Transport | undefined, briefly: boolean): string {
   if (!transport) return "$(primitive-square) Improv";
   const { state, backend, tempo } = transport;
-  const about = (pace: string): string => (briefly ? "" : ` · ${pace}${backend}`);
+  const details = (pace: string): string => (briefly ? "" : ` · ${pace}${backend}`);
   const pace = `♩ ${Math.round(tempo * 10) / 10} · `;
   switch (state) {
     case "waiting":
-      return `$(sync~spin) waiting${about("")}`;
+      return `$(sync~spin) waiting${details("")}`;
     case "playing":
-      return `$(play) ${beatOf(transport)}${about(pace)}`;
+      return `$(play) ${beatOf(transport)}${details(pace)}`;
     case "paused":
-      return `$(debug-pause) paused · ${beatOf(transport)}${about(pace)}`;
+      return `$(debug-pause) paused · ${beatOf(transport)}${details(pace)}`;
     case "ended":
-      return `$(primitive-square) ended${about("")}`;
+      return `$(primitive-square) ended${details("")}`;
     case "stopped":
-      return `$(primitive-square) stopped${about("")}`;
+      return `$(primitive-square) stopped${details("")}`;
   }
 }
 
-/** Why a save did not play, without what the item says anyway. */
-function shortened(refusal: string): string {
-  const why = refusal.replace(/; what plays goes on$/, "");
-  return why.length > LONGEST_REFUSAL ? `${why.slice(0, LONGEST_REFUSAL - 1).trimEnd()}…` : why;
+/** Why a save did not play, without what the item shows anyway. */
+function shortened(refused: string): string {
+  const why = refused.replace(/; (what plays goes on|the previous dance keeps playing)$/, "");
+  return why.length > LONGEST_PROBLEM ? `${why.slice(0, LONGEST_PROBLEM - 1).trimEnd()}…` : why;
 }
 
-/** Counts from 1, as people do. */
+/** The beat, counted from 1 as people do. */
 function beatOf(transport: Transport): string {
   const last = transport.beats === null ? "∞" : Math.ceil(transport.beats);
   const beat = Math.floor(beatAt(transport)) + 1;

@@ -1,18 +1,18 @@
-// Lights up the words that play, by a clock of its own: the server says once what is to come.
+// Highlights the words that play, by its own clock: the server reports once what is to come.
 
 import { Disposable, Range, TextDocument, TextDocumentChangeEvent, ThemeColor, window, workspace } from "vscode";
-import { beatAt, isSilent, Transport } from "./clock";
-import { edited, Evaluated, Known, Place, playing, reaches } from "./moments";
+import { edited, Evaluated, Known, playing, reaches, WordRange } from "./moments";
+import { beatAt, isSilent, Transport } from "./transport";
 
 const SHORTEST = 30; // ms between two changes on the screen
-const AHEAD = 4; // beats before the known ones end, at which more are asked for
+const AHEAD = 4; // ask for more this many beats before the known ones end
 const PATIENCE = 500; // ms before asking again
 
-/** Asks what plays from a beat on. */
-type Ask = (beat: number) => Promise<Evaluated | undefined>;
+/** Asks the server what plays from a beat on. */
+export type RequestMoments = (beat: number) => Promise<Evaluated | undefined>;
 
 export class PlayingWords implements Disposable {
-  private readonly light = window.createTextEditorDecorationType({
+  private readonly highlight = window.createTextEditorDecorationType({
     backgroundColor: new ThemeColor("improv.playingBackground"),
     outline: "1px solid",
     outlineColor: new ThemeColor("improv.playingBorder"),
@@ -20,7 +20,7 @@ export class PlayingWords implements Disposable {
   });
   private readonly listening = Disposable.from(
     workspace.onDidChangeTextDocument((event) => this.follow(event)),
-    workspace.onDidCloseTextDocument((document) => this.lose(document)),
+    workspace.onDidCloseTextDocument((document) => this.forget(document)),
     workspace.onDidChangeConfiguration((event) => event.affectsConfiguration("improv.highlight") && this.paint()),
     window.onDidChangeVisibleTextEditors(() => this.paint()),
   );
@@ -29,29 +29,29 @@ export class PlayingWords implements Disposable {
   private timer?: NodeJS.Timeout;
   private asking = false;
 
-  constructor(private readonly ask: Ask) {}
+  constructor(private readonly request: RequestMoments) {}
 
-  /** Takes what is to come from a save on. */
+  /** Learns what will play since a save. */
   expect(evaluated: Evaluated): void {
     for (const old of this.known.keys()) {
       if (old !== this.transport?.generation) this.known.delete(old);
     }
-    const isCurrent = documentOf(evaluated)?.version === evaluated.version; // nobody has typed meanwhile
+    const isCurrent = documentOf(evaluated)?.version === evaluated.version; // nobody typed meanwhile
     this.known.set(evaluated.generation, isCurrent ? { ...evaluated, from: 0 } : unknown(evaluated));
     this.paint();
   }
 
-  /** Goes on from where the server says that it is; from nothing, where nothing plays any more. */
-  take(transport: Transport | undefined): void {
+  /** Follows the server's clock; undefined: nothing plays any more. */
+  setTransport(transport: Transport | undefined): void {
     this.transport = transport;
-    if (!transport) this.known.clear(); // the next server counts its generations anew
+    if (!transport) this.known.clear(); // the next server counts its generations from the beginning
     this.paint();
   }
 
   dispose(): void {
     clearTimeout(this.timer);
     this.listening.dispose();
-    this.light.dispose();
+    this.highlight.dispose();
   }
 
   private paint(): void {
@@ -60,29 +60,29 @@ export class PlayingWords implements Disposable {
     if (!evaluated || !this.transport) return this.show(undefined, []);
     const transport = this.transport;
     const beat = beatAt(transport);
-    const { places, next } = playing(evaluated, beat, (robot) => isSilent(transport, robot));
-    this.show(evaluated.uri, places);
+    const { ranges, next } = playing(evaluated, beat, (robot) => isSilent(transport, robot));
+    this.show(evaluated.uri, ranges);
 
     const isKnown = reaches(evaluated, beat) && reaches(evaluated, beat + AHEAD);
-    if (!isKnown) void this.askOn(beat);
+    if (!isKnown) void this.requestMore(beat);
     const change = transport.state === "playing" ? ((next - beat) * 60_000) / transport.tempo : Infinity;
     const wait = isKnown ? change : Math.min(change, PATIENCE);
     if (wait < 2 ** 31) this.timer = setTimeout(() => this.paint(), Math.max(wait, SHORTEST));
   }
 
-  /** What is known of what plays, where its words are to be lit. */
+  /** What is known about what plays now, if its words are to be highlighted. */
   private evaluated(): Known | undefined {
-    const isLit = this.transport?.state === "playing" || this.transport?.state === "paused";
+    const isActive = this.transport?.state === "playing" || this.transport?.state === "paused";
     const isWanted = workspace.getConfiguration("improv").get("highlight.playing", true);
     const evaluated = this.known.get(this.transport?.generation ?? -1);
-    return isLit && isWanted && evaluated && documentOf(evaluated) ? evaluated : undefined;
+    return isActive && isWanted && evaluated && documentOf(evaluated) ? evaluated : undefined;
   }
 
-  private show(uri: string | undefined, places: Place[]): void {
-    const ranges = places.map((place) => new Range(...place));
+  private show(uri: string | undefined, words: WordRange[]): void {
+    const ranges = words.map((word) => new Range(...word));
     for (const editor of window.visibleTextEditors) {
       if (editor.document.languageId !== "improv") continue;
-      editor.setDecorations(this.light, editor.document.uri.toString() === uri ? ranges : []);
+      editor.setDecorations(this.highlight, editor.document.uri.toString() === uri ? ranges : []);
     }
   }
 
@@ -96,18 +96,18 @@ export class PlayingWords implements Disposable {
     if (contentChanges.length > 0) this.paint();
   }
 
-  /** Who opens a document again may find another text in it. */
-  private lose(document: TextDocument): void {
+  /** A document that is opened again may hold another text. */
+  private forget(document: TextDocument): void {
     for (const [generation, evaluated] of this.known) {
       if (evaluated.uri === document.uri.toString()) this.known.set(generation, unknown(evaluated));
     }
   }
 
-  /** Gets what plays from a beat on, unless somebody types meanwhile. */
-  private async askOn(beat: number): Promise<void> {
+  /** Learns what plays from a beat on, unless somebody types meanwhile. */
+  private async requestMore(beat: number): Promise<void> {
     if (this.asking) return;
     this.asking = true;
-    const more = await this.ask(beat).catch(() => undefined);
+    const more = await this.request(beat).catch(() => undefined);
     if (more && more.generation === this.transport?.generation && documentOf(more)?.version === more.version) {
       this.known.set(more.generation, { ...more, from: beat });
     }
@@ -116,7 +116,7 @@ export class PlayingWords implements Disposable {
   }
 }
 
-/** Before the server has said where the words are now, nothing is lit. */
+/** Until the server reports where the words are now, nothing is highlighted. */
 function unknown(evaluated: Evaluated): Known {
   return { ...evaluated, robots: {}, from: Infinity };
 }

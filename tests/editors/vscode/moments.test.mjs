@@ -64,8 +64,8 @@ const EVALUATED = {
 
 test("words are lit from their first beat to their last", () => {
   const at = (beat, silent = () => false) => {
-    const { places, next } = playing(EVALUATED, beat, silent)
-    return [places.map(([, column]) => column), next]
+    const { ranges, next } = playing(EVALUATED, beat, silent)
+    return [ranges.map(([, column]) => column), next]
   }
   assert.deepEqual(at(0), [[0], 1])
   assert.deepEqual(at(0.99), [[0], 1])

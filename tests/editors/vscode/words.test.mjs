@@ -28,7 +28,7 @@ function evaluated({ generation = 1, until = null } = {}) {
 }
 
 function play(transport = {}) {
-  words.take({ ...TRANSPORT, wall: Date.now() / 1000, ...transport })
+  words.setTransport({ ...TRANSPORT, wall: Date.now() / 1000, ...transport })
 }
 
 async function answer(its) {
@@ -106,7 +106,7 @@ test("a document that was closed may be another when it is opened again", async 
 test("a new server counts its generations anew", () => {
   words.expect(evaluated())
   play()
-  words.take(undefined)
+  words.setTransport(undefined)
   play()
   assert.deepEqual(lit, [])
 })

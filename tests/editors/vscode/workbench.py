@@ -45,14 +45,18 @@ def packaged() -> Path:
 
 
 @contextmanager
-def workbench(folder: Path, program: str, settings: Mapping[str, object], env: Mapping[str, str]) -> Iterator[Page]:
+def workbench(
+    folder: Path,
+    program: str,
+    settings: Mapping[str, object],
+    env: Mapping[str, str],
+    workspace_settings: Mapping[str, object] | None = None,
+) -> Iterator[Page]:
     """A window with `dance.improv` in a folder that is not trusted yet."""
     work, user = folder / "work", folder / "user"
-    ours = {name: value for name, value in settings.items() if name.startswith("improv.")}
-    for scope, values in (("User", {**QUIET, **settings}), ("Machine", ours)):  # where the server is, the machine says
-        (user / scope).mkdir(parents=True)
-        (user / scope / "settings.json").write_text(json.dumps(values))
-    work.mkdir()
+    _write_settings(user / "User", {**QUIET, **settings})
+    set_machine_settings(folder, {name: value for name, value in settings.items() if name.startswith("improv.")})
+    _write_settings(work / ".vscode", workspace_settings or {})
     (work / "dance.improv").write_text(program)
     with _code_server(folder, work, env) as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=need("chromium"), args=FLAGS)
@@ -67,6 +71,11 @@ def workbench(folder: Path, program: str, settings: Mapping[str, object], env: M
             keep_picture(page, "failed")
             raise
         browser.close()
+
+
+def set_machine_settings(folder: Path, settings: Mapping[str, object]) -> None:
+    """Set what only the machine's own settings may set, such as the server's path; an open window follows."""
+    _write_settings(folder / "user" / "Machine", settings)
 
 
 def word(page: Page, text: str) -> Locator:
@@ -92,6 +101,11 @@ def keep_picture(page: Page, name: str) -> None:
     if folder := os.environ.get("IMPROV_ARTIFACTS"):
         Path(folder).mkdir(parents=True, exist_ok=True)
         page.screenshot(path=Path(folder) / f"{name}.png")
+
+
+def _write_settings(folder: Path, settings: Mapping[str, object]) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "settings.json").write_text(json.dumps(settings))
 
 
 @contextmanager

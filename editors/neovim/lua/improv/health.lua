@@ -11,12 +11,12 @@ local function message(content)
   return ("Content-Length: %d\r\n\r\n%s"):format(#body, body)
 end
 
---- Start the server, have it say who it is, and end it.
+--- Start the server, ask for its name and version, and stop it.
 local function try_server()
-  local said = message { id = 1, method = "initialize", params = { capabilities = vim.empty_dict() } }
+  local input = message { id = 1, method = "initialize", params = { capabilities = vim.empty_dict() } }
     .. message { id = 2, method = "shutdown" }
     .. message { method = "exit" }
-  local done = vim.system(server.cmd, { stdin = said, timeout = LIMIT }):wait()
+  local done = vim.system(server.cmd, { stdin = input, timeout = LIMIT }):wait()
   local info = (done.stdout or ""):match('"serverInfo":%s*(%b{})')
   return info and vim.json.decode(info), vim.trim(done.stderr or "")
 end
@@ -24,8 +24,8 @@ end
 local function check_server()
   local path = vim.fn.exepath(server.cmd[1])
   if path == "" then
-    local advice = "Install Improv so that it is on your PATH, or give `require('improv').setup()` a `cmd`"
-    return vim.health.error(("`%s` is not found"):format(server.cmd[1]), advice)
+    local advice = "Install Improv and put it on your PATH, or pass `cmd` to `require('improv').setup()`"
+    return vim.health.error(("`%s` not found"):format(server.cmd[1]), advice)
   end
   local info, problem = try_server()
   if info then
@@ -38,20 +38,20 @@ end
 local function check_clients()
   local clients = vim.lsp.get_clients { name = "improv" }
   if #clients == 0 then
-    vim.health.info("no program is open: open a file that ends in `.improv`")
+    vim.health.info("no program is open; open a file that ends in `.improv`")
   end
   for _, client in ipairs(clients) do
-    local told = require("improv.playing").told(client.id)
-    local plays = told.backend and ("plays on %s, %s"):format(told.backend, told.state) or "has played nothing yet"
-    vim.health.ok(("at work in %s, %s"):format(client.config.root_dir, plays))
+    local transport = require("improv.playing").transport_of(client.id)
+    local plays = transport.backend and ("%s, %s"):format(transport.backend, transport.state) or "nothing played yet"
+    vim.health.ok(("running in %s: %s"):format(client.config.root_dir, plays))
   end
 end
 
 local function check_colors()
   if pcall(vim.treesitter.get_string_parser, "", "improv") then
-    vim.health.ok("colors: by the tree-sitter grammar, and by the server")
+    vim.health.ok("colors: from the tree-sitter grammar and the server")
   else
-    vim.health.info("colors: by `syntax/improv.vim` and the server, as there is no tree-sitter grammar `improv`")
+    vim.health.info("colors: from `syntax/improv.vim` and the server; the tree-sitter grammar is not installed")
   end
 end
 
@@ -60,7 +60,7 @@ function M.check()
   if vim.fn.has("nvim-0.10") == 1 then
     vim.health.ok(("Neovim %s"):format(tostring(vim.version())))
   else
-    vim.health.error("Neovim is older than 0.10", "Install a newer one")
+    vim.health.error("Neovim is too old", "Install Neovim 0.10 or newer")
   end
   check_server()
   check_clients()

@@ -1,9 +1,9 @@
--- Improv in Neovim: `setup` for init.lua, and `statusline`. The help has all of it: `:help improv`.
+-- Improv in Neovim: `setup` for init.lua, and `statusline`. See `:help improv`.
 
 local M = {}
 
---- Start the server for *.improv files. `cmd` is what starts it; `settings` are those of the server, such as
---- { backend = "sim" }.
+--- Start the server for *.improv files. `cmd` is the command that starts it; `settings` are the server's settings,
+--- such as { backend = "sim" }.
 function M.setup(options)
   options = vim.tbl_extend("keep", options or {}, { cmd = { "improv-ls" } })
   vim.api.nvim_set_hl(0, "ImprovPlaying", { default = true, link = "IncSearch" })
@@ -11,8 +11,8 @@ function M.setup(options)
   server.cmd = options.cmd
 
   local function opened(buffer)
-    if vim.fn.executable(options.cmd[1]) == 0 then -- Neovim itself would only log it
-      vim.notify_once(options.cmd[1] .. " is not found: install Improv, or give setup() a cmd", vim.log.levels.WARN)
+    if vim.fn.executable(options.cmd[1]) == 0 then -- Neovim would only log this
+      vim.notify_once(options.cmd[1] .. " not found: install Improv, or pass cmd to setup()", vim.log.levels.WARN)
     end
     require("improv.commands").define(buffer)
   end
@@ -24,10 +24,10 @@ function M.setup(options)
   on("FileType", "improv", function(event) opened(event.buf) end)
   on("LspDetach", nil, function(event) require("improv.playing").leave(event.data.client_id, event.buf) end)
   server.enable(group, options.settings)
-  vim.cmd.doautoall("<nomodeline> improv FileType") -- for files opened before
+  vim.cmd.doautoall("<nomodeline> improv FileType") -- for files that are already open
 end
 
---- What plays, for the status line: `▶ beat 3/8, 120 bpm, simulator`. Empty where there is no server.
+--- The state of playback for the status line: `▶ beat 3/8, 120 bpm, simulator`. Empty without a server.
 function M.statusline()
   local client = require("improv.server").of(0)
   return client and require("improv.playing").status(client.id) or ""

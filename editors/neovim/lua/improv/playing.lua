@@ -1,16 +1,16 @@
--- What plays: a clock for each server, set by its messages, which lights up words and moves the status line on.
+-- What plays: a clock for each server, set by its messages. It highlights words and updates the status line.
 
 local server = require("improv.server")
 local words = require("improv.words")
 
 local M = {}
 
-local AHEAD = 3 -- seconds for which words are to be known; the server tells where it is each second
-local SHORTEST = 15 -- milliseconds between two looks: what is shorter than that, nobody sees
+local AHEAD = 3 -- seconds for which the words must be known; the server reports its clock each second
+local SHORTEST = 15 -- milliseconds between two updates; nobody sees a shorter time
 
--- By server: `transport` as last heard, at `heard` (seconds by our clock), the `words` of each generation, which change
--- hands when the stage says so, and a `timer`, which runs only while something plays. Only messages of the server make
--- one: a status line may still be drawn for a server that has ended, and others than ours come and go.
+-- For each server: the last `transport`, when it was `heard` (seconds on our clock), the `words` of each generation
+-- (the next one may already wait), and a `timer`, which runs only while something plays. Only the server's messages
+-- create an entry, because a status line may still be drawn for a server that has ended.
 local players = {}
 
 local function player_of(id)
@@ -26,19 +26,19 @@ local function seconds()
   return vim.uv.hrtime() / 1e9
 end
 
---- Seconds that a message has been on its way; at most one, should the server's clock be another's.
+--- How many seconds a message took. At most one: a larger difference means that the clocks differ.
 local function age(wall)
   local whole, millionths = vim.uv.gettimeofday()
   return math.min(math.max(whole + millionths / 1e6 - wall, 0), 1)
 end
 
 local function beat_of(player)
-  local told = player.transport
-  local passed = told.state == "playing" and (seconds() - player.heard) * told.tempo / 60 or 0
-  return math.min(told.beat + passed, told.beats or math.huge)
+  local transport = player.transport
+  local passed = transport.state == "playing" and (seconds() - player.heard) * transport.tempo / 60 or 0
+  return math.min(transport.beat + passed, transport.beats or math.huge)
 end
 
---- Whether a robot is told to stand still while others play.
+--- A function that returns whether a robot stands still while others play.
 local function silence(transport)
   local muted, soloed = transport.muted, transport.soloed
   return function(robot)
@@ -49,7 +49,7 @@ local function silence(transport)
   end
 end
 
-local function is_under_way(player)
+local function is_active(player)
   return player and player.transport and (player.transport.state == "playing" or player.transport.state == "paused")
 end
 
@@ -60,7 +60,7 @@ local function drop(player, generation)
   end
 end
 
---- Show where it is, and come again when that changes.
+--- Show the state of playback, and again when it changes.
 local function show(player)
   player.timer:stop()
   if not player.transport then
@@ -70,7 +70,7 @@ local function show(player)
   local current = player.words[told.generation]
   if current and vim.g.improv_playing == false then
     words.darken(current)
-  elseif current and is_under_way(player) then
+  elseif current and is_active(player) then
     change = words.light(current, beat, silence(told))
   end
   if player.watched and player.shown ~= told.state .. math.floor(beat) then
@@ -87,7 +87,7 @@ local function show(player)
   end
 end
 
---- Without JSON's nulls, which Neovim 0.12 keeps apart from what is missing.
+--- Remove JSON's nulls, which Neovim 0.12 represents by vim.NIL.
 local function without_nulls(object)
   for name, value in pairs(object) do
     if value == vim.NIL then
@@ -97,7 +97,7 @@ local function without_nulls(object)
   return object
 end
 
---- The buffer of what plays, if it is open.
+--- The buffer of the program that plays, if it is open.
 local function buffer_of(client, uri)
   for buffer in pairs(client.attached_buffers) do
     if vim.api.nvim_buf_is_loaded(buffer) and vim.uri_from_bufnr(buffer) == uri then
@@ -106,7 +106,7 @@ local function buffer_of(client, uri)
   end
 end
 
---- Mark the words that the server has told, unless the text is another meanwhile: then the answer is false.
+--- Mark the words that the server reported. Returns false if the text has changed meanwhile.
 local function take(client, told, from)
   local player, buffer = player_of(client.id), buffer_of(client, told.uri)
   if not buffer then
@@ -122,11 +122,11 @@ local function take(client, told, from)
   return true
 end
 
---- Have the server tell what plays from a beat on.
+--- Ask the server what plays from a beat on.
 local function ask(client, buffer, beat)
   server.request(client, "improv/moments", { beat = beat }, function(_, told)
-    if told and told.ranges and is_under_way(players[client.id]) then
-      take(client, told, beat) -- if that fails, the next message of the transport has us ask again
+    if told and told.ranges and is_active(players[client.id]) then
+      take(client, told, beat) -- if the text has changed, we ask again after the next message
     end
   end, buffer)
 end
@@ -143,7 +143,7 @@ local function is_known(current, beat, ahead)
   return true
 end
 
---- `improv/evaluated`: a program has been saved and plays, or will when the one before lets it.
+--- `improv/evaluated`: a saved program plays now, or when the previous one ends.
 function M.evaluated(id, told)
   local client = vim.lsp.get_client_by_id(id)
   if client and not take(client, told, 0) then
@@ -151,12 +151,12 @@ function M.evaluated(id, told)
   end
 end
 
---- `improv/transport`: where it is, or what has become of it.
+--- `improv/transport`: the state of playback.
 function M.transport(id, told)
   local client, player = vim.lsp.get_client_by_id(id), player_of(id)
   player.transport, player.heard, player.shown = without_nulls(told), seconds() - age(told.wall), nil
   for generation in pairs(player.words) do
-    if generation < told.generation or not (is_under_way(player) or told.state == "waiting") then
+    if generation < told.generation or not (is_active(player) or told.state == "waiting") then
       drop(player, generation)
     end
   end
@@ -164,12 +164,12 @@ function M.transport(id, told)
   local buffer = client and told.uri and buffer_of(client, told.uri)
   local beat = beat_of(player)
   local known = is_known(player.words[told.generation], beat, beat + AHEAD * told.tempo / 60)
-  if buffer and is_under_way(player) and not known then
+  if buffer and is_active(player) and not known then
     ask(client, buffer, beat)
   end
 end
 
---- What plays, in one line.
+--- The state of playback, in one line.
 function M.status(id)
   local player = players[id]
   local told = player and player.transport
@@ -178,8 +178,8 @@ function M.status(id)
   end
   player.watched = true
   if told.state == "waiting" then
-    return ("… waits for robots, %s"):format(told.backend)
-  elseif not is_under_way(player) then
+    return ("… waiting for robots, %s"):format(told.backend)
+  elseif not is_active(player) then
     return ("■ %s"):format(told.state)
   end
   local sign = told.state == "playing" and "▶" or "‖"
@@ -188,12 +188,12 @@ function M.status(id)
   return ("%s beat %d/%s, %g bpm, %s"):format(sign, beat, whole or "∞", told.tempo, told.backend)
 end
 
---- The transport as last heard.
-function M.told(id)
+--- The last transport of a server, or an empty table.
+function M.transport_of(id)
   return players[id] and players[id].transport or {}
 end
 
---- The robots of what plays.
+--- The robots in the programs that play.
 function M.robots(id)
   local found = {}
   for _, each in pairs(words_of(id)) do
@@ -203,7 +203,7 @@ function M.robots(id)
   return vim.fn.uniq(found)
 end
 
---- A server that no longer serves a buffer leaves nothing in it.
+--- Remove the highlights of a server from a buffer that it no longer serves.
 function M.leave(id, buffer)
   for generation, each in pairs(words_of(id)) do
     if each.buffer == buffer then
@@ -212,7 +212,7 @@ function M.leave(id, buffer)
   end
 end
 
---- A server that has ended leaves nothing at all.
+--- Remove everything of a server that has ended.
 function M.forget(id)
   local player = players[id]
   if player then

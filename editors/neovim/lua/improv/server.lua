@@ -1,65 +1,65 @@
--- The language server: how it is started, asked and heard, in Neovim 0.10 and in newer ones.
+-- The language server: start it, send requests and handle its messages, in Neovim 0.10 and newer.
 
 local M = { cmd = { "improv-ls" } }
 
 local NEW = vim.fn.has("nvim-0.11") == 1
 
---- The server of a buffer; 0 is the one in sight.
+--- The server of a buffer; 0 is the current buffer.
 function M.of(buffer)
   return vim.lsp.get_clients({ name = "improv", bufnr = buffer })[1]
 end
 
---- Ask the server something that concerns a buffer; it hears first of all that was typed there.
-function M.request(client, method, params, answered, buffer)
+--- Send a request about a buffer. The server first receives everything that was typed there.
+function M.request(client, method, params, handler, buffer)
   if NEW then
-    client:request(method, params, answered, buffer)
+    client:request(method, params, handler, buffer)
   else
-    client.request(method, params, answered, buffer)
+    client.request(method, params, handler, buffer)
   end
 end
 
---- Have the server do something; what goes wrong is said in a line.
+--- Have the server execute a command, and show an error in one line.
 function M.execute(client, command, arguments)
   local offered = vim.tbl_get(client.server_capabilities, "executeCommandProvider", "commands") or {}
   if not vim.tbl_contains(offered, command) then
-    return vim.notify("This improv-ls has no " .. command .. ": install a newer one", vim.log.levels.WARN)
+    return vim.notify("This improv-ls does not support " .. command .. "; install a newer one", vim.log.levels.WARN)
   end
   M.request(client, "workspace/executeCommand", { command = command, arguments = arguments }, function(problem, page)
     if problem then
       vim.notify(problem.message, vim.log.levels.ERROR)
     elseif type(page) == "string" then
-      vim.notify("the page is at " .. page) -- no browser may have come up
+      vim.notify("The robots are at " .. page) -- the browser may not have opened
     end
   end)
 end
 
---- The folder of the nearest improv.toml, else the file's own: files that share it share a server and a stage.
+--- The folder of the nearest improv.toml, or the file's own. Files that share it share a server and a stage.
 local function root_of(buffer)
   local name = vim.api.nvim_buf_get_name(buffer)
   return vim.fs.root(buffer, "improv.toml") or (name == "" and vim.fn.getcwd() or vim.fs.dirname(name))
 end
 
---- Show a message of the server in one line, which need not be confirmed.
+--- Show a message from the server in one line, without a prompt.
 local function show_message(_, params)
   local line = params.message:gsub("%s*[\r\n]+%s*", " ")
   if vim.fn.strdisplaywidth(line) <= vim.v.echospace then
     vim.notify(line, vim.log.levels.ERROR + 1 - params.type)
-  else -- shortened in its middle; `:messages` has all of it
+  else -- Neovim shortens it; `:messages` shows all of it
     vim.cmd.echohl(params.type == vim.lsp.protocol.MessageType.Error and "ErrorMsg" or "WarningMsg")
     vim.cmd.echomsg(vim.fn.string(line))
     vim.cmd.echohl("None")
   end
 end
 
---- Start the server for each buffer of ours, one for each folder.
+--- Start a server for the programs in each folder.
 function M.enable(group, settings)
   local playing = require("improv.playing")
   local config = {
     cmd = M.cmd,
     filetypes = { "improv" },
-    capabilities = { experimental = { improv = true } }, -- we light up by ourselves what plays
-    init_options = { improv = settings }, -- known before the first file is opened
-    settings = { improv = settings }, -- given again when the server asks
+    capabilities = { experimental = { improv = true } }, -- we highlight the words that play
+    init_options = { improv = settings }, -- needed before the first file opens
+    settings = { improv = settings }, -- for when the server asks
     handlers = {
       ["improv/evaluated"] = function(_, params, context) playing.evaluated(context.client_id, params) end,
       ["improv/transport"] = function(_, params, context) playing.transport(context.client_id, params) end,

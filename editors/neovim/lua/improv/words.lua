@@ -1,10 +1,10 @@
--- The words of one program that plays, as marks in its buffer: they move with the text, and some are lit.
+-- The words of a playing program, as extmarks in its buffer: they move with the text, and some are highlighted.
 
 local M = {}
 
 local SPACE = vim.api.nvim_create_namespace("improv.playing")
 
---- The byte at which a column begins that the server counts in units of `encoding`.
+--- The byte offset of a column that the server counts in units of `encoding`.
 local function byte_column(buffer, row, column, encoding)
   local line = vim.api.nvim_buf_get_lines(buffer, row, row + 1, false)[1] or ""
   if encoding == "utf-8" then
@@ -22,13 +22,13 @@ local function mark(words, index, row, column, end_row, end_column, group)
     end_row = end_row,
     end_col = end_column,
     hl_group = group,
-    priority = 200, -- above the colors that words have by themselves
+    priority = 200, -- above the colors of the syntax
     strict = false,
-    invalidate = true, -- a word that is deleted is not lit
+    invalidate = true, -- a deleted word is not highlighted
   })
 end
 
---- Mark the words of `improv/evaluated`, or of an answer to `improv/moments` that begins at beat `from`.
+--- Mark the words of `improv/evaluated`, or of an answer to `improv/moments`, known from beat `from` on.
 function M.place(buffer, encoding, told, from)
   local words = { buffer = buffer, robots = told.robots, from = from, marks = {}, lit = {} }
   for index, range in ipairs(told.ranges) do
@@ -40,7 +40,7 @@ function M.place(buffer, encoding, told, from)
   return words
 end
 
---- The first moment of a robot that ends after a beat: the one that plays, or is next. Nil if there is none.
+--- The moment of a robot that plays at a beat, or the next one, or nil.
 local function moment_at(moments, beat)
   local low, high = 1, #moments + 1
   while low < high do
@@ -57,13 +57,13 @@ end
 local function set_lit(words, index, lit)
   local row, column, details =
     unpack(vim.api.nvim_buf_get_extmark_by_id(words.buffer, SPACE, words.marks[index], { details = true }))
-  if row and not details.invalid then -- else the word is deleted: undo brings its mark back as it is
+  if row and not details.invalid then -- otherwise the word is deleted; undo restores its mark unchanged
     mark(words, index, row, column, details.end_row, details.end_col, lit and "ImprovPlaying" or nil)
     words.lit[index] = lit or nil
   end
 end
 
---- Light the words that robots play at a beat, but those of robots that are silent; and say at which beat that changes.
+--- Highlight the words that play at a beat, except those of silent robots. Returns the beat at which that changes.
 function M.light(words, beat, is_silent)
   local wanted, change = {}, math.huge
   for robot, stretch in pairs(words.robots) do
@@ -85,7 +85,7 @@ function M.light(words, beat, is_silent)
   return change
 end
 
---- Light no word, but those of `wanted` that are lit already.
+--- Remove the highlights, except from the words in `wanted`.
 function M.darken(words, wanted)
   for index in pairs(words.lit) do
     if not (wanted and wanted[index]) then
@@ -94,7 +94,7 @@ function M.darken(words, wanted)
   end
 end
 
---- Leave nothing in the buffer.
+--- Remove all marks from the buffer.
 function M.clear(words)
   if vim.api.nvim_buf_is_valid(words.buffer) then
     for _, id in ipairs(words.marks) do

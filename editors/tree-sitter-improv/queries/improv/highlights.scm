@@ -1,4 +1,4 @@
-; Colors, in the names of Neovim and of tree-sitter's command line. Helix has its own: editors/helix/runtime.
+; Colors, with the names that Neovim and the tree-sitter CLI use. For Helix, see editors/helix/runtime.
 
 (comment) @comment @spell
 (number) @number

@@ -1,4 +1,4 @@
-; A statement is a function, an item of a series a parameter.
+; A statement is a function, and an item in a series is a parameter.
 
 (definition movement: (_) @function.inner) @function.outer
 (play movement: (_) @function.inner) @function.outer

@@ -2,7 +2,7 @@
 call ale#Set('improv_executable', 'improv-ls')
 call ale#Set('improv_config', {})
 
-" Files that share an improv.toml share a server, and so a stage.
+" Files that share an improv.toml share a server and a stage.
 function! ale_linters#improv#improv_ls#Root(buffer) abort
     let l:toml = ale#path#FindNearestFile(a:buffer, 'improv.toml')
     return fnamemodify(empty(l:toml) ? bufname(a:buffer) : l:toml, ':p:h')

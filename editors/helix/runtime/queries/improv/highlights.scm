@@ -1,4 +1,4 @@
-; Colors, in the names of Helix's themes. Neovim has its own: editors/tree-sitter-improv/queries.
+; Colors, with the names that Helix's themes use. For Neovim, see editors/tree-sitter-improv/queries.
 
 (comment) @comment.line
 (number) @constant.numeric

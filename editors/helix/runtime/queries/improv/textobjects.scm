@@ -1,4 +1,4 @@
-; A statement is a function, an item of a series an entry, what a transformer is told a parameter.
+; A statement is a function, an item in a series is an entry, and a transformer's argument is a parameter.
 
 (definition movement: (_) @function.inside) @function.around
 (play movement: (_) @function.inside) @function.around

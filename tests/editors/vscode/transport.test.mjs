@@ -1,8 +1,8 @@
-// Which robots stand still: as improv_core/stage/player.py has it.
+// Which robots stand still, as in improv_core/stage/player.py: editors/vscode/src/transport.ts.
 
 import assert from "node:assert/strict"
 import { test } from "node:test"
-import { isSilent } from "../../../editors/vscode/src/clock.ts"
+import { isSilent } from "../../../editors/vscode/src/transport.ts"
 
 const ROBOTS = ["one", "two", "three"]
 

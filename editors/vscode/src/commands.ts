@@ -1,0 +1,31 @@
+// The extension's own commands. The server's commands are registered by its client.
+
+import { commands, Disposable, ExtensionContext, LogOutputChannel } from "vscode";
+import { stopOnSecondEscape } from "./escape";
+import { openFirstDance } from "./firstDance";
+import { showMenu } from "./menu";
+import { NowPlaying } from "./nowPlaying";
+import { browse } from "./page";
+import { Server } from "./server";
+import { showVersions } from "./versions";
+
+export function registerCommands(
+  context: ExtensionContext,
+  log: LogOutputChannel,
+  server: Server,
+  playing: NowPlaying,
+): Disposable {
+  const own: Record<string, () => unknown> = {
+    "improv.restartServer": () => server.restart(),
+    "improv.showLogs": () => log.show(),
+    "improv.showVersions": () => showVersions(context, server),
+    "improv.menu": () => showMenu(playing.transport, playing.robots),
+    // If there is no page yet, the server starts the simulator and asks us to show its page.
+    "improv.openPage": () =>
+      playing.transport?.page ? playing.page.show(playing.transport.page) : commands.executeCommand("improv.page"),
+    "improv.browsePage": () => playing.transport?.page && browse(playing.transport.page),
+    "improv.escape": stopOnSecondEscape(),
+    "improv.openFirstDance": openFirstDance,
+  };
+  return Disposable.from(...Object.entries(own).map(([name, run]) => commands.registerCommand(name, run)));
+}

@@ -1,0 +1,15 @@
+// Escape pressed twice stops the robots.
+
+import { commands } from "vscode";
+
+const LONGEST = 600; // ms between the two. A chord of two keys would swallow the key after the first Escape.
+
+/** What to run at each Escape. */
+export function stopOnSecondEscape(): () => Promise<void> {
+  let last = 0;
+  return async () => {
+    const isSecond = Date.now() - last < LONGEST;
+    last = isSecond ? 0 : Date.now();
+    if (isSecond) await commands.executeCommand("improv.hush");
+  };
+}

@@ -1,0 +1,62 @@
+// What plays now, as the server reported it last, and every place in the window that shows it.
+
+import { commands, Disposable, Uri } from "vscode";
+import { Listener } from "./client";
+import { Evaluated } from "./moments";
+import { PagePanel } from "./page";
+import { ServerState } from "./server";
+import { Status } from "./status";
+import { isActive, Transport } from "./transport";
+import { PlayingWords, RequestMoments } from "./words";
+
+export class NowPlaying implements Listener, Disposable {
+  transport?: Transport;
+  /** The names of the robots in the program that was played last. */
+  robots: string[] = [];
+  readonly page: PagePanel;
+  private readonly status = new Status();
+  private readonly words: PlayingWords;
+
+  constructor(extension: Uri, requestMoments: RequestMoments) {
+    this.page = new PagePanel(extension);
+    this.words = new PlayingWords(requestMoments);
+  }
+
+  onServerState(state: ServerState): void {
+    this.status.setServer(state);
+    if (state !== "running") this.setTransport(undefined);
+  }
+
+  onTransport(transport: Transport): void {
+    this.setTransport(transport);
+    if (transport.page) void this.page.follow(transport.page);
+  }
+
+  onEvaluated(evaluated: Evaluated): void {
+    this.robots = Object.keys(evaluated.robots);
+    this.words.expect(evaluated);
+  }
+
+  onPlayed(line: string): void {
+    this.status.setPlayed(line);
+  }
+
+  onRefused(line: string): void {
+    this.status.setRefused(line);
+  }
+
+  onPage(url: string): void {
+    void this.page.show(url);
+  }
+
+  dispose(): void {
+    Disposable.from(this.status, this.page, this.words).dispose();
+  }
+
+  private setTransport(transport: Transport | undefined): void {
+    this.transport = transport;
+    this.status.setTransport(transport);
+    this.words.setTransport(transport);
+    void commands.executeCommand("setContext", "improv.playing", isActive(transport));
+  }
+}

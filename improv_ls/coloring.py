@@ -7,7 +7,7 @@ from functools import lru_cache
 from itertools import chain
 from typing import NamedTuple, TypeAlias
 
-from improv_core.ide.tokens import colored, pieces
+from improv_core.ide.semantic_tokens import colored, pieces
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.parser import LONGEST_KEPT
 from improv_core.text import LineIndex

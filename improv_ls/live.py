@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from improv_core.ide.playing import playing
+from improv_core.ide.moments import playing
 from improv_core.program.analysis import Analysis
 from improv_core.text import Span
 from improv_ls.documents import Document

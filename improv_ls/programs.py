@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pygls.uris import to_fs_path
 
-from improv_core.ide.outline import Entry, names_in
+from improv_core.ide.document_symbol import Entry, names_in
 from improv_core.program.files import ReadError, read_program
 from improv_core.text import LineIndex
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from lsprotocol import types
 
-from improv_core.ide.legend import MODIFIERS, TYPES
+from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_ls.session import Session
 
 FEATURES = {

@@ -10,7 +10,7 @@ from lsprotocol import types
 from improv_core.diagnostics import FADED, Diagnostic, Severity
 from improv_core.ide.completion import Completion
 from improv_core.ide.hover import Hover
-from improv_core.ide.signature import Signature
+from improv_core.ide.signature_help import Signature
 from improv_core.text import LineIndex
 from improv_ls.documents import Document
 from improv_ls.positions import Encoding, to_range

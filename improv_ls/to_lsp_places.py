@@ -8,8 +8,8 @@ from typing import NamedTuple
 from lsprotocol import types
 
 from improv_core.diagnostics import Edit
-from improv_core.ide.folding import Fold
-from improv_core.ide.outline import Entry
+from improv_core.ide.document_symbol import Entry
+from improv_core.ide.folding_range import Fold
 from improv_core.ide.references import Reference
 from improv_core.text import LineIndex, Span
 from improv_ls.positions import Encoding, to_range

@@ -5,8 +5,8 @@ from __future__ import annotations
 from lsprotocol import types
 from pygls.capabilities import get_capability
 
-from improv_core.ide.actions import Action, fixes
-from improv_core.ide.refactoring import refactorings
+from improv_core.ide.code_action import Action, fixes
+from improv_core.ide.code_action_refactor import refactorings
 from improv_ls import to_lsp
 from improv_ls.documents import Document
 from improv_ls.positions import to_span

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from improv_core.ide.hints import hints
-from improv_core.ide.lenses import Lens, lenses
+from improv_core.ide.code_lens import Lens, lenses
+from improv_core.ide.inlay_hint import hints
 from improv_ls.positions import to_position, to_range, to_span
 from improv_ls.session import Session
 

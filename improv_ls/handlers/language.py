@@ -9,7 +9,7 @@ from pygls.capabilities import get_capability
 
 from improv_core.ide.completion import Item, complete, document
 from improv_core.ide.hover import hover as hover_at
-from improv_core.ide.signature import signature
+from improv_core.ide.signature_help import signature
 from improv_ls import to_lsp
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from lsprotocol import types
 
 from improv_core.diagnostics import Edit
-from improv_core.ide.layout import format_all, format_span
-from improv_core.ide.on_type import indent
+from improv_core.ide.formatting import format_all, format_span
+from improv_core.ide.on_type_formatting import indent
 from improv_ls.documents import Document
 from improv_ls.positions import to_offset, to_range, to_span
 from improv_ls.session import Session

@@ -9,9 +9,9 @@ from lsprotocol import types
 from pygls.capabilities import get_capability
 from pygls.uris import from_fs_path
 
-from improv_core.ide.folding import folds
-from improv_core.ide.outline import Entry, names_in, outline
-from improv_core.ide.selection import selections
+from improv_core.ide.document_symbol import Entry, names_in, outline
+from improv_core.ide.folding_range import folds
+from improv_core.ide.selection_range import selections
 from improv_core.text import LineIndex
 from improv_ls import to_lsp_places as to_lsp
 from improv_ls.documents import Document

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import TypeAlias
 
-from improv_core.ide.legend import MODIFIERS, TYPES
+from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.lexer import NAME, NUMBER
 from improv_core.syntax.parser import parse_statement

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.playing import MOST_MOMENTS, playing
+from improv_core.ide.moments import MOST_MOMENTS, playing
 from improv_core.program.analysis import Analysis, analyze
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.outline import names_in, outline
+from improv_core.ide.document_symbol import names_in, outline
 from improv_core.program.analysis import analyze
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.hints import hints
+from improv_core.ide.inlay_hint import hints
 from improv_core.program.analysis import analyze
 from improv_core.text import Span
 

@@ -1,4 +1,4 @@
-"""What the editor offers to do at a place: fixes for what is wrong there. (refactoring.py has what else.)"""
+"""What the editor offers to do at a place: fixes for what is wrong there. (code_action_refactor.py has the rest.)"""
 
 from __future__ import annotations
 

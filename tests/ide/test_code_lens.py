@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.lenses import MOST_LINES, lenses
+from improv_core.ide.code_lens import MOST_LINES, lenses
 from improv_core.program.analysis import analyze
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.ide.on_type import indent
+from improv_core.ide.on_type_formatting import indent
 from improv_core.program.analysis import analyze
 from tests.ide.cursor import CURSOR
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.selection import selections
+from improv_core.ide.selection_range import selections
 from tests.ide.cursor import at_cursor
 
 

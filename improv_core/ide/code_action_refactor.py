@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from improv_core.diagnostics import Edit, Severity
-from improv_core.ide.actions import Action
+from improv_core.ide.code_action import Action
 from improv_core.ide.cursor import around, cursor
 from improv_core.program.analysis import Analysis, Placed, users_behind
 from improv_core.program.meaning import value_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from textwrap import dedent
 
-from improv_core.ide.folding import folds
+from improv_core.ide.folding_range import folds
 from improv_core.program.analysis import analyze
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.signature import signature
+from improv_core.ide.signature_help import signature
 from tests.ide.cursor import at_cursor
 
 

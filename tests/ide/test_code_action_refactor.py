@@ -9,8 +9,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from improv_core.diagnostics import Edit
-from improv_core.ide.actions import Action
-from improv_core.ide.refactoring import refactorings
+from improv_core.ide.code_action import Action
+from improv_core.ide.code_action_refactor import refactorings
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.text import Span

@@ -7,8 +7,8 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.ide.legend import MODIFIERS, TYPES
-from improv_core.ide.tokens import colored, pieces
+from improv_core.ide.semantic_tokens import colored, pieces
+from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.robots.config import read_robots
 from improv_core.syntax.lexer import lex

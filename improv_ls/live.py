@@ -1,4 +1,4 @@
-"""Messages of our own, for editors that light up what plays (docs/protocol.md). Sent to those that ask for them."""
+"""Messages of our own, for editors that highlight what is playing (docs/protocol.md); sent only on request."""
 
 from __future__ import annotations
 
@@ -18,29 +18,30 @@ MOMENTS = "improv/moments"
 
 
 def moments(document: Document, played: Analysis, encoding: Encoding, start: float = 0.0) -> dict[str, Any]:
-    """What plays from a beat on: ranges in the document as it is now, and by robot when each is lit."""
-    places: dict[Span, int] = {}
+    """What plays from a beat on: ranges in the document as it is now, and for each robot when each of them plays."""
+    indices: dict[Span, int] = {}
     robots = {
         robot: {
             "moments": [
-                [moment.start, moment.end, [places.setdefault(span, len(places)) for span in moment.spans]]
+                [moment.start, moment.end, [indices.setdefault(span, len(indices)) for span in moment.spans]]
                 for moment in stretch.moments
             ],
             "until": stretch.until,
         }
         for robot, stretch in playing(played, document.analysis, start).items()
     }
-    ranges = [[value for offset in span for value in _position(document, offset, encoding)] for span in places]
+    ranges = [[value for offset in span for value in _position(document, offset, encoding)] for span in indices]
     return {"uri": document.uri, "version": document.version, "ranges": ranges, "robots": robots}
 
 
 def transport(message: Mapping[str, Any], uri: str | None, page: str | None) -> dict[str, Any]:
     """A stage's transport message as of now."""
-    passed = (time.monotonic() - message["monotonic"]) * message["tempo"] / 60 if message["state"] == "playing" else 0.0
-    beat = message["beat"] + passed
-    told = ("generation", "state", "backend", "tempo", "speed", "beats", "muted", "soloed")
+    beat = message["beat"]
+    if message["state"] == "playing":
+        beat += (time.monotonic() - message["monotonic"]) * message["tempo"] / 60
+    copied = ("generation", "state", "backend", "tempo", "speed", "beats", "muted", "soloed")
     return {
-        **{name: message[name] for name in told},
+        **{name: message[name] for name in copied},
         "beat": beat if message["beats"] is None else min(beat, message["beats"]),
         "wall": time.time(),
         "uri": uri,

@@ -104,7 +104,7 @@ function place(transport: Transport | undefined, briefly: boolean): string {
 
 /** Why a save did not play, without what the item says anyway. */
 function shortened(refusal: string): string {
-  const why = refusal.replace(/; what plays goes on$/, "");
+  const why = refusal.replace(/; the previous dance keeps playing$/, "");
   return why.length > LONGEST_REFUSAL ? `${why.slice(0, LONGEST_REFUSAL - 1).trimEnd()}…` : why;
 }
 

@@ -1,4 +1,4 @@
-"""Places, outlines and edits of the core to lsprotocol's types."""
+"""The core's locations, symbols, ranges and edits as lsprotocol's types."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _FOLDS = {"comment": types.FoldingRangeKind.Comment, "region": types.FoldingRang
 
 
 class Changed(NamedTuple):
-    """The edits of a document or file; a version if it is open."""
+    """The edits of a document or file; a version only if it is open."""
 
     version: int | None
     lines: LineIndex
@@ -41,7 +41,7 @@ def highlight(lines: LineIndex, reference: Reference, encoding: Encoding) -> typ
 
 
 def workspace_edit(changed: Mapping[str, Changed], versions: bool, encoding: Encoding) -> types.WorkspaceEdit:
-    """Edits of several documents, with their versions if the client takes them."""
+    """Edits of several documents, with their versions if the client takes versions."""
     edits = {
         uri: [types.TextEdit(to_range(each.lines, edit.span, encoding), edit.text) for edit in each.edits]
         for uri, each in changed.items()
@@ -68,7 +68,7 @@ def document_symbol(lines: LineIndex, entry: Entry, encoding: Encoding) -> types
     )
 
 
-def symbol(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding) -> types.SymbolInformation:
+def symbol_information(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding) -> types.SymbolInformation:
     return types.SymbolInformation(location(uri, lines, entry.name_span, encoding), entry.name, _KINDS[entry.kind])
 
 
@@ -77,9 +77,9 @@ def folding_range(fold: Fold) -> types.FoldingRange:
 
 
 def selection_range(lines: LineIndex, spans: Sequence[Span], encoding: Encoding) -> types.SelectionRange:
-    """Spans from the innermost on, each with the next one around it."""
-    around: types.SelectionRange | None = None
+    """Spans from the innermost out, each inside the next."""
+    parent: types.SelectionRange | None = None
     for span in reversed(spans):
-        around = types.SelectionRange(to_range(lines, span, encoding), around)
-    assert around, "the whole document is always there"
-    return around
+        parent = types.SelectionRange(to_range(lines, span, encoding), parent)
+    assert parent, "the whole document is always among them"
+    return parent

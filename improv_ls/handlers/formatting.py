@@ -1,4 +1,4 @@
-"""Formatting: of a document, of a selection, and of the blanks before what is being typed."""
+"""textDocument/formatting, rangeFormatting and onTypeFormatting."""
 
 from __future__ import annotations
 
@@ -23,16 +23,17 @@ def range_formatting(ls: Session, params: types.DocumentRangeFormattingParams) -
     document = ls.documents.get(params.text_document.uri)
     if not document:
         return None
-    return _converted(ls, document, format_span(document.analysis, to_span(document.lines, params.range, ls.encoding)))
+    span = to_span(document.lines, params.range, ls.editor.encoding)
+    return _converted(ls, document, format_span(document.analysis, span))
 
 
 def on_type_formatting(ls: Session, params: types.DocumentOnTypeFormattingParams) -> list[types.TextEdit] | None:
     document = ls.documents.get(params.text_document.uri)
     if not document:
         return None
-    offset = to_offset(document.lines, params.position, ls.encoding)
+    offset = to_offset(document.lines, params.position, ls.editor.encoding)
     return _converted(ls, document, indent(document.analysis, offset))
 
 
 def _converted(ls: Session, document: Document, edits: Sequence[Edit]) -> list[types.TextEdit]:
-    return [types.TextEdit(to_range(document.lines, edit.span, ls.encoding), edit.text) for edit in edits]
+    return [types.TextEdit(to_range(document.lines, edit.span, ls.editor.encoding), edit.text) for edit in edits]

@@ -57,7 +57,7 @@ class Frames:
         while True:
             if self._length is None:
                 end = self._buffer.find(_HEADER_END)
-                if max(end, len(self._buffer) if end < 0 else 0) > LONGEST_HEADER:
+                if (end if end >= 0 else len(self._buffer)) > LONGEST_HEADER:
                     raise FramingError(f"no end of a header within {LONGEST_HEADER} bytes")
                 if end < 0:
                     return
@@ -133,7 +133,8 @@ class StdioServer(LanguageServer):
             cancelled = frozenset(_cancelled(bodies)) if len(bodies) > 1 else ()
             try:
                 for body in bodies:
-                    self.protocol.receive(body, cancelled)
+                    if not self._ended.is_set():
+                        self.protocol.receive(body, cancelled)
             except BrokenPipeError:  # nobody reads what we say
                 self.end()
             if failure or not data:

@@ -71,7 +71,7 @@ def test_save_plays_and_says_so_in_one_line(client: Client) -> None:
     client.wait("$/progress", lambda params: params["value"]["kind"] == "end")
 
 
-def test_a_wrong_save_says_why_and_what_plays_goes_on(client: Client) -> None:
+def test_a_save_with_errors_says_why_and_the_dance_keeps_playing(client: Client) -> None:
     client.open(URI, "r $ repeat left\n")
     client.save(URI)
     client.wait_for_line("▶ r ∞, endless at beat 60, simulator")

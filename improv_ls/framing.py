@@ -168,7 +168,7 @@ class Protocol(LanguageServerProtocol):
     """What pygls leaves open of the base protocol: the errors for what comes too early, too late or in a wrong form."""
 
     _server: StdioServer
-    _initializing = False
+    _initialized = False
     closing: asyncio.Task[None] | None = None
     """Once the client has asked for the shutdown."""
 
@@ -209,8 +209,8 @@ class Protocol(LanguageServerProtocol):
             raise JsonRpcInvalidRequest
         if self.closing:
             raise JsonRpcInvalidRequest("the server is shutting down")
-        if self._initializing == (method == types.INITIALIZE):
-            raise JsonRpcInvalidRequest("initialized already") if self._initializing else JsonRpcServerNotInitialized
+        if self._initialized == (method == types.INITIALIZE):
+            raise JsonRpcInvalidRequest("initialized already") if self._initialized else JsonRpcServerNotInitialized
         if number is not None and number in cancelled:
             raise JsonRpcRequestCancelled
         if method not in self.fm.features and method not in self.fm.builtin_features and method != types.CANCEL_REQUEST:
@@ -222,7 +222,7 @@ class Protocol(LanguageServerProtocol):
             message = self.structure_message(data)
         except JsonRpcException as error:
             raise JsonRpcInvalidParams.of(f"{method}: {error.__cause__}") from error
-        self._initializing = True
+        self._initialized = True
         if method in _HANDLED_AT_ONCE:
             self.fm.features[method](message.params)
         else:

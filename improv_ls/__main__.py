@@ -3,19 +3,45 @@
 from __future__ import annotations
 
 import gc
+import sys
+
+HELP = """Usage: improv-ls [--stdio]
+
+The language server of Improv. It speaks LSP over standard input and output: editors start it.
+
+  --stdio    accepted, since many editors pass it
+  --version  show the version and exit
+  --help     show this message and exit
+"""
 
 
 def main() -> None:
-    """Start at once, and leave what is made while starting out of every later collection of garbage."""
-    # Collections while lsprotocol makes its thousand classes, and again over them at every key, cost more than all
-    # else that an edit of a long document needs.
+    """Start at once, and keep what is made while starting out of every later garbage collection."""
+    for argument in sys.argv[1:]:
+        if argument != "--stdio":
+            sys.exit(_answer(argument))
+    # Garbage collections while lsprotocol makes its thousand classes, and again over them at every key, would cost
+    # more than everything else that an edit of a long document needs.
     gc.disable()
     from improv_ls.server import serve
 
     gc.freeze()
     gc.enable()
     gc.set_threshold(50_000, 20, 50)
-    serve()
+    sys.exit(serve())
+
+
+def _answer(argument: str) -> int:
+    from improv_core import __version__
+
+    if argument == "--version":
+        print(f"improv-ls, version {__version__}")
+    elif argument in ("--help", "-h"):
+        print(HELP, end="")
+    else:
+        print(f"improv-ls: unknown argument {argument!r}; see improv-ls --help", file=sys.stderr)
+        return 2
+    return 0
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Semantic tokens as LSP counts them: five numbers a word, each relative to the word before."""
+"""Semantic tokens as LSP encodes them: five integers a token, its position relative to the token before."""
 
 from __future__ import annotations
 
@@ -7,25 +7,18 @@ from functools import lru_cache
 from itertools import chain
 from typing import NamedTuple, TypeAlias
 
-from improv_core.ide.tokens import colored, pieces
+from improv_core.ide.semantic_tokens import colored, pieces
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.parser import LONGEST_KEPT
 from improv_core.text import LineIndex
 from improv_ls.positions import Encoding, units
 
 Chunk: TypeAlias = tuple[int, int, tuple[int, ...]]
-"""The numbers of a statement or comment. Only the first two depend on where it stands: the rest is shared."""
-
-
-class Coloring(NamedTuple):
-    """What an editor has been told of a document, and under which name it will speak of that."""
-
-    result_id: str
-    chunks: Sequence[Chunk]
+"""The integers of a statement or comment. Only the first two depend on where it stands: the rest is shared."""
 
 
 class Edit(NamedTuple):
-    """Numbers to put in place of so many others, at a place in the old ones."""
+    """Integers that replace so many of the old ones, from an index on."""
 
     start: int
     delete_count: int
@@ -33,7 +26,7 @@ class Edit(NamedTuple):
 
 
 def chunks(analysis: Analysis, encoding: Encoding, first: int = 0, last: int | None = None) -> list[Chunk]:
-    """The numbers of all pieces that touch the text between two offsets."""
+    """All statements and comments that touch the text between two offsets."""
     found = []
     starts = analysis.lines.starts
     line = line_before = 0
@@ -51,19 +44,19 @@ def chunks(analysis: Analysis, encoding: Encoding, first: int = 0, last: int | N
     return found
 
 
-def numbers(found: Sequence[Chunk]) -> list[int]:
-    """All in one list, as the protocol wants them."""
+def encoded(found: Sequence[Chunk]) -> list[int]:
+    """All integers in one list, as LSP wants them."""
     return list(chain.from_iterable((line, column, *rest) for line, column, rest in found))
 
 
 def edits(old: Sequence[Chunk], new: Sequence[Chunk]) -> list[Edit]:
-    """What makes the new numbers of the old ones, without what is alike."""
-    begin, alike = _alike(old, new)
-    old_end, new_end = len(old) - alike, len(new) - alike
+    """The edits that turn the old integers into the new ones."""
+    begin, end = _common(old, new)
+    old_end, new_end = len(old) - end, len(new) - end
     found = []
     start = sum(2 + len(rest) for _, _, rest in old[:begin])
     for one, other in _runs(old[begin:old_end], new[begin:new_end]):
-        before, after = numbers(one), numbers(other)
+        before, after = encoded(one), encoded(other)
         if before != after:
             found.append(_trimmed(start, before, after))
         start += len(before)
@@ -71,29 +64,29 @@ def edits(old: Sequence[Chunk], new: Sequence[Chunk]) -> list[Edit]:
 
 
 def _runs(old: Sequence[Chunk], new: Sequence[Chunk]) -> Iterator[tuple[Sequence[Chunk], Sequence[Chunk]]]:
-    """Side by side where there are as many, so that what lies between two changes is not sent again."""
+    """Pair by pair where there are as many, so that what lies between two changes is not sent again."""
     if len(old) != len(new):
         yield old, new
         return
-    for place in range(len(old)):
-        yield old[place : place + 1], new[place : place + 1]
+    for index in range(len(old)):
+        yield old[index : index + 1], new[index : index + 1]
 
 
 def _trimmed(start: int, old: Sequence[int], new: Sequence[int]) -> Edit:
-    begin, alike = _alike(old, new)
-    return Edit(start + begin, len(old) - begin - alike, new[begin : len(new) - alike])
+    begin, end = _common(old, new)
+    return Edit(start + begin, len(old) - begin - end, new[begin : len(new) - end])
 
 
-def _alike(old: Sequence[object], new: Sequence[object]) -> tuple[int, int]:
-    """How much of two is the same at their beginnings, and at their ends."""
+def _common(old: Sequence[object], new: Sequence[object]) -> tuple[int, int]:
+    """How many items two sequences share at their beginnings, and at their ends."""
     shorter = min(len(old), len(new))
-    begin = next((place for place in range(shorter) if old[place] != new[place]), shorter)
-    end = next((place for place in range(shorter - begin) if old[-1 - place] != new[-1 - place]), shorter - begin)
+    begin = next((index for index in range(shorter) if old[index] != new[index]), shorter)
+    end = next((index for index in range(shorter - begin) if old[-1 - index] != new[-1 - index]), shorter - begin)
     return begin, end
 
 
 class _Shape(NamedTuple):
-    """A piece's numbers wherever it stands, and the lines and column, from its start, of its first and last word."""
+    """The integers of a statement or comment wherever it stands; lines and columns count from its start."""
 
     first_line: int
     column: int
@@ -105,20 +98,20 @@ def _shape(text: str, unknown: tuple[str, ...], strange: tuple[str, ...], encodi
     starts = LineIndex(text).starts
     last_line, plain = len(starts) - 1, text.isascii()
     found: list[int] = []
-    line = place = 0
+    line = before = 0
     for start, end, kind, modifiers in colored(text, unknown, strange):
         line_before = line
         while line < last_line and starts[line + 1] <= start:
             line += 1
-            place = starts[line]
-        # From the word before, in the same line.
+            before = starts[line]
+        # Columns count from the token before, if it is in the same line.
         column, length = (
-            (start - place, end - start)
+            (start - before, end - start)
             if plain
-            else (units(text[place:start], encoding), units(text[start:end], encoding))
+            else (units(text[before:start], encoding), units(text[start:end], encoding))
         )
         found += (line - line_before, column, length, kind, modifiers)
-        place = start
+        before = start
     return _Shape(found[0], found[1], tuple(found[2:]), line) if found else _Shape(0, 0, (), 0)
 
 

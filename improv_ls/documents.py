@@ -1,10 +1,11 @@
-"""The open documents: their text as the editor has it, and its analysis."""
+"""The open documents: programs with their analyses, and `improv.toml` files, each as the editor has it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from urllib.parse import unquote, urlsplit
 
 from lsprotocol import types
 from pygls.uris import to_fs_path
@@ -12,14 +13,14 @@ from pygls.uris import to_fs_path
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.files import ReadError, robots_near
-from improv_core.robots.config import Robots, find_robots_file
+from improv_core.robots.config import FILE_NAME, Robots, find_robots_file
 from improv_core.text import LineIndex, Span, difference
 from improv_ls.positions import Encoding, to_span
 
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """One version of an open document."""
+    """One version of an open program."""
 
     uri: str
     version: int | None
@@ -30,6 +31,31 @@ class Document:
         return self.analysis.lines
 
 
+@dataclass(frozen=True, slots=True)
+class RobotsFile:
+    """One version of an open `improv.toml`."""
+
+    uri: str
+    version: int | None
+    lines: LineIndex
+
+
+def is_program(uri: str, language_id: str) -> bool:
+    """Whether an editor has opened a program: by its language, or by its name where an editor knows no `improv`."""
+    name = _name(uri)
+    return name != FILE_NAME and (language_id == "improv" or name.endswith(".improv"))
+
+
+def is_robots_file(uri: str) -> bool:
+    return _name(uri) == FILE_NAME
+
+
+def path_of(uri: str) -> Path | None:
+    """The file that a document is kept in; none if it was never saved, or is elsewhere."""
+    path = to_fs_path(uri) if uri.startswith("file:") else None
+    return Path(path) if path else None
+
+
 def opened(uri: str, version: int | None, text: str) -> Document:
     return Document(uri, version, analyze(text, robots_of(uri)))
 
@@ -37,20 +63,19 @@ def opened(uri: str, version: int | None, text: str) -> Document:
 def robots_of(uri: str) -> Robots:
     """What the `improv.toml` near a document says; nothing if the document is not a file, or there is none.
 
-    In one that can't be read all is wrong: robots that are not known must not move as if they were of any kind.
+    One that cannot be read is an error: robots whose kind is not known must not move as if they were of any kind.
     """
-    path = to_fs_path(uri) if uri.startswith("file:") else None
+    path = path_of(uri)
     if not path:
         return Robots()
-    folder = Path(path).parent
     try:
-        return robots_near(folder)
+        return robots_near(path.parent)
     except ReadError as error:
-        return Robots(path=find_robots_file(folder), diagnostics=(Diagnostic("robots", Span(0, 0), str(error)),))
+        return Robots(path=find_robots_file(path.parent), diagnostics=(Diagnostic("robots", Span(0, 0), str(error)),))
 
 
 def moved(uri: str, old: str, new: str) -> str:
-    """Where a document is once its file, or a folder around it, has another name."""
+    """The URI of a document once its file, or a folder around it, has been renamed."""
     rest = uri.removeprefix(old)
     return new + rest if rest != uri and rest[:1] in ("", "/") else uri
 
@@ -61,12 +86,30 @@ def changed(
     changes: Sequence[types.TextDocumentContentChangeEvent],
     encoding: Encoding,
 ) -> Document:
-    """The document after the editor's changes, each of which applies to the text the one before has left."""
+    """The document after the editor's changes, each of which applies to the result of the one before."""
     analysis = document.analysis
     for change in changes:
         if isinstance(change, types.TextDocumentContentChangePartial):
             start, end = to_span(analysis.lines, change.range, encoding)
             analysis = analysis.edited(start, end, change.text)
         else:
-            analysis = analysis.edited(*difference(analysis.text, change.text))  # what is as it was keeps its place
+            analysis = analysis.edited(*difference(analysis.text, change.text))  # what didn't change keeps its analysis
     return Document(document.uri, version, analysis)
+
+
+def changed_file(
+    file: RobotsFile, version: int | None, changes: Iterable[types.TextDocumentContentChangeEvent], encoding: Encoding
+) -> RobotsFile:
+    """The `improv.toml` after the editor's changes, each of which applies to the result of the one before."""
+    lines = file.lines
+    for change in changes:
+        text = change.text
+        if isinstance(change, types.TextDocumentContentChangePartial):
+            start, end = to_span(lines, change.range, encoding)
+            text = lines.text[:start] + text + lines.text[end:]
+        lines = LineIndex(text)
+    return RobotsFile(file.uri, version, lines)
+
+
+def _name(uri: str) -> str:
+    return PurePosixPath(unquote(urlsplit(uri).path)).name

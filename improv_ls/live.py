@@ -1,11 +1,11 @@
-"""Messages of our own, for editors that light up what plays (docs/protocol.md). Sent to those that ask for them."""
+"""Messages of our own, for editors that highlight what is playing (docs/protocol.md); sent only on request."""
 
 from __future__ import annotations
 
 import time
 from typing import Any
 
-from improv_core.ide.playing import playing
+from improv_core.ide.moments import playing
 from improv_core.program.analysis import Analysis
 from improv_core.stage.protocol import TransportMessage
 from improv_core.text import Span
@@ -18,19 +18,19 @@ MOMENTS = "improv/moments"
 
 
 def moments(document: Document, played: Analysis, encoding: Encoding, start: float = 0.0) -> dict[str, Any]:
-    """What plays from a beat on: ranges in the document as it is now, and by robot when each is lit."""
-    places: dict[Span, int] = {}
+    """What plays from a beat on: ranges in the document as it is now, and for each robot when each of them plays."""
+    indices: dict[Span, int] = {}
     robots = {
         robot: {
             "moments": [
-                [moment.start, moment.end, [places.setdefault(span, len(places)) for span in moment.spans]]
+                [moment.start, moment.end, [indices.setdefault(span, len(indices)) for span in moment.spans]]
                 for moment in stretch.moments
             ],
             "until": stretch.until,
         }
         for robot, stretch in playing(played, document.analysis, start).items()
     }
-    ranges = [[value for offset in span for value in _position(document, offset, encoding)] for span in places]
+    ranges = [[value for offset in span for value in _position(document, offset, encoding)] for span in indices]
     return {"uri": document.uri, "version": document.version, "ranges": ranges, "robots": robots}
 
 

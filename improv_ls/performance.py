@@ -1,4 +1,4 @@
-"""What plays now, and how the editor is told about it."""
+"""What is playing, and how the editor is told about it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from typing import Any
 from uuid import uuid4
 
 from lsprotocol import types
+from pygls.exceptions import JsonRpcException
 
+from improv_core.diagnostics import Severity
 from improv_core.playback.playback import News, Playback, each_beat, whole_beats
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
@@ -20,39 +22,51 @@ from improv_core.program.compiler import score_of
 from improv_core.program.report import summary
 from improv_core.stage.protocol import Conduct, TransportMessage, When
 from improv_ls import live
-from improv_ls.documents import Document, moved
+from improv_ls.documents import Document, RobotsFile, moved
+from improv_ls.editor import ANSWER_LIMIT, Editor
 from improv_ls.placing import Placing
-from improv_ls.session import ANSWER_LIMIT, Session
 
-TELL_PERIOD = 1.0
-"""Seconds between two messages that tell where it is."""
+TRANSPORT_PERIOD = 1.0
+"""Seconds between two messages that tell which beat is playing."""
 
 
 class Performance:
-    """The one thing that plays in a session, on the stages of its settings."""
+    """The one dance that plays in a session, on the backend of its settings."""
 
-    def __init__(self, session: Session) -> None:
-        self._session = session
+    def __init__(
+        self, editor: Editor, documents: Mapping[str, Document], robots_files: Mapping[str, RobotsFile]
+    ) -> None:
+        self._editor = editor
+        self._documents = documents
         self._playback: Playback | None = None
-        self._document: Document | None = None  # as it was saved
+        self._document: Document | None = None  # as it was when it began to play
         self._generation = 0
         self.is_on = False
         """Whether something plays, or waits to."""
-        self._placing = Placing(session)
+        self._page_shown = False
+        self._placing = Placing(editor, robots_files)
         self._silenced = self.silenced  # as the editor was last told
         self._telling: asyncio.Task[None] | None = None
         self._progress: asyncio.Task[None] | None = None
         self._closing: set[asyncio.Task[None]] = set()
 
     async def warm_up(self) -> None:
-        """Start the stages before the first save needs them; a problem is told when something is to play."""
+        """Start the stages before the first save needs them. A problem is reported once something is to play."""
         try:
             await self._stages().open()
         except StageError:
             await self.close()
 
-    async def play(self, document: Document, when: When) -> None:
-        """Play a right program and say so in one line."""
+    async def play(self, document: Document) -> None:
+        """Play a program and say so in one line, or say why not."""
+        if refusal := _refusal(document):
+            keeps = "; the previous dance keeps playing" if self.is_on else ""
+            self._editor.warn(f"✗ {refusal}{keeps}")
+            return
+        settings = self._editor.settings
+        await self._play(document, settings.switch_at if settings.on_save == "continue" else "restart")
+
+    async def _play(self, document: Document, when: When) -> None:
         playback, analysis = self._stages(), document.analysis
         try:
             generation = await playback.play(score_of(analysis), when)
@@ -62,25 +76,21 @@ class Performance:
         if generation is None:
             return
         self._document, self._generation, self.is_on = document, generation, True
-        if self._session.shows_live:
-            self._session.protocol.notify(live.EVALUATED, self.moments(0.0))
-        self._session.say(f"▶ {summary(analysis)}, {playback.status}")
-        if self._session.settings.page_open and playback.page and not self._session.page_shown:
-            self._session.page_shown = True
-            await self._show(playback.page)
+        if self._editor.takes_own_messages:
+            self._editor.server.protocol.notify(live.EVALUATED, self.moments(0.0))
+        self._editor.say(f"▶ {summary(analysis)}, {playback.status}")
+        if self._editor.settings.page_open and playback.page and not self._page_shown:
+            self._show(playback.page)
 
     async def restart(self) -> None:
-        """Play from beat 0 what was played last."""
+        """Play the last dance again from beat 0."""
         if self._document:
-            await self.play(self._document, "restart")
+            await self._play(self._document, "restart")
         else:
-            self._session.say(
-                "improv.restart: nothing has been played yet: save a program, or use improv.play",
-                types.MessageType.Warning,
-            )
+            self._editor.warn("improv.restart: nothing has been played yet; save a program or use improv.play")
 
     async def show_page(self) -> str | None:
-        """Show the simulator's page, or say its URL where nothing can show it; that URL, if there is a page."""
+        """Show the simulator's page, or say its URL where nothing can show it. Returns the URL, if there is a page."""
         playback = self._stages()
         try:
             await playback.open()
@@ -88,28 +98,26 @@ class Performance:
             self._say_why(error)
             return None
         if not playback.page:
-            self._session.say("improv.page: set improv.backend to auto, sim or both", types.MessageType.Warning)
+            self._editor.warn("improv.page: there is no page; set improv.backend to auto, sim or both")
             return None
-        self._session.page_shown = True
-        if not await self._show(playback.page):
-            self._session.say(f"the page is at {playback.page}")
+        self._show(playback.page)
         return playback.page
 
     def moments(self, start: float) -> Mapping[str, Any]:
-        """What plays from a beat on, and where it stands in the text as it is now; nothing if nothing was played."""
+        """What plays from a beat on, and where that is in the text as it is now; empty if nothing was played."""
         if not self._document:
             return {}
-        now = self._session.documents.get(self._document.uri, self._document)
-        found = live.moments(now, self._document.analysis, self._session.encoding, start)
+        now = self._documents.get(self._document.uri, self._document)
+        found = live.moments(now, self._document.analysis, self._editor.encoding, start)
         return {"generation": self._generation, **found}
 
     def conduct(self, message: Conduct) -> None:
-        """Have what plays do something, such as hush."""
+        """Send the stages a message of their protocol, such as hush."""
         if self._playback:
             self._playback.conduct(message)
 
     def toggle(self, command: str, robot: str) -> None:
-        """Mute or solo a robot, or end that."""
+        """Mute or solo a robot, or undo that."""
         if self._playback:
             muted, soloed = self._playback.muted, self._playback.soloed
             self._playback.silence(
@@ -123,11 +131,11 @@ class Performance:
 
     @property
     def robots(self) -> set[str]:
-        """The robots of what was played, and those that are muted or soloed."""
+        """The robots of the last dance, and those that are muted or soloed."""
         return {*(self._document.analysis.robots if self._document else ()), *self.silenced[0], *self.silenced[1]}
 
     def renamed(self, old: str, new: str) -> None:
-        """What was played is in another file, or in another folder, from here on."""
+        """The file that was played, or a folder around it, has another name now."""
         if self._document:
             self._document = replace(self._document, uri=moved(self._document.uri, old, new))
 
@@ -138,7 +146,7 @@ class Performance:
         await asyncio.gather(*self._closing, *([playback.close()] if playback else []))
 
     def _stages(self) -> Playback:
-        settings = self._session.settings
+        settings = self._editor.settings
         options = Options(
             settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery, takes_starts=True
         )
@@ -159,34 +167,34 @@ class Performance:
             self._tell_transport(message)
             if self.silenced != self._silenced:
                 self._silenced = self.silenced
-                self._session.ask_again("code_lens")
+                self._editor.refresh("code_lens")
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
         elif message["type"] == "place" and self._document:
-            self._session.soon(self._placing.offer(self._document, message["starts"]))
+            self._editor.soon(self._placing.offer(self._document, message["starts"]))
         elif message["type"] == "warning":
-            self._session.say(message["message"], types.MessageType.Warning)
+            self._editor.warn(message["message"])
         elif message["type"] == "error" or message["type"] == "gone":
             if message["type"] == "gone" and leads:
                 self._stop_telling()
                 self.is_on = False
-            self._session.say(message["message"], types.MessageType.Error)
+            self._editor.report(message["message"])
 
     def _tell_transport(self, message: TransportMessage) -> None:
-        """Tell where it is, and every second that it plays: clocks of editors drift, and clients join late."""
+        """Tell which beat is playing, again every second: clocks of editors drift, and clients join late."""
         if self._telling:
             self._telling.cancel()
-        if self._session.shows_live:
+        if self._editor.takes_own_messages:
             self._telling = asyncio.create_task(self._keep_telling(message))
 
     async def _keep_telling(self, message: TransportMessage) -> None:
         while True:
             uri = self._document.uri if self._document else None
             page = self._playback.page if self._playback else None
-            self._session.protocol.notify(live.TRANSPORT, live.transport(message, uri, page))
+            self._editor.server.protocol.notify(live.TRANSPORT, live.transport(message, uri, page))
             if message["state"] != "playing":
                 return
-            await asyncio.sleep(TELL_PERIOD)
+            await asyncio.sleep(TRANSPORT_PERIOD)
 
     def _stop_telling(self) -> None:
         self._stop_progress()
@@ -199,16 +207,15 @@ class Performance:
             self._progress = None
 
     async def _show_progress(self, transport: TransportMessage) -> None:
-        """The beat, until cancelled."""
-        window = self._session.client_capabilities.window
-        if not (window and window.work_done_progress):
+        """Show the beat, until cancelled."""
+        if not self._editor.can("window.work_done_progress"):
             return
         token = f"improv-{uuid4()}"
-        create = self._session.window_work_done_progress_create_async(types.WorkDoneProgressCreateParams(token))
+        create = self._editor.server.window_work_done_progress_create_async(types.WorkDoneProgressCreateParams(token))
         try:
-            # Shielded: a late answer to a request that was given up would be an error to pygls.
+            # Shielded: pygls fails on a late answer to a request that was cancelled here.
             await asyncio.wait_for(asyncio.shield(create), ANSWER_LIMIT)
-        except Exception:  # no answer, or a refusal: then there is no progress to show
+        except Exception:  # no answer or a refusal: this client shows no progress
             return
         first = f"beat 1/{whole_beats(transport)}"
         self._report(token, types.WorkDoneProgressBegin(title="Improv", message=first, cancellable=False))
@@ -223,19 +230,40 @@ class Performance:
         token: str,
         value: types.WorkDoneProgressBegin | types.WorkDoneProgressReport | types.WorkDoneProgressEnd,
     ) -> None:
-        self._session.progress(types.ProgressParams(token, value))
+        self._editor.server.progress(types.ProgressParams(token, value))
 
     def _say_why(self, error: StageError) -> None:
-        self._session.say(f"Improv can't play: {error}", types.MessageType.Error)
+        self._editor.report(f"Improv can't play: {error}")
 
-    async def _show(self, url: str) -> bool:
-        """Whether the editor or a browser has been asked to."""
-        window = self._session.client_capabilities.window
-        if window and window.show_document and window.show_document.support:
+    def _show(self, url: str) -> None:
+        self._page_shown = True
+        self._editor.soon(self._show_or_say(url))
+
+    async def _show_or_say(self, url: str) -> None:
+        """Have the editor show a page, or else a browser; say its URL where neither does."""
+        if self._editor.can("window.show_document.support"):
             params = types.ShowDocumentParams(uri=url, external=True)
-            self._session.window_show_document(params)
-            return True
-        if sys.platform in ("darwin", "win32") or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ:
-            # Without a screen a browser would be one for the terminal, on top of the editor.
-            return await asyncio.to_thread(webbrowser.open, url)
-        return False
+            try:
+                # Not limited in time: an editor may ask the person first.
+                shown = (await self._editor.server.window_show_document_async(params)).success
+            except JsonRpcException:
+                shown = False
+        elif sys.platform in ("darwin", "win32") or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ:
+            # Without a screen, a browser would be one for the terminal, on top of the editor.
+            shown = await asyncio.to_thread(webbrowser.open, url)
+        else:
+            shown = False
+        if not shown:
+            self._editor.say(f"the simulator's page is at {url}")
+
+
+def _refusal(document: Document) -> str | None:
+    """Why a program cannot be played."""
+    if not document.analysis.cast.ok:
+        return "improv.toml has errors"
+    errors = [each for each in document.analysis.diagnostics if each.severity is Severity.ERROR]
+    if not errors:
+        return None
+    line = document.lines.position(errors[0].span.start).line + 1
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    return f"line {line}: {errors[0].message}{more}"

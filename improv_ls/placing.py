@@ -1,19 +1,18 @@
-"""Robots were dragged on the page: their new starts go into improv.toml by way of the editor, where they can be undone.
+"""Start poses that were dragged on the page go into improv.toml through the editor, where they can be undone.
 
-All of them are one edit, of the text that the editor has. Few editors tell us of their improv.toml. Where one does not,
-its text is that of the file, unless it has taken an edit of ours that it has not saved yet: then it has to save first.
+All of them are one edit of the text that the editor has. Few editors tell us of their improv.toml. Where one does not,
+its text is the file's, unless it has made an edit of ours that it has not saved yet: then it has to save first.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from lsprotocol import types
-from pygls.capabilities import get_capability
-from pygls.uris import from_fs_path, to_fs_path
+from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import Edit
 from improv_core.program.files import ReadError, robots_near
@@ -21,14 +20,14 @@ from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import inline, place
 from improv_core.stage.protocol import StartJson
 from improv_core.text import LineIndex, Span, difference
-from improv_ls.documents import Document
-from improv_ls.session import ANSWER_LIMIT, Session
-from improv_ls.to_lsp_places import Changed, workspace_edit
+from improv_ls.documents import Document, RobotsFile, path_of
+from improv_ls.editor import ANSWER_LIMIT, Editor
+from improv_ls.to_lsp_locations import Changed, workspace_edit
 
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """An improv.toml, as the editor has it; the version is None where it has not told us of it."""
+    """An improv.toml as the editor has it; the version is None where the editor has not told us of it."""
 
     path: Path
     uri: str
@@ -38,77 +37,93 @@ class _File:
 
 
 _Stamp = tuple[int, int, int] | None
-"""Changes whenever a file is saved; None while there is none."""
+"""Changes whenever a file is saved; None while there is no file."""
 
 
 class Placing:
-    """Offers the editor new starts, one edit at a time."""
+    """Offers the editor new start poses, one edit at a time."""
 
-    def __init__(self, session: Session) -> None:
-        self._session = session
+    def __init__(self, editor: Editor, robots_files: Mapping[str, RobotsFile]) -> None:
+        self._editor = editor
+        self._robots_files = robots_files
         self._unsaved: dict[Path, _Stamp] = {}  # files edited here and not saved since, as they were then
         self._one_at_a_time = asyncio.Lock()
 
     async def offer(self, document: Document, asked: Mapping[str, StartJson]) -> None:
-        """Ask the editor to make the edit; if it does not, say so in one line. `asked` has metres and degrees."""
-        starts = {robot: (pose["x"], pose["y"], pose["heading"]) for robot, pose in asked.items()}
+        """Ask the editor to make the edit; if it does not, say so in one line. `asked` has meters and degrees."""
+        start_poses = {robot: (pose["x"], pose["y"], pose["heading"]) for robot, pose in asked.items()}
         async with self._one_at_a_time:
-            file = _find(self._session, document)
-            made = place(file.text, starts, document.analysis.robots) if file else None
+            file = self._find(document)
+            new_text = place(file.text, start_poses, document.analysis.robots) if file else None
             if file and file.version is None and self._is_unsaved(file):
-                self._warn("save improv.toml first: it has starts that are not saved yet")
-            elif not file or not made or not _can_write(self._session, file):
-                lines = " and ".join(f"robots.{robot}.start = {inline(start)}" for robot, start in starts.items())
-                self._warn(f"improv.toml was left as it is: write {lines} there by hand")
-            elif made != file.text:
-                await self._ask(document, file, made, ", ".join(starts))
+                self._editor.warn("save improv.toml first: it has start poses that are not saved yet")
+            elif not file or not new_text or not self._can_write(file):
+                lines = " and ".join(f"robots.{robot}.start = {inline(pose)}" for robot, pose in start_poses.items())
+                self._editor.warn(f"improv.toml was not changed: add {lines} yourself")
+            elif new_text != file.text:
+                await self._ask(document, file, new_text, ", ".join(start_poses))
 
-    async def _ask(self, document: Document, file: _File, made: str, robots: str) -> None:
-        """Have the editor put the text that was made in the place of the file's."""
+    async def _ask(self, document: Document, file: _File, new_text: str, robots: str) -> None:
+        """Have the editor replace the file's text."""
         self._unsaved[file.path] = _stamp(file.path)
-        params = types.ApplyWorkspaceEditParams(_edit(self._session, file, made), f"Improv: start of {robots}")
-        asking = self._session.workspace_apply_edit_async(params)
+        params = types.ApplyWorkspaceEditParams(self._edit(file, new_text), f"Improv: start of {robots}")
+        asking = self._editor.server.workspace_apply_edit_async(params)
         try:
             applied = (await asyncio.wait_for(asyncio.shield(asking), ANSWER_LIMIT)).applied
-        except TimeoutError:  # it may have made the edit, or make it yet
+        except TimeoutError:  # it may have made the edit, or may still make it
             return
         except Exception:  # a refusal
             applied = False
         if not applied:
             del self._unsaved[file.path]
-            self._warn(f"the editor did not take the new start of {robots}")
+            self._editor.warn(f"the editor did not accept the new start of {robots}")
             return
-        self._unsaved[file.path] = _stamp(file.path)  # a new file may be there now, still empty
-        now = _find(self._session, document)
-        if now and (now.version is not None or now.text == made):  # we are told of it, or it is saved already
+        self._unsaved[file.path] = _stamp(file.path)  # a new file may exist now, still empty
+        now = self._find(document)
+        if now and (now.version is not None or now.text == new_text):  # we are told of it, or it is saved already
             del self._unsaved[file.path]
 
-    def _warn(self, line: str) -> None:
-        self._session.say(line, types.MessageType.Warning)
-
     def _is_unsaved(self, file: _File) -> bool:
-        """Whether the file is still as it was before an edit of ours; one of ours is never empty."""
+        """Whether the file is still as it was before an edit of ours, which never leaves it empty."""
         known = self._unsaved
         if file.path in known and known[file.path] != _stamp(file.path) and (file.text or not file.exists):
             del known[file.path]
         return file.path in known
 
+    def _find(self, document: Document) -> _File | None:
+        program = path_of(document.uri)
+        if not program:
+            return None
+        try:
+            robots = robots_near(program.parent)
+        except ReadError:
+            return None
+        path = robots.path or program.parent / FILE_NAME
+        for known in self._robots_files.values():
+            if path_of(known.uri) == path:
+                return _File(path, known.uri, known.lines.text, known.version or 0, True)
+        uri = from_fs_path(str(path))
+        return _File(path, uri, robots.text, None, robots.path is not None) if uri else None
 
-def _find(session: Session, document: Document) -> _File | None:
-    program = to_fs_path(document.uri) if document.uri.startswith("file:") else None
-    if not program:
-        return None
-    folder = Path(program).parent
-    try:
-        robots = robots_near(folder)
-    except ReadError:
-        return None
-    path = robots.path or folder / FILE_NAME
-    for known in session.documents.values():
-        if known.uri.startswith("file:") and to_fs_path(known.uri) == str(path):
-            return _File(path, known.uri, known.lines.text, known.version or 0, True)
-    uri = from_fs_path(str(path))
-    return _File(path, uri, robots.text, None, robots.path is not None) if uri else None
+    def _can_write(self, file: _File) -> bool:
+        """Whether the editor can be asked to."""
+        can_edit = bool(self._editor.can("workspace.apply_edit"))
+        return can_edit and (file.exists or types.ResourceOperationKind.Create in self._operations)
+
+    def _edit(self, file: _File, new_text: str) -> types.WorkspaceEdit:
+        """The edit that gives the file its new text."""
+        start, end, text = difference(file.text, new_text)
+        changed = Changed(file.version, LineIndex(file.text), [Edit(Span(start, end), text)])
+        versions = self._editor.takes_document_changes or bool(self._operations)
+        edit = workspace_edit({file.uri: changed}, versions, self._editor.encoding)
+        if edit.document_changes and not file.exists:
+            create = types.CreateFile(file.uri, options=types.CreateFileOptions(ignore_if_exists=True))
+            edit.document_changes = [create, *edit.document_changes]
+        return edit
+
+    @property
+    def _operations(self) -> list[types.ResourceOperationKind | str]:
+        return list(self._editor.can("workspace.workspace_edit.resource_operations") or ())
 
 
 def _stamp(path: Path) -> _Stamp:
@@ -117,26 +132,3 @@ def _stamp(path: Path) -> _Stamp:
     except OSError:
         return None
     return found.st_mtime_ns, found.st_ino, found.st_size
-
-
-def _can_write(session: Session, file: _File) -> bool:
-    """Whether the editor can be asked to."""
-    workspace = session.client_capabilities.workspace
-    can_edit = bool(workspace and workspace.apply_edit)
-    return can_edit and (file.exists or types.ResourceOperationKind.Create in _operations(session))
-
-
-def _edit(session: Session, file: _File, made: str) -> types.WorkspaceEdit:
-    """The edit after which the editor has the text that was made."""
-    changes = get_capability(session.client_capabilities, "workspace.workspace_edit.document_changes")
-    start, end, text = difference(file.text, made)
-    changed = Changed(file.version, LineIndex(file.text), [Edit(Span(start, end), text)])
-    edit = workspace_edit({file.uri: changed}, bool(changes or _operations(session)), session.encoding)
-    if edit.document_changes and not file.exists:
-        create = types.CreateFile(file.uri, options=types.CreateFileOptions(ignore_if_exists=True))
-        edit.document_changes = [create, *edit.document_changes]
-    return edit
-
-
-def _operations(session: Session) -> Sequence[types.ResourceOperationKind | str]:
-    return get_capability(session.client_capabilities, "workspace.workspace_edit.resource_operations") or ()

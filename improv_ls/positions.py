@@ -1,4 +1,4 @@
-"""The border to the editor's columns: the only place that knows UTF-8, UTF-16 and UTF-32."""
+"""The editor's columns: the only module that knows UTF-8, UTF-16 and UTF-32."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ def to_range(lines: LineIndex, span: Span, encoding: Encoding) -> types.Range:
 
 
 def to_offset(lines: LineIndex, position: types.Position, encoding: Encoding) -> int:
-    """The offset of an editor's position; beyond a line's end it means that end, inside a character its start."""
+    """The offset of an editor's position. Beyond a line's end it is that end, inside a character its start."""
     if position.line >= len(lines.starts):
         return len(lines.text)
     text = lines.line(position.line)
     return lines.start(position.line) + _column(text, position.character, encoding)
 
 
-def to_span(lines: LineIndex, place: types.Range, encoding: Encoding) -> Span:
-    start, end = to_offset(lines, place.start, encoding), to_offset(lines, place.end, encoding)
+def to_span(lines: LineIndex, range_: types.Range, encoding: Encoding) -> Span:
+    start, end = to_offset(lines, range_.start, encoding), to_offset(lines, range_.end, encoding)
     return Span(min(start, end), max(start, end))
 
 
@@ -38,17 +38,17 @@ def units(text: str, encoding: Encoding) -> int:
     """How many columns a text takes."""
     if text.isascii() or encoding == types.PositionEncodingKind.Utf32:
         return len(text)
-    # A lone surrogate, which JSON can bring, must not raise.
+    # JSON can contain a lone surrogate, which must not raise.
     if encoding == types.PositionEncodingKind.Utf8:
         return len(text.encode("utf-8", "surrogatepass"))
     return len(text.encode("utf-16-le", "surrogatepass")) // 2
 
 
-def _column(text: str, place: int, encoding: Encoding) -> int:
+def _column(text: str, character: int, encoding: Encoding) -> int:
     if text.isascii() or encoding == types.PositionEncodingKind.Utf32:
-        return min(place, len(text))
-    for column, character in enumerate(text):
-        place -= units(character, encoding)
-        if place < 0:
+        return min(character, len(text))
+    for column, each in enumerate(text):
+        character -= units(each, encoding)
+        if character < 0:
             return column
     return len(text)

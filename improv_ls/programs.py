@@ -1,4 +1,4 @@
-"""The programs in folders, open or not: as many as can be looked through without anybody waiting for it."""
+"""The programs in folders, open or not: as many as can be read without making anybody wait."""
 
 from __future__ import annotations
 
@@ -9,18 +9,16 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from pygls.uris import to_fs_path
-
-from improv_core.ide.outline import Entry, names_in
+from improv_core.ide.document_symbol import Entry, names_in
 from improv_core.program.files import ReadError, read_program
 from improv_core.text import LineIndex
 
 MOST_FILES = 500
 MOST_ENTRIES = 20_000
-"""Files and folders looked at to find programs."""
-LARGEST = 200_000
-"""Bytes of a file that is looked through."""
-_PASSED_OVER = ("node_modules", "__pycache__")
+"""Files and folders visited to find programs."""
+LARGEST_FILE = 200_000
+"""Bytes; larger files are not read."""
+_SKIPPED = ("node_modules", "__pycache__")
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +30,7 @@ class Found:
 
 
 def programs_in(folders: Iterable[Path]) -> Found:
-    """The programs in folders and all that is in them, hidden folders and links to folders left out."""
+    """The programs in folders and their subfolders, except hidden ones and links to folders."""
     paths: dict[Path, None] = {}
     for seen, entry in enumerate(_entries(folders)):
         if seen == MOST_ENTRIES or len(paths) == MOST_FILES:
@@ -42,14 +40,8 @@ def programs_in(folders: Iterable[Path]) -> Found:
     return Found(list(paths), True)
 
 
-def path_of(uri: str) -> Path | None:
-    """The file that a document is kept in; none if it was never saved, or is elsewhere."""
-    path = to_fs_path(uri) if uri.startswith("file:") else None
-    return Path(path) if path else None
-
-
-def looked_through(path: Path) -> tuple[LineIndex, tuple[Entry, ...]]:
-    """The names and robots in a file, read again if it has changed; none if it can't be read or is too large."""
+def names_in_file(path: Path) -> tuple[LineIndex, tuple[Entry, ...]]:
+    """The names and robots in a file, read again if it has changed; none if it cannot be read or is too large."""
     try:
         state = path.stat()
     except OSError:
@@ -60,22 +52,22 @@ def looked_through(path: Path) -> tuple[LineIndex, tuple[Entry, ...]]:
 @lru_cache(maxsize=MOST_FILES)
 def _names(path: Path, changed: int, size: int) -> tuple[LineIndex, tuple[Entry, ...]]:
     try:
-        text = read_program(path) if size <= LARGEST else ""
+        text = read_program(path) if size <= LARGEST_FILE else ""
     except ReadError:
         text = ""
     return LineIndex(text), tuple(names_in(text))
 
 
 def _entries(folders: Iterable[Path]) -> Iterator[os.DirEntry[str]]:
-    """All that is in folders, what is near first."""
+    """Everything in folders, breadth first."""
     waiting = deque(str(folder) for folder in folders)
     while waiting:
         try:
             with os.scandir(waiting.popleft()) as entries:
                 for entry in sorted(entries, key=lambda entry: entry.name):
                     yield entry
-                    hidden = entry.name.startswith(".") or entry.name in _PASSED_OVER
+                    hidden = entry.name.startswith(".") or entry.name in _SKIPPED
                     if not hidden and entry.is_dir(follow_symlinks=False):
                         waiting.append(entry.path)
-        except OSError:  # where we may not look, there is nothing for us
+        except OSError:  # a folder that we may not read
             continue

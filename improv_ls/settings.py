@@ -1,4 +1,4 @@
-"""The settings of section `improv`: typed, and tolerant of anything a client sends."""
+"""The settings in section `improv`: typed, and tolerant of anything a client sends."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What can be set; docs/settings.md says what each does."""
+    """All settings; docs/settings.md explains each."""
 
     backend: str = "auto"
     on_save: str = "restart"
@@ -19,14 +19,14 @@ class Settings:
     ros_python: str | None = None
     ros_discovery: str | None = None
     code_lens: bool = True
-    hints_beats: bool = False
+    inlay_hints_beats: bool = False
     hover_pictures: bool = False
 
 
 def read_settings(given: Any, current: Settings) -> tuple[Settings, list[str]]:
-    """The settings with what a client gives, and one plain line for each that is wrong and therefore left as it was.
+    """The settings updated with a client's values, and one line for each wrong value, which changes nothing.
 
-    Taken alike as the whole section or what is inside it, nested or with dotted names.
+    Takes the whole section or its contents, nested or with dotted names.
     """
     section = given.get("improv", given) if isinstance(given, Mapping) else {}
     values = dict(_flat(section)) if isinstance(section, Mapping) else {}
@@ -40,7 +40,7 @@ def read_settings(given: Any, current: Settings) -> tuple[Settings, list[str]]:
         elif fits(value):
             current = replace(current, **{field: value})
         else:
-            problems.append(f"setting improv.{name} is {value!r}: write {wanted}; until then it stays as it was")
+            problems.append(f"improv.{name}: expected {wanted}, got {value!r}; keeping the current value")
     return current, problems
 
 
@@ -62,8 +62,8 @@ def _one_of(*words: str) -> tuple[str, Callable[[Any], bool]]:
 
 
 _YES_NO = ("true or false", lambda value: isinstance(value, bool))
-_TEXT = ("a text", lambda value: isinstance(value, str))
-_PORT = ("a port from 0 to 65535", lambda value: type(value) is int and 0 <= value <= 65535)
+_TEXT = ("a string", lambda value: isinstance(value, str))
+_PORT = ("a port number from 0 to 65535", lambda value: type(value) is int and 0 <= value <= 65535)
 
 _SETTINGS: Mapping[str, tuple[str, str, Callable[[Any], bool]]] = {
     "backend": ("backend", *_one_of("auto", "sim", "ros", "both")),
@@ -74,6 +74,6 @@ _SETTINGS: Mapping[str, tuple[str, str, Callable[[Any], bool]]] = {
     "ros.python": ("ros_python", *_TEXT),
     "ros.discovery": ("ros_discovery", *_one_of("LOCALHOST", "SUBNET", "OFF", "SYSTEM_DEFAULT")),
     "codeLens": ("code_lens", *_YES_NO),
-    "inlayHints.beats": ("hints_beats", *_YES_NO),
+    "inlayHints.beats": ("inlay_hints_beats", *_YES_NO),
     "hover.pictures": ("hover_pictures", *_YES_NO),
 }

@@ -1,4 +1,4 @@
-"""Plain data of the core to lsprotocol's types."""
+"""The core's plain data as lsprotocol's types."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from lsprotocol import types
 from improv_core.diagnostics import FADED, Diagnostic, Severity
 from improv_core.ide.completion import Completion
 from improv_core.ide.hover import Hover
-from improv_core.ide.signature import Signature
+from improv_core.ide.signature_help import Signature
 from improv_core.text import LineIndex
 from improv_ls.documents import Document
 from improv_ls.positions import Encoding, to_range
@@ -24,25 +24,27 @@ _SEVERITIES = {
 
 _KINDS = {
     "keyword": types.CompletionItemKind.Keyword,
-    "movement": types.CompletionItemKind.Unit,  # behind a function, some editors write the brackets of a call
+    "movement": types.CompletionItemKind.Unit,  # some editors write a call's brackets behind a function
     "name": types.CompletionItemKind.Variable,
     "robot": types.CompletionItemKind.Class,
-    "plane": types.CompletionItemKind.Enum,  # members of it are of a later version of LSP
+    "plane": types.CompletionItemKind.Enum,  # LSP 3.0 has no EnumMember
     "number": types.CompletionItemKind.Value,
 }
 
 
-class Takes(NamedTuple):
-    """What of a diagnostic a client takes, beyond its place and message."""
+class DiagnosticSupport(NamedTuple):
+    """What a client takes of a diagnostic, beyond its range and message."""
 
-    related: bool
+    related_information: bool
     tags: bool
 
 
-def diagnostic(uri: str, lines: LineIndex, found: Diagnostic, encoding: Encoding, takes: Takes) -> types.Diagnostic:
+def diagnostic(
+    uri: str, lines: LineIndex, found: Diagnostic, encoding: Encoding, support: DiagnosticSupport
+) -> types.Diagnostic:
     related = [
         types.DiagnosticRelatedInformation(types.Location(uri, to_range(lines, other.span, encoding)), other.message)
-        for other in (found.related if takes.related else ())
+        for other in (found.related if support.related_information else ())
     ]
     return types.Diagnostic(
         range=to_range(lines, found.span, encoding),
@@ -50,21 +52,21 @@ def diagnostic(uri: str, lines: LineIndex, found: Diagnostic, encoding: Encoding
         severity=_SEVERITIES[found.severity],
         code=found.code,
         source="improv",
-        tags=[types.DiagnosticTag.Unnecessary] if takes.tags and found.code in FADED else None,
+        tags=[types.DiagnosticTag.Unnecessary] if support.tags and found.code in FADED else None,
         related_information=related or None,
     )
 
 
 def markup(found: Hover, formats: Sequence[str] | None) -> types.MarkupContent:
-    """Markdown for those who say that they show it, else plain text."""
+    """Markdown for clients that say they show it, plain text for others."""
     if types.MarkupKind.Markdown in (formats or ()):
         return types.MarkupContent(types.MarkupKind.Markdown, found.markdown)
     return types.MarkupContent(types.MarkupKind.PlainText, found.plain)
 
 
 def completion(document: Document, found: Completion, snippets: bool, encoding: Encoding) -> types.CompletionList:
-    """What is offered, in our order; snippets for those who know them."""
-    place = to_range(document.lines, found.span, encoding)
+    """What is offered, in our order; as snippets for clients that take them."""
+    replaced = to_range(document.lines, found.span, encoding)
     items = []
     for number, item in enumerate(found.items):
         snippet = snippets and item.snippet
@@ -75,7 +77,7 @@ def completion(document: Document, found: Completion, snippets: bool, encoding: 
                 detail=item.detail,
                 sort_text=f"{number:04}",
                 filter_text=item.label,
-                text_edit=types.TextEdit(place, item.snippet if snippet else item.label),
+                text_edit=types.TextEdit(replaced, item.snippet if snippet else item.label),
                 insert_text_format=types.InsertTextFormat.Snippet if snippet else None,
                 data=[document.uri, found.statement, item.kind],
             )

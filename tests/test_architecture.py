@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
@@ -134,6 +135,13 @@ def test_what_ros_runs_is_bare(path: Path) -> None:
 
 def test_who_looks_at_the_graph_sends_nothing() -> None:
     assert "publish(" not in (ROOT / "improv_core" / "stage" / "graph.py").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", [path for path in MODULES if row(name(path)) == "improv_ls"], ids=name)
+def test_the_private_parts_of_pygls_are_used_in_one_place(path: Path) -> None:
+    used = {ast.unparse(node) for node in ast.walk(tree(path)) if isinstance(node, ast.Attribute)}
+    if path.name != "framing.py":
+        assert not {each for each in used if re.search(r"\.protocol\.(_|fm\b)", each)}
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name)

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 Message = dict[str, Any]
 LIMIT = 30.0
@@ -34,9 +34,6 @@ class Spoken(NamedTuple):
 class Client:
     """Starts `improv-ls` and speaks JSON-RPC to it; use as a context manager."""
 
-    of_test: ClassVar[list[Client]] = []
-    """All of the running test, for those who look at what was said."""
-
     def __init__(
         self,
         options: Mapping[str, Any] | None = None,
@@ -57,9 +54,6 @@ class Client:
             env=env,
         )
         self.log: list[Spoken] = []
-        self.awaited: set[str] = set()
-        """Methods of the server that the test has waited for."""
-        self.of_test.append(self)
         self.notifications: list[Message] = []
         self.shown: list[str] = []
         self.configuration = configuration
@@ -96,8 +90,8 @@ class Client:
         if failure[0] is None:
             assert log == b"", log.decode()
 
-    def open(self, uri: str, text: str) -> None:
-        document = {"uri": uri, "languageId": "improv", "version": 1, "text": text}
+    def open(self, uri: str, text: str, language: str = "improv") -> None:
+        document = {"uri": uri, "languageId": language, "version": 1, "text": text}
         self.notify("textDocument/didOpen", {"textDocument": document})
 
     def change(self, uri: str, version: int, *changes: Mapping[str, Any]) -> None:
@@ -124,7 +118,6 @@ class Client:
 
     def wait(self, method: str, fits: Callable[[Any], bool] = lambda params: True) -> Any:
         """The params of the next notification (or one that came already) that fits; those before it are passed over."""
-        self.awaited.add(method)
         for place, message in enumerate(self.notifications):
             if message["method"] == method and fits(message.get("params")):
                 del self.notifications[: place + 1]
@@ -140,16 +133,15 @@ class Client:
 
     def wait_for_page(self) -> list[str]:
         """The URLs that the server has asked to show, once there is one."""
-        self.awaited.add("window/showDocument")
         if not self.shown:
             self._wait_for(lambda message: message.get("method") == "window/showDocument", "page")
         return self.shown
 
-    def begin(self, method: str, params: Any, given_up: bool = False) -> int:
-        """Ask, without waiting for the answer; the request's id. One that is given up is so in the same breath."""
+    def begin(self, method: str, params: Any, cancelled: bool = False) -> int:
+        """Ask, without waiting for the answer; the request's id. With `cancelled`, the cancellation follows at once."""
         self._next_id += 1
         note = {"method": "$/cancelRequest", "params": {"id": self._next_id}}
-        self._write({"id": self._next_id, "method": method, "params": params}, *([note] if given_up else []))
+        self._write({"id": self._next_id, "method": method, "params": params}, *([note] if cancelled else []))
         return self._next_id
 
     def answer(self, number: int) -> Message:

@@ -117,7 +117,7 @@ class Session:
             assert len(self.client.wait_for_page()) == 1
         changed = {"improv": {"onSave": "sometimes", "inlayHints": {"beats": False}}}
         self.client.notify("workspace/didChangeConfiguration", {"settings": changed})
-        self.client.wait_for_line("setting improv.onSave is 'sometimes'")
+        self.client.wait_for_line("improv.onSave: expected")
         self.client.notify("workspace/didChangeConfiguration", {"settings": None})
         self.client.request("workspace/executeCommand", {"command": "improv.hush", "arguments": []})
         self.client.notify("textDocument/didClose", self.document)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lsprotocol.types import PositionEncodingKind as Encoding
 
 from improv_core.program.analysis import analyze
-from improv_ls.coloring import chunks, edits, numbers
+from improv_ls.coloring import chunks, edits, encoded
 from improv_ls.positions import units
 from tests.ls.client import Client
 
@@ -62,7 +62,7 @@ def test_full_range_and_delta() -> None:
 def test_columns_are_those_of_the_encoding(encoding: Encoding) -> None:
     analysis = analyze("# é𝑥\n 𝑥 = up 𝑥 # 😀\n")
     lengths = [units(word, encoding) for word in ("# é𝑥", "𝑥", "=", "up", "# 😀")]
-    assert numbers(chunks(analysis, encoding))[2::5] == lengths
+    assert encoded(chunks(analysis, encoding))[2::5] == lengths
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
@@ -71,7 +71,7 @@ def test_every_token_is_where_it_is_said_to_be(encoding: Encoding, text: str) ->
     analysis = analyze(text)
     legend = {"tokenTypes": [str(number) for number in range(10)]}
     end = (-1, 0)
-    for line, column, length, _ in read(numbers(chunks(analysis, encoding)), legend):
+    for line, column, length, _ in read(encoded(chunks(analysis, encoding)), legend):
         whole = analysis.lines.line(line)
         places = {units(whole[:place], encoding): place for place in range(len(whole) + 1)}
         word = whole[places[column] : places[column + length]]
@@ -85,10 +85,10 @@ def test_every_token_is_where_it_is_said_to_be(encoding: Encoding, text: str) ->
 def test_a_delta_makes_the_new_of_the_old(before: str, after: str) -> None:
     old, new = (chunks(analyze(text), Encoding.Utf16) for text in (before, after))
     found = edits(old, new)
-    assert apply(numbers(old), found) == numbers(new)
+    assert apply(encoded(old), found) == encoded(new)
     for start, count, data in found:
         assert count or data
-        replaced = numbers(old)[start : start + count]
+        replaced = encoded(old)[start : start + count]
         assert replaced[:1] != data[:1] or not data
         assert replaced[-1:] != data[-1:] or not data
 
@@ -103,7 +103,7 @@ def test_a_delta_says_only_what_has_changed() -> None:
 
 
 def apply(data: list[int], found: Any) -> list[int]:
-    """As an editor does it: from the last edit to the first, each counted in the old numbers."""
+    """As an editor does it: from the last edit to the first, each counted in the old encoded."""
     data = list(data)
     for start, count, new in reversed(found):
         data[start : start + count] = new or []

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.ls.client import Client
+from tests.ls.client import CAPABILITIES, Client, Message
 
 URI = "file:///dance.improv"
 QUIET = {"backend": "sim", "page": {"open": False}}
@@ -28,7 +28,7 @@ def command(client: Client, name: str) -> Any:
 def test_what_was_saved_plays_again(client: Client) -> None:
     command(client, "restart")
     assert client.wait_for_line("improv.restart") == (
-        "improv.restart: nothing has been played yet: save a program, or use improv.play"
+        "improv.restart: nothing has been played yet; save a program or use improv.play"
     )
     client.open(URI, "r $ forward\n")
     client.save(URI)
@@ -52,7 +52,34 @@ def test_the_page_is_shown_also_before_anything_plays(client: Client) -> None:
 def test_where_nothing_can_show_the_page_its_place_is_said() -> None:
     with Client(QUIET, capabilities={}, env=NO_SCREEN) as client:
         url = command(client, "page")
-        assert client.wait_for_line("page") == f"the page is at {url}"
+        assert client.wait_for_line("page") == f"the simulator's page is at {url}"
+
+
+class Unable(Client):
+    """An editor that shows no page, such as Helix over SSH."""
+
+    failure: Message
+
+    def _answer(self, request: Message) -> None:
+        if request["method"] == "window/showDocument":
+            self.shown.append(request["params"]["uri"])
+            self._write({"id": request["id"], **self.failure})
+        else:
+            super()._answer(request)
+
+
+@pytest.mark.parametrize(
+    "refusal", [{"result": {"success": False}}, {"result": None}, {"error": {"code": -32603, "message": "no browser"}}]
+)
+def test_where_the_editor_fails_to_show_the_page_its_place_is_said(refusal: Message) -> None:
+    Unable.failure = refusal
+    with Unable({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        client.open(URI, "r $ forward\n")
+        client.save(URI)
+        (url,) = client.wait_for_page()
+        assert client.wait_for_line("page") == f"the simulator's page is at {url}"
+        assert command(client, "page") == url
+        client.wait_for_line(url)
 
 
 @pytest.mark.parametrize("python", ["/nowhere/python", "/nowhere\n/python"])

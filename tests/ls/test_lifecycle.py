@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from improv_ls.handlers.structure import workspace_symbols
+from improv_ls.handlers.workspace_symbol import search
 from tests.ls.client import CAPABILITIES, LIMIT, Client
 from tests.processes import descendants, wait_until_gone
 
@@ -130,16 +130,16 @@ def test_what_is_closed_is_forgotten_and_what_was_never_open_is_unknown() -> Non
         assert client.request("textDocument/hover", {**document, "position": {"line": 1, "character": 0}}) is None
 
 
-def test_a_request_that_is_given_up_before_it_is_begun_is_not_begun() -> None:
+def test_a_request_that_is_cancelled_before_it_is_begun_is_not_begun() -> None:
     with Client(SILENT) as client:
         client.open("file:///dance.improv", PROGRAM)
         document = {"textDocument": {"uri": "file:///dance.improv"}}
-        number = client.begin("textDocument/foldingRange", document, given_up=True)
+        number = client.begin("textDocument/foldingRange", document, cancelled=True)
         assert client.answer(number)["error"]["code"] == CANCELLED
         assert client.request("textDocument/documentSymbol", document)
 
 
-def test_a_request_that_is_given_up_while_it_takes_its_time_is_answered_at_once(tmp_path: Path) -> None:
+def test_a_request_that_is_cancelled_while_it_takes_its_time_is_answered_at_once(tmp_path: Path) -> None:
     for number in range(400):
         (tmp_path / f"{number}.improv").write_text("wave = forward left\n" * 9_000)
     with Client(SILENT, folders=[tmp_path]) as client:
@@ -149,10 +149,10 @@ def test_a_request_that_is_given_up_while_it_takes_its_time_is_answered_at_once(
         assert client.answer(search)["error"]["code"] == CANCELLED
 
 
-def test_a_search_that_is_given_up_ends(tmp_path: Path) -> None:
+def test_a_search_that_is_cancelled_ends(tmp_path: Path) -> None:
     (tmp_path / "a.improv").write_text(PROGRAM)
-    assert len(workspace_symbols([], [tmp_path], "", "utf-16")) == 2
-    assert workspace_symbols([], [tmp_path], "", "utf-16", lambda: True) == []
+    assert len(search([], [tmp_path], "", "utf-16")) == 2
+    assert search([], [tmp_path], "", "utf-16", lambda: True) == []
 
 
 def test_the_answer_to_shutdown_waits_until_the_stages_have_ended() -> None:
@@ -180,10 +180,10 @@ def test_a_wrong_setting_is_told_once_however_often_it_comes(pulled: bool) -> No
     with Client(SILENT) as client:
         client.wait("workspace/configuration")
         given(onSave="somtimes")
-        told = client.wait_for_line("improv.onSave is 'somtimes'")
+        told = client.wait_for_line("improv.onSave: expected restart, continue or off, got 'somtimes'")
         given(onSave="somtimes", codeLens=True)
         given(onSave="somtimes", codeLens=3)
-        client.wait_for_line("improv.codeLens is 3: write true or false")
+        client.wait_for_line("improv.codeLens: expected true or false, got 3")
         given(onSave="off", codeLens=True)
         given(onSave="somtimes")
         assert client.wait_for_line("improv.onSave") == told

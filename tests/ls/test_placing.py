@@ -143,8 +143,8 @@ def test_what_a_file_says_in_its_own_way_is_left_to_its_author(tmp_path: Path) -
     (tmp_path / "improv.toml").write_text('[robots]\nanna.profile = "turtlesim"\nbert = {}\n', encoding="utf-8")
     with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
         drag(play(client, tmp_path), ANNA)
-        line = client.wait_for_line("improv.toml was left as it is")
-    assert line.endswith("write robots.anna.start = { x = 1.5, y = -2, heading = 90 } there by hand")
+        line = client.wait_for_line("improv.toml was not changed")
+    assert line.endswith("add robots.anna.start = { x = 1.5, y = -2, heading = 90 } yourself")
 
 
 class Refusing(Client):
@@ -163,4 +163,4 @@ def test_an_edit_that_is_not_made_may_be_asked_for_again(tmp_path: Path) -> None
         for _ in range(2):
             drag(page, ANNA)
             assert len(asked(client)) == 2
-            client.wait_for_line("the editor did not take the new start of anna")
+            client.wait_for_line("the editor did not accept the new start of anna")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.ls.client import Client
 
 QUIET = {"backend": "sim", "page": {"open": False}}
@@ -59,3 +61,36 @@ def test_robots_of_a_file_that_can_not_be_read_do_not_move(tmp_path: Path) -> No
         robots.write_text("")
         client.save(program.as_uri())
         assert client.wait_for_line("▶").startswith("▶ r 1 beat")
+
+
+@pytest.mark.parametrize("language", ["toml", "improv", ""])
+def test_an_open_improv_toml_is_no_program(tmp_path: Path, language: str) -> None:
+    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
+    robots.write_text(BURGER)
+    with Client(QUIET) as client:
+        client.open(robots.as_uri(), BURGER, language)
+        client.change(robots.as_uri(), 2, {"text": "r $ forward\n"})
+        assert client.request("textDocument/documentSymbol", {"textDocument": {"uri": robots.as_uri()}}) == []
+        client.open(program.as_uri(), "burger $ forward\n")
+        assert (codes(client, program), codes(client, robots)) == ([], [])
+        assert [each["name"] for each in client.request("workspace/symbol", {"query": ""})] == ["burger"]
+        # With one program open, there is no question which one is meant.
+        client.request("workspace/executeCommand", {"command": "improv.play", "arguments": []})
+        assert client.wait_for_line("▶").startswith("▶ burger 1 beat")
+
+
+@pytest.mark.parametrize(
+    ("name", "language", "is_program"),
+    [
+        ("dance.improv", "improv", True),
+        ("dance.improv", "plaintext", True),
+        ("dance", "improv", True),
+        ("notes.md", "markdown", False),
+        ("other.toml", "toml", False),
+    ],
+)
+def test_only_programs_are_served(tmp_path: Path, name: str, language: str, is_program: bool) -> None:
+    uri = (tmp_path / name).as_uri()
+    with Client(QUIET) as client:
+        client.open(uri, "r $ forward\n", language)
+        assert bool(client.request("textDocument/documentSymbol", {"textDocument": {"uri": uri}})) == is_program

@@ -76,7 +76,7 @@ def test_a_wrong_save_lets_the_dance_go_on_and_hush_ends_it(listen: Listen, ros_
         listener.wait(moving)
         client.change(URI, 2, {"text": "turtle1 $ repeat (forward\n"})
         client.save(URI)
-        client.wait_for_line("✗ line 1: close this bracket with `)`; what plays goes on")
+        client.wait_for_line("✗ line 1: close this bracket with `)`; the previous dance keeps playing")
         told = time.monotonic()
         assert listener.wait(lambda message: message["at"] > told)["x"] == 2
         assert not any(still(message) for message in listener.heard)

@@ -109,7 +109,7 @@ function describe(transport: Transport | undefined, briefly: boolean): string {
 
 /** Why a save did not play, without what the item shows anyway. */
 function shortened(refused: string): string {
-  const why = refused.replace(/; (what plays goes on|the previous dance keeps playing)$/, "");
+  const why = refused.replace(/; the previous dance keeps playing$/, "");
   return why.length > LONGEST_PROBLEM ? `${why.slice(0, LONGEST_PROBLEM - 1).trimEnd()}…` : why;
 }
 

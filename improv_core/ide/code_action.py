@@ -1,0 +1,61 @@
+"""What the editor offers to do at a place: fixes for what is wrong there. (code_action_refactor.py has the rest.)"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from improv_core.diagnostics import Diagnostic, Edit
+from improv_core.program.analysis import Analysis
+from improv_core.text import Span
+
+SAFE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
+"""Codes whose fixes only remove what nobody performs, or what has been said before: all can be made at once."""
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """Edits to be made at once, in the order of the text.
+
+    `kind` is one of LSP's: quickfix, refactor.extract, refactor.inline or refactor.rewrite. `mends` is what a fix is
+    for; `preferred` says that it is the only one.
+    """
+
+    title: str
+    kind: str
+    edits: tuple[Edit, ...]
+    mends: tuple[Diagnostic, ...] = ()
+    preferred: bool = False
+
+
+def fixes(analysis: Analysis, span: Span) -> list[Action]:
+    """The fixes of all that is wrong at a cursor or in a selection, and those for all mistakes of the same kind."""
+    here = [each for each in analysis.diagnostics if each.span.start <= span.end and span.start <= each.span.end]
+    found = [
+        Action(fix.title, "quickfix", _ordered(fix.edits), (each,), len(each.fixes) == 1)
+        for each in here
+        for fix in each.fixes
+    ]
+    mendable = {each.code: each for each in here if each.code in SAFE and each.fixes}
+    return [*found, *(action for each in mendable.values() for action in _everywhere(analysis, each))]
+
+
+def _everywhere(analysis: Analysis, mistake: Diagnostic) -> Iterator[Action]:
+    alike = [each for each in analysis.diagnostics if each.code == mistake.code and each.fixes]
+    if len(alike) > 1:
+        edits = _apart(edit for each in alike for edit in each.fixes[0].edits)
+        others = "the other one" if len(alike) == 2 else f"all {len(alike) - 1} others"
+        yield Action(f"{mistake.fixes[0].title}, and {others} of this kind", "quickfix", edits, (mistake,))
+
+
+def _ordered(edits: Iterable[Edit]) -> tuple[Edit, ...]:
+    return tuple(sorted(edits, key=lambda edit: edit.span))
+
+
+def _apart(edits: Iterable[Edit]) -> tuple[Edit, ...]:
+    """The edits in order, without those that overlap one before."""
+    kept: list[Edit] = []
+    for edit in _ordered(edits):
+        if not kept or edit.span.start >= kept[-1].span.end:
+            kept.append(edit)
+    return tuple(kept)

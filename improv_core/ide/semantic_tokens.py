@@ -1,0 +1,105 @@
+"""Which words are to be colored, and how: by what they are here, where a grammar only sees their form."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import TypeAlias
+
+from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
+from improv_core.program.analysis import Analysis
+from improv_core.syntax.lexer import NAME, NUMBER
+from improv_core.syntax.parser import parse_statement
+from improv_core.syntax.vocabulary import WORDS, Kind
+
+_COMMENT = re.compile(r"#[^\r\n]*")
+_WORD = re.compile(rf"({_COMMENT.pattern})|({NAME})|({NUMBER})|\|\||[=$]")
+
+
+Colored: TypeAlias = tuple[int, int, int, int]
+"""Where a word starts and ends, counted from the start of its piece; its type and its modifiers (a bit each) as the
+legend's numbers."""
+
+Piece: TypeAlias = tuple[int, str, tuple[str, ...], tuple[str, ...]]
+"""The offset and the text of a statement or a line of comment, and the names and robots in it that are not known: they
+get no color."""
+
+
+def pieces(analysis: Analysis, first: int = 0, last: int | None = None) -> Iterator[Piece]:
+    """The pieces of a program that touch the text between two offsets, in their order."""
+    text, place = analysis.text, 0
+    stop = len(text) if last is None else last
+    suspects = analysis.wrong.union(analysis.casting)  # all others know all their names and robots
+    for index, start in enumerate(analysis.starts):
+        if text.find("#", place, start) >= 0:
+            yield from _comment_lines(text, place, start, first, stop)
+        if start > stop:
+            return
+        piece = analysis.statements[index].text
+        place = start + len(piece)
+        if place >= first:
+            yield start, piece, *(_unknown(analysis, index) if index in suspects else ((), ()))
+    yield from _comment_lines(text, place, len(text), first, stop)
+
+
+def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> list[Colored]:
+    """The colored words of a piece, in its order: they depend on nothing else, so that they can be kept.
+
+    Not from the lexer's tokens: a document that is opened has thousands of words, and a color is all that is asked.
+    """
+    sign, heads = None, set[tuple[int, int]]()
+    if not text.startswith("#"):
+        statement = parse_statement(text)
+        sign = statement.sign
+        heads = {(head.start, head.end) for head in statement.heads if head.text not in strange}
+    head = _DEFINITION if sign and sign.type == "EQUAL" else _ROBOT
+    named = sign.start if sign and sign.type != "BEAT" else 0  # up to here, names are given
+    found = []
+    for match in _WORD.finditer(text):
+        word = match[0]
+        start, end = match.span()
+        kind = _KINDS.get(word) or _KINDS_BY_FORM[match.lastindex or 0]
+        if kind is _USE:
+            if start < named:
+                if (start, end) not in heads:  # only a part of one, as in `my-robot`
+                    continue
+                kind = head
+            elif word in unknown:
+                continue
+        found.append((start, end, *kind))
+    return found
+
+
+def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The names and the robots of a statement that are not known."""
+    statement, scope = analysis.statements[index], analysis.meanings[index].scope
+    names = tuple(name for name, found in zip(statement.uses, scope, strict=True) if found is None)
+    said = {each.span for each in analysis.casting.get(index, ()) if each.code == "unknown-robot"}
+    return names, tuple(head.text for head in statement.heads if head.span in said)
+
+
+def _comment_lines(text: str, start: int, end: int, first: int, last: int) -> Iterator[Piece]:
+    for comment in _COMMENT.finditer(text, start, end):
+        if comment.start() <= last and comment.end() >= first:
+            yield comment.start(), comment.group(), (), ()
+
+
+def _kind(name: str, *modifiers: str) -> tuple[int, int]:
+    return TYPES.index(name), sum(1 << MODIFIERS.index(each) for each in modifiers)
+
+
+_COMMENT_KIND = _kind("comment")
+_DEFINITION = _kind("variable", "definition")
+_USE = _kind("variable")
+_ROBOT = _kind("class")
+_KINDS_OF_WORDS = {
+    Kind.BEAT: _kind("modifier"),
+    Kind.MIRROR: _kind("keyword"),
+    Kind.REPEAT: _kind("keyword"),
+    Kind.REFLECT: _kind("keyword"),
+    Kind.FACTOR: _kind("keyword"),
+    Kind.PRIMITIVE: _kind("function", "defaultLibrary"),
+    Kind.PLANE: _kind("enumMember"),
+}
+_KINDS = {word.text: _KINDS_OF_WORDS[word.kind] for word in WORDS.values()}
+_KINDS_BY_FORM = (_kind("operator"), _COMMENT_KIND, _USE, _kind("number"))  # as the groups of _WORD are numbered

@@ -1,0 +1,113 @@
+"""The editor at the other end: what it can do, what it has set, and what is said to the person who sits there."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Coroutine
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from lsprotocol import types
+from pygls.capabilities import get_capability
+from pygls.uris import to_fs_path
+
+from improv_ls.framing import StdioServer
+from improv_ls.positions import Encoding
+from improv_ls.settings import Settings
+
+if TYPE_CHECKING:
+    from improv_ls.to_lsp import DiagnosticSupport
+
+ANSWER_LIMIT = 2.0
+"""Seconds to wait for a client's answer: some never answer."""
+_REFRESHES = {
+    "code_lens": types.WORKSPACE_CODE_LENS_REFRESH,
+    "diagnostics": types.WORKSPACE_DIAGNOSTIC_REFRESH,
+    "inlay_hint": types.WORKSPACE_INLAY_HINT_REFRESH,
+}
+
+
+class Editor:
+    """One editor, for as long as its session lasts."""
+
+    def __init__(self, server: StdioServer) -> None:
+        self.server = server
+        self.settings = Settings()
+        self.wrong_settings: list[str] = []
+        """What is wrong with the settings as they were last given."""
+        self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps none of them alive
+
+    @property
+    def capabilities(self) -> types.ClientCapabilities:
+        return self.server.client_capabilities
+
+    def can(self, capability: str) -> Any:
+        """What the client has said of a capability, such as `workspace.configuration`; None if nothing."""
+        return get_capability(self.capabilities, capability)
+
+    @property
+    def encoding(self) -> Encoding:
+        """The unit of the columns, as agreed with the client."""
+        return self.server.server_capabilities.position_encoding or types.PositionEncodingKind.Utf16
+
+    @property
+    def folders(self) -> list[Path]:
+        """The folders that the editor works in, as far as they are on this machine."""
+        workspace = self.server.workspace
+        uris = [folder.uri for folder in workspace.folders.values()] or [workspace.root_uri or ""]
+        return [Path(path) for uri in uris if uri.startswith("file:") and (path := to_fs_path(uri))]
+
+    @property
+    def takes_own_messages(self) -> bool:
+        """Whether the client has asked for messages of our own, by `experimental: {"improv": true}`."""
+        asked = self.capabilities.experimental
+        return bool(asked.get("improv") if isinstance(asked, dict) else getattr(asked, "improv", None))
+
+    @cached_property
+    def pulls_diagnostics(self) -> bool:
+        """Whether the client asks for diagnostics, and can be told to ask again when `improv.toml` has changed."""
+        return self.can("text_document.diagnostic") is not None and bool(
+            self.can("workspace.diagnostics.refresh_support")
+        )
+
+    @cached_property
+    def diagnostic_support(self) -> DiagnosticSupport:
+        """What the client takes of a diagnostic. Clients that pull may say so where those that are pushed to do."""
+        from improv_ls.to_lsp import DiagnosticSupport
+
+        def said(what: str) -> bool:
+            places = ("publish_diagnostics", "diagnostic")
+            return any(self.can(f"text_document.{place}.{what}") for place in places)
+
+        return DiagnosticSupport(said("related_information"), said("tag_support"))
+
+    @property
+    def takes_document_changes(self) -> bool:
+        """Whether edits may name the version they are for."""
+        return bool(self.can("workspace.workspace_edit.document_changes"))
+
+    def refresh(self, feature: Literal["code_lens", "diagnostics", "inlay_hint"]) -> None:
+        """Have the client ask again for what it shows, where it can be told to."""
+        if self.can(f"workspace.{feature}.refresh_support"):
+            self.server.protocol.send_request(_REFRESHES[feature])
+
+    def soon(self, work: Coroutine[Any, Any, None]) -> None:
+        """Do something that takes a while, after the message at hand. pygls starts asynchronous handlers later, too,
+        but then messages that come in the meantime would overtake what a handler does first."""
+        task = asyncio.ensure_future(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def say(self, message: str) -> None:
+        """Show one line to the person at the editor; more would hold up Neovim until a key is pressed."""
+        self._show(message, types.MessageType.Info)
+
+    def warn(self, message: str) -> None:
+        self._show(message, types.MessageType.Warning)
+
+    def report(self, error: str) -> None:
+        self._show(error, types.MessageType.Error)
+
+    def _show(self, message: str, kind: types.MessageType) -> None:
+        self.server.window_show_message(types.ShowMessageParams(kind, " ".join(message.splitlines())))

@@ -1,0 +1,37 @@
+"""textDocument/completion and completionItem/resolve."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from improv_core.ide.completion import Item, complete
+from improv_core.ide.completion import document as documentation_of
+from improv_ls import to_lsp
+from improv_ls.handlers.hover import shows_pictures
+from improv_ls.positions import to_offset
+from improv_ls.session import Session
+
+
+def completion(ls: Session, params: types.CompletionParams) -> types.CompletionList | None:
+    document = ls.documents.get(params.text_document.uri)
+    if not document:
+        return None
+    found = complete(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
+    if not found:
+        return None
+    # A space asks only where there is little to choose from, so that lists do not pop up between all words.
+    if params.context and params.context.trigger_character == " " and {item.kind for item in found.items} != {"plane"}:
+        return None
+    snippets = ls.editor.can("text_document.completion.completion_item.snippet_support")
+    return to_lsp.completion(document, found, bool(snippets), ls.editor.encoding)
+
+
+def resolve(ls: Session, item: types.CompletionItem) -> types.CompletionItem:
+    """The item with its documentation, which is made only for an item that the person looks at."""
+    uri, statement, kind = item.data if isinstance(item.data, list) and len(item.data) == 3 else ("", 0, "")
+    document = ls.documents.get(uri)
+    offered = Item(item.label, kind)
+    formats = ls.editor.can("text_document.completion.completion_item.documentation_format")
+    if document and (found := documentation_of(document.analysis, offered, statement, shows_pictures(ls, formats))):
+        item.documentation = to_lsp.markup(found, formats)
+    return item

@@ -1,0 +1,45 @@
+"""workspace/didChangeConfiguration, and workspace/configuration to ask for the settings."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from lsprotocol import types
+
+from improv_ls.editor import ANSWER_LIMIT
+from improv_ls.session import Session
+from improv_ls.settings import read_settings
+
+
+def did_change_configuration(ls: Session, params: types.DidChangeConfigurationParams) -> None:
+    if params.settings:
+        _take(ls, params.settings)
+    else:
+        ls.editor.soon(pull(ls))
+
+
+async def pull(ls: Session) -> None:
+    """Ask the client for the settings, where it can be asked."""
+    if not ls.editor.can("workspace.configuration"):
+        return
+    asked = types.ConfigurationParams([types.ConfigurationItem(section="improv")])
+    try:
+        answer = await asyncio.wait_for(asyncio.shield(ls.workspace_configuration_async(asked)), ANSWER_LIMIT)
+    except Exception:  # no answer or a refusal: the settings stay as they are
+        return
+    if answer and answer[0]:
+        _take(ls, answer[0])
+
+
+def _take(ls: Session, given: Any) -> None:
+    editor = ls.editor
+    before, told = editor.settings, editor.wrong_settings
+    editor.settings, editor.wrong_settings = read_settings(given, before)
+    for problem in editor.wrong_settings:
+        if problem not in told:  # clients send all settings whenever one of them changes
+            editor.warn(problem)
+    if editor.settings.inlay_hints_beats != before.inlay_hints_beats:
+        editor.refresh("inlay_hint")
+    if editor.settings.code_lens != before.code_lens:
+        editor.refresh("code_lens")

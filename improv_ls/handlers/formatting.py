@@ -1,0 +1,39 @@
+"""textDocument/formatting, rangeFormatting and onTypeFormatting."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lsprotocol import types
+
+from improv_core.diagnostics import Edit
+from improv_core.ide.formatting import format_all, format_span
+from improv_core.ide.on_type_formatting import indent
+from improv_ls.documents import Document
+from improv_ls.positions import to_offset, to_range, to_span
+from improv_ls.session import Session
+
+
+def formatting(ls: Session, params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
+    document = ls.documents.get(params.text_document.uri)
+    return _converted(ls, document, format_all(document.analysis)) if document else None
+
+
+def range_formatting(ls: Session, params: types.DocumentRangeFormattingParams) -> list[types.TextEdit] | None:
+    document = ls.documents.get(params.text_document.uri)
+    if not document:
+        return None
+    span = to_span(document.lines, params.range, ls.editor.encoding)
+    return _converted(ls, document, format_span(document.analysis, span))
+
+
+def on_type_formatting(ls: Session, params: types.DocumentOnTypeFormattingParams) -> list[types.TextEdit] | None:
+    document = ls.documents.get(params.text_document.uri)
+    if not document:
+        return None
+    offset = to_offset(document.lines, params.position, ls.editor.encoding)
+    return _converted(ls, document, indent(document.analysis, offset))
+
+
+def _converted(ls: Session, document: Document, edits: Sequence[Edit]) -> list[types.TextEdit]:
+    return [types.TextEdit(to_range(document.lines, edit.span, ls.editor.encoding), edit.text) for edit in edits]

@@ -1,0 +1,29 @@
+"""textDocument/hover."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lsprotocol import types
+
+from improv_core.ide.hover import hover as hover_at
+from improv_ls import to_lsp
+from improv_ls.positions import to_offset, to_range
+from improv_ls.session import Session
+
+
+def hover(ls: Session, params: types.HoverParams) -> types.Hover | None:
+    document = ls.documents.get(params.text_document.uri)
+    if not document:
+        return None
+    offset = to_offset(document.lines, params.position, ls.editor.encoding)
+    formats = ls.editor.can("text_document.hover.content_format")
+    found = hover_at(document.analysis, offset, shows_pictures(ls, formats))
+    if not found:
+        return None
+    return types.Hover(to_lsp.markup(found, formats), to_range(document.lines, found.span, ls.editor.encoding))
+
+
+def shows_pictures(ls: Session, formats: Sequence[str] | None) -> bool:
+    """Whether to draw: plain text has no place for it."""
+    return ls.editor.settings.hover_pictures and types.MarkupKind.Markdown in (formats or ())

@@ -1,0 +1,59 @@
+"""initialize and initialized: what is offered to this client, and what it is asked for."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from importlib import import_module
+
+from lsprotocol import types
+
+from improv_ls.handlers.did_change_configuration import pull
+from improv_ls.session import Session
+from improv_ls.settings import read_settings
+
+PARENT_PERIOD = 1.0
+"""Seconds between two checks that the editor's process is still alive."""
+
+
+def initialize(ls: Session, params: types.InitializeParams) -> None:
+    # Wrong settings are reported once the client may be told anything: in `initialized`.
+    editor = ls.editor
+    editor.settings, editor.wrong_settings = read_settings(params.initialization_options, editor.settings)
+    if not editor.can("text_document.code_action.code_action_literal_support"):
+        ls.withdraw(types.TEXT_DOCUMENT_CODE_ACTION)  # all our actions are such literals
+    if not editor.pulls_diagnostics:  # a client that got both would show everything twice
+        ls.withdraw(types.TEXT_DOCUMENT_DIAGNOSTIC)
+    if params.process_id and os.name == "posix":
+        editor.soon(_watch_parent(ls, params.process_id))
+
+
+def initialized(ls: Session, params: types.InitializedParams) -> None:
+    # Load what the first document will need now, while the person is still opening it.
+    asyncio.get_running_loop().call_soon(import_module, "improv_ls.handlers.text_document_sync")
+    for problem in ls.editor.wrong_settings:
+        ls.editor.warn(problem)
+    watching = types.DidChangeWatchedFilesRegistrationOptions([types.FileSystemWatcher("**/improv.toml")])
+    _register(ls, types.WORKSPACE_DID_CHANGE_WATCHED_FILES, "did_change_watched_files", watching)
+    section = types.DidChangeConfigurationRegistrationOptions(section="improv")
+    _register(ls, types.WORKSPACE_DID_CHANGE_CONFIGURATION, "did_change_configuration", section)
+    ls.editor.soon(pull(ls))
+
+
+def _register(ls: Session, method: str, capability: str, options: object) -> None:
+    if ls.editor.can(f"workspace.{capability}.dynamic_registration"):
+        registration = types.Registration(id=method, method=method, register_options=options)
+        ls.client_register_capability(types.RegistrationParams([registration]))
+
+
+async def _watch_parent(ls: Session, process: int) -> None:
+    """End when the editor has ended: something that it started may still hold our standard input open."""
+    while True:
+        await asyncio.sleep(PARENT_PERIOD)
+        try:
+            os.kill(process, 0)
+        except ProcessLookupError:
+            ls.end()
+            return
+        except PermissionError:
+            pass  # it is alive, and belongs to somebody else

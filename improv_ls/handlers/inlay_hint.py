@@ -1,0 +1,25 @@
+"""textDocument/inlayHint."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from improv_core.ide.inlay_hint import hints
+from improv_ls.positions import to_position, to_span
+from improv_ls.session import Session
+
+
+def inlay_hint(ls: Session, params: types.InlayHintParams) -> list[types.InlayHint]:
+    document = ls.documents.get(params.text_document.uri)
+    if not document or not ls.editor.settings.inlay_hints_beats:
+        return []
+    return [
+        types.InlayHint(
+            position=to_position(document.lines, hint.offset, ls.editor.encoding),
+            label=hint.text,
+            tooltip=hint.about,
+            padding_left=not hint.before,
+            padding_right=hint.before,
+        )
+        for hint in hints(document.analysis, to_span(document.lines, params.range, ls.editor.encoding))
+    ]

@@ -1,0 +1,49 @@
+"""textDocument/didOpen, didChange and didClose."""
+
+from __future__ import annotations
+
+from lsprotocol import types
+
+from improv_core.text import LineIndex
+from improv_ls.documents import Document, RobotsFile, changed, changed_file, is_program, is_robots_file, opened
+from improv_ls.handlers.publish_diagnostics import publish, publish_robots, withdraw
+from improv_ls.session import Session
+
+
+def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
+    given = params.text_document
+    if is_robots_file(given.uri):
+        ls.robots_files[given.uri] = RobotsFile(given.uri, given.version, LineIndex(given.text))
+    elif is_program(given.uri, given.language_id):
+        add(ls, opened(given.uri, given.version, given.text))
+        if ls.editor.settings.on_save != "off":
+            ls.editor.soon(ls.performance.warm_up())
+
+
+def did_change(ls: Session, params: types.DidChangeTextDocumentParams) -> None:
+    given, changes = params.text_document, params.content_changes
+    if file := ls.robots_files.get(given.uri):
+        ls.robots_files[given.uri] = changed_file(file, given.version, changes, ls.editor.encoding)
+    elif document := ls.documents.get(given.uri):
+        _keep(ls, changed(document, given.version, changes, ls.editor.encoding))
+
+
+def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
+    uri = params.text_document.uri
+    ls.robots_files.pop(uri, None)
+    if document := ls.documents.pop(uri, None):
+        ls.sent_tokens.pop(uri, None)
+        ls.sent_diagnostics.pop(uri, None)
+        ls.autosaving.discard(uri)
+        withdraw(ls, document)
+
+
+def add(ls: Session, document: Document) -> None:
+    """Keep a document that is new, or whose robots are."""
+    _keep(ls, document)
+    publish_robots(ls, document.analysis.cast)
+
+
+def _keep(ls: Session, document: Document) -> None:
+    ls.documents[document.uri] = document
+    publish(ls, document)

@@ -1,0 +1,51 @@
+"""workspace/didChangeWatchedFiles, didRenameFiles and didDeleteFiles: what happens to files besides being edited."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lsprotocol import types
+
+from improv_ls.documents import Document, moved, robots_of
+from improv_ls.handlers.publish_diagnostics import publish_robots
+from improv_ls.handlers.text_document_sync import add, did_close
+from improv_ls.session import Session
+
+
+def did_change_watched_files(ls: Session, params: types.DidChangeWatchedFilesParams) -> None:
+    """An `improv.toml` was created, changed or deleted."""
+    refresh_robots(ls)
+
+
+def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
+    """Files or folders have other names. Most editors close their documents and open them again, some do neither."""
+    for renamed in params.files:
+        for document in list(ls.documents.values()):
+            uri = moved(document.uri, renamed.old_uri, renamed.new_uri)
+            if uri not in ls.documents:
+                add(ls, Document(uri, document.version, document.analysis.with_robots(robots_of(uri))))
+                did_close(ls, types.DidCloseTextDocumentParams(types.TextDocumentIdentifier(document.uri)))
+        for file in list(ls.robots_files.values()):
+            uri = moved(file.uri, renamed.old_uri, renamed.new_uri)
+            if uri not in ls.robots_files:
+                ls.robots_files[uri] = replace(ls.robots_files.pop(file.uri), uri=uri)
+        ls.performance.renamed(renamed.old_uri, renamed.new_uri)
+    refresh_robots(ls)
+
+
+def did_delete_files(ls: Session, params: types.DeleteFilesParams) -> None:
+    """An `improv.toml` may be gone. Documents stay open until the editor closes them."""
+    refresh_robots(ls)
+
+
+def refresh_robots(ls: Session) -> None:
+    """Check each document against the robots that the nearest `improv.toml` has now."""
+    different = False
+    for document in list(ls.documents.values()):
+        robots = robots_of(document.uri)
+        if robots != document.analysis.cast:
+            publish_robots(ls, replace(document.analysis.cast, diagnostics=()))
+            add(ls, replace(document, analysis=document.analysis.with_robots(robots)))
+            different = True
+    if different and ls.editor.pulls_diagnostics:
+        ls.editor.refresh("diagnostics")

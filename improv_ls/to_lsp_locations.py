@@ -1,0 +1,85 @@
+"""The core's locations, symbols, ranges and edits as lsprotocol's types."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from lsprotocol import types
+
+from improv_core.diagnostics import Edit
+from improv_core.ide.document_symbol import Entry
+from improv_core.ide.folding_range import Fold
+from improv_core.ide.references import Reference
+from improv_core.text import LineIndex, Span
+from improv_ls.positions import Encoding, to_range
+
+_KINDS = {
+    "tempo": types.SymbolKind.Constant,
+    "name": types.SymbolKind.Variable,
+    "robot": types.SymbolKind.Class,
+    "robots": types.SymbolKind.Class,
+}
+_FOLDS = {"comment": types.FoldingRangeKind.Comment, "region": types.FoldingRangeKind.Region}
+
+
+class Changed(NamedTuple):
+    """The edits of a document or file; a version only if it is open."""
+
+    version: int | None
+    lines: LineIndex
+    edits: Sequence[Edit]
+
+
+def location(uri: str, lines: LineIndex, span: Span, encoding: Encoding) -> types.Location:
+    return types.Location(uri, to_range(lines, span, encoding))
+
+
+def highlight(lines: LineIndex, reference: Reference, encoding: Encoding) -> types.DocumentHighlight:
+    kind = types.DocumentHighlightKind.Write if reference.defines else types.DocumentHighlightKind.Read
+    return types.DocumentHighlight(to_range(lines, reference.span, encoding), kind)
+
+
+def workspace_edit(changed: Mapping[str, Changed], versions: bool, encoding: Encoding) -> types.WorkspaceEdit:
+    """Edits of several documents, with their versions if the client takes versions."""
+    edits = {
+        uri: [types.TextEdit(to_range(each.lines, edit.span, encoding), edit.text) for edit in each.edits]
+        for uri, each in changed.items()
+        if each.edits
+    }
+    if not versions:
+        return types.WorkspaceEdit(changes=edits)
+    return types.WorkspaceEdit(
+        document_changes=[
+            types.TextDocumentEdit(types.OptionalVersionedTextDocumentIdentifier(uri, changed[uri].version), each)
+            for uri, each in edits.items()
+        ]
+    )
+
+
+def document_symbol(lines: LineIndex, entry: Entry, encoding: Encoding) -> types.DocumentSymbol:
+    return types.DocumentSymbol(
+        name=entry.name,
+        kind=_KINDS[entry.kind],
+        range=to_range(lines, entry.span, encoding),
+        selection_range=to_range(lines, entry.name_span, encoding),
+        detail=entry.detail or None,
+        children=[document_symbol(lines, part, encoding) for part in entry.parts] or None,
+    )
+
+
+def symbol_information(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding) -> types.SymbolInformation:
+    return types.SymbolInformation(location(uri, lines, entry.name_span, encoding), entry.name, _KINDS[entry.kind])
+
+
+def folding_range(fold: Fold) -> types.FoldingRange:
+    return types.FoldingRange(fold.first, fold.last, kind=_FOLDS.get(fold.kind))
+
+
+def selection_range(lines: LineIndex, spans: Sequence[Span], encoding: Encoding) -> types.SelectionRange:
+    """Spans from the innermost out, each inside the next."""
+    parent: types.SelectionRange | None = None
+    for span in reversed(spans):
+        parent = types.SelectionRange(to_range(lines, span, encoding), parent)
+    assert parent, "the whole document is always among them"
+    return parent

@@ -1,0 +1,182 @@
+"""Refactorings: the program before and after, where `<…>` is selected; and what it plays stays the same."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from improv_core.diagnostics import Edit
+from improv_core.ide.code_action import Action
+from improv_core.ide.code_action_refactor import refactorings
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import compiled
+from improv_core.text import Span
+from tests.ide.cursor import CURSOR
+
+CHANGING = ("Wrap in [ ]", "Wrap in slow")
+
+
+def offered(program: str) -> tuple[Analysis, list[Action]]:
+    if CURSOR in program:
+        start = end = program.index(CURSOR)
+        program = program.replace(CURSOR, "")
+    else:
+        start, end = program.index("<"), program.index(">") - 1
+        program = program.replace("<", "").replace(">", "")
+    analysis = analyze(program)
+    return analysis, refactorings(analysis, Span(start, end))
+
+
+def check(title: str, before: str, after: str) -> None:
+    """The one action whose title begins so makes this of the program, and it plays the same."""
+    analysis, actions = offered(before)
+    (action,) = [each for each in actions if each.title.startswith(title)]
+    assert applied(analysis.text, action.edits) == after
+    if not title.startswith(CHANGING):
+        assert compiled(analyze(after))["robots"] == compiled(analysis)["robots"]
+
+
+def check_not(title: str, program: str) -> None:
+    assert [each.title for each in offered(program)[1] if each.title.startswith(title)] == []
+
+
+def applied(text: str, edits: tuple[Edit, ...]) -> str:
+    assert all(one.span.end <= other.span.start for one, other in pairwise(edits))
+    for edit in reversed(edits):
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    return text
+
+
+def test_a_movement_gets_a_name() -> None:
+    check("Name", "r $ <forward left> up", "forward_left = forward left\nr $ forward_left up")
+    check("Name", "r $ |>[up down] up", "up_down = [up down]\nr $ up_down up")
+    check("Name", "r $ le|>ft up left", "my_left = left\nr $ my_left up left")
+    check(
+        "Name",
+        "r $ <repeat 4 (forward left)>",
+        "repeat_forward_left = repeat 4 (forward left)\nr $ repeat_forward_left",
+    )
+    check("Name", "x = up\nr $ <x x x x>", "x = up\nphrase = x x x x\nr $ phrase")
+    check("Name", "phrase = up\nr $ <up up up up> phrase", "phrase = up\nphrase_2 = up up up up\nr $ phrase_2 phrase")
+    check("Name", "  r $ <left || up>", "  left_up = left || up\n  r $ left_up")
+    check("Name", "\ufeffr$(left)<[up]>up # 🐢\r\n", "\ufeffmy_up = [up]\r\nr$(left)my_up up # 🐢\r\n")
+    check("Name", "r $ up <left > ", "my_left = left\nr $ up my_left  ")
+
+
+def test_a_movement_over_lines_gets_brackets() -> None:
+    check("Name", "r $ (up\n  <left # l\n  down>)", "left_down = (left # l\n  down)\nr $ (up\n  left_down)")
+    check("Name", "r $ <(left\n  up)>", "left_up = (left\n  up)\nr $ left_up")
+    check("Name", "r $ (<(left)\n  up> up)", "left_up = ((left)\n  up)\nr $ (left_up up)")
+
+
+def test_part_of_a_selection_grows_to_whole_items() -> None:
+    check("Name", "r $ for<ward le>ft up", "forward_left = forward left\nr $ forward_left up")
+    check("Name", "r $ up (left <|| do>wn)", "left_down = left || down\nr $ up (left_down)")
+
+
+def test_what_a_bracket_counts_is_left_alone() -> None:
+    for program in ("r $ [<left up> down]", "r $ [<left up>]", "r $ [<left up || down>]", "r $ [<left up> || down]"):
+        check_not("Name", program)
+        check_not("Wrap", program)
+    check("Name", "r $ [<left || up>]", "left_up = left || up\nr $ [left_up]")
+    check_not("Name", "x = up\nr $ |>x")
+    check_not("Name", "r $ (<left>")
+
+
+def test_a_name_is_written_out() -> None:
+    check("Write out", "x = left up\nr $ |>x down", "r $ left up down")
+    check("Write out", "x = left up # both\ns $ up\nr $ reverse |>x", "s $ up\nr $ reverse (left up)")
+    check("Write out", "x = left up\nr $ [|>x down]", "r $ [(left up) down]")
+    check("Write out", "x = left || up\nr $ |>x down", "r $ (left || up) down")
+    check("Write out", "x = left || up\nr $ [|>x]", "r $ [(left || up)]")
+    check("Write out", "x = (left\n  up)\nr$[up]|>x[up]", "r$[up](left\n  up)[up]")
+    check("Write out x here", "x = left up\nr $ |>x x", "x = left up\nr $ left up x")
+    check("Write out x everywhere", "|>x = left up\nr $ x fast 2 x", "r $ left up fast 2 (left up)")
+    check("Write out", "x = up\nx = |>x left\nr $ x", "x = up left\nr $ x")
+
+
+def test_a_name_whose_names_have_changed_is_not_written_out() -> None:
+    program = "x = up\ny = x left\nx = down\nr $ |>y x"
+    check_not("Write out", program)
+    check_not("Write out", program.replace("|>", "").replace("y =", "|>y ="))
+    check_not("Write out", "r $ |>x")
+    check_not("Write out", "|>x = up")
+    check_not("Write out", "x = (up\nr $ |>x")
+
+
+def test_a_repeat_is_unrolled() -> None:
+    check("Unroll", "r $ |>repeat 3 forward", "r $ forward forward forward")
+    check("Unroll", "r $ re|>peat 2 (forward left) up", "r $ forward left forward left up")
+    check("Unroll", "r $ reverse |>repeat 2 (forward left)", "r $ reverse (forward left forward left)")
+    check("Unroll", "r $ [|>repeat 2 up down]", "r $ [(up up) down]")
+    check("Unroll", "r $ |>repeat 2 (up || left)", "r $ (up || left) (up || left)")
+    check("Unroll", "r $ |>repeat 2 (up\n left)", "r $ (up\n left) (up\n left)")
+    for program in ("r $ |>repeat up", "r $ |>repeat 0 up", "r $ |>repeat 33 up", "r $ |>repeat 3/2 up"):
+        check_not("Unroll", program)
+
+
+def test_the_same_again_is_folded() -> None:
+    check("Fold into repeat 3", "r $ up forward for|>ward forward left", "r $ up repeat 3 forward left")
+    check("Fold into repeat 2", "r $ <forward left forward left> up", "r $ repeat 2 (forward left) up")
+    check("Fold into repeat 2", "r $ <forward left  forward left>", "r $ repeat 2 (forward left)")
+    check("Fold into repeat 2", "r $ |>(up left) (up  left)", "r $ repeat 2 (up left)")
+    check_not("Fold", "r $ [up u|>p]")
+    check_not("Fold", "r $ <up left up>")
+    check_not("Fold", "r $ (up # one\nu|>p)")
+
+
+def test_wrapping_says_what_it_does() -> None:
+    check("Wrap in ( )", "r $ up <left down>", "r $ up (left down)")
+    check("Wrap in ( )", "r $ repeat 2 |>left", "r $ repeat 2 (left)")
+    check("Wrap in [ ]", "r $ up <left down>", "r $ up [left down]")
+    check("Wrap in slow 2", "r $ up <left down>", "r $ up slow 2 (left down)")
+    check("Wrap in slow 2", "r$|>(left)up", "r$slow 2 (left)up")
+
+
+def test_nothing_outside_movements() -> None:
+    for program in ("|>r $ left", "r |>$ left", "be|>at 60", "# |>", "r $ left  |>", "|>"):
+        assert offered(program)[1] == []
+
+
+TERMS = st.recursive(
+    st.sampled_from(["forward", "left", "up", "rest", "x", "y"]),
+    lambda inner: st.one_of(
+        st.lists(inner, min_size=1, max_size=4).map(lambda items: f"({' '.join(items)})"),
+        st.lists(inner, min_size=1, max_size=4).map(lambda items: f"[{' '.join(items)}]"),
+        st.tuples(inner, inner).map(lambda voices: f"({voices[0]} {voices[0]} || {voices[1]})"),
+        st.tuples(inner, inner).map(lambda voices: f"[{voices[0]} || {voices[1]}]"),
+        inner.map("repeat 2 {}".format),
+        inner.map("reverse {}".format),
+        inner.map("fast 3/2 {}".format),
+        inner.map("reflect YZ {}".format),
+    ),
+    max_leaves=6,
+)
+BODIES = st.lists(TERMS, min_size=1, max_size=4).map(" ".join)
+STATEMENTS = st.one_of(st.builds("{} = {}".format, st.sampled_from("xy"), BODIES), BODIES.map("r $ {}".format))
+PROGRAMS = st.lists(STATEMENTS, min_size=1, max_size=4).map(
+    lambda lines: "\n".join(["x = up left", "y = x || left", *lines])
+)
+
+
+@given(PROGRAMS, st.data())
+def test_what_plays_stays_the_same(program: str, data: st.DataObject) -> None:
+    analysis = analyze(program)
+    start = data.draw(st.integers(0, len(program)))
+    end = data.draw(st.integers(start, len(program))) if data.draw(st.booleans()) else start
+    actions = [each for each in refactorings(analysis, Span(start, end)) if not each.title.startswith(CHANGING)]
+    assume(actions)
+    action = data.draw(st.sampled_from(actions))
+    after = analyze(applied(program, action.edits))
+    assert compiled(after)["robots"] == compiled(analysis)["robots"], action
+    assert after.ok == analysis.ok, action
+
+
+@pytest.mark.parametrize("offset", range(40))
+def test_any_broken_text_is_taken(offset: int) -> None:
+    program = "x = ((left\nr $ x ] ||| repeat 2 = $ 🐢 up"
+    for end in range(offset, len(program)):
+        refactorings(analyze(program), Span(offset, end))

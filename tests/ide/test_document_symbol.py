@@ -1,0 +1,49 @@
+"""The outline, a line for each entry: name, kind, how long, and what is marked when it is chosen."""
+
+from __future__ import annotations
+
+from improv_core.ide.document_symbol import names_in, outline
+from improv_core.program.analysis import analyze
+
+
+def check(program: str, *lines: str) -> None:
+    found = []
+    for entry in outline(analyze(program)):
+        for each, indent in ((entry, ""), *((part, "  ") for part in entry.parts)):
+            assert each.span.start <= each.name_span.start < each.name_span.end <= each.span.end
+            found.append(f"{indent}{each.name}: {each.kind} {each.detail}".rstrip())
+    assert found == list(lines)
+
+
+def test_what_statements_are_about() -> None:
+    check(
+        "# a dance\nbeat 30\nsquare = repeat 4 (forward left)\nr s $ square\nr $ repeat square",
+        "beat 30: tempo",
+        "square: name 8 beats",
+        "r s: robots 8 beats",
+        "  r: robot 8 beats",
+        "  s: robot 8 beats",
+        "r: robot ∞",
+    )
+
+
+def test_broken_statements_as_far_as_they_go() -> None:
+    check("x = (left\nr $\nleft left\n= up\nbeat\n$ up", "x: name 1 beat", "r: robot 0 beats")
+
+
+def test_what_is_marked() -> None:
+    text = "\n r  s $ (left\n up)"
+    (entry,) = outline(analyze(text))
+    assert text[slice(*entry.span)] == "r  s $ (left\n up)"
+    assert text[slice(*entry.name_span)] == "r  s"
+    assert [text[slice(*part.name_span)] for part in entry.parts] == ["r", "s"]
+
+
+def test_names_of_a_program_that_is_only_looked_through() -> None:
+    found = names_in("beat 30\nx = (\nr s $ x\nr $ up")
+    assert [(entry.name, entry.kind) for entry in found] == [
+        ("x", "name"),
+        ("r", "robot"),
+        ("s", "robot"),
+        ("r", "robot"),
+    ]

@@ -1,0 +1,50 @@
+"""Inlay hints, drawn into the program as `⟨…⟩` where an editor shows them."""
+
+from __future__ import annotations
+
+from improv_core.ide.inlay_hint import hints
+from improv_core.program.analysis import analyze
+from improv_core.text import Span
+
+
+def check(program: str, shown: str) -> None:
+    """What the whole program looks like with its hints."""
+    assert drawn(program, Span(0, len(program))) == shown
+
+
+def drawn(program: str, seen: Span) -> str:
+    text = program
+    for hint in sorted(hints(analyze(program), seen), key=lambda hint: hint.offset, reverse=True):
+        text = f"{text[: hint.offset]}⟨{hint.text}⟩{text[hint.offset :]}"
+    return text
+
+
+def test_each_statement_says_how_long_it_takes() -> None:
+    check(
+        "beat 30\nsquare = repeat 4 (forward left)  # 🐢\r\nr $ square || repeat up\ns $ slow 1/3 up",
+        "beat 30\nsquare = repeat 4 (forward left)⟨8 beats⟩  # 🐢\r\n"
+        "r $ square || repeat up⟨8 beats⟩\ns $ slow 1/3 up⟨1/3 beats⟩",
+    )
+    check("r $ repeat up", "r $ repeat up⟨∞⟩")
+    check("r $ (up\n  left\n)", "r $ (up\n  left\n)⟨2 beats⟩")
+
+
+def test_brackets_in_brackets_say_how_fast_they_are() -> None:
+    check("r $ [up [left right] up]", "r $ [up [⟨×6⟩left right] up]⟨1 beat⟩")
+    check("r $ [up slow 2 [left right || down]]", "r $ [up slow 2 [⟨×2⟩left right || down]]⟨1.5 beats⟩")
+    check("r $ [[up [left left]]]", "r $ [[⟨×2⟩up [⟨×4⟩left left]]]⟨1 beat⟩")
+    check("r $ [up ([left left left])]", "r $ [up ([⟨×6⟩left left left])]⟨1 beat⟩")
+    check("r $ [up left] [[up]]", "r $ [up left] [[up]]⟨2 beats⟩")
+
+
+def test_what_is_wrong_says_nothing() -> None:
+    for program in ("r $ lft up", "r $ (up", "r $ repeat 1/2 up", "beat 60", "# 🐢", "up", "r $", "x = []x"):
+        check(program, program)
+    check("x = up # unused\nr $ lft\ns $ ()", "x = up⟨1 beat⟩ # unused\nr $ lft\ns $ ()⟨0 beats⟩")
+
+
+def test_only_what_is_in_sight() -> None:
+    program = "r $ up\ns $ up\nt $ up\n"
+    assert drawn(program, Span(8, 12)) == "r $ up\ns $ up⟨1 beat⟩\nt $ up\n"
+    (hint,) = hints(analyze("beat 30\nr $ up left"), Span(9, 10))
+    assert (hint.text, hint.about) == ("2 beats", "4.0 s at beat 30")

@@ -1,0 +1,78 @@
+"""Colors: each word with its kind, in the order of the text."""
+
+from __future__ import annotations
+
+import re
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.ide.semantic_tokens import colored, pieces
+from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.robots.config import read_robots
+from improv_core.syntax.lexer import lex
+
+
+def check(program: str | Analysis, *words: str) -> None:
+    """These words have a color, said as `word:type` or `word:type.modifier`."""
+    analysis = analyze(program) if isinstance(program, str) else program
+    found = []
+    for start, text, unknown, strange in pieces(analysis):
+        for begin, end, kind, modifiers in colored(text, unknown, strange):
+            kinds = [TYPES[kind], *(name for bit, name in enumerate(MODIFIERS) if modifiers >> bit & 1)]
+            found.append(f"{analysis.text[start + begin : start + end]}:{'.'.join(kinds)}")
+    assert found == list(words)
+
+
+def test_all_kinds() -> None:
+    check(
+        "beat 3/2 # slow\n# all\nx = fast 2 up\nr $ x || reflect YZ [x]",
+        *("beat:modifier", "3/2:number", "# slow:comment", "# all:comment"),
+        *("x:variable.definition", "=:operator", "fast:keyword", "2:number", "up:function.defaultLibrary"),
+        *("r:class", "$:operator", "x:variable", "||:operator", "reflect:keyword", "YZ:enumMember", "x:variable"),
+    )
+
+
+def test_what_is_not_known_has_no_color() -> None:
+    check("r $ x\nx = x up", *("r:class", "$:operator", "x:variable.definition", "=:operator"), UP)
+    robots = read_robots("[robots.anna]\n")
+    check(analyze("anna ana $ up", robots), "anna:class", "$:operator", UP)
+
+
+UP = "up:function.defaultLibrary"
+
+
+def test_broken_statements_keep_their_colors() -> None:
+    check("r $ (up ||", "r:class", "$:operator", UP, "||:operator")
+    check("my-robot $ ) 7 ? up", "$:operator", "7:number", UP)
+    check("x = up\nx up", "x:variable.definition", "=:operator", UP, "x:variable", UP)
+    check("up = up", UP, "=:operator", UP)
+
+
+def test_comments_within_statements() -> None:
+    check(
+        "r $ ( # one\r\n # two\rup) # 3\r\n",
+        "r:class",
+        "$:operator",
+        "# one:comment",
+        "# two:comment",
+        UP,
+        "# 3:comment",
+    )
+
+
+def test_only_what_is_in_sight() -> None:
+    text = "# one\nr $ up\n# two\ns $ up\n# three\n"
+    found = [piece for _, piece, _, _ in pieces(analyze(text), text.index("up"), text.index("s"))]
+    assert found == ["r $ up", "# two", "s $ up"]
+
+
+@given(st.lists(st.sampled_from([*"rx$=|(]-+?#😀 \n\ufeff", "up ", "beat", "||", ".5", "3/2", "1x"])).map("".join))
+def test_what_has_a_color_is_a_token_or_a_comment(text: str) -> None:
+    found = {(start, end) for start, end, *_ in colored(text, (), ())}
+    comments = {comment.span() for comment in re.finditer(r"#[^\r\n]*", text)}
+    tokens = {token.span: token.type for token in lex(text)}
+    assert found <= comments | set(tokens)
+    colorless = {span for span, kind in tokens.items() if kind in ("LPAR", "RPAR", "LSQB", "RSQB", "STRAY", "NAME")}
+    assert comments | set(tokens) <= found | colorless

@@ -138,7 +138,7 @@ class Performance:
     def _stages(self) -> Playback:
         settings = self._session.settings
         options = Options(
-            settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery, takes_starts=True
+            settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery, takes_start_poses=True
         )
         old = self._playback
         if old and old.options == options:
@@ -162,7 +162,7 @@ class Performance:
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
         elif kind == "place" and self._document:
-            self._session.soon(self._placing.offer(self._document, message["starts"]))
+            self._session.soon(self._placing.offer(self._document, message["start_poses"]))
         elif kind == "warning":
             self._session.say(str(message["message"]), types.MessageType.Warning)
         elif kind in ("error", "gone"):

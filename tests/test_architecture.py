@@ -38,7 +38,7 @@ BARE = ("score", "stage", "playback")
 LIBRARIES = {
     "pymunk": ["stage/sinks/collisions.py"],
     "rclpy": ["stage/graph.py", "stage/sinks/ros.py"],
-    "aiohttp": ["stage/viewer/server.py"],
+    "aiohttp": ["stage/viewer/application.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "resvg_py": ["commands/plot.py"],
 }

@@ -29,8 +29,8 @@ HALT_LIMIT = 8.0
 class Options:
     """What to play on: `backend` is auto, sim, ros or both; `ros_python` and `discovery` as in the settings.
 
-    With `report_sent`, stages tell of every velocity they send. `takes_starts` is for a listener that does something
-    about `place` requests: only then does the page offer to write starts into improv.toml.
+    With `report_sent`, stages tell of every velocity they send. `takes_start_poses` is for a listener that handles
+    `place` requests: only then does the page offer to write start poses into improv.toml.
     """
 
     backend: str = "auto"
@@ -38,7 +38,7 @@ class Options:
     ros_python: str | None = None
     discovery: str | None = None
     report_sent: bool = False
-    takes_starts: bool = False
+    takes_start_poses: bool = False
 
 
 def whole_beats(transport: Message) -> str:
@@ -163,7 +163,7 @@ class Playback:
         self._leader = self._twin = None
 
     async def _start_simulator(self) -> Stage:
-        taking = ["--takes-starts"] if self.options.takes_starts else []
+        taking = ["--takes-start-poses"] if self.options.takes_start_poses else []
         options = ["--sink", "simulator", "--port", str(self._port), *taking, *self._reporting]
         command = [sys.executable, str(FOLDER), *options]
         stage = await Stage.start(command, {**os.environ, "IMPROV_PAGE_TOKEN": self._token}, self._hear)

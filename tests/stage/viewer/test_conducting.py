@@ -123,7 +123,7 @@ def test_keys_of_one_letter_can_be_turned_off(stage: Page) -> None:
     stage.keyboard.press("?")
     dialog = stage.get_by_role("dialog", name="Keys")
     expect(dialog).to_be_visible()
-    letters = dialog.get_by_role("button", name="Keys of one letter")
+    letters = dialog.get_by_role("button", name="Single-letter keys")
     letters.focus()
     stage.keyboard.press("Enter")
     expect(letters).to_have_attribute("aria-pressed", "false")
@@ -180,7 +180,7 @@ def test_a_start_that_was_dragged_is_offered_and_not_written_unasked(stage: Page
     to_x, to_y = at(stage, 2, 1)
     stage.mouse.move(to_x, to_y, steps=3)
     stage.mouse.up()
-    lines = stage.locator("#starts-lines")
+    lines = stage.locator("#start-poses-lines")
     expect(lines).to_have_text("[robots.ada]\nstart = { x = 2, y = 1, heading = 0 }\n")
     dialog.get_by_label("heading", exact=True).first.fill("90")
     expect(lines).to_have_text("[robots.ada]\nstart = { x = 2, y = 1, heading = 90 }\n")
@@ -204,7 +204,7 @@ def test_starts_are_written_all_at_once(stage: Page) -> None:
     assert stage.evaluate("sent.filter(({ type }) => type === 'place')") == [
         {
             "type": "place",
-            "starts": {"ada": {"x": 0.125, "y": y, "heading": 0}, "bo": {"x": x, "y": -2, "heading": 0}},
+            "start_poses": {"ada": {"x": 0.125, "y": y, "heading": 0}, "bo": {"x": x, "y": -2, "heading": 0}},
         }
     ]
 

@@ -148,7 +148,7 @@ class Performance:
     def _stages(self) -> Playback:
         settings = self._editor.settings
         options = Options(
-            settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery, takes_starts=True
+            settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery, takes_start_poses=True
         )
         old = self._playback
         if old and old.options == options:
@@ -171,7 +171,7 @@ class Performance:
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
         elif message["type"] == "place" and self._document:
-            self._editor.soon(self._placing.offer(self._document, message["starts"]))
+            self._editor.soon(self._placing.offer(self._document, message["start_poses"]))
         elif message["type"] == "warning":
             self._editor.warn(message["message"])
         elif message["type"] == "error" or message["type"] == "gone":

@@ -18,7 +18,7 @@ from improv_core.diagnostics import Edit
 from improv_core.program.files import ReadError, robots_near
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import inline, place
-from improv_core.stage.protocol import StartJson
+from improv_core.stage.protocol import StartPoseJson
 from improv_core.text import LineIndex, Span, difference
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
@@ -49,7 +49,7 @@ class Placing:
         self._unsaved: dict[Path, _Stamp] = {}  # files edited here and not saved since, as they were then
         self._one_at_a_time = asyncio.Lock()
 
-    async def offer(self, document: Document, asked: Mapping[str, StartJson]) -> None:
+    async def offer(self, document: Document, asked: Mapping[str, StartPoseJson]) -> None:
         """Ask the editor to make the edit; if it does not, say so in one line. `asked` has meters and degrees."""
         start_poses = {robot: (pose["x"], pose["y"], pose["heading"]) for robot, pose in asked.items()}
         async with self._one_at_a_time:

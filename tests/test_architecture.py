@@ -39,7 +39,7 @@ BARE = ("score", "stage", "playback")
 LIBRARIES = {
     "pymunk": ["stage/sinks/collisions.py"],
     "rclpy": ["stage/graph.py", "stage/sinks/ros.py", "stage/sinks/ros_nodes.py"],
-    "aiohttp": ["stage/viewer/server.py"],
+    "aiohttp": ["stage/viewer/application.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "resvg_py": ["commands/plot.py"],
 }

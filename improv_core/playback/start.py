@@ -20,8 +20,8 @@ SinkName = Literal["simulator", "ros"]
 class Options:
     """What to play on: `backend` is auto, sim, ros or both; `ros_python` and `discovery` as in the settings.
 
-    With `report_sent`, stages tell of every velocity they send. `takes_starts` is for a listener that does something
-    about `place` requests: only then does the page offer to write starts into improv.toml.
+    With `report_sent`, stages tell of every velocity they send. `takes_start_poses` is for a listener that handles
+    `place` requests: only then does the page offer to write start poses into improv.toml.
     """
 
     backend: str = "auto"
@@ -29,7 +29,7 @@ class Options:
     ros_python: str | None = None
     discovery: str | None = None
     report_sent: bool = False
-    takes_starts: bool = False
+    takes_start_poses: bool = False
 
 
 async def start_stage(
@@ -41,7 +41,7 @@ async def start_stage(
     """
     reporting = ["--report-sent"] if options.report_sent else []
     if sink == "simulator":
-        taking = ["--takes-starts"] if options.takes_starts else []
+        taking = ["--takes-start-poses"] if options.takes_start_poses else []
         arguments = ["--sink", sink, "--port", str(options.port), *taking, *reporting]
         env = {**os.environ, "IMPROV_PAGE_TOKEN": token}
         return await Stage.start([sys.executable, str(FOLDER), *arguments], env, hear)

@@ -32,8 +32,8 @@ def score_of(analysis: Analysis) -> Score:
         )
     if len(analysis.text) > LONGEST_TEXT:
         return Score(analysis.tempo, parts, world=cast.world)
-    starts = dict(zip(analysis.numbers, analysis.starts, strict=True))
-    return Score(analysis.tempo, parts, analysis.text, starts, cast.world)
+    offsets = dict(zip(analysis.numbers, analysis.starts, strict=True))
+    return Score(analysis.tempo, parts, analysis.text, offsets, cast.world)
 
 
 def compiled(analysis: Analysis, most_segments: int = MOST_SEGMENTS) -> Mapping[str, Any]:

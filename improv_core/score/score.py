@@ -38,14 +38,14 @@ class Part:
 class Score:
     """All parts, played together from beat 0 at `tempo` beats per minute.
 
-    `world` is what stands around simulated robots. `text` is the program, for those who watch, and `starts` where each
-    of its statements begins, by number.
+    `world` is what stands around simulated robots. For the page, `text` is the program, and `offsets` are the places in
+    it where statements begin, by their number.
     """
 
     tempo: Fraction
     parts: Mapping[str, Part]
     text: str = ""
-    starts: Mapping[int, int] = field(default_factory=dict)
+    offsets: Mapping[int, int] = field(default_factory=dict)
     world: World = worlds.EMPTY
 
     @property
@@ -80,7 +80,7 @@ def to_json(score: Score) -> dict[str, Any]:
         }
         for name, part in score.parts.items()
     }
-    program = {"text": score.text, "starts": list(score.starts.items())}
+    program = {"text": score.text, "offsets": list(score.offsets.items())}
     world = worlds.to_json(score.world)
     return {"tempo": str(score.tempo), "movements": rows, "parts": parts, "world": world, **program}
 
@@ -103,7 +103,7 @@ def from_json(data: Mapping[str, Any]) -> Score:
         for name, part in data["parts"].items()
     }
     world = worlds.from_json(data["world"])
-    return Score(Fraction(data["tempo"]), parts, data["text"], dict(data["starts"]), world)
+    return Score(Fraction(data["tempo"]), parts, data["text"], dict(data["offsets"]), world)
 
 
 def _add(whole: Movement, rows: list[list[Any]], places: dict[int, int]) -> int:

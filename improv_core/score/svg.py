@@ -280,7 +280,7 @@ def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
 
 
 def _words(score: Score, places: Sequence[Place]) -> list[str]:
-    placed = [(score.starts[statement], span) for statement, span in places if statement in score.starts]
+    placed = [(score.offsets[statement], span) for statement, span in places if statement in score.offsets]
     return [score.text[start + span.start : start + span.end] for start, span in placed]
 
 

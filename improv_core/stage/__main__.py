@@ -71,7 +71,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--port", type=int, default=0, help="the page's port; 0 for any free one")
     parser.add_argument("--discovery", help="ROS_AUTOMATIC_DISCOVERY_RANGE, where the environment does not say")
     parser.add_argument(
-        "--takes-starts", action="store_true", help="starts that were dragged on the page can be written"
+        "--takes-start-poses", action="store_true", help="start poses dragged on the page can be written"
     )
     parser.add_argument("--report-sent", action="store_true", help="tell of every velocity that is sent")
     return parser.parse_args()
@@ -95,7 +95,7 @@ def _open(options: argparse.Namespace, put: Tell) -> tuple[Opened, Ready]:
             options.port,
             simulator.snapshot,
             lambda command: put({"type": "request", "command": command}),
-            takes_starts=options.takes_starts,
+            takes_start_poses=options.takes_start_poses,
             # Not an argument: those can be read by every user of the machine.
             token=os.environ.get("IMPROV_PAGE_TOKEN"),
         )

@@ -44,7 +44,7 @@ class PoseJson(TypedDict):
     heading: float
 
 
-class StartJson(TypedDict):
+class StartPoseJson(TypedDict):
     """A start pose in meters and degrees, as improv.toml has it."""
 
     x: float
@@ -116,7 +116,7 @@ class Place(TypedDict):
     """Robots were dragged to other starts on the page."""
 
     type: Literal["place"]
-    starts: Mapping[str, StartJson]
+    start_poses: Mapping[str, StartPoseJson]
 
 
 class Watched(TypedDict):
@@ -280,13 +280,13 @@ class DrawnPoses(TypedDict):
 
 
 class ShownRobot(TypedDict):
-    """What a robot of a score is like; `start` is x, y, z and heading."""
+    """What a robot of a score is like; `start_pose` is x, y, z and heading."""
 
     profile: str
     dynamics: str
     radius: float
     motions: Sequence[str]
-    start: Sequence[float]
+    start_pose: Sequence[float]
     beats: float | None
 
 
@@ -299,9 +299,10 @@ class ShownScore(TypedDict):
     beats: float | None
     world: Mapping[str, Any] | None
     text: str
-    starts: Mapping[str, int]
+    offsets: Mapping[str, int]
+    words: Mapping[str, Sequence[float]]
     robots: Mapping[str, ShownRobot]
-    takes_starts: bool
+    takes_start_poses: bool
 
 
 class BumpJson(TypedDict):

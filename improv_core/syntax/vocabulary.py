@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from fractions import Fraction
 
-from improv_core.score.movement import SAME, Exact, Velocity
-
-HALF = Fraction(1, 2)
+from improv_core.score.movement import SAME, Velocity
+from improv_core.score.primitives import PRIMITIVES
 
 
 class Kind(Enum):
@@ -34,8 +32,8 @@ class Word:
     velocity: Velocity = SAME
 
 
-def _primitive(text: str, about: str, **velocity: Exact) -> Word:
-    return Word(text, Kind.PRIMITIVE, text, about, Velocity(**velocity))
+def _primitive(text: str, about: str) -> Word:
+    return Word(text, Kind.PRIMITIVE, text, about, PRIMITIVES[text])
 
 
 def _plane(text: str, about: str, gain: Velocity) -> Word:
@@ -50,17 +48,17 @@ WORDS = {
     word.text: word
     for word in (
         Word("beat", Kind.BEAT, "beat 60", "The tempo: so many beats per minute."),
-        _primitive("forward", "One step forward.", x=1),
-        _primitive("backward", "One step backward.", x=-1),
-        _primitive("left", "A quarter turn to the left.", yaw=1),
-        _primitive("right", "A quarter turn to the right.", yaw=-1),
-        _primitive("halfleft", "An eighth of a turn to the left.", yaw=HALF),
-        _primitive("halfright", "An eighth of a turn to the right.", yaw=-HALF),
-        _primitive("rest", "Stands still for a beat.", x=0),
-        _primitive("strafeleft", "One step sideways to the left.", y=1),
-        _primitive("straferight", "One step sideways to the right.", y=-1),
-        _primitive("up", "One step up.", z=1),
-        _primitive("down", "One step down.", z=-1),
+        _primitive("forward", "One step forward."),
+        _primitive("backward", "One step backward."),
+        _primitive("left", "A quarter turn to the left."),
+        _primitive("right", "A quarter turn to the right."),
+        _primitive("halfleft", "An eighth of a turn to the left."),
+        _primitive("halfright", "An eighth of a turn to the right."),
+        _primitive("rest", "Stands still for a beat."),
+        _primitive("strafeleft", "One step sideways to the left."),
+        _primitive("straferight", "One step sideways to the right."),
+        _primitive("up", "One step up."),
+        _primitive("down", "One step down."),
         Word("reverse", Kind.MIRROR, "reverse movement", "What is performed, in reverse order."),
         Word("retrograde", Kind.MIRROR, "retrograde movement", "The path retraced backwards."),
         Word("repeat", Kind.REPEAT, "repeat 4 movement", "So many times; without a number, forever."),

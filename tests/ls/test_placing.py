@@ -34,7 +34,7 @@ def drag(page: str, starts: Mapping[str, Any]) -> None:
         origin = f"{address.scheme}://{address.netloc}"
         live = f"{origin}/live?{address.query}"
         async with aiohttp.ClientSession() as session, session.ws_connect(live, headers={"Origin": origin}) as socket:
-            await socket.send_json({"type": "place", "starts": starts})
+            await socket.send_json({"type": "place", "start_poses": starts})
 
     asyncio.run(send())
 

@@ -177,8 +177,8 @@ def test_a_page_can_play_again_and_have_starts_written_and_is_known_to_be_watche
         leader, twin = await show.play()
         twin.say({"type": "request", "command": {"type": "restart"}})
         assert [load["generation"] for load in leader.loads] == [1, 2]
-        twin.say({"type": "request", "command": {"type": "place", "starts": {}}})
-        assert show.news[-1] == {"type": "place", "starts": {}}
+        twin.say({"type": "request", "command": {"type": "place", "start_poses": {}}})
+        assert show.news[-1] == {"type": "place", "start_poses": {}}
         twin.say({"type": "request", "command": {"type": "watched"}})
         assert show.playback.watched.is_set()
 

@@ -47,7 +47,7 @@ def seen(analysis: Analysis) -> dict[str, Any]:
     for row in score["movements"]:
         if row[0] == "use":
             row[-1] = analysis.numbers.index(row[-1])
-    score["starts"] = [start for _, start in score["starts"]]
+    score["offsets"] = [offset for _, offset in score["offsets"]]
     return {
         "text": analysis.text,
         "lines": analysis.lines.starts,

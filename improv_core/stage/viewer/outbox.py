@@ -1,4 +1,4 @@
-"""What one page has yet to get, so that a slow page sees the present and holds nobody back."""
+"""Messages that wait for one page, so that a slow page sees the present and delays nobody else."""
 
 from __future__ import annotations
 
@@ -20,52 +20,65 @@ MOST_BUMPS = 200
 
 
 class Outbox:
-    """The latest message of each kind, and all bumps."""
+    """The latest message of each kind, all bumps, and the latest question that the page has asked."""
 
     def __init__(self) -> None:
         self._waiting: dict[str, str] = {}
         self._bumps: deque[Bump] = deque(maxlen=MOST_BUMPS)
         self._filled = asyncio.Event()
         self._empty = asyncio.Event()
-        self.asked: AskWindow | None = None
-        """The latest question for a window that has not been looked at."""
+        self._question: AskWindow | None = None
+        self._asked = asyncio.Event()
 
     def put(self, kind: str, text: str) -> None:
-        """Send a message, instead of one of its kind that still waits, and after all others."""
+        """Send a message after all others; it replaces one of its kind that still waits."""
         self._waiting.pop(kind, None)
         self._waiting[kind] = text
         self._empty.clear()
         self._filled.set()
 
     def add_bumps(self, bumps: Iterable[Bump]) -> None:
-        """Send bumps, with those that still wait."""
+        """Send bumps, together with those that still wait."""
         self._bumps.extend(bumps)
         self.put("bumps", "")
 
+    def ask(self, question: AskWindow) -> None:
+        """Ask for a window, instead of one that nobody has looked at yet."""
+        self._question = question
+        self._asked.set()
+
+    async def asked(self) -> AskWindow:
+        """Wait for a question."""
+        while not self._question:
+            await self._asked.wait()
+            self._asked.clear()
+        question, self._question = self._question, None
+        return question
+
     async def emptied(self) -> None:
-        """Wait until the page has got everything."""
+        """Wait until the page has received everything."""
         await self._empty.wait()
 
     async def empty_into(self, page: web.WebSocketResponse) -> None:
-        """Send everything there is, and what comes, without end."""
+        """Send everything that waits or will wait, forever."""
         while True:
             await self._filled.wait()
             self._filled.clear()
             while self._waiting:
                 kind = next(iter(self._waiting))
                 text = self._waiting.pop(kind)
-                with suppress(ConnectionError):  # gone: the reading side ends the page
+                with suppress(ConnectionError):  # the page is gone: the reading side ends the session
                     await page.send_str(text or self._take_bumps())
             self._empty.set()
 
     def _take_bumps(self) -> str:
         bumps = list(self._bumps)
         self._bumps.clear()
-        return told(bumps, past=False)
+        return bumps_message(bumps, past=False)
 
 
-def told(bumps: Iterable[Bump], past: bool) -> str:
-    """The message that tells of bumps, or of all those in the past of a page that comes later."""
+def bumps_message(bumps: Iterable[Bump], past: bool) -> str:
+    """The `bumps` message; `past` is for bumps from before the page was opened."""
     rows: list[BumpJson] = [
         {"at": round(bump.at, 4), "x": round(bump.x, 4), "y": round(bump.y, 4), "robots": bump.robots} for bump in bumps
     ]

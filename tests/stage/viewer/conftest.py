@@ -87,7 +87,7 @@ class Show:
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever)
         self._thread.start()
-        self._playback = Playback(Options(backend="sim", takes_starts=True), lambda message, leads: None)
+        self._playback = Playback(Options(backend="sim", takes_start_poses=True), lambda message, leads: None)
 
     def play(self, program: str, robots: str = "", when: When = "restart") -> None:
         analysis = analyze(program, read_robots(robots))

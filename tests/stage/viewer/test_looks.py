@@ -70,7 +70,7 @@ def test_trails_can_be_cleared_and_turned_off(page: Page, show: Show) -> None:
     wait(page, f"!({ground})")
     page.get_by_label("Trails").select_option("off")
     wait(page, ground)
-    page.get_by_label("Trails").select_option("whole")
+    page.get_by_label("Trails").select_option("all")
     wait(page, f"!({ground})")
     page.get_by_role("button", name="Clear").click()
     wait(page, ground)

@@ -161,8 +161,8 @@ def test_the_page_comes_back_after_the_server(page: Page, viewer: Viewer, simula
     token = where.query.removeprefix("token=")
     viewer.close()
     notice = page.locator("#notice")
-    expect(notice).to_have_text("disconnected, trying again…")
-    expect(page.get_by_role("status")).to_have_text("disconnected, trying again…")
+    expect(notice).to_have_text("Disconnected. Trying again…")
+    expect(page.get_by_role("status")).to_have_text("Disconnected. Trying again…")
     expect(page.get_by_role("button", name="Stop")).to_have_attribute("aria-disabled", "true")
     assert page.evaluate("improv.connected") is False
 

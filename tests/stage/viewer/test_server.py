@@ -7,8 +7,10 @@ import http.client
 import json
 import queue
 import socket
+import sys
 from collections.abc import Callable
 from fractions import Fraction
+from types import FrameType
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -23,7 +25,9 @@ from improv_core.score.svg import plot
 from improv_core.stage.protocol import PageRequest, Watched
 from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
-from improv_core.stage.viewer.server import MAX_MESSAGE, MAX_PAGES, MOST_BEATS, Viewer
+from improv_core.stage.viewer.answers import MOST_BEATS
+from improv_core.stage.viewer.application import MAX_MESSAGE, MAX_PAGES
+from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import part, transport
 
 LIMIT = 20.0
@@ -264,7 +268,10 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.Simpl
         {"type": "seek", "beat": 2.5},
         {"type": "speed", "factor": 0.1},
         {"type": "silence", "muted": ["ada"] * 1000, "soloed": []},
-        {"type": "place", "starts": {"ada": {"x": 1, "y": -2.5, "heading": 90}, "bo": {"x": 0, "y": 0, "heading": 0}}},
+        {
+            "type": "place",
+            "start_poses": {"ada": {"x": 1, "y": -2.5, "heading": 90}, "bo": {"x": 0, "y": 0, "heading": 0}},
+        },
     ],
     ids=lambda message: str(message["type"]),
 )
@@ -293,12 +300,12 @@ def test_a_command_is_passed_on_with_its_values_only(
         json.dumps({"type": "silence", "muted": ["ada"] * 1001, "soloed": []}),
         json.dumps({"type": "silence", "muted": ["a" * 101], "soloed": []}),
         '{"type": "place", "robot": "ada", "x": 1, "y": 1, "heading": 0}',
-        '{"type": "place", "starts": ["ada"]}',
-        '{"type": "place", "starts": {"ada": 1}}',
-        '{"type": "place", "starts": {"ada": {"x": 1, "y": 1}}}',
-        '{"type": "place", "starts": {"ada": {"x": 1001, "y": 1, "heading": 0}}}',
-        '{"type": "place", "starts": {"ada": {"x": 1, "y": 1, "heading": 0, "more": 1}}}',
-        '{"type": "place", "starts": {"": {"x": 1, "y": 1, "heading": 0}}}',
+        '{"type": "place", "start_poses": ["ada"]}',
+        '{"type": "place", "start_poses": {"ada": 1}}',
+        '{"type": "place", "start_poses": {"ada": {"x": 1, "y": 1}}}',
+        '{"type": "place", "start_poses": {"ada": {"x": 1001, "y": 1, "heading": 0}}}',
+        '{"type": "place", "start_poses": {"ada": {"x": 1, "y": 1, "heading": 0, "more": 1}}}',
+        '{"type": "place", "start_poses": {"": {"x": 1, "y": 1, "heading": 0}}}',
         '{"type": "window", "generation": 1, "from": 0}',
         '{"type": "window", "generation": 1, "from": -1, "to": 4}',
         '{"type": "watched"}',
@@ -342,6 +349,38 @@ def test_what_is_to_come_is_told_to_who_asks(viewer: Viewer) -> None:
             ] == "transport"
 
     asyncio.run(check())
+
+
+def test_a_window_is_always_of_the_score_whose_generation_it_names(viewer: Viewer) -> None:
+    """Another thread may look at any moment of `show`, so look after each of its bytecode instructions."""
+    casts = {1: "ada", 2: "bo"}
+    viewer.show(score_of(analyze("ada $ forward")), 1)
+    seen: set[int] = set()
+
+    def look() -> None:
+        for generation, robot in casts.items():
+            text = viewer._answers.window({"type": "window", "generation": generation, "from": 0.0, "to": 4.0})
+            if text is not None:
+                answer = json.loads(text)
+                assert (answer["generation"], list(answer["robots"])) == (generation, [robot])
+                seen.add(generation)
+
+    def trace(frame: FrameType, event: str, _: object) -> Any:
+        if frame.f_code is not Viewer.show.__code__:
+            return None
+        frame.f_trace_opcodes = True
+        look()
+        return trace
+
+    look()
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        viewer.show(score_of(analyze("bo $ left")), 2)
+    finally:
+        sys.settrace(before)
+    look()
+    assert seen == {1, 2}
 
 
 def test_a_page_that_does_not_read_holds_nobody_back(viewer: Viewer) -> None:

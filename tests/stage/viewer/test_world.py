@@ -39,7 +39,7 @@ boxes = [{ x = -3, y = 2, width = 2, height = 0.5, heading = 90 }]
 
 
 def test_two_robots_that_drive_into_each_other_bump(page: Page, show: Show) -> None:
-    show.play("beat 60\nada bo $ rest forward forward\n", FACING)
+    show.play("beat 60\nada bo $ repeat 6 rest forward forward\n", FACING)
     watch(page, show)
     count = page.locator("#bumps")
     expect(count).to_be_hidden()

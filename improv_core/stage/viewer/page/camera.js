@@ -1,21 +1,38 @@
-// Which part of the world the stage shows. World x is right, y is up, in metres; the screen's y is down, in pixels.
+// @ts-check
+// Which part of the world the stage shows. World x is right, y is up, in meters; the screen's y is down, in pixels.
 
-const MARGIN = 0.6 // metres around everything,
+/** @typedef {{ x: number, y: number }} Point */
+/** @typedef {{ x: number, y: number, scale: number }} Sight the world point in the middle, and pixels per meter */
+
+
+const MARGIN = 0.6 // meters around everything,
 const EDGE = 36 // and pixels, for names and noses
-const LEAST_VIEW = 5 // metres: a single robot at rest still has a stage around it
+const LEAST_VIEW = 5 // meters: a single robot at rest still has a stage around it
 const EASING = 0.35 // seconds
-const SHRINKING = 8 // seconds in which room that is no longer used is given up: a dance played again does not zoom
+const SHRINKING = 8 // seconds to give up room that is no longer used, so that a dance played again does not zoom
 const LEAST_SCALE = 0.5
 const MOST_SCALE = 2000 // pixels per metre
 
 export class Camera {
-  #room = null // the corners of what the view should hold
-  view = null // {x, y, scale}: the world point in the middle, pixels per metre
+  /** @type {[Point, Point] | null} */
+  #room = null // the corners of what should be in view
+  /** @type {Sight | null} */
+  view = null
   size = { width: 0, height: 0 }
   insets = { top: 0, bottom: 0, left: 0 } // pixels that are covered
-  fits = true // whether it follows what there is to see
+  fits = true // whether it follows the robots and paths
 
-  /** Moves on to a view that holds the corners `used`; whether it is still on its way. Infinite seconds: it jumps. */
+  /** The view, once there is one. */
+  get sight() {
+    if (!this.view) throw new Error("nothing has been drawn yet")
+    return this.view
+  }
+
+  /**
+   * Moves toward a view that holds the corners `used`, or jumps if `seconds` is infinite. Whether it is still moving.
+   * @param {[Point, Point]} used
+   * @param {number} seconds
+   */
   follow(used, seconds) {
     const [low, high] = (this.#room = shrunk(this.#room ?? used, used, 1 - Math.exp(-seconds / SHRINKING)))
     if (!this.fits && this.view) return false
@@ -34,10 +51,10 @@ export class Camera {
     const part = 1 - Math.exp(-seconds / EASING)
     let left = 0
     const view = { ...this.view }
-    for (const key of ["x", "y", "scale"]) {
-      const way = wanted[key] - view[key]
-      view[key] += way * part
-      left += key === "scale" ? Math.abs(way / scale) : Math.abs(way * scale) / this.size.width
+    for (const key of /** @type {const} */ (["x", "y", "scale"])) {
+      const distance = wanted[key] - view[key]
+      view[key] += distance * part
+      left += key === "scale" ? Math.abs(distance / scale) : Math.abs(distance * scale) / this.size.width
     }
     if (left < 3e-4) {
       if (left > 0) this.view = wanted
@@ -47,34 +64,49 @@ export class Camera {
     return true
   }
 
-  /** Forgets the room that was used: the next view is for what there is now. */
+  /** Forgets the room that was used: the next view fits what there is now. */
   fit() {
     this.fits = true
     this.#room = null
   }
 
+  /**
+   * Zooms around a point of the screen.
+   * @param {number} factor
+   * @param {Point} [at] the middle, if nothing is given
+   */
   zoom(factor, at = { x: this.size.width / 2, y: this.size.height / 2 }) {
+    const view = this.sight
     const before = this.toWorld(at)
-    const scale = Math.min(Math.max(this.view.scale * factor, LEAST_SCALE), MOST_SCALE)
-    this.view = { ...this.view, scale }
+    const scale = Math.min(Math.max(view.scale * factor, LEAST_SCALE), MOST_SCALE)
+    this.view = { ...view, scale }
     const after = this.toWorld(at)
-    this.view = { x: this.view.x + before.x - after.x, y: this.view.y + before.y - after.y, scale }
+    this.view = { x: view.x + before.x - after.x, y: view.y + before.y - after.y, scale }
     this.fits = false
   }
 
+  /**
+   * @param {number} x
+   * @param {number} y
+   */
   pan(x, y) {
-    this.view = { ...this.view, x: this.view.x - x / this.view.scale, y: this.view.y + y / this.view.scale }
+    const view = this.sight
+    this.view = { ...view, x: view.x - x / view.scale, y: view.y + y / view.scale }
     this.fits = false
   }
 
+  /** @param {Point} point */
   toScreen({ x, y }) {
     const middle = this.#middle()
-    return { x: middle.x + (x - this.view.x) * this.view.scale, y: middle.y - (y - this.view.y) * this.view.scale }
+    const view = this.sight
+    return { x: middle.x + (x - view.x) * view.scale, y: middle.y - (y - view.y) * view.scale }
   }
 
+  /** @param {Point} point */
   toWorld({ x, y }) {
     const middle = this.#middle()
-    return { x: this.view.x + (x - middle.x) / this.view.scale, y: this.view.y - (y - middle.y) / this.view.scale }
+    const view = this.sight
+    return { x: view.x + (x - middle.x) / view.scale, y: view.y - (y - middle.y) / view.scale }
   }
 
   #middle() {
@@ -82,6 +114,10 @@ export class Camera {
     return { x: left + (this.size.width - left) / 2, y: top + (this.size.height - top - bottom) / 2 }
   }
 
+  /**
+   * @param {Point} low
+   * @param {Point} high
+   */
   #shows(low, high) {
     const { x: left, y: bottom } = this.toScreen(low)
     const { x: right, y: top } = this.toScreen(high)
@@ -90,7 +126,11 @@ export class Camera {
   }
 }
 
-/** The lower left and the upper right corner around lists of points, or around the origin where there are none. */
+/**
+ * The lower left and the upper right corner around lists of points, or around the origin where there are none.
+ * @param {Iterable<Iterable<Point>>} lists
+ * @returns {[Point, Point]}
+ */
 export function bounds(lists) {
   const low = { x: Infinity, y: Infinity }
   const high = { x: -Infinity, y: -Infinity }
@@ -105,18 +145,27 @@ export function bounds(lists) {
   return low.x <= high.x ? [low, high] : [{ x: 0, y: 0 }, { x: 0, y: 0 }]
 }
 
-/** The corners of `room` after going `part` of the way to those `used`, which are always within. */
+/**
+ * The corners of `room` after going `part` of the way to those `used`, which are always within.
+ * @param {[Point, Point]} room
+ * @param {[Point, Point]} used
+ * @param {number} part
+ * @returns {[Point, Point]}
+ */
 function shrunk([low, high], [usedLow, usedHigh], part) {
-  const step = (from, to) => from + (to - from) * part
+  const step = (/** @type {number} */ from, /** @type {number} */ to) => from + (to - from) * part
   return [
     { x: Math.min(step(low.x, usedLow.x), usedLow.x), y: Math.min(step(low.y, usedLow.y), usedLow.y) },
     { x: Math.max(step(high.x, usedHigh.x), usedHigh.x), y: Math.max(step(high.y, usedHigh.y), usedHigh.y) },
   ]
 }
 
-/** The shortest of …0.5, 1, 2, 5, 10… metres that is no shorter than `least`. */
+/**
+ * The shortest of …0.5, 1, 2, 5, 10… meters that is no shorter than `least`.
+ * @param {number} least
+ */
 export function roundLength(least) {
   const power = 10 ** Math.floor(Math.log10(least))
-  const factor = [1, 2, 5, 10].find((factor) => factor * power >= least)
+  const factor = [1, 2, 5].find((factor) => factor * power >= least) ?? 10
   return Number((factor * power).toPrecision(1))
 }

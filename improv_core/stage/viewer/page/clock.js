@@ -1,18 +1,34 @@
-// Where in the score it is: the latest transport message, moved on by the tempo. No message tells of single beats.
+// @ts-check
+// The position in the score: the latest transport message, advanced by the tempo. There are no messages for beats.
+
+/** @import { Messages } from "./messages.js" */
+/** @typedef {Omit<Messages["transport"], "type" | "speed" | "muted" | "soloed"> &
+ *   { speed: number, muted: string[], soloed: string[] }} Transport */
+
 
 export class Clock {
-  transport = { generation: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, muted: [], soloed: [] }
+  /** @type {Transport} */
+  transport = { generation: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", poses: undefined, muted: [], soloed: [] }
 
-  /** Takes in a transport message. Whether the score was left for another place in it: by a seek, a new beginning. */
+  /**
+   * Takes a transport message. Whether playback jumped to another place, such as by a seek or a restart.
+   * @param {Messages["transport"]} message
+   */
   take(message) {
     const expected = this.beat()
     const { generation } = this.transport
-    this.transport = { speed: 1, muted: [], soloed: [], ...message }
+    const { speed = 1, muted = [], soloed = [] } = message
+    this.transport = { ...message, speed, muted, soloed }
     return message.generation !== generation || Math.abs(expected - this.beat()) * (60 / message.tempo) > 0.1
   }
 
   get playing() {
     return this.transport.state === "playing"
+  }
+
+  /** Whether nothing plays and the next thing played begins at the start. */
+  get atStart() {
+    return ["stopped", "ended", "waiting"].includes(this.transport.state)
   }
 
   /** The position in beats at this moment. */
@@ -22,7 +38,10 @@ export class Clock {
     return Math.min(Math.max(beat + gone, 0), beats ?? Infinity)
   }
 
-  /** The position in beats at a performance time; undefined for one before the latest change, or if nothing plays. */
+  /**
+   * The position in beats at a performance time; undefined for one before the latest change, or if nothing plays.
+   * @param {number} time
+   */
   beatAt(time) {
     const { beat, beats, performed, tempo } = this.transport
     if (!this.playing || time < performed) return undefined
@@ -39,7 +58,10 @@ export class Clock {
     return Math.min(Math.floor(this.beat() + 1e-6) + 1, this.lastBeat)
   }
 
-  /** Whether a robot stands still while the others play. */
+  /**
+   * Whether a robot stands still while the others play.
+   * @param {string} robot
+   */
   isSilent(robot) {
     const { muted, soloed } = this.transport
     return soloed.length > 0 ? !soloed.includes(robot) : muted.includes(robot)

@@ -1,18 +1,34 @@
+// @ts-check
 // The WebSocket to the server, opened again whenever it closes.
 
 import { read } from "./messages.js"
+
+/** @import { Message } from "./messages.js" */
+/** @typedef {{ x: number, y: number, heading: number }} StartPose in meters and degrees */
+/**
+ * @typedef {{ type: "hush" | "pause" | "resume" | "restart" }
+ *   | { type: "seek", beat: number }
+ *   | { type: "speed", factor: number }
+ *   | { type: "silence", muted: string[], soloed: string[] }
+ *   | { type: "place", start_poses: Record<string, StartPose> }
+ *   | { type: "window", generation: number, from: number, to: number }} Request what a page may ask for
+ */
 
 const FIRST_DELAY = 250
 const LONGEST_DELAY = 3000
 
 /**
- * Keeps a connection. `onMessage` gets each message; `onChange` gets "open", "lost", or "refused" (the server is there,
- * but wants another token). Returns a function that sends a message, or does nothing while there is no connection.
+ * Keeps a connection. `onChange` gets "refused" if the server expects another token. Returns a function that sends a
+ * request, or does nothing while there is no connection.
+ * @param {(message: Message) => void} onMessage
+ * @param {(now: "open" | "lost" | "refused") => void} onChange
+ * @returns {(request: Request) => void}
  */
 export function connect(onMessage, onChange) {
   const token = new URLSearchParams(location.search).get("token") ?? ""
   const address = new URL(`live?token=${encodeURIComponent(token)}`, location.href)
   address.protocol = address.protocol.replace("http", "ws")
+  /** @type {WebSocket} */
   let socket
   let delay = FIRST_DELAY
 
@@ -37,7 +53,7 @@ export function connect(onMessage, onChange) {
   }
 
   open()
-  return (message) => {
-    if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message))
+  return (request) => {
+    if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request))
   }
 }

@@ -1,22 +1,39 @@
-// The bar: what plays, and the buttons that conduct it.
+// @ts-check
+// The bar: what plays, and the buttons that control it.
+
+import { find } from "./elements.js"
+
+/** @import { Clock } from "./clock.js" */
+/** @import { Request } from "./connection.js" */
+/** @import { Connection } from "./notices.js" */
+
 
 const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 2, 3, 4]
-const SOON = 400 // milliseconds in which another step counts from where the last one led
+const SOON = 400 // milliseconds in which another step starts from the target of the last one
 const WORDS = { playing: "playing", paused: "paused", waiting: "waiting", stopped: "stopped", ended: "finished" }
-
-const find = (id) => document.getElementById(id)
 
 export class Controls {
   #clock
   #send
-  #target = { beat: 0, at: -Infinity } // where the last seek led, until the server says so
+  #target = { beat: 0, at: -Infinity } // of the last seek, until the server confirms it
 
-  /** `send(message)` asks the server for something. */
+  /**
+   * `send` asks the server for something.
+   * @param {Clock} clock
+   * @param {(request: Request) => void} send
+   */
   constructor(clock, send) {
     this.#clock = clock
     this.#send = send
-    const press = { stop: "stop", play: "playOrPause", restart: "restart", step: "step", slower: "slower", faster: "faster" }
-    for (const [id, method] of Object.entries(press)) find(id).addEventListener("click", () => this[method]())
+    const press = {
+      stop: () => this.stop(),
+      play: () => this.playOrPause(),
+      restart: () => this.restart(),
+      step: () => this.step(),
+      slower: () => this.slower(),
+      faster: () => this.faster(),
+    }
+    for (const [id, action] of Object.entries(press)) find(id).addEventListener("click", action)
     find("normal").addEventListener("click", () => this.#send({ type: "speed", factor: 1 }))
   }
 
@@ -27,27 +44,31 @@ export class Controls {
   playOrPause() {
     const { state, generation } = this.#clock.transport
     if (!generation || state === "waiting") return
-    const asked = { playing: "pause", paused: "resume", stopped: "restart", ended: "restart" }[state]
-    this.#send({ type: asked })
+    if (state === "playing") this.#send({ type: "pause" })
+    else this.#send({ type: state === "paused" ? "resume" : "restart" })
   }
 
   restart() {
     if (this.#clock.transport.generation) this.#send({ type: "restart" })
   }
 
-  /** Stands at the next whole beat. */
+  /** Pauses at the next whole beat. */
   step() {
     if (this.#clock.playing) this.#send({ type: "pause" })
     this.seekBy(1)
   }
 
-  /** To the next whole beat, or the one before. */
+  /**
+   * Seeks to the next whole beat, or the one before.
+   * @param {number} beats
+   */
   seekBy(beats) {
     const now = performance.now()
     const beat = now - this.#target.at < SOON && !this.#clock.playing ? this.#target.beat : this.#clock.beat()
     this.seek(beats > 0 ? Math.floor(beat + 1e-6) + beats : Math.ceil(beat - 0.25) + beats)
   }
 
+  /** @param {number} beat */
   seek(beat) {
     const { generation, beats } = this.#clock.transport
     if (!generation) return
@@ -64,11 +85,15 @@ export class Controls {
     this.#setSpeed(SPEEDS.find((speed) => speed > this.#clock.transport.speed))
   }
 
+  /** @param {number | undefined} factor */
   #setSpeed(factor) {
     if (factor) this.#send({ type: "speed", factor })
   }
 
-  /** Shows the transport, as far as it does not change by itself. */
+  /**
+   * Shows the transport, except for what changes by itself.
+   * @param {Connection} connection
+   */
   show(connection) {
     const open = connection === "open"
     const { generation, state, beats, tempo, speed, backend } = this.#clock.transport
@@ -105,7 +130,7 @@ export class Controls {
     return changed
   }
 
-  /** The state in words, for those who listen. */
+  /** The state in words, for screen readers. */
   spoken() {
     const { state, tempo, beats, beat } = this.#clock.transport
     if (state === "paused") return `paused at beat ${this.#clock.countedBeat}`
@@ -116,11 +141,15 @@ export class Controls {
   }
 }
 
+/** @param {number} number */
 function round(number) {
   return Number(number.toFixed(2))
 }
 
-/** A whole number, short also where a dance takes longer than anybody will wait. */
+/**
+ * A whole number, kept short for dances longer than anybody will wait.
+ * @param {number} number
+ */
 function whole(number) {
   return number < 1e6 ? String(number) : number.toExponential(0).replace("e+", "e")
 }

@@ -1,56 +1,91 @@
-// All that stands still on the stage for a while: the grid, the world, the paths ahead and the trails. It is painted a
-// little in each frame, on a sheet of its own, so that no frame is late for it; a frame copies the last finished sheet.
+// @ts-check
+// Everything that rarely changes on the stage: the grid, the world, the paths ahead, and the trails. Each frame paints a
+// little of it on a separate sheet, so that no frame is late, and copies the last finished sheet.
 
 import { roundLength } from "./camera.js"
 import { mix } from "./colors.js"
 import { after, trace } from "./path.js"
+import { penOn } from "./pen.js"
 import { paintWorld } from "./world.js"
+
+/** @import { Point, Sight } from "./camera.js" */
+/** @import { Drawn, GroundScene } from "./stage.js" */
+/** @import { TrailPoint } from "./motion.js" */
+/** @import { Pen } from "./pen.js" */
+/** @typedef {{ at: number, placed: number }} Time */
+/** @typedef {Time & { place: Point }} Reached how far a trail is painted */
+/** @typedef {GroundScene & { view: Sight, middle: Point, size: { width: number, height: number } }} SheetScene */
+/**
+ * @typedef {object} Sheet
+ * @property {Sight} view
+ * @property {Point} middle of the view, in pixels
+ * @property {number} ratio device pixels per CSS pixel
+ * @property {Map<string, Reached>} painted by robot
+ * @property {string} key of the scene
+ * @property {Generator<void>} steps that are left
+ * @property {number} begun when painting began, in milliseconds
+ * @property {number} since when trails were last added
+ */
 
 const SHADES = 12 // steps in which a trail fades
 const FADED = 0.36
 const AHEAD = 0.5 // how much of its color a path ahead has
-const OLD = 0.4 // seconds after which a sheet has to be brought up to date while robots move
-const TURNED = 0.1 // seconds after which it is, while the view changes
-const FADING = 5 // seconds after which it is painted anew, as trails fade
+const OLD = 0.4 // seconds after which a sheet is updated while robots move
+const TURNED = 0.1 // seconds after which it is updated while the view changes
+const FADING = 5 // seconds after which it is repainted, as trails fade
 
 export class Ground {
-  #canvas = null // to paint on; what is finished is an image, which is copied faster
-  #shown = null // {image, view, middle, ratio, painted, signs, begun, since}: painted from `begun` on, up to date as of `since`
-  #making = null // the same, with the `steps` that are left
+  /** @type {OffscreenCanvas | null} */
+  #canvas = null // to paint on; finished sheets are images, which are copied faster
+  /** @type {(Sheet & { image: ImageBitmap }) | null} */
+  #shown = null
+  /** @type {Sheet | null} */
+  #making = null
 
-  /** Goes on painting for so many milliseconds. Whether there is more to paint. */
+  /**
+   * Continues painting for some milliseconds. Whether there is more to paint.
+   * @param {GroundScene} scene
+   * @param {number} milliseconds
+   */
   paint(scene, milliseconds) {
-    const signs = scene.signs.join()
-    const { view } = scene.camera
-    const outdated = (sheet) => sheet.view !== view || sheet.signs !== signs
+    const { key } = scene
+    const { sight: view } = scene.camera
+    const outdated = (/** @type {Sheet} */ sheet) => sheet.view !== view || sheet.key !== key
     const now = performance.now()
     if (this.#making && outdated(this.#making) && (!this.#shown || now - this.#making.begun > 250)) {
-      this.#making = null // what is half done would be wrong for long
+      this.#making = null // half-done work would show an old state for long
     }
     if (!this.#making) {
       const fresh = this.#shown && !outdated(this.#shown)
-      if (this.#shown?.signs === signs && !fresh && now - this.#shown.begun < TURNED * 1000) return true
-      if (fresh && !(scene.moving && now - this.#shown.since > OLD * 1000)) return false
-      if (fresh && scene.trail === Infinity && now - this.#shown.begun < FADING * 1000) {
-        this.#lengthen(scene)
+      if (this.#shown?.key === key && !fresh && now - this.#shown.begun < TURNED * 1000) return true
+      if (this.#shown && fresh && !(scene.moving && now - this.#shown.since > OLD * 1000)) return false
+      if (this.#shown && fresh && scene.trail === Infinity && now - this.#shown.begun < FADING * 1000) {
+        this.#lengthen(this.#shown, scene)
         return false
       }
-      this.#making = this.#begin(scene, signs)
+      this.#making = this.#begin(scene)
     }
     const end = now + milliseconds
-    while (!this.#making.steps.next().done) if (performance.now() > end && this.#shown) return true
-    this.#show(this.#making)
+    const sheet = this.#making
+    while (!sheet.steps.next().done) if (performance.now() > end && this.#shown) return true
+    this.#show(sheet)
     this.#making = null
-    return outdated(this.#shown)
+    return outdated(sheet)
   }
 
-  /** Copies the last finished sheet, moved to where the camera looks now. What of each trail is on it. */
+  /**
+   * Copies the last finished sheet, moved to where the camera looks now. Returns how far trails are painted on it.
+   * @param {Pen} pen
+   * @param {GroundScene["camera"]} camera
+   * @param {GroundScene["colors"]} colors
+   */
   draw(pen, camera, colors) {
+    if (!this.#shown) throw new Error("nothing has been painted yet")
     const { image, view, middle, ratio, painted } = this.#shown
     pen.setTransform(1, 0, 0, 1, 0, 0)
     if (camera.view !== view) {
       const { x, y } = camera.toScreen(view)
-      const factor = camera.view.scale / view.scale
+      const factor = camera.sight.scale / view.scale
       pen.fillStyle = colors.ground
       pen.fillRect(0, 0, image.width, image.height)
       pen.setTransform(factor, 0, 0, factor, (x - middle.x * factor) * ratio, (y - middle.y * factor) * ratio)
@@ -59,52 +94,71 @@ export class Ground {
     return painted
   }
 
-  /** Throws all away: the size has changed, or the theme. */
+  /** Discards everything: the size has changed, or the theme. */
   reset() {
     this.#canvas = this.#shown = this.#making = null
   }
 
+  /** @param {Sheet} sheet */
   #show(sheet) {
     this.#shown?.image.close()
-    this.#shown = { ...sheet, image: this.#canvas.transferToImageBitmap() }
+    if (this.#canvas) this.#shown = { ...sheet, image: this.#canvas.transferToImageBitmap() }
   }
 
-  /** Adds to the sheet what has been gone since it was painted. */
-  #lengthen(scene) {
-    const { image, ratio, painted } = this.#shown
-    const pen = this.#pen()
+  /**
+   * Adds to the sheet the trails since it was painted.
+   * @param {Sheet & { image: ImageBitmap }} shown
+   * @param {GroundScene} scene
+   */
+  #lengthen(shown, scene) {
+    const { image, ratio, painted } = shown
+    const pen = this.#pen(scene)
     pen.setTransform(1, 0, 0, 1, 0, 0)
     pen.drawImage(image, 0, 0)
     pen.setTransform(ratio, 0, 0, ratio, 0, 0)
     for (const robot of scene.cast) paintTail(pen, scene, robot, painted.get(robot.name))
     const now = new Map(scene.cast.map(({ name, pose }) => [name, reached(scene, pose)]))
-    this.#show({ ...this.#shown, painted: now, since: performance.now() })
+    this.#show({ ...shown, painted: now, since: performance.now() })
   }
 
-  #begin(scene, signs) {
+  /**
+   * @param {GroundScene} scene
+   * @returns {Sheet}
+   */
+  #begin(scene) {
     const { camera, ratio } = scene
-    const { view } = camera
-    const [width, height] = [camera.size.width, camera.size.height].map((length) => Math.round(length * ratio))
-    this.#canvas ??= new OffscreenCanvas(width, height)
+    const view = camera.sight
     const middle = camera.toScreen(view)
+    /** @type {Sheet["painted"]} */
     const painted = new Map()
     const now = performance.now()
-    const steps = paintAll(this.#pen(), { ...scene, view, middle, size: { ...camera.size } }, painted)
-    return { view, middle, ratio, painted, signs, steps, begun: now, since: now }
+    const steps = paintAll(this.#pen(scene), { ...scene, view, middle, size: { ...camera.size } }, painted)
+    return { view, middle, ratio, painted, key: scene.key, steps, begun: now, since: now }
   }
 
-  #pen() {
-    const pen = this.#canvas.getContext("2d", { alpha: false })
+  /** @param {GroundScene} scene */
+  #pen({ camera: { size }, ratio }) {
+    this.#canvas ??= new OffscreenCanvas(Math.round(size.width * ratio), Math.round(size.height * ratio))
+    const pen = penOn(this.#canvas, { alpha: false })
     pen.lineJoin = pen.lineCap = "round"
     return pen
   }
 }
 
-/** Where a world point is on a sheet, in CSS pixels. */
+/**
+ * Where a world point is on a sheet, in CSS pixels.
+ * @param {{ view: Sight, middle: Point }} sheet
+ * @param {Point} point
+ */
 function onSheet({ view, middle }, { x, y }) {
   return { x: middle.x + (x - view.x) * view.scale, y: middle.y - (y - view.y) * view.scale }
 }
 
+/**
+ * @param {Pen} pen
+ * @param {SheetScene} scene
+ * @param {Sheet["painted"]} painted
+ */
 function* paintAll(pen, scene, painted) {
   const { colors, cast, ratio, size } = scene
   const flat = () => pen.setTransform(ratio, 0, 0, ratio, 0, 0)
@@ -120,7 +174,6 @@ function* paintAll(pen, scene, painted) {
     yield
   }
   for (const robot of scene.ahead ? cast : []) {
-    if (!robot.way) continue
     inWorld(pen, scene)
     paintAhead(pen, scene, robot)
     flat()
@@ -132,28 +185,36 @@ function* paintAll(pen, scene, painted) {
   }
 }
 
+/**
+ * @param {Pen} pen
+ * @param {SheetScene} scene
+ */
 function inWorld(pen, { view, middle, ratio }) {
   const scale = view.scale * ratio
   pen.setTransform(scale, 0, 0, -scale, middle.x * ratio - view.x * scale, middle.y * ratio + view.y * scale)
 }
 
+/**
+ * @param {Pen} pen
+ * @param {SheetScene} scene
+ */
 function paintGrid(pen, scene) {
   const { view, size, colors } = scene
   const spacing = roundLength(44 / view.scale) * view.scale
   const origin = onSheet(scene, { x: 0, y: 0 })
-  const lines = (color, put) => {
+  const lines = (/** @type {string} */ color, /** @type {() => void} */ put) => {
     pen.beginPath()
     put()
     pen.strokeStyle = color
     pen.lineWidth = 1
     pen.stroke()
   }
-  const upright = (i) => {
+  const upright = (/** @type {number} */ i) => {
     const x = Math.round(origin.x + i * spacing) + 0.5
     pen.moveTo(x, 0)
     pen.lineTo(x, size.height)
   }
-  const level = (i) => {
+  const level = (/** @type {number} */ i) => {
     const y = Math.round(origin.y + i * spacing) + 0.5
     pen.moveTo(0, y)
     pen.lineTo(size.width, y)
@@ -168,8 +229,14 @@ function paintGrid(pen, scene) {
   })
 }
 
-function paintAhead(pen, { view, colors, beat, until }, { way, moved, color }) {
-  const first = way.findIndex(({ end }) => end > beat)
+/**
+ * @param {Pen} pen
+ * @param {SheetScene} scene
+ * @param {Drawn} robot
+ */
+function paintAhead(pen, { view, colors, beat, until }, { path, moved, color }) {
+  if (!path) return
+  const first = path.findIndex(({ end }) => end > beat)
   if (first < 0) return
   if (moved) {
     const cos = Math.cos(moved.heading)
@@ -177,8 +244,9 @@ function paintAhead(pen, { view, colors, beat, until }, { way, moved, color }) {
     pen.transform(cos, sin, -sin, cos, moved.x, moved.y)
   }
   pen.beginPath()
-  for (let i = first; i < way.length && way[i].start < until; i++) {
-    const { start, end, pose, velocity, seconds } = way[i]
+  for (let i = first; i < path.length && path[i].start < until; i++) {
+    const { start, end, pose, velocity, seconds } = path[i]
+    if (!pose) break
     const done = Math.max((beat - start) / (end - start), 0)
     const from = done > 0 ? after(pose, velocity, seconds * done) : pose
     if (i === first) pen.moveTo(from.x, from.y)
@@ -189,7 +257,13 @@ function paintAhead(pen, { view, colors, beat, until }, { way, moved, color }) {
   pen.stroke()
 }
 
-/** Paints the trail of a robot up to where it is now, brighter the newer it is. What has been painted. */
+/**
+ * Paints the trail of a robot up to where it is now, brighter where it is newer. Returns how far.
+ * @param {Pen} pen
+ * @param {SheetScene} scene
+ * @param {Drawn} robot
+ * @returns {Reached}
+ */
 function paintTrail(pen, scene, { name, color, pose }) {
   const { at, colors, view } = scene
   const points = visible(scene.trails.get(name) ?? [], scene)
@@ -197,19 +271,19 @@ function paintTrail(pen, scene, { name, color, pose }) {
   const place = onSheet(scene, pose)
   if (!points.length) return reached(scene, pose)
   const oldest = points[0].at
-  const shade = (time) => Math.min(Math.floor(((time - oldest) / (at - oldest || 1)) * SHADES), SHADES - 1)
+  const shade = (/** @type {number} */ time) => Math.min(Math.floor(((time - oldest) / (at - oldest || 1)) * SHADES), SHADES - 1)
   pen.lineWidth = width
   let now = -1
-  let last = null
+  let begun = false
   const finish = () => {
     if (now < 0) return
     pen.strokeStyle = mix(colors.ground, color, FADED + ((1 - FADED) * now) / (SHADES - 1))
     pen.stroke()
   }
-  for (const point of [...points, { ...pose, at }]) {
+  for (const point of [...points, { ...pose, at, first: false }]) {
     const { x, y } = onSheet(scene, point)
     if (point.first || shade(point.at) !== now) {
-      if (!point.first && last) pen.lineTo(x, y)
+      if (!point.first && begun) pen.lineTo(x, y)
       finish()
       now = shade(point.at)
       pen.beginPath()
@@ -217,7 +291,7 @@ function paintTrail(pen, scene, { name, color, pose }) {
     } else {
       pen.lineTo(x, y)
     }
-    last = point
+    begun = true
   }
   pen.lineTo(place.x, place.y)
   finish()
@@ -225,12 +299,23 @@ function paintTrail(pen, scene, { name, color, pose }) {
   return reached(scene, pose)
 }
 
-/** How far a trail is painted. */
+/**
+ * How far a trail is painted.
+ * @param {Time} time
+ * @param {Point} place
+ * @returns {Reached}
+ */
 function reached({ at, placed }, place) {
   return { at, placed, place }
 }
 
-/** Paints the part of a trail that is too new to be on the sheet: what was gone since `from`. */
+/**
+ * Paints the part of a trail that is too new to be on the sheet: since `from`.
+ * @param {Pen} pen
+ * @param {Pick<GroundScene, "camera" | "trails" | "at" | "placed">} scene
+ * @param {Drawn} robot
+ * @param {Reached | undefined} from
+ */
 export function paintTail(pen, scene, { name, place, color }, from) {
   const { camera } = scene
   const trail = scene.trails.get(name) ?? []
@@ -247,10 +332,17 @@ export function paintTail(pen, scene, { name, place, color }, from) {
   }
   pen.lineTo(place.x, place.y)
   pen.strokeStyle = color
-  pen.lineWidth = trailWidth(camera.view)
+  pen.lineWidth = trailWidth(camera.sight)
   pen.stroke()
 }
 
+/**
+ * @param {Pen} pen
+ * @param {Point} place
+ * @param {number} width
+ * @param {string} ground
+ * @param {string} color
+ */
 function paintStart(pen, { x, y }, width, ground, color) {
   pen.beginPath()
   pen.arc(x, y, width * 1.1, 0, 2 * Math.PI)
@@ -261,12 +353,20 @@ function paintStart(pen, { x, y }, width, ground, color) {
   pen.stroke()
 }
 
-/** While nothing plays no time passes, however often robots are put elsewhere. */
+/**
+ * Compares `placed` too: while nothing plays no time passes, however often robots are put elsewhere.
+ * @param {Time} one
+ * @param {Time} other
+ */
 function isLater(one, other) {
   return one.placed > other.placed || one.at > other.at
 }
 
-/** The points of a trail that are to be seen in a scene; the first lies on the way, as old as may be. */
+/**
+ * The visible points of a trail; the first is interpolated, exactly as old as the trail is long.
+ * @param {TrailPoint[]} trail
+ * @param {SheetScene} scene
+ */
 function visible(trail, scene) {
   const points = trail.filter((point) => !isLater(point, scene))
   if (scene.trail === Infinity) return points
@@ -280,7 +380,10 @@ function visible(trail, scene) {
   return [cut, ...points.slice(first)]
 }
 
-/** In pixels. */
+/**
+ * Pixels.
+ * @param {Sight} view
+ */
 function trailWidth(view) {
   return Math.min(Math.max(view.scale * 0.06, 3), 9)
 }

@@ -1,15 +1,25 @@
-// Hands on the stage: drag to pan, wheel and two fingers to zoom, a double click to fit.
+// @ts-check
+// Gestures on the stage: drag to pan, wheel or pinch to zoom, double-click to fit.
+
+/** @import { Camera, Point } from "./camera.js" */
+
 
 const WHEEL = 0.0015 // of a zoom, by pixel
 
 /**
- * `grab(point)` may take hold of something at a point of the canvas, and returns what moves it, or null to pan the
+ * Moves the camera. `grab(point)` returns a function that moves what is at a point of the canvas, or null to pan the
  * camera instead. `changed` is called when the view has changed.
+ * @param {HTMLCanvasElement} canvas
+ * @param {Camera} camera
+ * @param {(point: Point) => ((to: Point) => void) | null} grab
+ * @param {() => void} changed
  */
 export function hold(canvas, camera, grab, changed) {
+  /** @type {Map<number, Point>} */
   const fingers = new Map() // pointer -> its place
+  /** @type {((to: Point) => void) | null} */
   let move = null
-  const place = (event) => {
+  const place = (/** @type {MouseEvent} */ event) => {
     const { left, top } = canvas.getBoundingClientRect()
     return { x: event.clientX - left, y: event.clientY - top }
   }
@@ -28,14 +38,14 @@ export function hold(canvas, camera, grab, changed) {
     else if (fingers.size === 1) camera.pan(now.x - before.x, now.y - before.y)
     else {
       const [other] = [...fingers].filter(([id]) => id !== event.pointerId).map(([, point]) => point)
-      const apart = (point) => Math.hypot(point.x - other.x, point.y - other.y)
+      const apart = (/** @type {Point} */ point) => Math.hypot(point.x - other.x, point.y - other.y)
       camera.zoom(apart(now) / Math.max(apart(before), 1), { x: (now.x + other.x) / 2, y: (now.y + other.y) / 2 })
       camera.pan((now.x - before.x) / 2, (now.y - before.y) / 2)
     }
     fingers.set(event.pointerId, now)
     changed()
   })
-  for (const end of ["pointerup", "pointercancel"]) {
+  for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) {
     canvas.addEventListener(end, (event) => {
       fingers.delete(event.pointerId)
       move = null

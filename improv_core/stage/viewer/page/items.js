@@ -1,47 +1,58 @@
-// What a stretch of a score looks like on the timeline: the words that play in it, by voice, and what holds them.
+// @ts-check
+// The items of the timeline: the words that play in a stretch, by voice, and the names and brackets around them.
 
-// Of each word that moves: its sign, the sign of its mirror image, and the velocity it makes.
-const WORDS = {
-  forward: ["↑", "↓", "x", 1],
-  backward: ["↓", "↑", "x", -1],
-  left: ["↰", "↱", "yaw", 1],
-  right: ["↱", "↰", "yaw", -1],
-  halfleft: ["↖", "↗", "yaw", 1],
-  halfright: ["↗", "↖", "yaw", -1],
-  strafeleft: ["←", "→", "y", 1],
-  straferight: ["→", "←", "y", -1],
-  up: ["⤒", "⤓", "z", 1],
-  down: ["⤓", "⤒", "z", -1],
-  rest: ["·", "·", "x", 0],
-}
+// Signs for words: for each axis that of a positive and that of a negative velocity.
+/** @import { Stretch } from "./lookahead.js" */
+/** @import { Velocity } from "./path.js" */
+/** @typedef {Record<string, number[]>} Words the words that move robots: x, y, z, yaw */
+/** @typedef {{ word: string, sign: string, rests: boolean, at: number, names: { word: string, at: number }[] }} Voice */
+/** @typedef {{ key: string, start: number, end: number, voices: Voice[], way: number }} Run */
+
+const SIGNS = { x: ["↑", "↓"], y: ["←", "→"], z: ["⤒", "⤓"], yaw: ["↰", "↱"] }
+const HALF_TURNS = ["↖", "↗"]
+const REST = "·"
+const AXES = /** @type {const} */ (["x", "y", "z", "yaw"])
 
 /** Reads a program's text by code points, as the server counts. */
 export class Reader {
   #points
+  #words
+  /** @type {Map<number, number> | null} */
   #brackets = null
+  /** @type {WeakMap<Stretch, Voice[]>} */
   #known = new WeakMap()
 
-  constructor(text) {
+  /**
+   * `words` are those that move robots, each with its velocity.
+   * @param {string} text
+   * @param {Words} words
+   */
+  constructor(text, words) {
     this.#points = Array.from(text)
+    this.#words = words
   }
 
+  /** @param {number[]} span */
   word([start, end]) {
     return this.#points.slice(start, end).join("")
   }
 
   /**
-   * The voices of a stretch, each its word, where that is, and the names it is used by. A stretch has for each voice
-   * the names' places first, then the word of the language.
+   * The voices of a stretch: for each its word, and the names by which it is used. A stretch lists for each voice first
+   * the names, then the word.
+   * @param {Stretch} stretch
    */
   voices(stretch) {
     let voices = this.#known.get(stretch)
     if (!voices) {
       voices = []
+      /** @type {Voice["names"]} */
       let names = []
       for (const span of stretch.words) {
         const word = this.word(span)
-        if (Object.hasOwn(WORDS, word)) {
-          voices.push({ word, sign: signOf(word, stretch.velocity), at: span[0], names })
+        if (Object.hasOwn(this.#words, word)) {
+          const [x, y, z, yaw] = this.#words[word]
+          voices.push({ word, ...drawn({ x, y, z, yaw }, stretch.velocity), at: span[0], names })
           names = []
         } else names.push({ word, at: span[0] })
       }
@@ -50,45 +61,66 @@ export class Reader {
     return voices
   }
 
-  /** Where the innermost `[` around a place begins, or undefined. */
+  /**
+   * The offset of the innermost `[` around an offset, or undefined.
+   * @param {number} at
+   */
   bracket(at) {
     this.#brackets ??= brackets(this.#points)
     return this.#brackets.get(at)
   }
 }
 
-/** The sign of what a word does here, where it may be reflected or retraced. */
-function signOf(word, velocity) {
-  const [sign, mirrored, axis, way] = WORDS[word]
-  return velocity[axis] * way < 0 ? mirrored : sign
+/**
+ * How a word's velocity is drawn where it makes the velocity `here`: that may be reflected or retraced.
+ * @param {Velocity} velocity
+ * @param {Velocity} here
+ */
+function drawn(velocity, here) {
+  const axis = AXES.find((each) => velocity[each] !== 0)
+  if (!axis) return { sign: REST, rests: true }
+  const signs = axis === "yaw" && Math.abs(velocity.yaw) < 1 ? HALF_TURNS : SIGNS[axis]
+  const mirrored = here[axis] * velocity[axis] < 0
+  return { sign: signs[velocity[axis] > 0 === mirrored ? 1 : 0], rests: false }
 }
 
-/** For the first place of each word within brackets, where the innermost one begins. */
+/**
+ * The offset of the innermost `[` for each offset within brackets.
+ * @param {string[]} points
+ */
 function brackets(points) {
   const found = new Map()
+  /** @type {number[]} */
   const open = []
   for (let i = 0; i < points.length; i++) {
     const sign = points[i]
     if (sign === "#") while (i + 1 < points.length && points[i + 1] !== "\n") i++
     else if (sign === "[") open.push(i)
     else if (sign === "]") open.pop()
-    else if (open.length && !/\s/.test(sign)) found.set(i, open.at(-1))
+    else if (open.length && !/\s/.test(sign)) found.set(i, open[open.length - 1])
   }
   return found
 }
 
 /**
  * Which stretches from index `first` up to `last` belong together: for each run with the same key (undefined: none)
- * its start, end and key. A run ends where its words begin anew, as in a repeat.
+ * its start, end and key. A run ends where its words start over, as in a repeat.
+ * @param {Stretch[]} stretches
+ * @param {number} first
+ * @param {number} last
+ * @param {Reader} reader
+ * @param {(voices: Voice[]) => string | undefined} keyOf
  */
 export function runs(stretches, first, last, reader, keyOf) {
+  /** @type {Run[]} */
   const found = []
+  /** @type {Run | null} */
   let run = null
   for (let i = first; i < last; i++) {
     const voices = reader.voices(stretches[i])
     const key = voices.length ? keyOf(voices) : undefined
     const way = run && run.key === key ? direction(run.voices, voices) : 0
-    if (key !== undefined && way !== 0 && (run.way === 0 || run.way === way)) {
+    if (run && way !== 0 && (run.way === 0 || run.way === way)) {
       Object.assign(run, { end: stretches[i].end, voices, way })
     } else {
       run = key === undefined ? null : { key, start: stretches[i].start, end: stretches[i].end, voices, way: 0 }
@@ -98,7 +130,11 @@ export function runs(stretches, first, last, reader, keyOf) {
   return found
 }
 
-/** 1 if voices go on in the text, -1 if they go back, 0 if neither: something else begins. */
+/**
+ * 1 if voices move forward in the text, -1 if backward, 0 if neither, because something else begins.
+ * @param {Voice[]} before
+ * @param {Voice[]} now
+ */
 export function direction(before, now) {
   if (before.length !== now.length) return 0
   const steps = now.map(({ at }, i) => Math.sign(at - before[i].at))
@@ -107,8 +143,9 @@ export function direction(before, now) {
 }
 
 /**
- * The names that all voices are used by, from the outermost on. What is used by name and has voices itself tells its
- * names once, with the first of them.
+ * The names by which all voices are used, outermost first. A name that stands for several voices is listed with the
+ * first of them only.
+ * @param {Voice[]} voices
  */
 export function namesOf([first, ...others]) {
   return first.names.filter(({ at }, i) => others.every(({ names }) => !names.length || names[i]?.at === at))

@@ -1,39 +1,55 @@
-// The keyboard. Space and Escape stop the robots wherever the focus is; the other keys leave fields alone.
+// @ts-check
+// The keyboard. Space and Escape stop the robots wherever the focus is; other keys do nothing in input fields.
 
-/** Has keys call functions: `keys` by `event.key`, `stop` for Space and Escape, `shifted` for arrows with Shift. */
+/**
+ * Calls functions for keys: `keys` by `event.key`, `stop` for Space and Escape, `shifted` for arrows with Shift.
+ * @param {(event: KeyboardEvent) => void} stop
+ * @param {Record<string, () => void>} keys
+ * @param {Record<string, () => void>} shifted
+ * @param {() => boolean} lettersWork
+ */
 export function listen(stop, keys, shifted, lettersWork) {
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey) return
     if (event.code === "Space" || event.key === "Escape") {
-      event.preventDefault() // else Space would also press the button that has the focus
+      event.preventDefault() // otherwise Space would also press the focused button
       if (!event.repeat) stop(event)
       return
     }
-    if (event.target.closest?.("input, select, textarea")) return
+    const target = event.target instanceof Element ? event.target : document.body
+    if (target.closest("input, select, textarea")) return
     const arrow = event.key.startsWith("Arrow")
     const action = arrow && event.shiftKey ? shifted[event.key] : keys[event.key.length === 1 ? event.key.toLowerCase() : event.key]
     if (!action || (event.key.length === 1 && !lettersWork())) return
-    if (arrow && !event.shiftKey && event.target.closest?.("#score-text, #starts-lines")) return // they scroll
+    if (arrow && !event.shiftKey && target.closest("#score-text, #start-poses-lines")) return // the arrows scroll there
     if (event.repeat && !arrow && !"+-".includes(event.key)) return
     event.preventDefault()
     action()
   })
 }
 
-/** A setting that lasts, or not, where the browser keeps nothing for us. */
+/** Settings that last, if the browser stores them. */
 export const settings = {
+  /**
+   * @param {string} name
+   * @param {unknown} otherwise
+   */
   get(name, otherwise) {
     try {
-      return JSON.parse(localStorage.getItem(`improv.${name}`)) ?? otherwise
+      return JSON.parse(localStorage.getItem(`improv.${name}`) ?? "null") ?? otherwise
     } catch {
       return otherwise
     }
   },
+  /**
+   * @param {string} name
+   * @param {unknown} value
+   */
   set(name, value) {
     try {
       localStorage.setItem(`improv.${name}`, JSON.stringify(value))
     } catch {
-      // it lasts as long as the page
+      // it lasts until the page is closed
     }
   },
 }

@@ -1,19 +1,45 @@
-// What the server may say. Anything else is dropped: the page shows nothing that it can't make sense of.
+// @ts-check
+// The messages of the server. Anything that does not fit is dropped.
 
+/** @template T @typedef {(value: unknown) => value is T} Check */
+/** @template C @typedef {C extends Check<infer T> ? T : never} Checked */
+/** @typedef {{ [K in keyof typeof MESSAGES]: { type: K } & Checked<(typeof MESSAGES)[K]> }} Messages by their types */
+/** @typedef {Messages[keyof Messages]} Message */
+
+/** @type {(test: (value: unknown) => boolean) => Check<any>} */
+const asCheck = (test) => /** @type {Check<any>} */ (test)
+/** @type {Check<number>} */
 const number = (value) => typeof value === "number" && Number.isFinite(value)
-const count = (value) => Number.isInteger(value) && value >= 0
+/** @type {Check<number>} */
+const positive = (value) => number(value) && value > 0
+/** @type {Check<number>} */
+const count = (value) => number(value) && Number.isInteger(value) && value >= 0
+/** @type {Check<string>} */
 const text = (value) => typeof value === "string"
+/** @type {Check<boolean>} */
+const flag = (value) => typeof value === "boolean"
+/** @type {Check<Record<string, unknown>>} */
 const object = (value) => typeof value === "object" && value !== null && !Array.isArray(value)
+/** @type {<T>(check: Check<T>) => Check<T | null>} */
 const nullOr = (check) => (value) => value === null || check(value)
+/** @type {<T>(check: Check<T>) => Check<T | undefined>} */
 const maybe = (check) => (value) => value === undefined || check(value)
+/** @type {<T>(check: Check<T>) => Check<T[]>} */
 const listOf = (check) => (value) => Array.isArray(value) && value.every(check)
-const mapOf = (check) => (value) => object(value) && Object.values(value).every(check)
-const shape = (checks) => (value) => object(value) && Object.entries(checks).every(([key, check]) => check(value[key]))
-const numbers = (length) => (value) => listOf(number)(value) && value.length === length
-const oneOf = (...values) => (value) => values.includes(value)
+/** @type {<T>(check: Check<T>) => Check<Record<string, T>>} */
+const mapOf = (check) => asCheck((value) => object(value) && Object.values(value).every(check))
+/** @type {<T extends Record<string, Check<any>>>(checks: T) => Check<{ [K in keyof T]: Checked<T[K]> }>} */
+const shape = (checks) =>
+  asCheck((value) => object(value) && Object.entries(checks).every(([key, check]) => check(value[key])))
+/** @type {(length: number) => Check<number[]>} */
+const numbers = (length) => asCheck((value) => listOf(number)(value) && value.length === length)
+/** @type {<T extends string>(...values: T[]) => Check<T>} */
+const oneOf = (...values) => asCheck((value) => values.some((each) => each === value))
 
-const place = shape({ x: number, y: number, z: number, heading: number })
+const pose = shape({ x: number, y: number, z: number, heading: number })
+/** @type {Check<[statement: number, start: number, end: number]>} */
 const word = (value) => listOf(count)(value) && value.length === 3
+/** @type {Check<[start: number, beats: number, x: number, y: number, z: number, yaw: number, words: Checked<typeof word>[]]>} */
 const moment = (value) =>
   Array.isArray(value) && value.length === 7 && value.slice(0, 6).every(number) && value[1] > 0 && listOf(word)(value[6])
 
@@ -23,30 +49,32 @@ const MESSAGES = {
   transport: shape({
     generation: count,
     state: oneOf("stopped", "waiting", "playing", "paused", "ended"),
-    tempo: (value) => number(value) && value > 0,
+    tempo: positive,
     beats: nullOr(number),
     beat: number,
     wall: number,
+    performed: number,
     speed: maybe(number),
     muted: maybe(listOf(text)),
     soloed: maybe(listOf(text)),
     backend: maybe(text),
-    poses: maybe(mapOf(place)),
+    poses: maybe(mapOf(pose)),
   }),
   score: shape({
     generation: count,
-    tempo: (value) => number(value) && value > 0,
+    tempo: positive,
     beats: nullOr(number),
     text,
-    takes_starts: (value) => typeof value === "boolean",
-    starts: mapOf(count),
+    takes_start_poses: flag,
+    offsets: mapOf(count),
+    words: mapOf(numbers(4)),
     robots: mapOf(
       shape({
         profile: text,
         dynamics: text,
         radius: number,
         motions: listOf(text),
-        start: numbers(4),
+        start_pose: numbers(4),
         beats: nullOr(number),
       }),
     ),
@@ -65,15 +93,21 @@ const MESSAGES = {
     to: number,
     robots: mapOf(shape({ pose: nullOr(numbers(4)), moments: listOf(moment), until: number })),
   }),
-  bumps: shape({ past: (value) => typeof value === "boolean", bumps: listOf(shape({ at: number, x: number, y: number, robots: listOf(text) })) }),
+  bumps: shape({ past: flag, bumps: listOf(shape({ at: number, x: number, y: number, robots: listOf(text) })) }),
   stopped: shape({ message: maybe(text) }),
 }
 
-/** The message in a text of the server's, or null. */
+/**
+ * The message in a text, or null.
+ * @param {string} data
+ * @returns {Message | null}
+ */
 export function read(data) {
   try {
     const message = JSON.parse(data)
-    return object(message) && Object.hasOwn(MESSAGES, message.type) && MESSAGES[message.type](message) ? message : null
+    if (!object(message) || !text(message.type) || !Object.hasOwn(MESSAGES, message.type)) return null
+    const kind = /** @type {keyof typeof MESSAGES} */ (message.type)
+    return MESSAGES[kind](message) ? /** @type {Message} */ (/** @type {unknown} */ (message)) : null
   } catch {
     return null
   }

@@ -1,295 +1,160 @@
-// The page: takes the server's messages, moves the stage sixty times a second, and asks for what people want.
+// @ts-check
+// The page: puts its parts together, and tells them what the server says.
 
-import { Anchor } from "./anchor.js"
 import { Bumps } from "./bumps.js"
-import { bounds } from "./camera.js"
+import { Cast } from "./cast.js"
 import { Clock } from "./clock.js"
 import { connect } from "./connection.js"
 import { Controls } from "./controls.js"
+import { find, findA } from "./elements.js"
 import { hold } from "./hands.js"
 import { Motion } from "./motion.js"
-import { Outlook } from "./outlook.js"
+import { Notices } from "./notices.js"
 import { Panels } from "./panels.js"
+import { Program } from "./program.js"
 import { Lights, Score } from "./score.js"
-import { kindOf, Stage } from "./stage.js"
-import { Starts } from "./starts.js"
-import { fetchPicture } from "./takeaway.js"
+import { Stage } from "./stage.js"
+import { StartPoses } from "./start-poses.js"
 import { Timeline } from "./timeline.js"
-import { outline } from "./world.js"
+import { View } from "./view.js"
 
-const NOTICES = {
-  lost: "disconnected, trying again…",
-  refused: "This link has expired. Open the page again from your editor or terminal.",
-  over: "The performance is over. Play again from your editor or terminal.",
-}
+/** @import { Message, Messages } from "./messages.js" */
 
-const find = (id) => document.getElementById(id)
-const seconds = () => performance.now() / 1000
-const stillness = matchMedia("(prefers-reduced-motion: reduce)")
 const clock = new Clock()
 const motion = new Motion()
-const anchor = new Anchor()
-const bumps = new Bumps()
-const stage = new Stage(find("stage"))
-const score = new Score(find("score-text"))
-const lights = new Lights(score, clock)
-const controls = new Controls(clock, (message) => send(message))
-const timeline = new Timeline(clock, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
-const starts = new Starts((message) => send(message), touch)
-
-let connection = "opening"
-let parting = "" // what the stage has said at its end
-let radii = {}
-let robots = {}
-let outlook = null // of the score that plays
-let next = null // of one that is to take over
-let picture = null // a promise of its paths as SVG
-let frames = 0
-let stale = true // something has changed since the last drawing
-let drawn = 0
-let cleared = 0 // how often trails were
-let pending = null // poses of which the ideal ones are not known yet
-let known = "" // what is known of the ways, in short
-let room = [] // corners of what the view should hold
-let seen = false // whether there was a view that holds them
-
-const panels = new Panels({ touch, resize, announce, getPicture, clearTrails, controls, camera: stage.camera, canvas: find("stage") })
+const bumps = new Bumps(find("bumps"))
+const cast = new Cast()
+const notices = new Notices()
+const stage = new Stage(findA("stage", HTMLCanvasElement))
+const lights = new Lights(new Score(find("score-text")), clock)
 const send = connect(take, change)
+const program = new Program(clock, send)
+const controls = new Controls(clock, send)
+const timeline = new Timeline(clock, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
+const startPoses = new StartPoses(send, () => view.touch())
+const panels = new Panels({
+  touch: () => view.touch(),
+  resize,
+  announce: (text) => notices.announce(text),
+  getPicture: () => program.getPicture(),
+  clearTrails: () => view.clearTrails(),
+  controls,
+  camera: stage.camera,
+  canvas: findA("stage", HTMLCanvasElement),
+})
+const view = new View({ clock, motion, bumps, cast, program, stage, panels, startPoses })
 
+/** @param {Message} message */
 function take(message) {
-  taking[message.type](message)
-  stale = true
+  if (message.type === "poses") takePoses(message)
+  else if (message.type === "robots") takeRobots(message)
+  else if (message.type === "transport") takeTransport(message)
+  else if (message.type === "score") program.takeScore(message) && showProgram()
+  else if (message.type === "window") program.takeWindow(message)
+  else if (message.type === "bumps") bumps.take(message)
+  else notices.end(message)
+  view.touch()
 }
 
-const taking = {
-  poses: takePoses,
-  robots: takeRobots,
-  transport: takeTransport,
-  score: takeScore,
-  window: (message) => [outlook, next].forEach((each) => each?.take(message)),
-  bumps: takeBumps,
-  stopped: ({ message }) => (parting = message ? `The stage has failed: ${message}. Play again.` : NOTICES.over),
-}
-
-/** Poses come in the order of the robots. */
+/** @param {Messages["poses"]} message */
 function takePoses({ at, placed, poses }) {
-  const names = Object.keys(radii)
-  if (names.length !== poses.length) return
-  const anew = motion.take({ at, placed, poses: Object.fromEntries(names.map((name, index) => [name, poses[index]])) }, seconds())
-  if (anew) clearBumps()
+  const named = cast.named(poses)
+  if (named && motion.take({ at, placed, poses: named }, seconds())) bumps.clear()
 }
 
-function takeBumps(message) {
-  bumps.take(message)
-  showBumps()
-}
-
-function clearBumps() {
-  bumps.clear()
-  showBumps()
-}
-
-function showBumps() {
-  find("bumps").hidden = !bumps.count
-  find("bumps").textContent = bumps.count === 1 ? "1 bump" : `${bumps.count} bumps`
-}
-
-function takeRobots({ robots: cast }) {
-  radii = Object.fromEntries(Object.entries(cast).map(([name, robot]) => [name, robot.radius]))
-  motion.keep(new Set(Object.keys(cast)))
-  const names = Object.keys(cast).join(", ")
+/** @param {Messages["robots"]} message */
+function takeRobots(message) {
+  cast.take(message)
+  motion.keep(new Set(cast.names))
+  const names = cast.names.join(", ")
   find("stage").setAttribute("aria-label", `The stage, seen from above${names && `, with ${names}`}`)
 }
 
-function takeScore(message) {
-  const coming = new Outlook(message, (from, to) => send({ type: "window", generation: message.generation, from, to }))
-  if (message.generation === clock.transport.generation) show(coming)
-  else next = coming
-}
-
+/** @param {Messages["transport"]} message */
 function takeTransport(message) {
   const { generation, state } = clock.transport
-  const elsewhere = clock.take(message)
-  if (message.generation !== generation) clearBumps()
-  if (message.generation !== generation) motion.forgetTrails(message.performed - (message.beat * 60) / message.tempo)
-  if (next?.score.generation === message.generation) show(next)
-  if (elsewhere || message.state !== state) place(message)
-  if (message.generation !== generation || message.state !== state) announce(controls.spoken())
+  const jumped = clock.take(message)
+  const begins = message.generation !== generation
+  if (begins) bumps.clear()
+  if (begins) motion.forgetTrails(message.performed - (message.beat * 60) / message.tempo)
+  if (program.takeTransport(message, jumped || message.state !== state)) showProgram()
+  if (begins || message.state !== state) notices.announce(controls.spoken())
   if (message.state === "ended" || message.state === "stopped") panels.finish()
   showTransport()
 }
 
-/** Shows another score. */
-function show(coming) {
-  outlook = coming
-  next = picture = null
-  score.show(outlook.score.text)
-  find("dynamics").textContent = dynamics(Object.values(outlook.score.robots))
-  lights.forget()
-  anchor.clear()
+/** @param {"open" | "lost" | "refused"} now */
+function change(now) {
+  if (now === "open") {
+    motion.clear() // nobody knows where the robots went in the meantime
+    bumps.clear()
+    program.reconnect()
+  }
+  notices.change(now)
+  view.touch()
+  showTransport()
+}
+
+function showProgram() {
+  if (!program.current) return
+  lights.showText(program.current.score)
+  find("dynamics").textContent = dynamics(Object.values(program.current.score.robots))
   showCast()
 }
 
 function showCast() {
-  if (!outlook) return
-  const playing = cast().filter(({ name }) => Object.hasOwn(outlook.score.robots, name))
-  timeline.show(outlook.score, playing)
-  starts.show(outlook.score, playing)
+  if (!program.current) return
+  const { score } = program.current
+  const playing = cast
+    .list(program.current, (index) => stage.color(index))
+    .filter(({ name }) => Object.hasOwn(score.robots, name))
+  timeline.show(score, playing)
+  startPoses.show(score, playing)
 }
 
-/** Has the ways begin where the robots are. */
-function place({ state, poses, beat }) {
-  if (state === "stopped" || state === "ended" || state === "waiting") anchor.clear()
-  else if (outlook && poses) pending = { poses, beat }
-}
-
-/** How the simulator moves its robots, in words: nobody should take an ideal for the world. */
+/**
+ * How the simulator moves its robots, so that nobody takes ideal motion for the real world.
+ * @param {{ dynamics: string }[]} robots
+ */
 function dynamics(robots) {
   const ideal = robots.filter((robot) => robot.dynamics === "ideal").length
   return ideal === robots.length ? "ideal motion" : ideal ? "some with motors" : "with motors"
 }
 
-function change(now) {
-  if (now === "open") parting = ""
-  if (now === "lost" && parting) now = "over"
-  if (now === "open") {
-    motion.clear() // the ways gone meanwhile are not known
-    clearBumps()
-    for (const each of [outlook, next]) each?.askAgain()
-  }
-  const notice = now === "over" ? parting : (NOTICES[now] ?? "")
-  if (notice || connection !== "opening") announce(notice || "connected again")
-  connection = now
-  document.body.dataset.connection = now
-  find("notice").hidden = !notice
-  find("notice").textContent = notice
-  touch()
-  showTransport()
-}
-
 function showTransport() {
-  controls.show(connection)
-  find("next").hidden = !next || connection !== "open" || !clock.playing
+  controls.show(notices.connection)
+  find("next").hidden = !program.next || notices.connection !== "open" || !clock.playing
   timeline.showSilence()
   timeline.showPosition()
 }
 
-function announce(text) {
-  if (find("news").textContent !== text) find("news").textContent = text
-}
-
-function clearTrails() {
-  motion.clearTrails()
-  cleared++
-  touch()
-}
-
-function touch() {
-  stale = true
-}
-
-/** The robots in the order of the score, then others that are still there. */
-function cast() {
-  const about = outlook?.score.robots ?? {}
-  return [...new Set([...Object.keys(about), ...Object.keys(radii)])].map((name, index) => ({
-    name,
-    color: stage.color(index),
-    kind: kindOf(about[name]?.profile ?? "", about[name]?.motions),
-    radius: radii[name] ?? about[name]?.radius ?? 0.3,
-    way: outlook?.robots.get(name)?.[0]?.pose ? outlook.robots.get(name) : null,
-  }))
-}
-
-/** The paths as SVG; a page keeps them for when the stage is gone. */
-async function getPicture() {
-  return (await picture) ?? (picture = fetchPicture())
-}
-
 function frame() {
-  frames++
   const now = seconds()
-  const open = connection === "open"
-  const { state } = clock.transport
-  const begins = state === "stopped" || state === "ended" || state === "waiting"
-  const beat = begins ? 0 : clock.beat()
-  if (open) {
-    outlook?.want(beat)
-    next?.want(0)
-  }
+  const beat = clock.atStart ? 0 : clock.beat()
+  const open = notices.connection === "open"
+  if (open) program.want(beat)
   if (clock.playing && open && controls.showBeat()) timeline.showPosition()
-  const present = motion.present(now)
-  robots = present.robots
-  if (outlook && pending && outlook.version) {
-    anchor.set(outlook, pending.poses, pending.beat)
-    pending = null
-  }
-  const newest = motion.newest
-  const then = newest && clock.beatAt(newest.at)
-  if (outlook && then !== undefined) anchor.look(outlook, newest.poses, then, now, (name) => clock.isSilent(name))
-  lights.show(begins ? null : outlook, beat, (index) => stage.color(index), stage.colors.ink)
-  const until = outlook?.horizon(beat) ?? 0
-  const key = [outlook?.score.generation, outlook?.version, anchor.version, cleared, until].join()
-  if (key !== known) {
-    known = key
-    stale = true
-    if (outlook) {
-      const points = [...outlook.points(until)]
-      const { world } = outlook.score
-      room = points.length || world ? bounds([points, world ? outline(world) : []]) : []
-      if (!seen && points.length) stage.camera.view = null // the first view is there at once
-      seen ||= points.length > 0
-    }
-  }
-  const bumping = bumps.show(present.at, now)
+  program.place(motion.newest, now)
+  lights.show(clock.atStart ? null : program.current, beat, (index) => stage.color(index), stage.colors.ink)
+  view.draw(now, beat)
   const news = bumps.news(now)
-  if (news) announce(news)
-  if (outlook?.version) picture ??= fetchPicture()
-  if (stale || present.moving || bumping.length) {
-    const ease = stillness.matches ? Infinity : Math.min(now - drawn, 0.1)
-    stale = stage.draw(scene(present, beat, until, bumping), ease)
-    stale ||= present.moving || bumping.length > 0
-  }
-  timeline.draw(outlook, stillness.matches)
-  drawn = now
+  if (news) notices.announce(news)
+  timeline.draw(program.current, view.still)
   requestAnimationFrame(frame)
 }
 
-/** All that the stage shows in this frame. */
-function scene({ at, placed, moving }, beat, until, bumping) {
-  const { muted, soloed } = clock.transport
-  return {
-    at,
-    placed,
-    moving,
-    beat,
-    until,
-    bumps: bumping,
-    room: [...room, ...motion.room],
-    trails: motion.trails,
-    trail: panels.trail,
-    ahead: panels.ahead,
-    world: outlook?.score.world,
-    starts: starts.rings,
-    still: stillness.matches,
-    signs: [known, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed],
-    cast: cast().map((robot) => ({
-      ...robot,
-      pose: robots[robot.name],
-      moved: anchor.of(robot.name),
-      silent: clock.isSilent(robot.name),
-      way: clock.isSilent(robot.name) ? null : robot.way,
-    })),
-  }
+function seconds() {
+  return performance.now() / 1000
 }
 
 function resize() {
   const hall = find("hall").getBoundingClientRect()
-  const card = find("starts").getBoundingClientRect() // the robots must stay in sight of it
+  const card = find("start-poses").getBoundingClientRect() // must not cover the robots
   const beside = card.width < hall.width / 2
   const bottom = Math.max(find("tools").offsetHeight + 20, beside ? 0 : card.height)
   stage.resize({ top: 8, bottom, left: beside ? card.width : 0 })
   timeline.resize()
-  stale = true
+  view.touch()
 }
 
 function readTheme() {
@@ -297,21 +162,21 @@ function readTheme() {
   timeline.colors = stage.colors
   lights.forget()
   showCast()
-  touch()
+  view.touch()
 }
 
-hold(find("stage"), stage.camera, (point) => starts.grab(point, stage.camera), () => {
+hold(findA("stage", HTMLCanvasElement), stage.camera, (point) => startPoses.grab(point, stage.camera), () => {
   panels.showFit()
-  touch()
+  view.touch()
 })
 const sizes = new ResizeObserver(resize)
 for (const id of ["stage", "tracks"]) sizes.observe(find(id))
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readTheme)
 
 /** For tests: what the page knows and shows. */
-window.improv = Object.freeze({
+const improv = Object.freeze({
   get robots() {
-    return structuredClone(robots)
+    return structuredClone(view.robots)
   },
   get transport() {
     return structuredClone(clock.transport)
@@ -320,24 +185,25 @@ window.improv = Object.freeze({
     return clock.beat()
   },
   get frames() {
-    return frames
+    return view.frames
   },
   get connected() {
-    return connection === "open"
+    return notices.connection === "open"
   },
-  /** Of each robot, until which beat its way is known. */
+  /** For each robot, the beat up to which its path is known. */
   get known() {
-    return Object.fromEntries([...(outlook?.robots ?? [])].map(([name, way]) => [name, way.at(-1)?.end ?? 0]))
+    return Object.fromEntries([...(program.current?.robots ?? [])].map(([name, path]) => [name, path.at(-1)?.end ?? 0]))
   },
-  /** How the ways of robots are moved, which have not begun at their starts. */
+  /** How paths are moved that do not begin at their start poses. */
   get moved() {
-    return Object.fromEntries(cast().flatMap(({ name }) => (anchor.of(name) ? [[name, anchor.of(name)]] : [])))
+    return Object.fromEntries(program.anchor.moved)
   },
   get view() {
     return structuredClone(stage.camera.view)
   },
-  toScreen: (x, y) => stage.camera.toScreen({ x, y }),
+  toScreen: (/** @type {number} */ x, /** @type {number} */ y) => stage.camera.toScreen({ x, y }),
 })
+Object.assign(window, { improv })
 
 readTheme()
 resize()

@@ -1,22 +1,43 @@
-// What can be shown, hidden and taken away: the panels, the cards, the tools of the stage, and their keys.
+// @ts-check
+// The panels, the cards, the tools of the stage, and their keys.
 
-import { download, drawPng, record } from "./takeaway.js"
+import { download, drawPng, record } from "./save.js"
 import { listen, settings } from "./keys.js"
 
+import { find, findA } from "./elements.js"
+
+/** @import { Camera } from "./camera.js" */
+/** @import { Controls } from "./controls.js" */
+/**
+ * @typedef {object} Page
+ * @property {() => void} touch has the next frame draw
+ * @property {() => void} resize
+ * @property {(text: string) => void} announce
+ * @property {() => Promise<string | null>} getPicture the paths as SVG
+ * @property {() => void} clearTrails
+ * @property {Controls} controls
+ * @property {Camera} camera
+ * @property {HTMLCanvasElement} canvas
+ */
+
 const SMALL = matchMedia("(max-width: 720px), (max-height: 520px)")
-const CARDS = { help: "show-help", save: "save-button", starts: "starts-button" }
+/** @type {Record<string, string>} */
+const CARDS = { help: "show-help", save: "save-button", "start-poses": "start-poses-button" }
 const PAN = 60 // pixels
 const ZOOM = 1.25
 
-const find = (id) => document.getElementById(id)
-
 export class Panels {
   #page
-  #recording = null // ends the recording
+  /** @type {(() => Promise<Blob>) | null} */
+  #recording = null // ends a recording
+  #trails = findA("trail", HTMLSelectElement)
   trail = Infinity // seconds
   ahead = true
 
-  /** `page` is what panels do something with: see page.js. */
+  /**
+   * `page` is everything that panels act on.
+   * @param {Page} page
+   */
   constructor(page) {
     this.#page = page
     for (const name of ["timeline", "score"]) {
@@ -27,19 +48,25 @@ export class Panels {
     SMALL.addEventListener("change", () => SMALL.matches && !find("timeline").hidden && this.#open("score", false))
     for (const [card, button] of Object.entries(CARDS)) {
       find(button).addEventListener("click", () => this.#turn(card))
-      find(card).querySelector(".close").addEventListener("click", () => this.#shut(card))
+      find(card).querySelector(".close")?.addEventListener("click", () => this.#shut(card))
     }
-    const press = { clear: page.clearTrails, "zoom-in": () => this.#zoom(ZOOM), "zoom-out": () => this.#zoom(1 / ZOOM) }
-    Object.assign(press, { ahead: () => this.#turnAhead(), fit: () => this.#fit(), record: () => this.#record() })
-    press["save-svg"] = () => this.#save("improv.svg", (svg) => new Blob([svg], { type: "image/svg+xml" }))
-    press["save-png"] = () => this.#save("improv.png", drawPng)
+    const press = {
+      clear: page.clearTrails,
+      "zoom-in": () => this.#zoom(ZOOM),
+      "zoom-out": () => this.#zoom(1 / ZOOM),
+      ahead: () => this.#turnAhead(),
+      fit: () => this.#fit(),
+      record: () => this.#record(),
+      "save-svg": () => this.#save("improv.svg", (svg) => new Blob([svg], { type: "image/svg+xml" })),
+      "save-png": () => this.#save("improv.png", drawPng),
+    }
     for (const [id, action] of Object.entries(press)) find(id).addEventListener("click", action)
-    find("trail").addEventListener("change", () => this.#setTrail(Number(find("trail").value)))
-    this.#setTrail(Number(settings.get("trail", "Infinity")))
+    this.#trails.addEventListener("change", () => this.#setTrail(Number(this.#trails.value)))
+    this.#showTrail(Number(settings.get("trail", "Infinity")))
     this.#listen()
   }
 
-  /** The dance is over: so is its video. */
+  /** Ends the recording: the dance is over. */
   finish() {
     if (this.#recording) this.#record()
   }
@@ -56,14 +83,14 @@ export class Panels {
       letters.setAttribute("aria-pressed", String(letters.getAttribute("aria-pressed") !== "true"))
       settings.set("letters", letters.getAttribute("aria-pressed") === "true")
     })
-    const pan = (x, y) => () => {
+    const pan = (/** @type {number} */ x, /** @type {number} */ y) => () => {
       camera.pan(x * PAN, y * PAN)
       this.showFit()
       touch()
     }
-    const stop = (event) => {
+    const stop = (/** @type {KeyboardEvent} */ event) => {
       controls.stop()
-      if (event.key === "Escape") for (const card of Object.keys(CARDS)) if (find(card).open) this.#shut(card)
+      if (event.key === "Escape") for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
     }
     const keys = {
       p: () => controls.playOrPause(),
@@ -89,39 +116,57 @@ export class Panels {
     listen(stop, keys, shifted, () => letters.getAttribute("aria-pressed") === "true")
   }
 
+  /**
+   * @param {string} name
+   * @param {boolean} open
+   */
   #open(name, open) {
     find(name).hidden = !open
     find(`show-${name}`).setAttribute("aria-expanded", String(open))
   }
 
+  /** @param {string} name */
   #toggle(name) {
     const open = find(name).hidden
     this.#open(name, open)
     settings.set(name, open)
-    if (open && SMALL.matches) this.#open(name === "score" ? "timeline" : "score", false) // there is room for one
+    if (open && SMALL.matches) this.#open(name === "score" ? "timeline" : "score", false) // there is room for one only
     this.#page.resize()
   }
 
+  /** @param {string} card */
+  #card(card) {
+    return findA(card, HTMLDialogElement)
+  }
+
+  /** @param {string} card */
   #turn(card) {
-    if (find(card).open) this.#shut(card)
+    if (this.#card(card).open) this.#shut(card)
     else {
-      for (const other of Object.keys(CARDS)) if (find(other).open) this.#shut(other)
-      find(card).show() // not modal: Stop stays in reach
+      for (const other of Object.keys(CARDS)) if (this.#card(other).open) this.#shut(other)
+      this.#card(card).show() // not modal, so that Stop stays reachable
       find(CARDS[card]).setAttribute("aria-expanded", "true")
     }
     this.#page.resize()
   }
 
+  /** @param {string} card */
   #shut(card) {
-    find(card).close()
+    this.#card(card).close()
     find(CARDS[card]).setAttribute("aria-expanded", "false")
     find(CARDS[card]).focus()
     this.#page.resize()
   }
 
-  #setTrail(length) {
+  /** @param {number} length */
+  #showTrail(length) {
     this.trail = length
-    find("trail").value = String(length)
+    this.#trails.value = String(length)
+  }
+
+  /** @param {number} length */
+  #setTrail(length) {
+    this.#showTrail(length)
     settings.set("trail", String(length))
     this.#page.touch()
   }
@@ -132,6 +177,7 @@ export class Panels {
     this.#page.touch()
   }
 
+  /** @param {number} factor */
   #zoom(factor) {
     if (!this.#page.camera.view) return
     this.#page.camera.zoom(factor)
@@ -145,15 +191,19 @@ export class Panels {
     this.#page.touch()
   }
 
+  /**
+   * @param {string} name
+   * @param {(svg: string) => Blob | Promise<Blob>} make
+   */
   async #save(name, make) {
     const svg = await this.#page.getPicture()
     if (svg) download(name, await make(svg))
-    else this.#page.announce("There is no picture yet: save a program first")
+    else this.#page.announce("No picture yet. Save a program first.")
   }
 
   async #record() {
     const button = find("record")
-    const show = (text, on) => {
+    const show = (/** @type {string} */ text, /** @type {boolean} */ on) => {
       button.textContent = text
       button.setAttribute("aria-pressed", String(on))
       document.body.dataset.recording = String(on)
@@ -161,7 +211,7 @@ export class Panels {
     if (!this.#recording) {
       this.#recording = record(this.#page.canvas)
       if (this.#recording) show("Stop and save the video", true)
-      else this.#page.announce((button.textContent = "This browser can't record"))
+      else this.#page.announce((button.textContent = "This browser can't record video"))
       return
     }
     const end = this.#recording

@@ -1,9 +1,19 @@
-// The way of a robot: exact arcs from what it does. A pose is {x, y, z, heading}, in metres and radians; a velocity is
-// {x, y, z, yaw} in the robot's own frame, in m/s and rad/s.
+// @ts-check
+// The path of a robot: exact arcs from its velocities.
 
-const STRAIGHT = 1e-4 // radians: the curve that is as good as none
+/** @typedef {{ x: number, y: number, z: number, heading: number }} Pose in meters and radians */
+/** @typedef {{ x: number, y: number, z: number, yaw: number }} Velocity in the robot's own frame, in m/s and rad/s */
+/** @import { Pen } from "./pen.js" */
 
-/** The pose after holding a velocity: the integral of the turning velocity (Lynch & Park, Modern Robotics, 3.3.3). */
+const STRAIGHT = 1e-4 // radians: below this, a curve counts as a straight line
+
+/**
+ * The pose after holding a velocity: the integral of the turning velocity (Lynch & Park, Modern Robotics, 3.3.3).
+ * @param {Pose} pose
+ * @param {Velocity} velocity
+ * @param {number} seconds
+ * @returns {Pose}
+ */
 export function after(pose, velocity, seconds) {
   const angle = velocity.yaw * seconds
   const small = Math.abs(angle) < STRAIGHT
@@ -14,12 +24,21 @@ export function after(pose, velocity, seconds) {
   return joined(pose, { x: forward, y: left, z: velocity.z * seconds, heading: angle })
 }
 
-/** A pose as the messages have it. */
+/**
+ * A pose from the numbers in a message.
+ * @param {number[]} numbers
+ * @returns {Pose}
+ */
 export function named([x, y, z, heading]) {
   return { x, y, z, heading }
 }
 
-/** A pose that is seen from another, seen from where that one is seen from. */
+/**
+ * Composes two poses: `then` is given in the frame of `first`.
+ * @param {Pose} first
+ * @param {Pose} then
+ * @returns {Pose}
+ */
 export function joined(first, then) {
   const cos = Math.cos(first.heading)
   const sin = Math.sin(first.heading)
@@ -31,7 +50,12 @@ export function joined(first, then) {
   }
 }
 
-/** What takes one pose to another: `joined(shift(from, to), from)` is `to`. */
+/**
+ * The transform from one pose to another: `joined(shift(from, to), from)` is `to`.
+ * @param {Pose} from
+ * @param {Pose} to
+ * @returns {Pose}
+ */
 export function shift(from, to) {
   const turned = joined({ x: 0, y: 0, z: 0, heading: to.heading - from.heading }, from)
   return { x: to.x - turned.x, y: to.y - turned.y, z: to.z - turned.z, heading: to.heading - from.heading }
@@ -40,6 +64,10 @@ export function shift(from, to) {
 /**
  * Draws one stretch from a pose, with a pen that has canvas's `lineTo(x, y)` and `arc(x, y, radius, from, to, clockwise)`.
  * The pen is at the pose already.
+ * @param {Pick<Pen, "lineTo" | "arc">} pen
+ * @param {Pose} pose
+ * @param {Velocity} velocity
+ * @param {number} seconds
  */
 export function trace(pen, pose, velocity, seconds) {
   const speed = Math.hypot(velocity.x, velocity.y)
@@ -58,7 +86,12 @@ export function trace(pen, pose, velocity, seconds) {
   pen.arc(x, y, Math.abs(reach), first, first + sweep, sweep < 0)
 }
 
-/** Points along a stretch, its end among them, close enough to tell how much room it takes. */
+/**
+ * Points along a stretch, its end among them, close enough to tell how much room it takes.
+ * @param {Pose} pose
+ * @param {Velocity} velocity
+ * @param {number} seconds
+ */
 export function along(pose, velocity, seconds) {
   const parts = Math.min(Math.max(Math.ceil(Math.abs(velocity.yaw * seconds) / 0.5), 1), 16)
   return Array.from({ length: parts }, (_, i) => after(pose, velocity, (seconds * (i + 1)) / parts))

@@ -1,25 +1,40 @@
+// @ts-check
 // What each kind of robot looks like from above, nose to the right, in units of its radius. Drawn once, then copied.
+
+import { penOn } from "./pen.js"
+
+/** @import { Pen } from "./pen.js" */
+/** @typedef {keyof typeof KINDS} Kind */
+
 
 const DARK = "#1c2330"
 const KEPT = 300 // pictures
-const REACH = 1.75 // how far a picture goes from its middle, in radii
+const REACH = 1.75 // how far a picture extends from its middle, in radii
 
+/** @type {Map<string, ImageBitmap>} */
 const pictures = new Map()
 
-/** A picture of a robot, `REACH` radii from its middle to each side. */
+/**
+ * A picture of a robot, `REACH` radii from its middle to each side.
+ * @param {Kind} kind
+ * @param {string} color
+ * @param {string} shade
+ * @param {number} radius
+ * @param {number} ratio
+ */
 export function picture(kind, color, shade, radius, ratio) {
   const key = [kind, color, shade, radius, ratio].join()
   let made = pictures.get(key)
   if (!made) {
     if (pictures.size >= KEPT) pictures.clear()
     const size = Math.ceil(radius * REACH * 2 * ratio)
-    made = new OffscreenCanvas(size, size)
-    const pen = made.getContext("2d")
+    const canvas = new OffscreenCanvas(size, size)
+    const pen = penOn(canvas)
     pen.translate(size / 2, size / 2)
     pen.scale(radius * ratio, -radius * ratio) // the world's y is up
     pen.lineJoin = pen.lineCap = "round"
     KINDS[kind](pen, color, shade)
-    made = made.transferToImageBitmap() // copied faster than a canvas, which might change
+    made = canvas.transferToImageBitmap() // drawn faster than a canvas, which might change
     pictures.set(key, made)
   }
   return made
@@ -27,13 +42,19 @@ export function picture(kind, color, shade, radius, ratio) {
 
 export { REACH }
 
-/** Which kind of picture suits a profile. */
+/**
+ * Which kind of picture suits a profile.
+ * @param {string} profile
+ * @param {string[]} [motions]
+ * @returns {Kind}
+ */
 export function kindOf(profile, motions = []) {
   for (const [part, kind] of NAMES) if (profile.includes(part)) return kind
   if (motions.includes("climb") && !motions.includes("strafe")) return "quadrotor"
   return motions.includes("strafe") && !motions.includes("climb") ? "holonomic" : "disc"
 }
 
+/** @type {[string, Kind][]} */
 const NAMES = [
   ["turtlesim", "turtle"],
   ["burger", "burger"],
@@ -43,6 +64,7 @@ const NAMES = [
   ["quadrotor", "quadrotor"],
 ]
 
+/** @satisfies {Record<string, (pen: Pen, color: string, shade: string) => void>} */
 const KINDS = {
   disc(pen, color) {
     const touch = Math.acos(1 / 1.38) // the tangents from the nose's tip touch the disc at this angle
@@ -144,6 +166,12 @@ const KINDS = {
   },
 }
 
+/**
+ * @param {Pen} pen
+ * @param {number} x
+ * @param {number} y
+ * @param {number} radius
+ */
 function eyes(pen, x, y, radius) {
   for (const side of [-1, 1]) {
     disc(pen, x, side * y, radius, "#ffffff")
@@ -151,24 +179,54 @@ function eyes(pen, x, y, radius) {
   }
 }
 
+/**
+ * @param {Pen} pen
+ * @param {number} x
+ * @param {number} y
+ * @param {number} radius
+ * @param {string} color
+ */
 function disc(pen, x, y, radius, color) {
   pen.beginPath()
   pen.arc(x, y, radius, 0, 2 * Math.PI)
   fill(pen, color)
 }
 
+/**
+ * @param {Pen} pen
+ * @param {number} x
+ * @param {number} y
+ * @param {number} width
+ * @param {number} height
+ * @param {number} angle
+ * @param {string} color
+ */
 function ellipse(pen, x, y, width, height, angle, color) {
   pen.beginPath()
   pen.ellipse(x, y, width, height, angle, 0, 2 * Math.PI)
   fill(pen, color)
 }
 
+/**
+ * @param {Pen} pen
+ * @param {number} x
+ * @param {number} y
+ * @param {number} width
+ * @param {number} height
+ * @param {number} round
+ * @param {string} color
+ */
 function box(pen, x, y, width, height, round, color) {
   pen.beginPath()
   pen.roundRect(x - width / 2, y - height / 2, width, height, round)
   fill(pen, color)
 }
 
+/**
+ * @param {Pen} pen
+ * @param {number[][]} points
+ * @param {string} color
+ */
 function polygon(pen, points, color) {
   pen.beginPath()
   for (const [x, y] of points) pen.lineTo(x, y)
@@ -176,11 +234,20 @@ function polygon(pen, points, color) {
   fill(pen, color)
 }
 
+/**
+ * @param {Pen} pen
+ * @param {string} color
+ */
 function fill(pen, color) {
   pen.fillStyle = color
   pen.fill()
 }
 
+/**
+ * @param {Pen} pen
+ * @param {string} color
+ * @param {number} width
+ */
 function edge(pen, color, width) {
   pen.strokeStyle = color
   pen.lineWidth = width

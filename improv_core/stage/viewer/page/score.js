@@ -1,34 +1,50 @@
-// The program's text, with the words lit that play now.
+// @ts-check
+// The program's text; words light up while they play.
+
+/** @import { Clock } from "./clock.js" */
+/** @import { Words } from "./items.js" */
+/** @import { Lookahead } from "./lookahead.js" */
+/** @import { Messages } from "./messages.js" */
+
 
 const COMMENT = /#.*/g
 const WORD = /[^\s()[\]|#=$]+/gu
-const BUILT_IN = /^(forward|backward|left|right|halfleft|halfright|rest|strafeleft|straferight|up|down)$/
 const LONGEST = 200_000 // characters: beyond, a browser would take long to lay them out
 
 export class Score {
   #text
-  #words = new Map() // where a word begins, in code points -> its element
-  #lit = new Map() // element -> color
+  /** @type {Map<number, HTMLElement>} */
+  #words = new Map() // by offsets in code points
+  /** @type {Map<HTMLElement, string>} */
+  #lit = new Map() // with their colors
 
+  /** @param {HTMLElement} text */
   constructor(text) {
     this.#text = text
   }
 
-  show(text) {
+  /**
+   * Shows a program; `words` are those that move robots.
+   * @param {Messages["score"]} score
+   */
+  show({ text, words }) {
     this.#words.clear()
     this.#lit.clear()
     let at = 0 // in code points, as the server counts
     const lines = text.slice(0, LONGEST).split("\n")
     this.#text.replaceChildren(
       ...lines.map((line) => {
-        const element = this.#line(line, at)
+        const element = this.#line(line, at, words)
         at += Array.from(line).length + 1
         return element
       }),
     )
   }
 
-  /** Lights the words at these places, a map of where they begin to the color of who plays them. */
+  /**
+   * Lights words, given by offset, in the colors of the robots that play them.
+   * @param {Map<number, string>} places
+   */
   light(places) {
     const wanted = new Map()
     for (const [at, color] of places) {
@@ -45,7 +61,12 @@ export class Score {
     this.#keepInView()
   }
 
-  #line(line, start) {
+  /**
+   * @param {string} line
+   * @param {number} start
+   * @param {Words} moving
+   */
+  #line(line, start, moving) {
     const element = document.createElement("div")
     const comment = line.search(COMMENT)
     const code = comment < 0 ? line : line.slice(0, comment)
@@ -53,7 +74,7 @@ export class Score {
     for (const { 0: word, index } of code.matchAll(WORD)) {
       const span = document.createElement("span")
       span.textContent = word
-      if (BUILT_IN.test(word)) span.className = "moving"
+      if (Object.hasOwn(moving, word)) span.className = "moving"
       element.append(code.slice(done, index), span)
       done = index + word.length
       this.#words.set(start + Array.from(code.slice(0, index)).length, span)
@@ -68,10 +89,11 @@ export class Score {
     return element
   }
 
-  /** Scrolls only if nothing of what plays can be seen. */
+  /** Scrolls only if none of the words that play is visible. */
   #keepInView() {
     const view = this.#text.getBoundingClientRect()
     if (!view.height || this.#text.scrollHeight <= this.#text.clientHeight) return
+    /** @type {HTMLElement | null} */
     let nearest = null
     for (const word of this.#lit.keys()) {
       const { top, bottom } = word.getBoundingClientRect()
@@ -82,28 +104,48 @@ export class Score {
   }
 }
 
-/** Lights words by the clock, in the color of who plays them; several robots share the color of the text. */
+/** Lights words while they play, in the color of their robot, or of the text if several robots play them. */
 export class Lights {
   #score
   #clock
   #lit = ""
 
+  /**
+   * @param {Score} score
+   * @param {Clock} clock
+   */
   constructor(score, clock) {
     this.#score = score
     this.#clock = clock
   }
 
-  /** What was lit no longer counts: the text has changed, or the colors. */
+  /**
+   * Shows another program.
+   * @param {Messages["score"]} score
+   */
+  showText(score) {
+    this.#score.show(score)
+    this.forget()
+  }
+
+  /** Lights everything again: the text has changed, or the colors. */
   forget() {
     this.#lit = ""
   }
 
-  /** Lights what plays at a beat; nothing where there is no outlook. */
-  show(outlook, beat, colorOf, shared) {
+  /**
+   * Lights what plays at a beat; nothing without a lookahead.
+   * @param {Lookahead | null} lookahead
+   * @param {number} beat
+   * @param {(index: number) => string} colorOf
+   * @param {string} shared
+   */
+  show(lookahead, beat, colorOf, shared) {
+    /** @type {Map<number, string>} */
     const places = new Map()
-    const names = outlook ? Object.keys(outlook.score.robots) : []
+    const names = lookahead ? Object.keys(lookahead.score.robots) : []
     names.forEach((name, index) => {
-      const stretch = !this.#clock.isSilent(name) && outlook.at(name, beat)
+      const stretch = !this.#clock.isSilent(name) && lookahead?.at(name, beat)
       if (!stretch || stretch.start > beat) return
       const color = colorOf(index)
       for (const [at] of stretch.words) places.set(at, (places.get(at) ?? color) === color ? color : shared)

@@ -1,9 +1,19 @@
-// Draws the stage in each frame: the ground as it was painted last, and on it what moves.
+// @ts-check
+// Draws the stage in each frame: the ground as it was last painted, and on it everything that moves.
 
 import { bounds, Camera, roundLength } from "./camera.js"
 import { mix, readColors } from "./colors.js"
 import { Ground, paintTail } from "./ground.js"
-import { kindOf, picture, REACH } from "./robots.js"
+import { penOn } from "./pen.js"
+import { picture, REACH } from "./robots.js"
+
+/** @import { Colors } from "./colors.js" */
+/** @import { Pen } from "./pen.js" */
+/** @import { Point } from "./camera.js" */
+/** @import { Pose } from "./path.js" */
+/** @import { Scene } from "./view.js" */
+/** @typedef {Scene["cast"][number] & { pose: Pose, place: Point, size: number }} Drawn a robot, with its place in pixels */
+/** @typedef {Omit<Scene, "cast"> & { cast: Drawn[], camera: Camera, ratio: number, colors: Colors }} GroundScene */
 
 const LEAST_RADIUS = 0.021 // of the stage's shorter side
 const PAINTING = 3 // milliseconds of each frame
@@ -14,15 +24,18 @@ export class Stage {
   #canvas
   #pen
   #ground = new Ground()
+  /** @type {Map<string, ImageBitmap>} */
   #labels = new Map()
+  /** @type {ImageBitmap | null} */
   #shadow = null
   #ratio = 1
   camera = new Camera()
-  colors
+  colors = readColors()
 
+  /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.#canvas = canvas
-    this.#pen = canvas.getContext("2d", { alpha: false })
+    this.#pen = penOn(canvas, { alpha: false })
   }
 
   readTheme() {
@@ -32,7 +45,10 @@ export class Stage {
     this.#shadow = null
   }
 
-  /** Fits the canvas to its room; `insets` are the pixels that are covered. */
+  /**
+   * Fits the canvas to its room; `insets` are the covered pixels on each side.
+   * @param {Camera["insets"]} insets
+   */
   resize(insets) {
     const { clientWidth: width, clientHeight: height } = this.#canvas
     this.#ratio = Math.min(devicePixelRatio, 2)
@@ -44,22 +60,26 @@ export class Stage {
     this.#ground.reset()
   }
 
-  /** The color of the robot with this index in the cast. */
+  /**
+   * The color of the robot with this index in the cast.
+   * @param {number} index
+   */
   color(index) {
     return this.colors.robots[index % this.colors.robots.length]
   }
 
   /**
-   * Draws one frame of a scene: what to show of each robot in `cast`, `room` that is to be in view, and so on (page.js
-   * puts it together). `seconds` is the time since the last one, for easing the view; Infinity for a view that jumps.
+   * Draws one frame of a scene. `seconds` is the time since the last frame, for easing the view, or Infinity to jump.
    * Returns whether there is more to draw.
+   * @param {Scene} scene
+   * @param {number} seconds
    */
   draw(scene, seconds) {
     const { camera } = this
     if (!camera.size.width || !camera.size.height) return false
-    const seen = scene.cast.filter(({ pose }) => pose)
+    const seen = scene.cast.flatMap((robot) => (robot.pose ? [{ ...robot, pose: robot.pose }] : []))
     const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), seconds)
-    const { scale } = camera.view
+    const { scale } = camera.sight
     const least = Math.max(12, LEAST_RADIUS * Math.min(camera.size.width, camera.size.height))
     const cast = seen.map((robot) => ({
       ...robot,
@@ -75,12 +95,13 @@ export class Stage {
     cast.sort((one, other) => one.pose.z - other.pose.z)
     for (const robot of cast) this.#drawRobot(robot)
     for (const robot of cast) this.#drawName(robot)
-    for (const start of scene.starts) this.#drawStart(start)
+    for (const ring of scene.rings) this.#drawRing(ring)
     this.#drawBumps(scene)
     this.#drawScale()
     return turning || painting
   }
 
+  /** @param {Drawn} robot */
   #drawRobot({ kind, pose, place, size, color, silent }) {
     const pen = this.#pen
     const shade = mix(color, this.colors.shadow, 0.28)
@@ -90,7 +111,7 @@ export class Stage {
     const scale = 1 + height * 0.12
     const reach = size * 1.35 * Math.max(scale, 1)
     pen.globalAlpha = silent ? 0.2 : 0.6 / (1 + Math.max(height, 0) * 0.15)
-    this.#shadow ??= shadow(this.colors.below) // in the dark, a light that falls beside: no shadow could be seen
+    this.#shadow ??= shadow(this.colors.below) // in the dark theme a light, as no shadow would be visible
     pen.drawImage(this.#shadow, place.x - reach + lift * 0.7, place.y - reach + lift + size * 0.1, 2 * reach, 2 * reach)
     pen.globalAlpha = silent ? 0.4 : 1
     pen.save()
@@ -102,6 +123,7 @@ export class Stage {
     pen.globalAlpha = 1
   }
 
+  /** @param {Drawn} robot */
   #drawName({ name, pose, place, size, silent }) {
     const { width, height } = this.camera.size
     const text = Math.round(Math.min(Math.max(14, Math.min(width, height) * 0.026), 32))
@@ -112,7 +134,8 @@ export class Stage {
     this.#drawText(high, place.x, below + text * 1.15, text)
   }
 
-  #drawStart({ x, y, heading, color, chosen }) {
+  /** @param {Scene["rings"][number]} ring */
+  #drawRing({ x, y, heading, color, chosen }) {
     const pen = this.#pen
     const place = this.camera.toScreen({ x, y })
     const [cos, sin] = [Math.cos(heading), -Math.sin(heading)]
@@ -132,6 +155,7 @@ export class Stage {
     }
   }
 
+  /** @param {Scene} scene */
   #drawBumps({ bumps, still }) {
     const pen = this.#pen
     const unit = Math.max(1, Math.min(this.camera.size.width, this.camera.size.height) / 600)
@@ -154,12 +178,12 @@ export class Stage {
 
   #drawScale() {
     const pen = this.#pen
-    const { size, view, insets } = this.camera
-    const metres = roundLength(64 / view.scale)
-    const length = metres * view.scale
+    const { size, sight: view, insets } = this.camera
+    const meters = roundLength(64 / view.scale)
+    const length = meters * view.scale
     const text = Math.min(Math.max(14, size.height * 0.022), 26)
     const x = 20
-    const y = size.height - 18 - (size.width < NARROW ? insets.bottom - 8 : 0) // where tools take all of the width
+    const y = size.height - 18 - (size.width < NARROW ? insets.bottom - 8 : 0) // above the tools where they take the whole width
     pen.beginPath()
     pen.moveTo(x, y - 7)
     pen.lineTo(x, y)
@@ -168,16 +192,28 @@ export class Stage {
     pen.strokeStyle = this.colors.quiet
     pen.lineWidth = 2.5
     pen.stroke()
-    this.#drawText(`${metres} m`, x + length / 2, y - text * 0.85, Math.round(text), this.colors.quiet)
+    this.#drawText(`${meters} m`, x + length / 2, y - text * 0.85, Math.round(text), this.colors.quiet)
   }
 
-  /** Draws text around a point, as a picture: text with an edge is slow to draw. */
+  /**
+   * Draws text around a point, as a picture: text with an edge is slow to draw.
+   * @param {string} name
+   * @param {number} x
+   * @param {number} y
+   * @param {number} size
+   * @param {string} [color]
+   */
   #drawText(name, x, y, size, color = this.colors.ink) {
     const label = this.#label(name, size, color)
     const [width, height] = [label.width / this.#ratio, label.height / this.#ratio]
     this.#pen.drawImage(label, Math.round(x - width / 2), Math.round(y - height / 2), width, height)
   }
 
+  /**
+   * @param {string} name
+   * @param {number} size
+   * @param {string} color
+   */
   #label(name, size, color) {
     const key = `${name} ${size} ${color}`
     let label = this.#labels.get(key)
@@ -186,16 +222,24 @@ export class Stage {
       const pen = this.#pen
       pen.font = `600 ${size}px ${FONT}`
       const width = Math.ceil(pen.measureText(name).width + size)
-      label = new OffscreenCanvas(width * this.#ratio, size * 1.8 * this.#ratio)
-      const own = label.getContext("2d")
+      const canvas = new OffscreenCanvas(width * this.#ratio, size * 1.8 * this.#ratio)
+      const own = penOn(canvas)
       own.scale(this.#ratio, this.#ratio)
       this.#write(name, width / 2, size * 0.9, size, color, own)
-      label = label.transferToImageBitmap()
+      label = canvas.transferToImageBitmap()
       this.#labels.set(key, label)
     }
     return label
   }
 
+  /**
+   * @param {string} text
+   * @param {number} x
+   * @param {number} y
+   * @param {number} size
+   * @param {string} color
+   * @param {Pen} pen
+   */
   #write(text, x, y, size, color, pen) {
     pen.font = `600 ${size}px ${FONT}`
     pen.textAlign = "center"
@@ -209,12 +253,13 @@ export class Stage {
   }
 }
 
-export { kindOf }
-
-/** A soft round shadow, as a picture. */
+/**
+ * A soft round shadow, as a picture.
+ * @param {string} color
+ */
 function shadow(color) {
   const canvas = new OffscreenCanvas(96, 96)
-  const pen = canvas.getContext("2d")
+  const pen = penOn(canvas)
   const fade = pen.createRadialGradient(48, 48, 24, 48, 48, 48)
   fade.addColorStop(0, `${color}c0`)
   fade.addColorStop(1, `${color}00`)

@@ -1,10 +1,20 @@
-// The timeline: one row per robot, an item per word as wide as it lasts, and the playhead. Drag it to scrub.
+// @ts-check
+// The timeline: one row per robot, one item per word, as wide as its duration, and the playhead. Drag to scrub.
 
 import { TimelineSheet } from "./timesheet.js"
 
-const LEAST = 30 // pixels of a beat, at 16 pixels a letter: a longer score scrolls
+import { find, findA } from "./elements.js"
+
+/** @import { Robot } from "./cast.js" */
+/** @import { Clock } from "./clock.js" */
+/** @import { Colors } from "./colors.js" */
+/** @import { Lookahead } from "./lookahead.js" */
+/** @import { Messages } from "./messages.js" */
+
+
+const LEAST = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls
 const LEAD = 0.25 // where in the view the playhead stays
-const CROWD = 16 // robots, whose rows are lower: the stage needs the room
+const CROWD = 16 // robots; with more, rows are lower, to leave room for the stage
 const SENDING = 60 // milliseconds between two seeks while scrubbing
 
 export class Timeline {
@@ -15,35 +25,43 @@ export class Timeline {
   #seek
   #silence
   #left = 0 // the beat at the left edge
-  #scrubbed = null // the beat that the pointer asks for
+  /** @type {number | null} */
+  #scrubbed = null // the beat under the pointer
   #sent = 0
   #drawn = ""
-  #scale = 1 // pixels of a beat
+  #scale = 1 // pixels per beat
   #sizes = { width: 0, height: 0, letter: 16, head: 0, row: 0 }
+  /** @type {Messages["score"] | null} */
   #score = null
   #clock
 
-  /** `seek(beat)` and `silence(muted, soloed)` say what somebody asks for. */
+  /**
+   * `seek` and `silence` ask the server.
+   * @param {Clock} clock
+   * @param {(beat: number) => void} seek
+   * @param {(muted: string[], soloed: string[]) => void} silence
+   */
   constructor(clock, seek, silence) {
     this.#clock = clock
     this.#seek = seek
     this.#silence = silence
-    this.#tracks = document.getElementById("tracks")
-    this.#line = document.getElementById("playline")
-    this.#list = document.getElementById("cast-list")
-    this.#sheet = new TimelineSheet(document.getElementById("rows"))
+    this.#tracks = find("tracks")
+    this.#line = find("playline")
+    this.#list = find("cast-list")
+    this.#sheet = new TimelineSheet(findA("rows", HTMLCanvasElement))
     this.#line.addEventListener("pointerdown", (event) => this.#press(event))
     this.#line.addEventListener("pointermove", (event) => this.#drag(event))
-    for (const end of ["pointerup", "pointercancel"]) this.#line.addEventListener(end, () => this.#release())
+    for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) this.#line.addEventListener(end, () => this.#release())
     this.#tracks.addEventListener("scroll", () => this.touch())
   }
 
-  /** Has the next frame draw everything anew. */
+  /** Has the next frame redraw everything. */
   touch() {
     this.#drawn = ""
     this.#sheet.forget()
   }
 
+  /** @param {Colors} colors */
   set colors(colors) {
     this.#sheet.colors = colors
   }
@@ -53,14 +71,18 @@ export class Timeline {
       width: this.#line.clientWidth,
       height: this.#tracks.clientHeight,
       letter: parseFloat(getComputedStyle(this.#tracks).fontSize),
-      head: document.getElementById("cast-head").offsetHeight,
+      head: find("cast-head").offsetHeight,
       row: this.#list.firstElementChild?.getBoundingClientRect().height ?? 0,
     }
     this.#sheet.resize(this.#sizes.width, this.#sizes.height)
     this.touch()
   }
 
-  /** Shows another score; `cast` are robots with their names and colors. */
+  /**
+   * Shows another score; `cast` are robots with their names and colors.
+   * @param {Messages["score"]} score
+   * @param {Robot[]} cast
+   */
   show(score, cast) {
     this.#score = score
     this.#left = 0
@@ -72,19 +94,19 @@ export class Timeline {
     this.resize()
   }
 
-  /** Shows who is muted and who plays solo. */
+  /** Shows which robots are muted or soloed. */
   showSilence() {
     const { muted, soloed } = this.#clock.transport
-    for (const row of this.#list.children) {
-      const { robot } = row.dataset
-      row.dataset.silent = this.#clock.isSilent(robot)
-      row.querySelector(".mute").setAttribute("aria-pressed", muted.includes(robot))
-      row.querySelector(".solo").setAttribute("aria-pressed", soloed.includes(robot))
+    for (const row of this.#list.querySelectorAll("li")) {
+      const { robot = "" } = row.dataset
+      row.dataset.silent = String(this.#clock.isSilent(robot))
+      row.querySelector(".mute")?.setAttribute("aria-pressed", String(muted.includes(robot)))
+      row.querySelector(".solo")?.setAttribute("aria-pressed", String(soloed.includes(robot)))
     }
     this.touch()
   }
 
-  /** Tells the position to those who do not see it. */
+  /** Tells screen readers the position. */
   showPosition() {
     const { beats } = this.#clock.transport
     const beat = this.#scrubbed ?? this.#clock.beat()
@@ -93,10 +115,15 @@ export class Timeline {
       "aria-valuemax": beats ?? Math.ceil(beat) + 1,
       "aria-valuetext": `beat ${this.#clock.countedBeat}${beats === null ? ", endless" : ` of ${this.#clock.lastBeat}`}`,
     }
-    for (const [name, value] of Object.entries(values)) this.#line.setAttribute(name, value)
+    for (const [name, value] of Object.entries(values)) this.#line.setAttribute(name, String(value))
   }
 
-  draw(outlook, still) {
+  /**
+   * Draws if something has changed; `still` turns pages instead of scrolling.
+   * @param {Lookahead | null} lookahead
+   * @param {boolean} still
+   */
+  draw(lookahead, still) {
     const { width, height } = this.#sizes
     if (!this.#score || !width || height < 2) return
     const { letter } = this.#sizes
@@ -108,26 +135,31 @@ export class Timeline {
     const shown = width / scale
     if (fits) this.#left = 0
     else if (this.#scrubbed === null) this.#left = this.#follow(beat, shown, still)
-    // In whole pixels: between them the sheet would be copied slowly, and nothing new be seen.
+    // In whole pixels: copying between pixels is slow and shows nothing new.
     const pixels = scale * Math.min(devicePixelRatio, 2)
     const left = Math.round(this.#left * pixels) / pixels
     const playhead = Math.round((beat - left) * pixels)
-    const look = [playhead, left, scale, outlook?.version, this.#clock.transport.state].join()
+    const look = [playhead, left, scale, lookahead?.version, this.#clock.transport.state].join()
     if (look === this.#drawn) return
     this.#drawn = look
     this.#sheet.draw({
-      outlook,
+      lookahead,
       beat,
       left,
       scale,
       ...this.#sizes,
       top: this.#tracks.scrollTop,
       lit: ["playing", "paused"].includes(this.#clock.transport.state),
-      silent: (robot) => this.#clock.isSilent(robot),
+      silent: (/** @type {string} */ robot) => this.#clock.isSilent(robot),
     })
     this.#scale = scale
   }
 
+  /**
+   * @param {number} beat
+   * @param {number} shown
+   * @param {boolean} still
+   */
   #follow(beat, shown, still) {
     const wanted = Math.max(beat - shown * LEAD, 0)
     if (this.#clock.playing && !still) return wanted
@@ -135,6 +167,7 @@ export class Timeline {
     return this.#left
   }
 
+  /** @param {Robot} robot */
   #row({ name, color }) {
     const row = document.createElement("li")
     row.dataset.robot = name
@@ -145,15 +178,20 @@ export class Timeline {
     label.className = "name"
     label.textContent = name
     row.append(dot, label)
-    if (this.#score.robots[name]?.beats === null) {
+    if (this.#score?.robots[name]?.beats === null) {
       const endless = document.createElement("span")
-      Object.assign(endless, { className: "endless", textContent: "∞", title: "goes on without end" })
+      Object.assign(endless, { className: "endless", textContent: "∞", title: "endless" })
       row.append(endless)
     }
     row.append(this.#button("mute", "Mute", name), this.#button("solo", "Solo", name))
     return row
   }
 
+  /**
+   * @param {string} kind
+   * @param {string} word
+   * @param {string} name
+   */
   #button(kind, word, name) {
     const button = document.createElement("button")
     button.type = "button"
@@ -163,19 +201,22 @@ export class Timeline {
     button.setAttribute("aria-label", `${word} ${name}`)
     button.addEventListener("click", () => {
       const { muted, soloed } = this.#clock.transport
-      const flip = (names) => (names.includes(name) ? names.filter((each) => each !== name) : [...names, name])
+      const flip = (/** @type {string[]} */ names) =>
+        names.includes(name) ? names.filter((each) => each !== name) : [...names, name]
       if (kind === "mute") this.#silence(flip(muted), soloed)
       else this.#silence(muted, flip(soloed))
     })
     return button
   }
 
+  /** @param {PointerEvent} event */
   #press(event) {
     if (event.button !== 0 || !this.#score) return
     this.#line.setPointerCapture(event.pointerId)
     this.#scrub(event, true)
   }
 
+  /** @param {PointerEvent} event */
   #drag(event) {
     if (this.#scrubbed !== null) this.#scrub(event, performance.now() - this.#sent > SENDING)
   }
@@ -186,10 +227,14 @@ export class Timeline {
     this.#scrubbed = null
   }
 
+  /**
+   * @param {PointerEvent} event
+   * @param {boolean} send
+   */
   #scrub(event, send) {
     const x = event.clientX - this.#line.getBoundingClientRect().left
     const beat = Math.max(this.#left + x / this.#scale, 0)
-    this.#scrubbed = Number(Math.min(beat, this.#score.beats ?? Infinity).toFixed(3))
+    this.#scrubbed = Number(Math.min(beat, this.#score?.beats ?? Infinity).toFixed(3))
     if (!send) return
     this.#sent = performance.now()
     this.#seek(this.#scrubbed)

@@ -1,39 +1,75 @@
-// Draws the timeline on its canvas: items that stand still on a sheet that moves, and on it what plays now.
+// @ts-check
+// Draws the timeline on its canvas: a sheet of items that scrolls, and over it the items that play now.
 
-import { mix } from "./colors.js"
+import { mix, readColors } from "./colors.js"
 import { direction, namesOf, Reader, runs } from "./items.js"
+import { penOn } from "./pen.js"
+
+/** @import { Robot } from "./cast.js" */
+/** @import { Colors } from "./colors.js" */
+/** @import { Voice } from "./items.js" */
+/** @import { Lookahead, Stretch } from "./lookahead.js" */
+/** @import { Messages } from "./messages.js" */
+/** @import { Pen } from "./pen.js" */
+/**
+ * @typedef {object} TimelineView
+ * @property {Lookahead | null} lookahead
+ * @property {number} beat
+ * @property {number} left the beat at the left edge
+ * @property {number} scale pixels per beat
+ * @property {number} letter pixels
+ * @property {number} head pixels
+ * @property {number} row pixels
+ * @property {number} top pixels by which rows are scrolled
+ * @property {boolean} lit whether what plays is lit
+ * @property {(robot: string) => boolean} silent
+ */
 
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
-const SPARE = 0.5 // of the view's width, drawn beyond its right edge
-const MOST_ITEMS = 600 // of a row: beyond, they would be finer than pixels
+const SPARE = 0.5 // of the view's width is drawn beyond its right edge
+const MOST_ITEMS = 600 // per row: more would be finer than pixels
 
 export class TimelineSheet {
   #canvas
   #pen
-  #sheet = null // {image, left, right, signs}
+  /** @type {{ image: ImageBitmap, left: number, right: number, key: string } | null} */
+  #sheet = null
   #width = 0
   #height = 0
   #ratio = 1
-  #score
+  /** @type {number | null} */
+  #beats = 0 // null if the score is endless
+  /** @type {Robot[]} */
   #cast = []
-  #reader = new Reader("")
-  #colors
+  /** @type {Messages["score"]["robots"]} */
+  #robots = {}
+  #reader = new Reader("", {})
+  #colors = readColors()
 
-  /** Takes the colors of another theme. */
+  /**
+   * Takes the colors of another theme.
+   * @param {Colors} colors
+   */
   set colors(colors) {
     this.#colors = colors
     this.forget()
   }
 
+  /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.#canvas = canvas
-    this.#pen = canvas.getContext("2d", { alpha: false })
+    this.#pen = penOn(canvas, { alpha: false })
   }
 
+  /**
+   * @param {Messages["score"]} score
+   * @param {Robot[]} cast
+   */
   show(score, cast) {
-    this.#score = score
+    this.#beats = score.beats
+    this.#robots = score.robots
     this.#cast = cast
-    this.#reader = new Reader(score.text)
+    this.#reader = new Reader(score.text, score.words)
     this.forget()
   }
 
@@ -41,6 +77,10 @@ export class TimelineSheet {
     this.#sheet = null
   }
 
+  /**
+   * @param {number} width
+   * @param {number} height
+   */
   resize(width, height) {
     this.#ratio = Math.min(devicePixelRatio, 2)
     this.#width = width
@@ -51,21 +91,22 @@ export class TimelineSheet {
     this.forget()
   }
 
+  /** @param {TimelineView} view */
   draw(view) {
     if (!this.#width || !this.#height) return
-    const signs = [view.scale, view.outlook?.version, view.top].join()
+    const key = [view.scale, view.lookahead?.version, view.top].join()
     const right = view.left + this.#width / view.scale
-    const sheet = this.#sheet
-    if (sheet?.signs !== signs || view.left < sheet.left || right > sheet.right) this.#paint(view, signs)
+    let sheet = this.#sheet
+    if (sheet?.key !== key || view.left < sheet.left || right > sheet.right) sheet = this.#paint(view, key)
     const pen = this.#pen
     pen.setTransform(1, 0, 0, 1, 0, 0)
-    pen.drawImage(this.#sheet.image, Math.round((this.#sheet.left - view.left) * view.scale * this.#ratio), 0)
+    pen.drawImage(sheet.image, Math.round((sheet.left - view.left) * view.scale * this.#ratio), 0)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     this.#clipRows(pen, view)
-    if (view.lit && view.outlook) {
+    if (view.lit && view.lookahead) {
       for (const [index, robot] of this.#visible(view)) {
-        const stretches = view.outlook.robots.get(robot.name) ?? []
-        const at = view.outlook.indexAt(stretches, view.beat)
+        const stretches = view.lookahead.robots.get(robot.name) ?? []
+        const at = view.lookahead.indexAt(stretches, view.beat)
         if (view.silent(robot.name) || !stretches[at] || stretches[at].start > view.beat) continue
         this.#drawItems(pen, view, view.left, index, robot, stretches, at, at + 1, true)
       }
@@ -74,11 +115,15 @@ export class TimelineSheet {
     this.#drawPlayhead(pen, view)
   }
 
-  #paint(view, signs) {
+  /**
+   * @param {TimelineView} view
+   * @param {string} key
+   */
+  #paint(view, key) {
     const right = view.left + (this.#width * (1 + SPARE)) / view.scale
     const width = Math.ceil(this.#width * (1 + SPARE) * this.#ratio)
     const canvas = new OffscreenCanvas(width, this.#canvas.height)
-    const pen = canvas.getContext("2d", { alpha: false })
+    const pen = penOn(canvas, { alpha: false })
     pen.fillStyle = this.#colors.panel
     pen.fillRect(0, 0, canvas.width, canvas.height)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
@@ -87,15 +132,25 @@ export class TimelineSheet {
     for (const [index, robot] of this.#visible(view)) this.#paintRow(pen, view, right, index, robot)
     pen.restore()
     this.#sheet?.image.close()
-    this.#sheet = { image: canvas.transferToImageBitmap(), left: view.left, right, signs }
+    this.#sheet = { image: canvas.transferToImageBitmap(), left: view.left, right, key }
+    return this.#sheet
   }
 
+  /**
+   * @param {TimelineView} view
+   * @returns {Generator<[number, Robot]>}
+   */
   *#visible({ head, row, top }) {
     for (let i = Math.floor(top / row); i < this.#cast.length && i * row - top < this.#height - head; i++) {
       yield [i, this.#cast[i]]
     }
   }
 
+  /**
+   * @param {Pen} pen
+   * @param {TimelineView} view
+   * @param {number} [times]
+   */
   #clipRows(pen, { head }, times = 1) {
     pen.save()
     pen.beginPath()
@@ -103,11 +158,16 @@ export class TimelineSheet {
     pen.clip()
   }
 
+  /**
+   * @param {Pen} pen
+   * @param {TimelineView} view
+   * @param {number} right
+   */
   #paintRuler(pen, { left, scale, head, letter }, right) {
     pen.font = `600 ${letter * 0.8}px ${FONT}`
     pen.textAlign = "left"
     pen.textBaseline = "middle"
-    const last = Math.min(right, this.#score.beats ?? Infinity)
+    const last = Math.min(right, this.#beats ?? Infinity)
     const room = Math.max(pen.measureText(String(Math.ceil(last))).width + letter * 0.8, letter * 2.2)
     const step = 2 ** Math.max(Math.ceil(Math.log2(room / scale)), 0)
     for (let beat = Math.ceil(left / step - 1) * step; beat <= last; beat += step) {
@@ -119,13 +179,20 @@ export class TimelineSheet {
     }
   }
 
+  /**
+   * @param {Pen} pen
+   * @param {TimelineView} view
+   * @param {number} right
+   * @param {number} index
+   * @param {Robot} robot
+   */
   #paintRow(pen, view, right, index, robot) {
-    const { outlook, left, scale, letter } = view
+    const { lookahead, left, scale, letter } = view
     const y = this.#y(view, index)
     pen.fillStyle = this.#colors["grid-strong"]
     pen.fillRect(0, Math.round(y + view.row) - 1, this.#width * (1 + SPARE), 1)
-    const stretches = outlook?.robots.get(robot.name) ?? []
-    const first = outlook ? outlook.indexAt(stretches, left) : 0
+    const stretches = lookahead?.robots.get(robot.name) ?? []
+    const first = lookahead ? lookahead.indexAt(stretches, left) : 0
     let last = first
     while (last < stretches.length && stretches[last].start < right && last - first < MOST_ITEMS) last++
     this.#drawItems(pen, view, left, index, robot, stretches, first, last, false)
@@ -155,15 +222,32 @@ export class TimelineSheet {
     this.#paintEnd(pen, view, y, robot)
   }
 
-  /** Where a row ends, or that it never does. */
+  /**
+   * Marks the end of a row, unless it is endless.
+   * @param {Pen} pen
+   * @param {TimelineView} view
+   * @param {number} y
+   * @param {Robot} robot
+   */
   #paintEnd(pen, { left, scale, row }, y, robot) {
-    const { beats } = this.#score.robots[robot.name]
+    const { beats } = this.#robots[robot.name]
     if (beats === null) return
     const x = (beats - left) * scale
     pen.fillStyle = robot.color
     pen.fillRect(x - 1.5, y + row * 0.28, 3, row * 0.55)
   }
 
+  /**
+   * @param {Pen} pen
+   * @param {TimelineView} view
+   * @param {number} left
+   * @param {number} index
+   * @param {Robot} robot
+   * @param {Stretch[]} stretches
+   * @param {number} first
+   * @param {number} last
+   * @param {boolean} lit
+   */
   #drawItems(pen, view, left, index, robot, stretches, first, last, lit) {
     const { scale, letter, row } = view
     const top = this.#y(view, index) + row * 0.28
@@ -173,12 +257,11 @@ export class TimelineSheet {
       const voices = this.#reader.voices(stretches[i])
       const x = (start - left) * scale
       const width = (end - start) * scale
-      voices.forEach(({ word, sign, at }, lane) => {
+      voices.forEach(({ word, sign, rests, at }, lane) => {
         const tall = high / voices.length
         const y = top + lane * tall
-        const resting = word === "rest"
         const gap = width > 4 ? 1 : 0
-        pen.fillStyle = mix(this.#colors.panel, robot.color, lit ? 0.95 : resting ? 0.1 : 0.3)
+        pen.fillStyle = mix(this.#colors.panel, robot.color, lit ? 0.95 : rests ? 0.1 : 0.3)
         pen.beginPath()
         const joined = !lit && i > first && this.#isHeld(stretches[i - 1], stretches[i], at, lane)
         pen.roundRect(joined ? x - gap : x + gap, y + 0.5, Math.max(width - (joined ? 0 : gap) - gap, 1), tall - 1, joined ? 0 : Math.min(4, width / 3))
@@ -201,21 +284,33 @@ export class TimelineSheet {
     }
   }
 
-  /** Whether a lane goes on with the word of the stretch before, while another lane has gone on to its next. */
+  /**
+   * Whether a lane holds the word of the previous stretch while another lane moves on.
+   * @param {Stretch} before
+   * @param {Stretch} now
+   * @param {number} at
+   * @param {number} lane
+   */
   #isHeld(before, now, at, lane) {
     const [old, voices] = [this.#reader.voices(before), this.#reader.voices(now)]
     return voices.length > 1 && old[lane]?.at === at && direction(old, voices) === 1
   }
 
+  /** @param {Voice[]} voices */
   #nameKey(voices) {
     return namesOf(voices).map(({ at }) => at).join() || undefined
   }
 
+  /** @param {Voice[]} voices */
   #bracketKey(voices) {
     const opening = voices.map(({ at }) => this.#reader.bracket(at)).find((at) => at !== undefined)
     return opening === undefined ? undefined : `${opening} ${this.#nameKey(voices)}`
   }
 
+  /**
+   * @param {Pen} pen
+   * @param {TimelineView} view
+   */
   #drawPlayhead(pen, { beat, left, scale, letter, head }) {
     const x = Math.min(Math.max((beat - left) * scale, 1), this.#width - 1)
     pen.fillStyle = this.#colors.ink
@@ -227,6 +322,10 @@ export class TimelineSheet {
     pen.fill()
   }
 
+  /**
+   * @param {TimelineView} view
+   * @param {number} index
+   */
   #y({ head, row, top }, index) {
     return head + index * row - top
   }

@@ -1,11 +1,24 @@
-// What stands around the robots: the walls of the floor, and obstacles.
+// @ts-check
+// The world around the robots: the walls of the floor, and obstacles.
 
-/** Paints a world with a pen in metres; `scale` is pixels of a metre. */
+/** @import { Point } from "./camera.js" */
+/** @import { Messages } from "./messages.js" */
+/** @import { Pen } from "./pen.js" */
+/** @typedef {NonNullable<Messages["score"]["world"]>} World */
+
+
+/**
+ * Paints a world with a pen in meters; `scale` is pixels per meter.
+ * @param {Pen} pen
+ * @param {World} world
+ * @param {number} scale
+ * @param {string} color
+ */
 export function paintWorld(pen, world, scale, color) {
   pen.strokeStyle = pen.fillStyle = color
   pen.lineWidth = 4 / scale
   pen.beginPath()
-  if (world.size) pen.rect(-world.size[0] / 2, -world.size[1] / 2, ...world.size) // the origin is its middle
+  if (world.size) pen.rect(-world.size[0] / 2, -world.size[1] / 2, world.size[0], world.size[1]) // the origin is its middle
   for (const [x1, y1, x2, y2] of world.walls) {
     pen.moveTo(x1, y1)
     pen.lineTo(x2, y2)
@@ -25,7 +38,11 @@ export function paintWorld(pen, world, scale, color) {
   }
 }
 
-/** Points that show how much room a world takes. */
+/**
+ * Points that show how much room a world takes.
+ * @param {World} world
+ * @returns {Generator<Point>}
+ */
 export function* outline(world) {
   if (world.size) {
     const [x, y] = world.size.map((length) => length / 2)

@@ -1,4 +1,4 @@
-"""What is to come, for people who watch: a stretch of a score as plain values. Standard library only."""
+"""What comes next, for the page: a score, and a stretch of it, as plain values. Standard library only."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 from improv_core.score import world as worlds
 from improv_core.score.movement import ENDLESS, Exact, near, walk
 from improv_core.score.path import pose_at
+from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.score import Part, Score, twist
 from improv_core.stage.protocol import ShownScore, Stretch
 
@@ -15,8 +16,8 @@ MOST_MOMENTS = 20_000
 """Moments of all robots together in one window."""
 
 
-def about(score: Score, generation: int, *, takes_starts: bool) -> ShownScore:
-    """A score for those who watch: its text and length, and what its robots are like (meters, radians)."""
+def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownScore:
+    """The `score` message: text and length, the words that move robots, and the robots (meters, radians)."""
     beats = score.beats
     return {
         "type": "score",
@@ -25,27 +26,28 @@ def about(score: Score, generation: int, *, takes_starts: bool) -> ShownScore:
         "beats": None if beats == ENDLESS else float(beats),
         "world": worlds.to_json(score.world),
         "text": score.text,
-        "starts": {str(number): start for number, start in score.starts.items()},
+        "offsets": {str(number): offset for number, offset in score.offsets.items()},
+        "words": {word: list(map(float, velocity)) for word, velocity in PRIMITIVES.items()},
+        "takes_start_poses": takes_start_poses,
         "robots": {
             name: {
                 "profile": part.profile.name,
                 "dynamics": part.profile.dynamics,
                 "radius": part.profile.radius,
                 "motions": list(part.profile.motions),
-                "start": list(astuple(part.start)),
+                "start_pose": list(astuple(part.start)),
                 "beats": None if part.movement.duration == ENDLESS else float(part.movement.duration),
             }
             for name, part in score.parts.items()
         },
-        "takes_starts": takes_starts,
     }
 
 
 def window(score: Score, start: float, end: float) -> dict[str, Stretch]:
-    """What each robot does from beat `start` up to beat `end`, as far as it is not too much.
+    """What each robot does from beat `start` to beat `end`, up to `MOST_MOMENTS`.
 
-    `pose` is where it ideally is at `start` (x, y, z, heading), None where that can't be known. `moments` are lists of
-    start and duration in beats, velocity at the score's own tempo (m/s, rad/s), and the words that play: statement,
+    `pose` is the robot's ideal pose at `start` (x, y, z, heading), or None if that can't be known. `moments` are lists
+    of start and duration in beats, velocity at the score's own tempo (m/s, rad/s), and the words that play: statement,
     and span in it. `until` is the beat they reach.
     """
     most = MOST_MOMENTS // max(len(score.parts), 1)

@@ -1,35 +1,57 @@
-// What is to come: the stretches of a score that the server has told, fetched piece by piece as time passes.
+// @ts-check
+// What comes next in a score: its stretches, fetched from the server piece by piece as time passes.
 
 import { after, along, named } from "./path.js"
 
-const AHEAD = 48 // beats to know of an endless score
+/** @import { Messages } from "./messages.js" */
+/** @import { Pose, Velocity } from "./path.js" */
+/**
+ * @typedef {object} Stretch one robot's motion at one velocity
+ * @property {number} start in beats
+ * @property {number} end in beats
+ * @property {number} seconds
+ * @property {Velocity} velocity
+ * @property {[start: number, end: number][]} words offsets in the program
+ * @property {Pose | null} pose at the start, if it is known
+ */
+
+const AHEAD = 48 // beats to fetch of an endless score
 const SHOWN = 24 // beats of it that the stage shows
-const BEHIND = 8 // beats to know of what has been
-const LEAST_PIECE = 16 // beats asked for at once; more for few robots: the server should be busy for 0.1 s at most
-const MOST_PIECE = 256 // beats that the server tells at once
+const BEHIND = 8 // past beats to keep
+const LEAST_PIECE = 16 // beats requested at once; more for few robots, so that the server is busy for 0.1 s at most
+const MOST_PIECE = 256 // beats that the server sends at once
 const WORK = 800 // robots times beats
 const MOST = 40_000 // moments kept
 const NEAR = 1e-6 // beats
 
-export class Outlook {
+export class Lookahead {
   #ask
-  #asked = null // where the piece begins that is on its way
+  /** @type {number | null} */
+  #asked = null // where the requested piece begins
   #since = 0
   #pause = 0
   #from = 0
-  #known = 0 // the beat up to which all robots are known
+  #known = 0 // the beat up to which all paths are known
   #count = 0
   score
-  robots = new Map() // name -> [{start, end, seconds, velocity, words, pose}], of which each begins in `pose`
+  /** @type {Map<string, Stretch[]>} */
+  robots = new Map()
   version = 0 // changes with what is known
 
-  /** `ask(from, to)` has the server tell a piece. */
+  /**
+   * `ask(from, to)` requests a piece from the server.
+   * @param {Messages["score"]} score
+   * @param {(from: number, to: number) => void} ask
+   */
   constructor(score, ask) {
     this.score = score
     this.#ask = ask
   }
 
-  /** Fetches what is needed to show what plays at `beat`. */
+  /**
+   * Fetches what is needed to show what plays at `beat`.
+   * @param {number} beat
+   */
   want(beat) {
     if (this.#asked !== null || performance.now() < this.#pause) return
     const end = this.score.beats ?? Infinity
@@ -51,11 +73,14 @@ export class Outlook {
     this.#asked = null
   }
 
-  /** Takes in an answer. */
+  /**
+   * Takes an answer.
+   * @param {Messages["window"]} message
+   */
   take({ generation, from, to, robots }) {
     if (generation !== this.score.generation || from !== this.#asked) return
     this.#asked = null
-    this.#pause = 2 * performance.now() - this.#since // what plays comes first: the server rests as long as it worked
+    this.#pause = 2 * performance.now() - this.#since // playing comes first: the server rests as long as it worked
     let reached = to
     for (const [name, { pose, moments, until }] of Object.entries(robots)) {
       const { beats } = this.score.robots[name] ?? {}
@@ -67,13 +92,21 @@ export class Outlook {
     this.version++
   }
 
-  /** What a robot does at a beat, or undefined. */
+  /**
+   * What a robot does at a beat, or undefined.
+   * @param {string} name
+   * @param {number} beat
+   */
   at(name, beat) {
     const stretches = this.robots.get(name) ?? []
     return stretches[this.indexAt(stretches, beat)]
   }
 
-  /** The index of the stretch that plays at a beat; where none does, the number of stretches. */
+  /**
+   * The index of the stretch that plays at a beat; where none does, the number of stretches.
+   * @param {Stretch[]} stretches
+   * @param {number} beat
+   */
   indexAt(stretches, beat) {
     let low = 0
     let high = stretches.length
@@ -85,7 +118,12 @@ export class Outlook {
     return low
   }
 
-  /** Where a robot ideally is at a beat, or null where that is not known. */
+  /**
+   * Where a robot ideally is at a beat, or null where that is not known.
+   * @param {string} name
+   * @param {number} beat
+   * @returns {Pose | null}
+   */
   poseAt(name, beat) {
     const stretches = this.robots.get(name)
     if (!stretches?.length || beat < stretches[0].start - NEAR) return null
@@ -95,12 +133,18 @@ export class Outlook {
     return after(stretch.pose, stretch.velocity, stretch.seconds * part)
   }
 
-  /** The last beat that the stage shows. */
+  /**
+   * The last beat that the stage shows.
+   * @param {number} beat
+   */
   horizon(beat) {
     return this.score.beats ?? Math.ceil(beat / 4) * 4 + SHOWN
   }
 
-  /** Points that show how much room all ways together take, up to a beat. */
+  /**
+   * Points that show how much room all paths take, up to a beat.
+   * @param {number} until
+   */
   *points(until) {
     for (const stretches of this.robots.values()) {
       if (stretches[0]?.pose) yield stretches[0].pose
@@ -110,13 +154,19 @@ export class Outlook {
     }
   }
 
+  /**
+   * @param {string} name
+   * @param {number[] | null} pose
+   * @param {Messages["window"]["robots"][string]["moments"]} moments
+   */
   #add(name, pose, moments) {
     const stretches = this.robots.get(name) ?? []
+    /** @type {Stretch | undefined} */
     let last = stretches.at(-1)
     let next = last ? last.pose && after(last.pose, last.velocity, last.seconds) : pose && named(pose)
     for (const [start, beats, x, y, z, yaw, words] of moments) {
       const end = start + beats
-      if (last && end <= last.end + NEAR) continue // a piece begins within what the one before has told whole
+      if (last && end <= last.end + NEAR) continue // this stretch was at the end of the piece before, whole
       const velocity = { x, y, z, yaw }
       const seconds = (beats * 60) / this.score.tempo
       last = { start, end, seconds, velocity, pose: next, words: this.#spans(words) }
@@ -127,12 +177,17 @@ export class Outlook {
     this.robots.set(name, stretches)
   }
 
+  /**
+   * @param {[number, number, number][]} words
+   * @returns {[number, number][]}
+   */
   #spans(words) {
     return words
-      .filter(([statement]) => statement in this.score.starts)
-      .map(([statement, start, end]) => [this.score.starts[statement] + start, this.score.starts[statement] + end])
+      .filter(([statement]) => statement in this.score.offsets)
+      .map(([statement, start, end]) => [this.score.offsets[statement] + start, this.score.offsets[statement] + end])
   }
 
+  /** @param {number} from */
   #forget(from) {
     this.robots.clear()
     this.#from = this.#known = from
@@ -140,6 +195,7 @@ export class Outlook {
     this.version++
   }
 
+  /** @param {number} beat */
   #forgetBefore(beat) {
     this.#count = 0
     for (const [name, stretches] of this.robots) {

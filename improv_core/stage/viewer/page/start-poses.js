@@ -1,0 +1,209 @@
+// @ts-check
+// Where robots start: dragged on the stage or typed, then offered as lines for improv.toml. Nothing is written unless
+// somebody asks.
+
+import { find, findA } from "./elements.js"
+
+/** @import { Camera, Point } from "./camera.js" */
+/** @import { Robot } from "./cast.js" */
+/** @import { Request, StartPose } from "./connection.js" */
+/** @import { Messages } from "./messages.js" */
+
+
+const NEAR = 24 // pixels to a ring
+const ARROW = 38 // pixels from the ring's middle to the arrow's tip
+const FINEST = 0.001 // meters and degrees, as they are written
+const FARTHEST = 1000 // meters along x and y
+const KEYS = /** @type {const} */ (["x", "y", "heading"])
+const FIELDS = { x: { most: FARTHEST, step: 0.1 }, y: { most: FARTHEST, step: 0.1 }, heading: { most: 360, step: 15 } }
+
+export class StartPoses {
+  #card = findA("start-poses", HTMLDialogElement)
+  #send
+  #changed
+  /** @type {Robot[]} */
+  #cast = []
+  /** @type {Map<string, StartPose>} */
+  #poses = new Map()
+  /** @type {Map<string, StartPose>} */
+  #told = new Map() // according to the score
+  /** @type {string | null} */
+  #chosen = null
+
+  /**
+   * `send` offers start poses to the server; `changed` is called when there is something to draw.
+   * @param {(request: Request) => void} send
+   * @param {() => void} changed
+   */
+  constructor(send, changed) {
+    this.#send = send
+    this.#changed = changed
+    find("start-poses-copy").addEventListener("click", () => this.#copy())
+    find("start-poses-write").addEventListener("click", () => {
+      this.#send({ type: "place", start_poses: Object.fromEntries(this.#moved()) }) // one edit of the file
+    })
+  }
+
+  /**
+   * Shows the start poses of a score. Dragged ones stay, unless the score has them now.
+   * @param {Messages["score"]} score
+   * @param {Robot[]} cast
+   */
+  show(score, cast) {
+    const moved = new Map(this.#moved())
+    this.#cast = cast
+    find("start-poses-write").hidden = !score.takes_start_poses
+    this.#told = new Map(Object.entries(score.robots).map(([name, { start_pose }]) => [name, degrees(start_pose)]))
+    this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(moved.get(name) ?? pose) }]))
+    find("start-poses-list").replaceChildren(...cast.map(({ name, color }) => this.#fields(name, color)))
+    this.#offer()
+  }
+
+  /** The rings to draw on the stage: none unless the card is open. */
+  get rings() {
+    if (!this.#card.open) return []
+    return this.#cast.map(({ name, color }) => {
+      const { x, y, heading } = this.#pose(name)
+      return { x, y, heading: (heading * Math.PI) / 180, color, chosen: name === this.#chosen }
+    })
+  }
+
+  /**
+   * Grabs the ring or arrow near a point of the canvas. Returns a function that moves it, or null.
+   * @param {Point} point
+   * @param {Camera} camera
+   * @returns {((to: Point) => void) | null}
+   */
+  grab(point, camera) {
+    if (!this.#card.open) return null
+    /** @type {{ name: string, part: "place" | "heading", distance: number } | null} */
+    let best = null
+    for (const { name } of this.#cast) {
+      const pose = this.#pose(name)
+      const middle = camera.toScreen(pose)
+      const angle = (pose.heading * Math.PI) / 180
+      const tip = { x: middle.x + ARROW * Math.cos(angle), y: middle.y - ARROW * Math.sin(angle) }
+      for (const part of /** @type {const} */ (["place", "heading"])) {
+        const place = part === "place" ? middle : tip
+        const distance = Math.hypot(point.x - place.x, point.y - place.y)
+        if (distance < NEAR && distance < (best?.distance ?? Infinity)) best = { name, part, distance }
+      }
+    }
+    if (!best) return null
+    const { name, part } = best
+    this.#chosen = name
+    return (to) => {
+      const pose = this.#pose(name)
+      const world = camera.toWorld(to)
+      if (part === "place") Object.assign(pose, { x: neat(within(world.x, FARTHEST), 0.05), y: neat(within(world.y, FARTHEST), 0.05) })
+      else pose.heading = neat((Math.atan2(world.y - pose.y, world.x - pose.x) * 180) / Math.PI, 5)
+      this.#showFields(name)
+      this.#offer()
+    }
+  }
+
+  /** @param {string} name */
+  #pose(name) {
+    const pose = this.#poses.get(name)
+    if (!pose) throw new Error(`no robot is called ${name}`)
+    return pose
+  }
+
+  #moved() {
+    return [...this.#poses].filter(([name, pose]) => {
+      const told = this.#told.get(name)
+      return told && KEYS.some((key) => Math.abs(pose[key] - told[key]) > 1e-9)
+    })
+  }
+
+  #offer() {
+    const lines = this.#moved().map(
+      ([name, { x, y, heading }]) => `[robots.${name}]\nstart = { x = ${x}, y = ${y}, heading = ${heading} }\n`,
+    )
+    find("start-poses-offer").hidden = !lines.length || find("start-poses-list").querySelector(":invalid") !== null
+    find("start-poses-lines").textContent = lines.join("\n")
+    this.#changed()
+  }
+
+  /**
+   * @param {string} name
+   * @param {string} color
+   */
+  #fields(name, color) {
+    const set = document.createElement("fieldset")
+    set.dataset.robot = name
+    set.style.setProperty("--robot", color)
+    const legend = document.createElement("legend")
+    legend.textContent = name
+    set.append(legend)
+    for (const key of KEYS) {
+      const { most, step } = FIELDS[key]
+      const field = document.createElement("label")
+      const input = document.createElement("input")
+      Object.assign(input, { type: "number", required: true, min: String(-most), max: String(most), step: "any", value: String(this.#pose(name)[key]) })
+      input.dataset.key = key
+      input.addEventListener("focus", () => {
+        this.#chosen = name
+        this.#changed()
+      })
+      input.addEventListener("input", () => {
+        if (input.checkValidity()) this.#pose(name)[key] = neat(Number(input.value), FINEST)
+        this.#offer()
+      })
+      input.addEventListener("keydown", (event) => {
+        if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return
+        event.preventDefault()
+        const next = Number(input.value) + (event.key === "ArrowUp" ? step : -step)
+        input.value = String(neat(within(next, most), step))
+        input.dispatchEvent(new Event("input"))
+      })
+      field.append(key, input)
+      set.append(field)
+    }
+    return set
+  }
+
+  /** @param {string} name */
+  #showFields(name) {
+    const pose = this.#pose(name)
+    const set = find("start-poses-list").querySelector(`[data-robot="${CSS.escape(name)}"]`)
+    for (const key of KEYS) {
+      const input = set?.querySelector(`[data-key=${key}]`)
+      if (input instanceof HTMLInputElement) input.value = String(pose[key])
+    }
+  }
+
+  async #copy() {
+    const button = find("start-poses-copy")
+    try {
+      await navigator.clipboard.writeText(find("start-poses-lines").textContent ?? "")
+      button.textContent = "Copied"
+    } catch {
+      getSelection()?.selectAllChildren(find("start-poses-lines")) // the browser forbids copying: ready for Ctrl+C
+      button.textContent = "Selected"
+    }
+    setTimeout(() => (button.textContent = "Copy"), 1500)
+  }
+}
+
+/** @param {number[]} pose */
+function degrees([x, y, , heading]) {
+  return { x: neat(x, FINEST), y: neat(y, FINEST), heading: neat((heading * 180) / Math.PI, FINEST) }
+}
+
+/**
+ * @param {number} value
+ * @param {number} most
+ */
+function within(value, most) {
+  return Math.min(Math.max(value, -most), most)
+}
+
+/**
+ * The nearest multiple of a step, rounded as people would write it.
+ * @param {number} value
+ * @param {number} step
+ */
+function neat(value, step) {
+  return Number((Math.round(value / step) * step).toFixed(4)) || 0
+}

@@ -1,0 +1,129 @@
+// @ts-check
+// The stage, frame by frame: decides when to draw, and collects what to show.
+
+import { bounds } from "./camera.js"
+import { outline } from "./world.js"
+
+/** @import { Bumps } from "./bumps.js" */
+/** @import { Point } from "./camera.js" */
+/** @import { Cast } from "./cast.js" */
+/** @import { Clock } from "./clock.js" */
+/** @import { Motion } from "./motion.js" */
+/** @import { Panels } from "./panels.js" */
+/** @import { Pose } from "./path.js" */
+/** @import { Program } from "./program.js" */
+/** @import { Stage } from "./stage.js" */
+/** @import { StartPoses } from "./start-poses.js" */
+/** @typedef {ReturnType<View["scene"]>} Scene */
+
+const LONGEST_STEP = 0.1 // seconds by which the camera moves in one frame
+const stillness = matchMedia("(prefers-reduced-motion: reduce)")
+
+export class View {
+  #parts
+  #stale = true // something has changed since the last drawing
+  #drawn = 0
+  #cleared = 0 // how often trails were
+  #known = "" // what is known of the paths, in short
+  /** @type {Point[]} */
+  #room = [] // corners of what should be in view
+  #fitted = false // whether a view has shown all paths
+  /** @type {Record<string, Pose>} */
+  robots = {}
+  frames = 0
+
+  /**
+   * @param {{ clock: Clock, motion: Motion, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
+   *   startPoses: StartPoses }} parts
+   */
+  constructor(parts) {
+    this.#parts = parts
+  }
+
+  get still() {
+    return stillness.matches
+  }
+
+  /** Has the next frame draw. */
+  touch() {
+    this.#stale = true
+  }
+
+  clearTrails() {
+    this.#parts.motion.clearTrails()
+    this.#cleared++
+    this.touch()
+  }
+
+  /**
+   * Draws if there is something new.
+   * @param {number} now in seconds
+   * @param {number} beat
+   */
+  draw(now, beat) {
+    const { motion, bumps, program, stage } = this.#parts
+    this.frames++
+    const present = motion.present(now)
+    this.robots = present.robots
+    const until = program.current?.horizon(beat) ?? 0
+    this.#lookAtPaths(until)
+    const bumping = bumps.show(present.at, now)
+    const moving = present.moving || bumping.length > 0
+    if (this.#stale || moving) {
+      const seconds = this.still ? Infinity : Math.min(now - this.#drawn, LONGEST_STEP)
+      this.#stale = stage.draw(this.scene(present, beat, until, bumping), seconds) || moving
+    }
+    this.#drawn = now
+  }
+
+  /** @param {number} until the beat up to which paths are shown */
+  #lookAtPaths(until) {
+    const { program, stage } = this.#parts
+    const { current, anchor } = program
+    const known = [current?.score.generation, current?.version, anchor.version, this.#cleared, until].join()
+    if (known === this.#known) return
+    this.#known = known
+    this.touch()
+    if (!current) return
+    const points = [...current.points(until)]
+    const { world } = current.score
+    this.#room = points.length || world ? bounds([points, world ? outline(world) : []]) : []
+    if (!this.#fitted && points.length) stage.camera.view = null // the first view appears without easing
+    this.#fitted ||= points.length > 0
+  }
+
+  /**
+   * Everything that the stage shows in one frame.
+   * @param {ReturnType<Motion["present"]>} present
+   * @param {number} beat
+   * @param {number} until
+   * @param {ReturnType<Bumps["show"]>} bumps
+   */
+  scene({ at, placed, moving }, beat, until, bumps) {
+    const { clock, motion, cast, program, stage, panels, startPoses } = this.#parts
+    const { muted, soloed } = clock.transport
+    return {
+      at,
+      placed,
+      moving,
+      beat,
+      until,
+      bumps,
+      room: [...this.#room, ...motion.room],
+      trails: motion.trails,
+      trail: panels.trail,
+      ahead: panels.ahead,
+      world: program.current?.score.world ?? null,
+      rings: startPoses.rings,
+      still: this.still,
+      key: [this.#known, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed].join(),
+      cast: cast.list(program.current, (index) => stage.color(index)).map((robot) => ({
+        ...robot,
+        pose: this.robots[robot.name],
+        moved: program.anchor.of(robot.name),
+        silent: clock.isSilent(robot.name),
+        path: clock.isSilent(robot.name) ? null : robot.path,
+      })),
+    }
+  }
+}

@@ -1,0 +1,104 @@
+"""The open pages, and what all of them know."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from improv_core.stage.protocol import DrawnPoses, DrawnRobot, DrawnRobots
+from improv_core.stage.viewer.outbox import Outbox, bumps_message
+
+if TYPE_CHECKING:
+    from improv_core.stage.sinks.collisions import Bump
+    from improv_core.stage.sinks.simulator import Snapshot
+
+FRAME = 1 / 60
+
+
+class Pages:
+    """An outbox for each open page. Everything here runs on the server's thread."""
+
+    def __init__(self, snapshot: Callable[[], Snapshot]) -> None:
+        self._snapshot = snapshot
+        self._outboxes: set[Outbox] = set()
+        self._watched = asyncio.Event()
+        self._latest: dict[str, str] = {}
+        self._drawn: dict[str, object] = {}
+        self._bumps: tuple[Bump, ...] = ()
+        self._problem = ""
+
+    def __len__(self) -> int:
+        return len(self._outboxes)
+
+    def join(self) -> Outbox:
+        """A new page's outbox, filled with everything that the other pages know."""
+        self._draw()
+        outbox = Outbox()
+        for kind, text in self._latest.items():
+            outbox.put(kind, text)
+        if self._bumps:
+            outbox.put("past", bumps_message(self._bumps, past=True))
+        self._outboxes.add(outbox)
+        self._watched.set()
+        return outbox
+
+    def leave(self, outbox: Outbox) -> None:
+        """Forget a page that was closed."""
+        self._outboxes.remove(outbox)
+        if not self._outboxes:
+            self._watched.clear()
+
+    def put(self, kind: str, text: str) -> None:
+        """Send a message to every page, and to later ones until another of its kind replaces it."""
+        self._latest[kind] = text
+        for outbox in self._outboxes:
+            outbox.put(kind, text)
+
+    async def watch(self) -> None:
+        """Send what moves, 60 times a second while a page is open, forever."""
+        while True:
+            await self._watched.wait()
+            self._draw()
+            await asyncio.sleep(FRAME)
+
+    async def emptied(self) -> None:
+        """Wait until every page has received everything."""
+        await asyncio.gather(*(outbox.emptied() for outbox in self._outboxes))
+
+    def _draw(self) -> None:
+        """Send the latest snapshot; a failure is reported once, and the next frame tries again."""
+        try:
+            self._send(self._snapshot())
+            self._problem = ""
+        except Exception as problem:
+            if repr(problem) != self._problem:
+                print(f"the page: {problem!r}", file=sys.stderr)
+            self._problem = repr(problem)
+
+    def _send(self, snapshot: Snapshot) -> None:
+        """Send the robots, their poses in the same order, and bumps, if any of these is new."""
+        robots: dict[str, DrawnRobot] = {name: {"radius": radius} for name, radius in snapshot.radii.items()}
+        poses = [
+            [round(pose.x, 4), round(pose.y, 4), round(pose.z, 4), round(pose.heading, 4)]
+            for pose in map(snapshot.poses.__getitem__, robots)
+        ]
+        if robots != self._drawn.get("robots"):
+            cast: DrawnRobots = {"type": "robots", "robots": robots}
+            self.put("robots", json.dumps(cast))
+        if {"robots": robots, "poses": poses} != self._drawn:
+            message: DrawnPoses = {
+                "type": "poses",
+                "at": round(snapshot.at, 4),
+                "placed": snapshot.placed,
+                "poses": poses,
+            }
+            self.put("poses", json.dumps(message, separators=(",", ":")))
+        self._drawn = {"robots": robots, "poses": poses}
+        known = set(map(id, self._bumps))  # a dance that is played again may have equal bumps
+        new = [bump for bump in snapshot.bumps if id(bump) not in known]
+        self._bumps = snapshot.bumps
+        for outbox in self._outboxes if new else ():
+            outbox.add_bumps(new)

@@ -1,0 +1,76 @@
+"""What a page may ask for. Every value is checked, and whatever does not fit is dropped."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from typing import cast
+
+from improv_core.stage.protocol import FASTEST, LAST_BEAT, SLOWEST, FromPage
+
+MOST_NAMES, LONGEST_NAME = 1000, 100
+
+Check = Callable[[object], bool]
+
+
+def read(text: str) -> FromPage | None:
+    """The request in a message, with the values that belong to it and no others, or None."""
+    try:
+        message = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    kind = message.get("type") if isinstance(message, dict) else None
+    if not isinstance(kind, str) or kind not in REQUESTS or not _fits(message, REQUESTS[kind]):
+        return None
+    return cast(FromPage, {"type": kind, **{name: message[name] for name in REQUESTS[kind]}})
+
+
+def _fits(message: Mapping[str, object], checks: Mapping[str, Check]) -> bool:
+    return all(check(message.get(name)) for name, check in checks.items())
+
+
+def _between(least: float, most: float) -> Check:
+    """A number within limits; NaN, infinity and booleans are not."""
+    return lambda value: isinstance(value, (int, float)) and not isinstance(value, bool) and least <= value <= most
+
+
+def _is_name(value: object) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
+
+
+def _are_names(value: object) -> bool:
+    return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(_is_name, value))
+
+
+_START_POSE: Mapping[str, Check] = {
+    "x": _between(-1000, 1000),
+    "y": _between(-1000, 1000),
+    "heading": _between(-360, 360),
+}
+"""Meters and degrees, within the limits of improv.toml."""
+
+
+def _are_start_poses(value: object) -> bool:
+    """Whether this maps robot names to start poses, without extra keys."""
+    return (
+        isinstance(value, dict)
+        and _are_names([*value])
+        and all(
+            isinstance(pose, dict) and pose.keys() == _START_POSE.keys() and _fits(pose, _START_POSE)
+            for pose in value.values()
+        )
+    )
+
+
+REQUESTS: Mapping[str, Mapping[str, Check]] = {
+    "hush": {},
+    "pause": {},
+    "resume": {},
+    "restart": {},
+    "seek": {"beat": _between(0, LAST_BEAT)},
+    "speed": {"factor": _between(SLOWEST, FASTEST)},
+    "silence": {"muted": _are_names, "soloed": _are_names},
+    "place": {"start_poses": _are_start_poses},
+    "window": {"generation": _between(0, LAST_BEAT), "from": _between(0, LAST_BEAT), "to": _between(0, LAST_BEAT)},
+}
+"""Each request and the values it needs. The viewer answers `window` itself; the others go to the parent."""

@@ -97,7 +97,7 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     if node is None:
         return _head_or_sign(analysis, placed, token, pictures)
     meaning = analysis.movement(placed, node)
-    here = _here(at.around, meaning, analysis.tempo)
+    here = _here(at.around, meaning, analysis.tempo) if placed.meaning.ok else ()
     if isinstance(node, nodes.Name):
         found = _name(analysis, node.span, node.text, placed.index, meaning, here, pictures)
         return found if analysis.defining(node.text, placed.index) is not None else None

@@ -32,7 +32,7 @@ def score_of(analysis: Analysis) -> Score:
         )
     if len(analysis.text) > LONGEST_TEXT:
         return Score(analysis.tempo, parts, world=cast.world)
-    starts = dict(zip(analysis.numbers, analysis.starts, strict=True))
+    starts = dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
     return Score(analysis.tempo, parts, analysis.text, starts, cast.world)
 
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 from improv_core.diagnostics import Diagnostic, Severity, replace
 from improv_core.program.unreachable import unperformed
 from improv_core.score import movement
-from improv_core.score.movement import ENDLESS, SAME, Movement, all_by
+from improv_core.score.movement import ENDLESS, SAME, Movement, Peak, all_by
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
@@ -121,7 +121,7 @@ class _Reader:
             self.made[id(node)] = made = movement.use(found.movement, node.span, found.statement) if found else NOTHING
             return made
         made = self._made(node)
-        if problem := _too_much(made):
+        if problem := _too_much(made, may_be_faster=not isinstance(node, nodes.Series)):
             span = node.argument.span if isinstance(node, nodes.Apply) and node.argument else node.span
             self.report(Diagnostic("bad-number", span, problem))
             made = NOTHING
@@ -237,25 +237,34 @@ class _Reader:
         return movement.repeat(body, int(count))
 
 
+_SHORTEST = 1 / LARGEST
+FEW = 50
+"""So many fractions of any length that a movement may have are added at once."""
 _TOO_LONG = "use simpler numbers: together they make a fraction too long to compute exactly"
 
 
-def _too_much(made: Movement) -> str | None:
+def _too_much(made: Movement, may_be_faster: bool) -> str | None:
     """What to do about numbers too long to stay exact, or too large to become floats; None if there are none.
 
     Whoever turns a number of a movement into a float relies on this.
     """
-    duration, peak = made.duration, made.peak
-    fastest = max(peak.x, peak.y, peak.z, peak.yaw, 1 / peak.shortest if peak.shortest else ENDLESS)
-    if fastest > LARGEST or LARGEST < duration < ENDLESS:
+    duration = made.duration
+    if LARGEST < duration < ENDLESS or (may_be_faster and _is_too_fast(made.peak)):
         return "use smaller numbers: together they make a movement too long or too fast to play"
     length = made.bits + (movement.bits(duration) if not isinstance(duration, float) else 0)
     return _TOO_LONG if length > MOST_BITS else None
 
 
+def _is_too_fast(peak: Peak) -> bool:
+    x, y, z, yaw, shortest = peak
+    return x > LARGEST or y > LARGEST or z > LARGEST or yaw > LARGEST or shortest < _SHORTEST
+
+
 def _share_a_denominator(items: Sequence[Movement]) -> bool:
     """Whether durations can be added exactly: each sum of thousands of odd fractions is longer than the one before."""
     common = 1
+    if len(items) < FEW:
+        return True
     for item in items:
         if isinstance(item.duration, Fraction):
             common = math.lcm(common, item.duration.denominator)

@@ -13,7 +13,7 @@ from itertools import pairwise
 from improv_core.diagnostics import Edit, Severity
 from improv_core.ide.code_action import Action
 from improv_core.ide.cursor import around, cursor
-from improv_core.program.analysis import Analysis, Placed, users_behind
+from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.meaning import value_of
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import lex
@@ -117,7 +117,7 @@ def _inline_use(analysis: Analysis, piece: _Piece) -> Iterator[Action]:
     node = piece.nodes[0]
     if not (piece.is_term and isinstance(node, nodes.Name)):
         return
-    definer = analysis.defining(node.text, piece.placed.index)
+    definer = analysis.bindings.definer(node.text, piece.placed.index)
     if definer is None:
         return
     if len(_uses(analysis, definer)) == 1:
@@ -138,7 +138,7 @@ def _inline_everywhere(analysis: Analysis, definer: int) -> Iterator[Action]:
     whole = [edit for edit in edits if edit]
     if not uses or len(whole) < len(uses):
         return
-    start, statement = analysis.starts[definer], analysis.statements[definer]
+    start, statement = analysis.offsets[definer], analysis.statements[definer]
     first, last = (analysis.lines.position(place).line for place in (start, start + len(statement.text)))
     gone = Edit(Span(analysis.lines.start(first), analysis.lines.start(last + 1)), "")
     title = f"Write out {statement.heads[0].text}" + (" everywhere" if len(uses) > 1 else "") + ", without the name"
@@ -148,7 +148,7 @@ def _inline_everywhere(analysis: Analysis, definer: int) -> Iterator[Action]:
 def _uses(analysis: Analysis, definer: int) -> list[_Piece]:
     """Where a name is used as a statement defines it."""
     name = analysis.statements[definer].defines
-    placed = [analysis.placed(index) for index in users_behind(analysis, name or "", definer)[: MOST_USES + 1]]
+    placed = [analysis.placed(index) for index in analysis.bindings.users(name or "", definer)[: MOST_USES + 1]]
     return [
         _Piece(each, (node,), around(each.statement.body, node.span)[:-1])
         for each in placed
@@ -163,7 +163,7 @@ def _inlined(analysis: Analysis, definer: int, piece: _Piece) -> Edit | None:
     source = analysis.placed(definer)
     body = source.statement.body
     same = all(
-        analysis.defining(name, definer) == analysis.defining(name, piece.placed.index)
+        analysis.bindings.definer(name, definer) == analysis.bindings.definer(name, piece.placed.index)
         for name in source.statement.uses
     )
     if not same or not body or _is_broken(source) or _is_broken(piece.placed):
@@ -290,7 +290,7 @@ def _fresh_name(analysis: Analysis, text: str) -> str:
     stem = "_".join(words) if 2 <= len(words) <= 3 else f"my_{words[0]}" if len(words) == 1 else "phrase"
     if len(stem) > 40:
         stem = "phrase"
-    taken = {*WORDS, *analysis.defined, *analysis.used}
+    taken = {*WORDS, *analysis.bindings.defined, *analysis.bindings.used}
     name, number = stem, 1
     while name in taken:
         number += 1

@@ -73,8 +73,8 @@ class Before:
 
 def before(analysis: Analysis, offset: int) -> Before | None:
     """What stands before the cursor; None in a comment."""
-    index = bisect_left(analysis.starts, offset)
-    begin = analysis.starts[index - 1] if index else 0
+    index = bisect_left(analysis.offsets, offset)
+    begin = analysis.offsets[index - 1] if index else 0
     pieces = list(split(analysis.text[begin:offset] + _MARK))
     start, piece = pieces[-1] if pieces else (0, "")
     tokens = lex(piece)
@@ -89,7 +89,7 @@ def before(analysis: Analysis, offset: int) -> Before | None:
 
 def touching(analysis: Analysis, span: Span) -> Iterator[Placed]:
     """The statements that a span touches, in the order of the text."""
-    for index in range(max(bisect_right(analysis.starts, span.start) - 1, 0), len(analysis.starts)):
+    for index in range(max(bisect_right(analysis.offsets, span.start) - 1, 0), len(analysis.offsets)):
         placed = analysis.placed(index)
         if placed.start > span.end:
             return

@@ -28,7 +28,7 @@ class Entry:
 def outline(analysis: Analysis) -> list[Entry]:
     """What the statements of a program are about, in their order."""
     found: list[Entry] = []
-    for start, statement, meaning in zip(analysis.starts, analysis.statements, analysis.meanings, strict=True):
+    for start, statement, meaning in zip(analysis.offsets, analysis.statements, analysis.meanings, strict=True):
         detail = beats(meaning.movement.duration) if statement.heads else ""
         found += _entries(start, statement, detail)
     return found

@@ -34,7 +34,7 @@ def folds(analysis: Analysis) -> list[Fold]:
 def _code(analysis: Analysis) -> Iterator[Fold]:
     """Statements and brackets; a line that begins with the closing bracket stays in sight."""
     lines = analysis.lines
-    for start, statement in zip(analysis.starts, analysis.statements, strict=True):
+    for start, statement in zip(analysis.offsets, analysis.statements, strict=True):
         if not LINE_END.search(statement.text):
             continue
         inside = nodes.nodes(statement.body) if statement.body else ()

@@ -97,10 +97,10 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     if node is None:
         return _head_or_sign(analysis, placed, token, pictures)
     meaning = analysis.movement(placed, node)
-    here = _here(at.around, meaning, analysis.tempo)
+    here = _here(at.around, meaning, analysis.tempo) if placed.meaning.ok else ()
     if isinstance(node, nodes.Name):
         found = _name(analysis, node.span, node.text, placed.index, meaning, here, pictures)
-        return found if analysis.defining(node.text, placed.index) is not None else None
+        return found if analysis.bindings.definer(node.text, placed.index) is not None else None
     if isinstance(node, nodes.Bracket):
         word, about = _bracket(node)
     elif isinstance(node, nodes.Parallel):
@@ -142,10 +142,10 @@ def _head_or_sign(analysis: Analysis, placed: Placed, token: Token, pictures: bo
 def _name(
     analysis: Analysis, span: Span, name: str, before: int, meaning: Movement, here: Sequence[str], pictures: bool
 ) -> Hover:
-    placed, definer = analysis.placed(before), analysis.defining(name, before)
+    placed, definer = analysis.placed(before), analysis.bindings.definer(name, before)
     line, source = "", ""
     if definer is not None:
-        line = f", line {analysis.lines.position(analysis.starts[definer]).line + 1}"
+        line = f", line {analysis.lines.position(analysis.offsets[definer]).line + 1}"
         source = _short(analysis.statements[definer].text, LONGEST_SOURCE)
     facts = (*_measures(analysis, placed, meaning), *here)
     drawn = _shape(analysis, placed, meaning) if pictures else ""

@@ -37,7 +37,7 @@ def playing(played: Analysis, now: Analysis, start: float = 0.0) -> Mapping[str,
     """
     begin = near(max(start, 0.0))
     most = MOST_MOMENTS // max(len(played.robots), 1)
-    starts = dict(zip(now.numbers, now.starts, strict=True))
+    starts = dict(zip(now.statement_ids, now.offsets, strict=True))
     stretches = {}
     for robot, movement in played.robots.items():
         moments: list[Moment] = []

@@ -21,8 +21,8 @@ def indent(analysis: Analysis, offset: int) -> list[Edit]:
     lines = analysis.lines
     number = lines.position(offset).line
     start, leading = lines.start(number), _LEADING.match(lines.line(number))
-    index = bisect_left(analysis.starts, start) - 1
-    begun = analysis.starts[index + 1 : index + 2]
+    index = bisect_left(analysis.offsets, start) - 1
+    begun = analysis.offsets[index + 1 : index + 2]
     if not leading or offset > start + leading.end() or index < 0 or (begun and begun[0] <= lines.end(number)):
         return []
     placed = analysis.placed(index)

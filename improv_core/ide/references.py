@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from improv_core.program.analysis import Analysis, users_behind
+from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
 from improv_core.syntax.lexer import Token
@@ -48,7 +48,7 @@ def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
             return Symbol(head.text, head.span.shifted(placed.start), is_robot, None if is_robot else placed.index)
     for name in _names(statement):
         if name.span.holds(place):
-            definer = analysis.defining(name.text, placed.index)
+            definer = analysis.bindings.definer(name.text, placed.index)
             return Symbol(name.text, name.span.shifted(placed.start), False, definer)
     return None
 
@@ -63,9 +63,9 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
     found = []
     if symbol.definer is not None:
         head = analysis.statements[symbol.definer].heads[0]
-        found.append(Reference(head.span.shifted(analysis.starts[symbol.definer]), defines=True))
-    for index in users_behind(analysis, symbol.text, -1 if symbol.definer is None else symbol.definer):
-        start = analysis.starts[index]
+        found.append(Reference(head.span.shifted(analysis.offsets[symbol.definer]), defines=True))
+    for index in analysis.bindings.users(symbol.text, -1 if symbol.definer is None else symbol.definer):
+        start = analysis.offsets[index]
         names = _names(analysis.statements[index])
         found += [Reference(name.span.shifted(start)) for name in names if name.text == symbol.text]
     return found
@@ -75,9 +75,9 @@ def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
     """Where a name is defined, if only further down. A robot without a section in `improv.toml`: its first line."""
     if symbol.is_robot:
         return next((span for _, span in plays(analysis, symbol.text)), None)
-    definers = analysis.defined.get(symbol.text, ())
+    definers = analysis.bindings.defined.get(symbol.text, ())
     definer = symbol.definer if symbol.definer is not None else next(iter(definers), None)
-    return None if definer is None else analysis.statements[definer].heads[0].span.shifted(analysis.starts[definer])
+    return None if definer is None else analysis.statements[definer].heads[0].span.shifted(analysis.offsets[definer])
 
 
 def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
@@ -86,7 +86,7 @@ def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
         if statement.defines is None:
             for head in _heads(statement):
                 if head.text == robot:
-                    yield index, head.span.shifted(analysis.starts[index])
+                    yield index, head.span.shifted(analysis.offsets[index])
 
 
 def sections(robots: Robots, name: str) -> Sequence[Span]:

@@ -6,7 +6,7 @@ import re
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.references import Symbol, plays, references, symbol_at
-from improv_core.program.analysis import Analysis, users_behind
+from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
 from improv_core.syntax.lexer import NAME
@@ -74,17 +74,18 @@ def _refuse_words(new: str) -> None:
 def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
     """Neither may a definition of the new name come between ours and what uses it, nor ours between others."""
     assert symbol.definer is not None
-    uses = users_behind(analysis, symbol.text, symbol.definer)
-    between = [index for index in analysis.defined.get(new, ()) if symbol.definer < index < max(uses, default=0)]
+    uses = analysis.bindings.users(symbol.text, symbol.definer)
+    last = max(uses, default=0)
+    between = [index for index in analysis.bindings.defined.get(new, ()) if symbol.definer < index < last]
     if between:
         raise RefusalError(f"`{new}` is defined in line {_line(analysis, between[0])}: choose another name")
-    before = analysis.defining(new, symbol.definer)
+    before = analysis.bindings.definer(new, symbol.definer)
     captured = [
-        index for index in users_behind(analysis, new, -1 if before is None else before) if index > symbol.definer
+        index for index in analysis.bindings.users(new, -1 if before is None else before) if index > symbol.definer
     ]
     if captured:
         raise RefusalError(f"`{new}` in line {_line(analysis, captured[0])} would then mean this: choose another name")
 
 
 def _line(analysis: Analysis, index: int) -> int:
-    return analysis.lines.position(analysis.starts[index]).line + 1
+    return analysis.lines.position(analysis.offsets[index]).line + 1

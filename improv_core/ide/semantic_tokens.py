@@ -29,8 +29,8 @@ def pieces(analysis: Analysis, first: int = 0, last: int | None = None) -> Itera
     """The pieces of a program that touch the text between two offsets, in their order."""
     text, place = analysis.text, 0
     stop = len(text) if last is None else last
-    suspects = analysis.wrong.union(analysis.casting)  # all others know all their names and robots
-    for index, start in enumerate(analysis.starts):
+    suspects = analysis.faulty.union(analysis.infeasible)  # all others know all their names and robots
+    for index, start in enumerate(analysis.offsets):
         if text.find("#", place, start) >= 0:
             yield from _comment_lines(text, place, start, first, stop)
         if start > stop:
@@ -74,7 +74,7 @@ def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str
     """The names and the robots of a statement that are not known."""
     statement, scope = analysis.statements[index], analysis.meanings[index].scope
     names = tuple(name for name, found in zip(statement.uses, scope, strict=True) if found is None)
-    said = {each.span for each in analysis.casting.get(index, ()) if each.code == "unknown-robot"}
+    said = {each.span for each in analysis.infeasible.get(index, ()) if each.code == "unknown-robot"}
     return names, tuple(head.text for head in statement.heads if head.span in said)
 
 

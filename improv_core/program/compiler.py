@@ -9,7 +9,7 @@ from typing import Any
 
 from improv_core.program.analysis import Analysis
 from improv_core.robots.starts import start_poses
-from improv_core.score.movement import ENDLESS, walk
+from improv_core.score.movement import ENDLESS, brief, walk
 from improv_core.score.score import Part, Score, twist
 
 MOST_SEGMENTS = 10_000
@@ -32,7 +32,7 @@ def score_of(analysis: Analysis) -> Score:
         )
     if len(analysis.text) > LONGEST_TEXT:
         return Score(analysis.tempo, parts, world=cast.world)
-    offsets = dict(zip(analysis.numbers, analysis.starts, strict=True))
+    offsets = dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
     return Score(analysis.tempo, parts, analysis.text, offsets, cast.world)
 
 
@@ -65,7 +65,7 @@ def _robot(score: Score, part: Part, most: int) -> Mapping[str, Any]:
             truncated = True
             break
     return {
-        "beats": None if endless else str(beats),
+        "beats": None if isinstance(beats, float) else str(brief(beats)),
         "seconds": None if endless else score.seconds(beats),
         "endless": endless,
         "segments": [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from functools import lru_cache
 from improv_core.diagnostics import Diagnostic, Severity, replace
 from improv_core.program.unreachable import unperformed
 from improv_core.score import movement
-from improv_core.score.movement import ENDLESS, SAME, Movement, all_by
+from improv_core.score.movement import ENDLESS, SAME, Movement, Peak, all_by
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
@@ -22,6 +23,11 @@ LONGEST_NUMBER = 30
 """How many characters a number may have."""
 MOST_BITS = 4096
 """How long the exact fractions of a movement may get: nested odd factors multiply."""
+LARGEST = 10**100
+"""Beats, steps per beat, quarter turns per beat and items per beat that a movement may have.
+
+With any tempo and step, the product of any two of them stays below the largest float (1.8e308).
+"""
 DEEPEST_VOICES = 200
 """How many levels of `||` may stand within `||` through names: each costs a level of recursion when walked."""
 
@@ -115,12 +121,9 @@ class _Reader:
             self.made[id(node)] = made = movement.use(found.movement, node.span, found.statement) if found else NOTHING
             return made
         made = self._made(node)
-        duration = made.duration
-        length = made.bits + (movement.bits(duration) if not isinstance(duration, float) else 0)
-        if length > MOST_BITS:
+        if problem := _too_much(made, may_be_faster=not isinstance(node, nodes.Series)):
             span = node.argument.span if isinstance(node, nodes.Apply) and node.argument else node.span
-            message = "use simpler numbers: together they make a fraction too long to keep exact"
-            self.report(Diagnostic("bad-number", span, message))
+            self.report(Diagnostic("bad-number", span, problem))
             made = NOTHING
         self.made[id(node)] = made
         return made
@@ -163,7 +166,11 @@ class _Reader:
 
     def _made(self, node: Node) -> Movement:
         if isinstance(node, nodes.Series):
-            return movement.series([self.movement(item) for item in node.items])
+            items = [self.movement(item) for item in node.items]
+            if _share_a_denominator(items):
+                return movement.series(items)
+            self.report(Diagnostic("bad-number", node.span, _TOO_LONG))
+            return NOTHING
         if isinstance(node, nodes.Parallel):
             return self._together(node.span, [self.movement(voice) for voice in node.voices])
         if isinstance(node, nodes.Bracket):
@@ -228,6 +235,42 @@ class _Reader:
             self.report(Diagnostic("bad-number", argument.span, message))
             return body
         return movement.repeat(body, int(count))
+
+
+_SHORTEST = 1 / LARGEST
+FEW = 50
+"""So many fractions of any length that a movement may have are added at once."""
+_TOO_LONG = "use simpler numbers: together they make a fraction too long to compute exactly"
+
+
+def _too_much(made: Movement, may_be_faster: bool) -> str | None:
+    """What to do about numbers too long to stay exact, or too large to become floats; None if there are none.
+
+    Whoever turns a number of a movement into a float relies on this.
+    """
+    duration = made.duration
+    if LARGEST < duration < ENDLESS or (may_be_faster and _is_too_fast(made.peak)):
+        return "use smaller numbers: together they make a movement too long or too fast to play"
+    length = made.bits + (movement.bits(duration) if not isinstance(duration, float) else 0)
+    return _TOO_LONG if length > MOST_BITS else None
+
+
+def _is_too_fast(peak: Peak) -> bool:
+    x, y, z, yaw, shortest = peak
+    return x > LARGEST or y > LARGEST or z > LARGEST or yaw > LARGEST or shortest < _SHORTEST
+
+
+def _share_a_denominator(items: Sequence[Movement]) -> bool:
+    """Whether durations can be added exactly: each sum of thousands of odd fractions is longer than the one before."""
+    common = 1
+    if len(items) < FEW:
+        return True
+    for item in items:
+        if isinstance(item.duration, Fraction):
+            common = math.lcm(common, item.duration.denominator)
+            if common.bit_length() > MOST_BITS:
+                return False
+    return True
 
 
 @lru_cache(maxsize=1_000)

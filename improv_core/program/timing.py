@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from improv_core.robots.limits import top_speed
 from improv_core.score.motion import Pose
-from improv_core.score.movement import ENDLESS, Duration, Movement
+from improv_core.score.movement import ENDLESS, Duration, Movement, brief
 from improv_core.score.path import extent, pose_at
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part
@@ -23,7 +23,7 @@ def beats(duration: Duration) -> str:
 def number(value: Fraction) -> str:
     """The shortest exact way to write a number: a decimal where three places will do, else a fraction."""
     if 1000 % value.denominator:
-        return str(value)
+        return str(brief(value))
     return f"{float(value):.3f}".rstrip("0").rstrip(".") if value.denominator > 1 else str(value.numerator)
 
 

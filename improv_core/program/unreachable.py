@@ -18,62 +18,68 @@ _Lasts = Callable[[Node], Duration]
 
 @dataclass(frozen=True, slots=True)
 class _Window:
-    """What is performed of a movement, in beats of its own: from `start` up to `end`."""
+    """What is performed of a movement, in beats of its own: from `start` up to `end`.
+
+    `is_aligned` says that voices around it stay in time only if everything before `end` keeps its length.
+    """
 
     start: Duration
     end: Duration
+    is_aligned: bool = False
+
+    def part(self, start: Duration, end: Duration) -> _Window:
+        return _Window(start, end, self.is_aligned)
 
     def times(self, rate: Fraction) -> _Window:
-        return _Window(self.start * rate, self.end * rate)
+        return self.part(self.start * rate, self.end * rate)
 
 
 class _Cut(NamedTuple):
-    """What is never reached, and whether it is items of a `[ ]`: without them, the others would last longer."""
+    """What is never reached, and whether it can be removed without changing when the rest plays."""
 
     span: Span
-    is_counted: bool
+    is_removable: bool
 
 
 def unperformed(body: Node, movement: Callable[[Node], Movement]) -> Iterator[Diagnostic]:
     """A hint for each longest stretch that is never reached, given the movement of each node."""
     for cut in _cut(body, _Window(0, ENDLESS), lambda node: movement(node).duration):
-        if cut.is_counted:
-            message = "this is never reached: make what runs beside it last longer"
-            yield Diagnostic("never-performed", cut.span, message)
-        else:
-            message = "this is never reached: remove it, or make what runs beside it last longer"
+        if cut.is_removable:
+            message = "this is never reached: remove it, or make what plays alongside it longer"
             yield Diagnostic("never-performed", cut.span, message, replace("Remove it", cut.span, ""))
+        else:
+            message = "this is never reached: make what plays alongside it longer"
+            yield Diagnostic("never-performed", cut.span, message)
 
 
 def _cut(node: Node, window: _Window, lasts: _Lasts, is_counted: bool = False) -> Iterator[_Cut]:
     if isinstance(node, nodes.Series):
         for span in _lost(node, window, lasts):
-            yield _Cut(span, is_counted)
+            yield _Cut(span, not is_counted and not window.is_aligned)
         yield from _cut_items(node, window, lasts)
     elif isinstance(node, nodes.Parallel):
-        end = min(window.end, lasts(node))
+        inside = _Window(window.start, min(window.end, lasts(node)), window.is_aligned or window.start > 0)
         for voice in node.voices:
-            yield from _cut(voice, _Window(window.start, end), lasts)
+            yield from _cut(voice, inside, lasts)
     elif isinstance(node, nodes.Bracket) and node.body:
         if not node.squeezes:
             yield from _cut(node.body, window, lasts)
             return
-        end = min(window.end, lasts(node))
+        inside = window.part(window.start, min(window.end, lasts(node)))
         for voice in node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,):
-            yield from _cut(
-                voice, _Window(window.start, end).times(Fraction(nodes.items(voice))), lasts, is_counted=True
-            )
+            # A bracket counts its items: without one of them, the others would last longer.
+            yield from _cut(voice, inside.times(Fraction(nodes.items(voice))), lasts, is_counted=True)
     elif isinstance(node, nodes.Apply):
-        inside = _inside(node, window, lasts)
-        if inside:
-            yield from _cut(node.body, inside, lasts)
+        performed = _inside(node, window, lasts)
+        if performed:
+            yield from _cut(node.body, performed, lasts)
 
 
 def _cut_items(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[_Cut]:
     """What is cut inside the items of a series that are reached."""
     for item, begin, end in _timed(node, lasts):
         if end > begin and not _is_lost(begin, end, window):
-            yield from _cut(item, _Window(max(window.start - begin, 0), min(window.end, end) - begin), lasts)
+            yield from _cut(item, window.part(max(window.start - begin, 0), min(window.end, end) - begin), lasts)
 
 
 def _lost(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[Span]:
@@ -110,13 +116,14 @@ def _inside(node: nodes.Apply, window: _Window, lasts: _Lasts) -> _Window | None
     end = min(window.end, whole)
     word = node.word.text
     if word in ("reverse", "retrograde"):
-        return _Window(whole - end, whole - window.start)
+        return window.part(whole - end, whole - window.start)
     if word == "repeat" and body != ENDLESS:
         into = window.start % body
-        # A window that goes on into the next turn shows all of the body, or two ends of it.
-        return _Window(into, into + end - window.start) if into + end - window.start <= body else _Window(0, body)
+        until = into + end - window.start
+        # A window that extends into the next round shows all of the body, or both ends of it.
+        return window.part(into, until) if until <= body else window.part(0, body)
     if word in ("fast", "slow"):
         if whole == ENDLESS:
-            return _Window(0, ENDLESS)  # how far into it we come is not worth knowing
-        return _Window(window.start, end).times(Fraction(body) / Fraction(whole))
-    return _Window(window.start, end)
+            return window.part(0, ENDLESS)  # how much of it is reached is not worth computing
+        return window.part(window.start, end).times(Fraction(body) / Fraction(whole))
+    return window.part(window.start, end)

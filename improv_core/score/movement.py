@@ -60,9 +60,21 @@ FINEST = 1_000_000
 """Parts of a beat at which playing, or what tells of it, may begin."""
 
 
+LONGEST_WRITTEN = 4096
+"""Bits of a number that is written out: Python writes no integer beyond 4,300 digits."""
+
+
 def near(beat: float) -> Exact:
     """A beat as an exact number that is not long."""
     return exact(Fraction(round(beat * FINEST), FINEST))
+
+
+def brief(number: Exact) -> Exact:
+    """A number short enough to be written: itself, or the nearest of those with a denominator up to `FINEST`.
+
+    The parts of all statements of a robot add up to fractions of any length.
+    """
+    return number if bits(number) <= LONGEST_WRITTEN else exact(Fraction(number).limit_denominator(FINEST))
 
 
 def all_by(factor: Exact) -> Velocity:

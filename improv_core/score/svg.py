@@ -170,7 +170,8 @@ def _middle(stroke: Stroke) -> tuple[float, float]:
     """The point of an arc that is farthest from the line between its ends."""
     (x0, y0), (x1, y1) = (stroke.start.x, stroke.start.y), (stroke.end.x, stroke.end.y)
     half = math.dist((x0, y0), (x1, y1)) / 2
-    bulge = stroke.radius - math.sqrt(max(stroke.radius**2 - half**2, 0.0))
+    # Not the root of a difference of squares, which may be too large for a float.
+    bulge = stroke.radius - math.sqrt(max(stroke.radius - half, 0.0)) * math.sqrt(stroke.radius + half)
     across = math.copysign(bulge, stroke.turn) / max(2 * half, _FLAT)
     return (x0 + x1) / 2 + (y1 - y0) * across, (y0 + y1) / 2 - (x1 - x0) * across
 

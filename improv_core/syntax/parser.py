@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import OrderedDict
 from collections.abc import Sequence
 from functools import lru_cache
 
@@ -33,18 +34,41 @@ DEEPEST = 200
 sys.setrecursionlimit(max(sys.getrecursionlimit(), 5_000))
 
 
+MOST_KEPT = 4_000_000
+"""How many characters the statements whose trees are kept may have together; a tree takes some 50 bytes for each."""
+
+
 LONGEST_KEPT = 10_000
-"""How many characters a statement may have whose tree is kept, so that edits of a huge line do not pile up."""
+"""How many characters a statement may have whose tree is kept, so that edits of a huge line push out nothing else."""
 
 
 def parse_statement(text: str) -> Statement:
     """The tree of one statement, and what is wrong with its form."""
-    return _kept(text) if len(text) <= LONGEST_KEPT else _parsed(text)
+    return _KEPT.get(text) if len(text) <= LONGEST_KEPT else _parsed(text)
 
 
-@lru_cache(maxsize=20_000)
-def _kept(text: str) -> Statement:
-    return _parsed(text)
+class Kept:
+    """The trees of the statements parsed most recently, `most` characters of them."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._characters = 0
+        self._statements: OrderedDict[str, Statement] = OrderedDict()
+
+    def get(self, text: str) -> Statement:
+        statements = self._statements
+        known = statements.get(text)
+        if known is not None:
+            statements.move_to_end(text)
+            return known
+        made = statements[text] = _parsed(text)
+        self._characters += len(text)
+        while self._characters > self._most:
+            self._characters -= len(statements.popitem(last=False)[0])
+        return made
+
+
+_KEPT = Kept(MOST_KEPT)
 
 
 def _parsed(text: str) -> Statement:

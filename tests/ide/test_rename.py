@@ -107,7 +107,7 @@ def meaning(analysis: Analysis, robots: dict[str, str]) -> tuple[Any, list[int |
     found = dict(compiled(analysis))
     found["robots"] = {robots.get(name, name): part for name, part in found["robots"].items()}
     bodies = [(index, statement.body) for index, statement in enumerate(analysis.statements) if statement.body]
-    return found, [analysis.defining(name.text, index) for index, body in bodies for name in nodes.names(body)]
+    return found, [analysis.bindings.definer(name.text, index) for index, body in bodies for name in nodes.names(body)]
 
 
 @given(PROGRAMS, st.data())
@@ -121,7 +121,9 @@ def test_a_renamed_program_means_the_same(program: str, data: st.DataObject) -> 
     try:
         after = analyze(applied(program, rename(analysis, symbol, new)))
     except RefusalError:
-        assert new in analysis.robots if symbol.is_robot else new in {*analysis.defined, *analysis.used}
+        assert (
+            new in analysis.robots if symbol.is_robot else new in {*analysis.bindings.defined, *analysis.bindings.used}
+        )
         return
     robots = {symbol.text: new} if symbol.is_robot else {}
     assert meaning(after, {}) == meaning(analysis, robots)

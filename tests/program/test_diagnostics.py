@@ -176,7 +176,7 @@ def test_fractions_can_not_be_blown_up() -> None:
     nested = "r $ " + "fast 1.000000001 " * 199 + "left"
     (diagnostic,) = analyze(nested).diagnostics
     assert diagnostic.code == "bad-number"
-    assert diagnostic.message == "use simpler numbers: together they make a fraction too long to keep exact"
+    assert diagnostic.message == "use simpler numbers: together they make a fraction too long to compute exactly"
     doubled = "x = left\n" + "x = x x\n" * 5000
     assert set(errors(doubled)) == {"bad-number"}
 
@@ -193,33 +193,33 @@ def test_what_is_cut_off_is_never_performed() -> None:
     check(
         """
         r $ forward left || right
-                    ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+                    ^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
         r $ (repeat left) forward [right right]
-                          ^^^^^^^^^^^^^^^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+                          ^^^^^^^^^^^^^^^^^^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
         r $ reverse (forward left || right)
-                             ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+                             ^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
         r $ reverse (forward left) || right
-                     ^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+                     ^^^^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
         r $ [forward left right || slow 2 left]
         r $ fast 2 (forward left right rest) || rest
-                                 ^^^^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+                                 ^^^^^^^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
         r $ repeat 3 (forward left) || rest rest rest
         r $ repeat 3 (forward left) || rest
-                              ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+                              ^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
         r $ forward || () || []
                        ^^ empty-group: write a movement in `()`: it does nothing
                              ^^ empty-group: write a movement in `[]`: it does nothing
         r $ [left slow 2 left forward || up down]
-                              ^^^^^^^ never-performed: this is never reached: make what runs beside it last longer
+                              ^^^^^^^ never-performed: this is never reached: make what plays alongside it longer
         r $ [left repeat left forward] up
             ^^^^^^^^^^^^^^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
-                              ^^^^^^^ never-performed: this is never reached: make what runs beside it last longer
-                                       ^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+                              ^^^^^^^ never-performed: this is never reached: make what plays alongside it longer
+                                       ^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
         r $ [(left forward || left) up]
-                   ^^^^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+                   ^^^^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
         r $ slow 2 (left (forward right || slow 3/2 left))
         r $ slow 2 (left repeat 2 forward left) || repeat 4 rest
-                                          ^^^^ never-performed: this is never reached: remove it, or make what runs beside it last longer
+                                          ^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
         r $ repeat left
         r $ right
         """,

@@ -46,18 +46,18 @@ def seen(analysis: Analysis) -> dict[str, Any]:
     score = to_json(score_of(analysis))
     for row in score["movements"]:
         if row[0] == "use":
-            row[-1] = analysis.numbers.index(row[-1])
+            row[-1] = analysis.statement_ids.index(row[-1])
     score["offsets"] = [offset for _, offset in score["offsets"]]
     return {
         "text": analysis.text,
         "lines": analysis.lines.starts,
-        "starts": analysis.starts,
+        "offsets": analysis.offsets,
         "statements": [statement.text for statement in analysis.statements],
         "diagnostics": analysis.diagnostics,
         "tempo": analysis.tempo,
         "score": score,
-        "defined": analysis.defined,
-        "used": analysis.used,
+        "defined": analysis.bindings.defined,
+        "used": analysis.bindings.used,
     }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from improv_core.diagnostics import Fix
@@ -74,6 +74,7 @@ def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 
 
 @given(st.recursive(WORDS, combined, max_leaves=20))
+@example("left || reverse (left left || left forward)")
 def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None:
     analysis = analyze(f"r $ {movement}")
     for each in analysis.diagnostics:

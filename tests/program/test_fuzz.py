@@ -6,26 +6,49 @@ By hand: IMPROV_FUZZ_SECONDS=600 pytest -s tests/program/test_fuzz.py
 from __future__ import annotations
 
 import gc
+import json
 import os
 import random
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from improv_core.ide.code_action import fixes
+from improv_core.ide.code_action_refactor import refactorings
+from improv_core.ide.code_lens import lenses
 from improv_core.ide.completion import complete
-from improv_core.ide.hover import hover
+from improv_core.ide.document_symbol import outline
+from improv_core.ide.folding_range import folds
+from improv_core.ide.formatting import format_span
+from improv_core.ide.hover import hover, robot_at
+from improv_core.ide.inlay_hint import hints
+from improv_core.ide.moments import playing
+from improv_core.ide.on_type_formatting import indent
+from improv_core.ide.references import references, symbol_at
+from improv_core.ide.rename import RefusalError, renamable, rename
+from improv_core.ide.selection_range import selections
+from improv_core.ide.semantic_tokens import colored, pieces
+from improv_core.ide.signature_help import signature
 from improv_core.program.analysis import Analysis, analyze
-from improv_core.program.compiler import compiled
+from improv_core.program.compiler import compiled, score_of
+from improv_core.program.report import summary
+from improv_core.score.score import from_json, to_json
 from improv_core.syntax.formatter import format_text
 from improv_core.syntax.vocabulary import WORDS
+from improv_core.text import Span
 
 SECONDS = float(os.environ.get("IMPROV_FUZZ_SECONDS", "6"))
 """How long random programs are tried."""
 LIMIT = 600
 """Seconds after which a test counts as hanging, on a busy machine."""
 pytestmark = pytest.mark.timeout(2 * SECONDS + LIMIT)
+LONG = 10_000
+"""Characters of a program beyond which only what is asked for unprompted is tried."""
 
 EXAMPLES = [path.read_text(encoding="utf-8") for path in sorted(Path("examples").glob("*.improv"))]
 PIECES = [*WORDS, "x", "y", "größe", "=", "$", "(", ")", "[", "]", "||", "|", "\n", "\r\n", "\r", " ", "\t", "# ", "2"]
@@ -74,15 +97,65 @@ def no_collector() -> Iterator[None]:
     gc.enable()
 
 
-def use(text: str, place: int) -> Analysis:
+def use(text: str, offset: int) -> Analysis:
     """Everything an editor and the command line ask of a program."""
     analysis = analyze(text)
     assert analysis.diagnostics is not None
-    hover(analysis, place)
-    complete(analysis, place)
+    hover(analysis, offset, pictures=True)
+    complete(analysis, offset)
+    lenses(analysis)
+    if len(text) < LONG:
+        use_in_editor(analysis, offset)
     compiled(analysis, 100)
+    summary(analysis)
     format_text(text)
+    written = json.dumps(to_json(score_of(analysis)))
+    assert json.dumps(to_json(from_json(json.loads(written)))) == written
     return analysis
+
+
+def use_in_editor(analysis: Analysis, offset: int) -> None:
+    """All other editor features, at a cursor and for a whole program."""
+    cursor, everything = Span(offset, offset), Span(0, len(analysis.text))
+    for name in list(analysis.robots)[:1]:
+        robot_at(analysis, name, pictures=True)
+    signature(analysis, offset)
+    selections(analysis, offset)
+    indent(analysis, offset)
+    if symbol := symbol_at(analysis, offset):
+        references(analysis, symbol)
+    with suppress(RefusalError):
+        rename(analysis, renamable(analysis, offset), "other")
+    fixes(analysis, cursor)
+    refactorings(analysis, cursor)
+    format_span(analysis, cursor)
+    hints(analysis, everything)
+    outline(analysis)
+    folds(analysis)
+    for _, piece, unknown, strange in pieces(analysis):
+        colored(piece, unknown, strange)
+    playing(analysis, analysis)
+
+
+NUMBERS = st.sampled_from(["1000000000", "9" * 30, "." + "0" * 28 + "1", "3/2", "1.000000001", "100"])
+TRANSFORMED = st.builds("{} {}".format, st.sampled_from(["repeat", "fast", "slow", "scale"]), NUMBERS)
+
+
+@st.composite
+def movements_of_huge_numbers(draw: st.DrawFn) -> str:
+    """Factors and counts around one movement, each often enough to leave the range of floats."""
+    around = draw(st.lists(st.tuples(TRANSFORMED, st.integers(1, 40)), min_size=1, max_size=4))
+    body = draw(st.sampled_from(["forward", "rest", "(forward left)", "(forward || left)", "(repeat left || rest)"]))
+    return " ".join(f"{word} " * times for word, times in around) + body
+
+
+@given(
+    st.lists(movements_of_huge_numbers(), min_size=1, max_size=4), st.sampled_from([" ", " || ", "\nr $ "]), st.data()
+)
+@settings(max_examples=200, deadline=None)
+def test_no_number_is_too_large(movements: list[str], between: str, data: st.DataObject) -> None:
+    text = "r $ " + between.join(movements)
+    use(text, data.draw(st.integers(0, len(text))))
 
 
 SOURCES = [bytes_of_any_kind, pieces_in_any_order, programs_with_edits]
@@ -119,6 +192,11 @@ WORST = [
     "beat " + "9" * 10_000,
     "x = left\n" + "x = x || x\n" * 1_000 + "r $ x",
     "r $ repeat " * 500,
+    "r $ " + "repeat 1000000000 " * 35 + "forward",
+    "r $ " + "slow 1000000000 " * 35 + "fast 100 forward",
+    "r $ " + "fast 1000000000 " * 35 + "rest",
+    "x = forward\n" + ("x = " + " || ".join(["x"] * 1_000) + "\n") * 150 + "r $ x",
+    "r $ " + " ".join(f"fast 1.{odd:07} left" for odd in range(4_000)),
 ]
 
 
@@ -129,5 +207,8 @@ def test_the_worst_inputs_are_wrong_and_no_more(text: str) -> None:
 
 def test_a_line_of_ten_megabytes() -> None:
     text = "r $ " + "left " * 2_000_000
-    (diagnostic,) = use(text, len(text) // 2).diagnostics
+    analysis = analyze(text)
+    assert hover(analysis, len(text) // 2) is None
+    assert format_text(text) == text.rstrip() + "\n"
+    (diagnostic,) = analysis.diagnostics
     assert diagnostic.message == "write shorter statements: this one has more than 100,000 characters"

@@ -237,6 +237,9 @@ def test_long_chains_of_names_need_no_recursion() -> None:
 def test_moments_know_the_words_they_come_from() -> None:
     text = "x = forward left\nr $ x || rest rest"
     analysis = analyze(text)
-    playing = [analysis.spans(moment.places) for moment in walk(analysis.robots["r"])]
-    words = [[text[start:end] for start, end in spans] for spans in playing]
+    offsets = dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
+    words = [
+        [text[slice(*span.shifted(offsets[statement]))] for statement, span in moment.places]
+        for moment in walk(analysis.robots["r"])
+    ]
     assert words == [["x", "forward", "rest"], ["x", "left", "rest"]]

@@ -1,0 +1,109 @@
+"""Which statements define and use which name, each by its index; kept from one version of a program to the next."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right, insort
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache
+
+from improv_core.syntax.nodes import Statement
+from improv_core.syntax.vocabulary import Kind, of_kind
+
+_MOVEMENTS = of_kind(Kind.PRIMITIVE, Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR)
+_Table = Mapping[str, Sequence[int]]
+
+
+@dataclass(frozen=True, slots=True)
+class Bindings:
+    """The statements that define and use each name, and the definitions that nothing uses.
+
+    `nearest` gives the known word that is most like an unknown one, if there is one.
+    """
+
+    defined: _Table
+    used: _Table
+    unused: frozenset[int]
+    nearest: Callable[[str], str | None]
+
+    def definer(self, name: str, before: int) -> int | None:
+        """The statement that defines what a name stands for in the statement `before`."""
+        definers = self.defined.get(name, ())
+        count = bisect_left(definers, before)
+        return definers[count - 1] if count else None
+
+    def users(self, name: str, definer: int) -> Sequence[int]:
+        """The statements that use a name as the statement `definer` leaves it; -1 stands for the document's start."""
+        users, definers = self.used.get(name, ()), self.defined.get(name, ())
+        following = bisect_right(definers, definer)
+        end = bisect_right(users, definers[following]) if following < len(definers) else len(users)
+        return users[bisect_right(users, definer) : end]
+
+    def edited(self, before: Mapping[int, Statement], now: Mapping[int, Statement]) -> Bindings:
+        """The bindings after some statements have been replaced by others at the same indices."""
+        defined, used = dict(self.defined), dict(self.used)
+        names: set[str] = set()  # whose definitions or uses have changed
+        for index, statement in now.items():
+            names |= _moved(defined, index, _defines(before[index]), _defines(statement))
+            names |= _moved(used, index, before[index].uses, statement.uses)
+        if not names:
+            return self
+        unused = self.unused.difference(*(self.defined.get(name, ()) for name in names))
+        unused = unused.union(*(_unused(name, defined, used) for name in names if name in defined))
+        nearest = self.nearest if defined.keys() == self.defined.keys() else _nearest(defined)
+        return Bindings(defined, used, unused, nearest)
+
+
+def bind(statements: Iterable[Statement]) -> Bindings:
+    """The bindings of a whole program."""
+    defined: dict[str, list[int]] = {}
+    used: dict[str, list[int]] = {}
+    for index, statement in enumerate(statements):
+        for name in statement.uses:
+            used.setdefault(name, []).append(index)
+        if statement.defines:
+            defined.setdefault(statement.defines, []).append(index)
+    unused = frozenset(index for name in defined for index in _unused(name, defined, used))
+    return Bindings(defined, used, unused, _nearest(defined))
+
+
+def _defines(statement: Statement) -> tuple[str, ...]:
+    return (statement.defines,) if statement.defines else ()
+
+
+def _moved(table: dict[str, Sequence[int]], index: int, before: Sequence[str], now: Sequence[str]) -> set[str]:
+    """Enter a statement under the names it has now instead of those it had; all of these names."""
+    for name in set(before) - set(now):
+        indices = [each for each in table[name] if each != index]
+        if indices:
+            table[name] = indices
+        else:
+            del table[name]
+    for name in set(now) - set(before):
+        indices = [*table.get(name, ())]
+        insort(indices, index)
+        table[name] = indices
+    return {*before, *now}
+
+
+def _unused(name: str, defined: _Table, used: _Table) -> Iterator[int]:
+    """The definitions of a name that nothing uses before the next one, which may use it itself."""
+    definers, users = defined[name], used.get(name, ())
+    if users and users[0] <= definers[0]:
+        return  # it is needed further up, and that is reported
+    for place, definer in enumerate(definers):
+        user = bisect_right(users, definer)
+        if user == len(users) or (place + 1 < len(definers) and users[user] > definers[place + 1]):
+            yield definer
+
+
+def _nearest(names: Collection[str]) -> Callable[[str], str | None]:
+    @cache
+    def nearest(name: str) -> str | None:
+        # Comparing all of thousands of names in full would be felt at every key.
+        known = [*_MOVEMENTS, *(each for each in names if len(set(each) ^ set(name)) < 4)]
+        near = get_close_matches(name, known, n=1) or get_close_matches(name.lower(), known, n=1)
+        return near[0] if near else None
+
+    return nearest

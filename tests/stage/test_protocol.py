@@ -72,7 +72,7 @@ def test_a_message_to_a_stage_arrives_as_it_was_sent(message: dict[str, Any]) ->
         READY,
         {**READY, "page": "http://127.0.0.1:1/"},
         {"type": "request", "command": {"type": "watched"}},
-        {"type": "request", "command": {"type": "place", "starts": {"r": {"x": 1, "y": 2, "heading": 90.0}}}},
+        {"type": "request", "command": {"type": "place", "start_poses": {"r": {"x": 1, "y": 2, "heading": 90.0}}}},
         {"type": "stopped", "poses": {"r": {"x": 0, "y": 0, "z": 0, "heading": 0}}},
         {"type": "sent", "robot": "r", "twist": [0.0, 0.0, 0.0, 1.5], "wall": 1},
     ],

@@ -178,7 +178,8 @@ def test_two_pages_show_the_same(browser: Browser, stage: Page, show: Show) -> N
     for page in (stage, other):
         wait(page, "Number.isInteger(improv.beat) && improv.beat > 0")
     assert stage.evaluate("improv.beat") == other.evaluate("improv.beat")
-    wait(other, "improv.robots.bo.x > 0")
+    for page in (stage, other):
+        wait(page, "Math.abs(improv.robots.bo.x - improv.transport.poses.bo.x) < 1e-3")
     assert stage.locator("#beat").text_content() == other.locator("#beat").text_content()
     other.close()
 

@@ -32,9 +32,9 @@ def still(page: Page, show: Show, program: str = "beat 60\nada $ forward left fo
     show.play(program)
     watch(page, show)
     page.keyboard.press("p")
-    wait(page, "improv.transport.state === 'paused'")
+    wait(page, "['paused', 'ended'].includes(improv.transport.state)")  # a short dance may be over already
     page.keyboard.press("Home")
-    wait(page, "improv.beat === 0")
+    wait(page, "improv.transport.state === 'paused' && improv.beat === 0")
     return page
 
 

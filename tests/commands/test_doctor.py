@@ -233,7 +233,7 @@ def test_mistakes_are_told_and_count(tmp_path: Path) -> None:
     assert done.returncode == 1
     program, robots = done.stdout.splitlines()[1:3]
     assert program == "✗ dance.improv has errors: run `improv check dance.improv` to see them"
-    assert robots.startswith(f"✗ {toml}:2:11: error[robots] `turtlesym` is not known here")
+    assert robots.startswith(f"✗ {toml}:2:11: error[robots] `turtlesym` is not valid here")
 
     done = run_without_ros(tmp_path, "none.improv")
     assert done.returncode == 1

@@ -44,7 +44,7 @@ def ends(listeners: list[tuple[str, str]], *publishers: tuple[str, str]) -> Ends
     [
         ("r", ends([("/sim", TWIST)]), ["✓ r: /sim listens for Twist on /r/cmd_vel"]),
         ("r", ends([("/base", STAMPED)]), ["✓ r: /base listens for TwistStamped on /r/cmd_vel"]),
-        ("r", ends([]), ["– r: nobody listens on /r/cmd_vel: start the robot"]),
+        ("r", ends([]), ["– r: nothing is listening on /r/cmd_vel: start the robot"]),
         (
             "r",
             ends([("/odd", POSE)]),
@@ -80,7 +80,7 @@ def test_who_listens_to_a_robots_topic(robot: str, seen: Ends, expected: list[st
 def test_a_topic_that_nobody_asked_for_is_offered() -> None:
     seen = {"/cmd_vel": ends([("/base", TWIST)]), "/r/cmd_vel": ends([])}
     assert told(*doctor_ros.listeners({"r": CAST["r"]}, seen)) == [
-        '– r: nobody listens on /r/cmd_vel: set `topic = "/cmd_vel"` for it in improv.toml, where a robot listens'
+        '– r: nothing is listening on /r/cmd_vel: set `topic = "/cmd_vel"` for it in improv.toml, where a robot listens'
     ]
 
 

@@ -120,7 +120,7 @@ def _listener(name: str, robot: Robot, ends: Sequence[tuple[str, str]], spare: S
         advice = (
             f'set `topic = "{spare[0]}"` for it in {FILE_NAME}, where a robot listens' if spare else "start the robot"
         )
-        return Finding(Mark.ABSENT, f"{name}: nobody listens on {robot.topic}", advice)
+        return Finding(Mark.ABSENT, f"{name}: nothing is listening on {robot.topic}", advice)
     types = {kind for _, kind in ends}
     if not types & set(VELOCITIES):
         what = f"{name}: {_nodes(ends)} on {robot.topic}, which is neither Twist nor TwistStamped"

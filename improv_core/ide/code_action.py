@@ -45,7 +45,7 @@ def _everywhere(analysis: Analysis, mistake: Diagnostic) -> Iterator[Action]:
     if len(alike) > 1:
         edits = _apart(edit for each in alike for edit in each.fixes[0].edits)
         others = "the other one" if len(alike) == 2 else f"all {len(alike) - 1} others"
-        yield Action(f"{mistake.fixes[0].title}, and {others} of this kind", "quickfix", edits, (mistake,))
+        yield Action(f"{mistake.fixes[0].title} and {others} of this kind", "quickfix", edits, (mistake,))
 
 
 def _ordered(edits: Iterable[Edit]) -> tuple[Edit, ...]:

@@ -123,7 +123,7 @@ def _inline_use(analysis: Analysis, piece: _Piece) -> Iterator[Action]:
     if len(_uses(analysis, definer)) == 1:
         yield from _inline_everywhere(analysis, definer)
     elif edit := _inlined(analysis, definer, piece):
-        yield Action(f"Write out {node.text} here", "refactor.inline", (edit,))
+        yield Action(f"Inline {node.text} here", "refactor.inline", (edit,))
 
 
 def _inline_definition(analysis: Analysis, span: Span) -> Iterator[Action]:
@@ -141,7 +141,7 @@ def _inline_everywhere(analysis: Analysis, definer: int) -> Iterator[Action]:
     start, statement = analysis.offsets[definer], analysis.statements[definer]
     first, last = (analysis.lines.position(place).line for place in (start, start + len(statement.text)))
     gone = Edit(Span(analysis.lines.start(first), analysis.lines.start(last + 1)), "")
-    title = f"Write out {statement.heads[0].text}" + (" everywhere" if len(uses) > 1 else "") + ", without the name"
+    title = f"Inline {statement.heads[0].text}" + (" everywhere" if len(uses) > 1 else "") + " and remove the name"
     yield Action(title, "refactor.inline", (gone, *whole))
 
 
@@ -227,7 +227,7 @@ def _wrap(piece: _Piece) -> Iterator[Action]:
     text = piece.text
     for title, wrapped in (
         ("Wrap in ( )", f"({text})"),
-        ("Wrap in [ ]: each item as many times as fast as there are items", f"[{text}]"),
+        ("Wrap in [ ]: squeeze the items into the time of one", f"[{text}]"),
         ("Wrap in slow 2: takes twice as long", f"slow 2 {text if piece.is_term else f'({text})'}"),
     ):
         yield Action(title, "refactor.rewrite", (_replace(piece, wrapped),))

@@ -107,7 +107,7 @@ def _words(accepted: frozenset[str], found: Before, bare: bool) -> Iterator[Item
             yield Item(word.text, kind, word.about, _snippet(word, bare))
     if "NUMBER" in accepted and found.tokens:
         last = found.tokens[-1].text
-        yield from _numbers(COUNTS.get(last, FACTORS), f"{last} so many times")
+        yield from _numbers(COUNTS.get(last, FACTORS), "times" if last == "repeat" else "factor")
 
 
 def _numbers(values: Sequence[str], detail: str) -> Iterator[Item]:

@@ -83,7 +83,7 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
     part = score_of(analysis).parts.get(name)
     if not part:
         return None
-    about = f" (robot, profile {part.profile.name}): all it plays"
+    about = f" (robot, profile {part.profile.name}): everything it plays"
     whole = timing(part.movement, analysis.tempo)
     return Hover(Span(0, 0), _short(name), about, (whole,), "", _drawn(part, analysis.tempo) if pictures else "")
 
@@ -104,7 +104,7 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     if isinstance(node, nodes.Bracket):
         word, about = _bracket(node)
     elif isinstance(node, nodes.Parallel):
-        word, about = "||", ": these movements play at once, until the shortest ends"
+        word, about = "||", ": these movements play at the same time, until the shortest one ends"
     elif isinstance(node, nodes.Apply):
         word = f"{node.word.text} {node.argument.text}" if node.argument else node.word.text
         about = f": {(node.plane or WORDS[node.word.text]).about}"
@@ -135,7 +135,8 @@ def _head_or_sign(analysis: Analysis, placed: Placed, token: Token, pictures: bo
     heads = _short(", ".join(head.text for head in statement.heads))
     if plays:
         facts = (*facts, *_speeds(analysis, placed.meaning.robots, meaning))
-    about = f": {heads} plays what follows" if plays else f": `{heads}` stands for what follows"
+    one = len(statement.heads) == 1
+    about = f": {heads} play{'s' if one else ''} what follows" if plays else f": `{heads}` is the name for what follows"
     return Hover(token.span, token.text, about, facts, "", drawn)
 
 
@@ -158,7 +159,7 @@ def _bracket(node: nodes.Bracket) -> tuple[str, str]:
         return "( )", ": a group"
     counts = [nodes.items(voice) for voice in _voices(node)]
     each = " and ".join(
-        "1 item, at its own speed" if count == 1 else f"{count} items, {count} times as fast" for count in counts
+        "1 item, at its normal speed" if count == 1 else f"{count} items, {count} times as fast" for count in counts
     )
     return "[ ]", f": squeezed: {each}"
 
@@ -193,7 +194,7 @@ def _here(around: Sequence[Node], meaning: Movement, tempo: Fraction) -> tuple[s
         return ()
     where = "in this bracket" if brackets == 1 and not others else "here"
     lasts = algebra.pace(meaning, rate).duration
-    return (f"{where} {times_as_fast(rate)}: {beats(lasts)}, {seconds(lasts, tempo)}",)
+    return (f"{times_as_fast(rate)} {where}: {beats(lasts)}, {seconds(lasts, tempo)}",)
 
 
 def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:

@@ -24,9 +24,9 @@ def renamable(analysis: Analysis, offset: int) -> Symbol:
     """The symbol at the cursor that can be renamed. Raises RefusalError if there is none."""
     symbol = symbol_at(analysis, offset)
     if symbol is None:
-        raise RefusalError("put the cursor on a name or a robot: nothing else can be renamed")
+        raise RefusalError("only names and robots can be renamed: put the cursor on one")
     if not symbol.is_robot and symbol.definer is None:
-        raise RefusalError(f"define `{symbol.text}` first: nothing above says what it stands for")
+        raise RefusalError(f"`{symbol.text}` is not defined above this line: define it first")
     return symbol
 
 
@@ -35,7 +35,7 @@ def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
     if symbol.is_robot:
         return rename_robot(analysis, symbol.text, new)
     if not _NAME.fullmatch(new):
-        raise RefusalError(f"`{new}` can't be a name: use letters, digits and `_`, no digit first")
+        raise RefusalError(f"`{new}` is not a valid name: use letters, digits, and `_`, not starting with a digit")
     _refuse_words(new)
     if new == symbol.text:
         return []
@@ -46,13 +46,13 @@ def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
 def rename_robot(analysis: Analysis, old: str, new: str) -> list[Edit]:
     """The edits of a program that has to do with a robot. Raises RefusalError."""
     if not _ROBOT.fullmatch(new):
-        raise RefusalError(f"`{new}` can't name a robot: use the letters a to z, digits and `_`, a letter first")
+        raise RefusalError(f"`{new}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter")
     _refuse_words(new)
     if new == old:
         return []
     places = list(plays(analysis, old))
     if places and (index := next((index for index, _ in plays(analysis, new)), None)) is not None:
-        raise RefusalError(f"`{new}` is a robot already, in line {_line(analysis, index)}: choose another name")
+        raise RefusalError(f"`{new}` is already a robot, on line {_line(analysis, index)}: choose another name")
     return [Edit(span, new) for _, span in places]
 
 
@@ -60,15 +60,15 @@ def rename_section(robots: Robots, old: str, new: str) -> list[Edit]:
     """The edits of `improv.toml`; none if the robot has no section. Raises RefusalError."""
     toml = read_toml(robots.text)
     if toml.diagnostics:
-        raise RefusalError("mend improv.toml first: it can't be read, and may have a section for this robot")
+        raise RefusalError("improv.toml can't be read and may have a section for this robot: fix it first")
     if new != old and ("robots", new) in toml.named:
-        raise RefusalError(f"`{new}` is a robot already, in improv.toml: choose another name")
+        raise RefusalError(f"`{new}` is already a robot, in improv.toml: choose another name")
     return [Edit(span, new) for span in toml.named.get(("robots", old), ()) if new != old]
 
 
 def _refuse_words(new: str) -> None:
     if new in WORDS:
-        raise RefusalError(f"`{new}` is a word of the language: choose another name")
+        raise RefusalError(f"`{new}` is a reserved word: choose another name")
 
 
 def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
@@ -78,13 +78,15 @@ def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
     last = max(uses, default=0)
     between = [index for index in analysis.bindings.defined.get(new, ()) if symbol.definer < index < last]
     if between:
-        raise RefusalError(f"`{new}` is defined in line {_line(analysis, between[0])}: choose another name")
+        raise RefusalError(f"`{new}` is already defined on line {_line(analysis, between[0])}: choose another name")
     before = analysis.bindings.definer(new, symbol.definer)
     captured = [
         index for index in analysis.bindings.users(new, -1 if before is None else before) if index > symbol.definer
     ]
     if captured:
-        raise RefusalError(f"`{new}` in line {_line(analysis, captured[0])} would then mean this: choose another name")
+        raise RefusalError(
+            f"`{new}` on line {_line(analysis, captured[0])} would then mean this one: choose another name"
+        )
 
 
 def _line(analysis: Analysis, index: int) -> int:

@@ -109,7 +109,7 @@ class Playback:
         if not self._leader:
             return "nothing"
         about = str(self._leader.ready["sink"])
-        return f"{about}, the simulator beside it" if self._twin else about
+        return f"{about}, with the simulator alongside" if self._twin else about
 
     @property
     def page(self) -> str | None:
@@ -159,7 +159,7 @@ class Playback:
         elif message["type"] == "speed" or message["type"] == "silence":
             self._kept[message["type"]] = message
         elif message["type"] == "seek" and not self._score:
-            line = "nothing has been played yet, so there is no beat to go to: save a program first"
+            line = "nothing has been played yet: save a program before you seek"
             self._listen({"type": "warning", "message": line}, True)
             return
         timed = message.copy()
@@ -260,11 +260,11 @@ class Playback:
         if dead is self._halting:  # the next one would fare no better
             self._halting = None
             self._still.set()
-            return {**gone, "message": f"{gone['message']}: robots may still move; save to play again"}
+            return {**gone, "message": f"{gone['message']}: robots may still be moving; save to play again"}
         task = asyncio.create_task(self._replace(dead))
         self._reviving.add(task)
         task.add_done_callback(self._reviving.discard)
-        what = "a new one stops the robots; save to play again" if leads else "a new one shows what is played next"
+        what = "a new one is stopping the robots; save to play again" if leads else "a new one will show the next dance"
         return {**gone, "message": f"{gone['message']}: {what}"}
 
     async def _replace(self, dead: RunningStage) -> None:
@@ -275,7 +275,7 @@ class Playback:
             try:
                 new = await self._start_stage("simulator" if "page" in dead.ready else "ros")
             except StageError as error:
-                self._listen({"type": "error", "message": f"no new stage can be started: {error}"}, leads)
+                self._listen({"type": "error", "message": f"no new stage could be started: {error}"}, leads)
                 new = None
             if not leads:
                 self._twin = new

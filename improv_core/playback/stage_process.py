@@ -87,7 +87,11 @@ class Stage:
             raise
         if first["type"] != "ready":
             await stage.close()
-            raise StageError(first["message"] if first["type"] in ("error", "gone") else f"it said {first['type']}")
+            raise StageError(
+                first["message"]
+                if first["type"] in ("error", "gone")
+                else f"the stage sent an unexpected first message: {first['type']}"
+            )
         stage.ready = first
         stage._look()
         return stage
@@ -176,7 +180,7 @@ class Stage:
         self._ended.set()
         self._outbox.put(None)
         why = self._failure or (self._last_words[-1] if self._last_words else "")
-        ended = f"the stage ended: {why}" if why else "the stage ended by itself"
+        ended = f"the stage failed: {why}" if why else "the stage exited unexpectedly"
         self._told({"type": "gone", "message": self._hung or ended})
 
     def _read_log(self) -> None:

@@ -88,5 +88,5 @@ def _folder() -> Path:
     except OSError as error:
         raise StopSocketError(f"{folder}: {error.strerror or error}") from None
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o077:
-        raise StopSocketError(f"{folder} is not a folder that only you can enter: remove it")
+        raise StopSocketError(f"{folder} must be a folder that only you can access: remove it")
     return folder

@@ -167,12 +167,12 @@ class Analysis:
         yield from self.infeasible.get(index, ())
         if index in self.bindings.unused:
             head = statement.heads[0]
-            message = f"use `{head.text}` below, or remove this line: nothing plays it"
+            message = f"nothing uses `{head.text}`: use it below or remove this line"
             line = self._whole_line(index)
             yield Diagnostic("unused-name", head.span, message, (Fix("Remove the definition", (Edit(line, ""),)),))
         if statement.sign and statement.sign.type == "BEAT" and index != self.tempos[0]:
             first = self.offsets[self.tempos[0]]
-            message = f"remove this `beat`: line {self._line(self.tempos[0])} has one already"
+            message = f"line {self._line(self.tempos[0])} already sets the tempo: remove this `beat`"
             related = Related(self._relative(Span(first, first + len("beat")), index), "the first `beat`")
             fixes = (Fix("Remove it", (Edit(self._whole_line(index), ""),)),)
             yield Diagnostic("duplicate-beat", Span(0, len(statement.text)), message, fixes, (related,))
@@ -188,9 +188,9 @@ class Analysis:
         related = Related(self._relative(head, index), f"`{name}` is defined here")
         line = self._line(later)
         if later == index:
-            message = f"define `{name}` above this line (line {line}) before using it in its own definition"
+            message = f"`{name}` is used in its own definition: define it first, above line {line}"
             return Diagnostic("used-before-definition", node.span, message, (), (related,))
-        message = f"move the definition of `{name}` (line {line}) above this line"
+        message = f"`{name}` is not defined until line {line}: move its definition above this line"
         here = self._relative(Span(self.offsets[index], self.offsets[index]), index)
         above = self.lines.position(self.offsets[index]).line
         line_end = self.text[self.lines.end(above) : self.lines.start(above + 1)]
@@ -202,9 +202,9 @@ class Analysis:
         name = node.text
         near = self.bindings.nearest(name)
         if near is None:
-            return Diagnostic("unknown-name", node.span, f"`{name}` is not known: define it above: `{name} = …`")
-        message = f"`{name}` is not known: did you mean `{near}`?"
-        return Diagnostic("unknown-name", node.span, message, replace(f"Write {near}", node.span, near))
+            return Diagnostic("unknown-name", node.span, f"`{name}` is not defined: write `{name} = …` above this line")
+        message = f"`{name}` is not defined: did you mean `{near}`?"
+        return Diagnostic("unknown-name", node.span, message, replace(f"Change to {near}", node.span, near))
 
     def _line(self, index: int) -> int:
         """The line a statement begins in, as people count."""

@@ -41,7 +41,7 @@ def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo:
 def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
     near = get_close_matches(name, robots.robots, n=1)
     hint = f"did you mean `{near[0]}`?" if near else f"add `[robots.{name}]` to improv.toml"
-    fixes = replace(f"Write {near[0]}", span, near[0]) if near else ()
+    fixes = replace(f"Change to {near[0]}", span, near[0]) if near else ()
     return Diagnostic("unknown-robot", span, f"`{name}` is not in improv.toml: {hint}", fixes)
 
 
@@ -72,18 +72,18 @@ def _too_much(
 def _about(moment: Moment, robot: str, statement: Statement, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
     span = moment.places[0].span  # the word in this statement; those behind it are in definitions
     if lacking := unsupported(moment.velocity, profile):
-        message = f"`{robot}` can't {_DOING[lacking[0]]}: its profile {profile.name} has no such motion"
+        message = f"`{robot}` can't {_DOING[lacking[0]]}: use another motion, or a profile other than {profile.name}"
         yield Diagnostic("unsupported-direction", span, message)
     if over := excess(moment.velocity, profile, tempo):
         unit = "m/s" if over.kind == "linear" else "rad/s"
-        fits = f"`beat {over.tempo}` or `slow {over.slow}` fits" if over.tempo else f"`slow {over.slow}` fits"
+        fits = f"use `beat {over.tempo}` or `slow {over.slow}`" if over.tempo else f"use `slow {over.slow}`"
         message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {fits}"
         body = statement.body.span if statement.body else span
         wrapped = (Edit(Span(body.start, body.start), f"slow {over.slow} ("), Edit(Span(body.end, body.end), ")"))
-        yield Diagnostic("too-fast", span, message, (Fix(f"Play it with slow {over.slow}", wrapped),))
+        yield Diagnostic("too-fast", span, message, (Fix(f"Wrap in slow {over.slow}", wrapped),))
     lasts, period = float(moment.duration * 60 / tempo), 1 / profile.command_rate
     if lasts * SLACK < period:
-        message = f"make this longer: it lasts {lasts:.3g} s, and {robot} takes a command every {period:g} s"
+        message = f"this lasts {lasts:.3g} s, but {robot} takes a command every {period:g} s: make it longer"
         yield Diagnostic("too-short", span, message)
 
 

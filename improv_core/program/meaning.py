@@ -141,16 +141,16 @@ class _Reader:
             if _ROBOT_NAME.fullmatch(head.text):
                 robots[head.text] = None
                 continue
-            message = f"`{head.text}` can't name a robot: use the letters a to z, digits and `_`, a letter first"
+            message = f"`{head.text}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
             legal = re.sub(r"^[^A-Za-z]+|[^A-Za-z0-9_]", lambda match: "_" if match.start() else "", head.text)
-            fixes = replace(f"Call it {legal}", head.span, legal) if legal and legal not in WORDS else ()
+            fixes = replace(f"Rename to {legal}", head.span, legal) if legal and legal not in WORDS else ()
             self.report(Diagnostic("bad-robot-name", head.span, message, fixes))
         return tuple(robots)
 
     def is_reserved(self, head: Token) -> bool:
         if head.text in WORDS:
-            message = f"choose another name: `{head.text}` is a word of the language"
-            fixes = replace(f"Call it my_{head.text}", head.span, f"my_{head.text}")
+            message = f"`{head.text}` is a reserved word: choose another name"
+            fixes = replace(f"Rename to my_{head.text}", head.span, f"my_{head.text}")
             self.report(Diagnostic("reserved-name", head.span, message, fixes))
         return head.text in WORDS
 
@@ -183,13 +183,13 @@ class _Reader:
         made = movement.parallel(voices)
         if made.depth <= DEEPEST_VOICES:
             return made
-        message = f"use fewer names within names: voices nest deeper than {DEEPEST_VOICES} levels here"
+        message = f"`||` is nested more than {DEEPEST_VOICES} levels deep here: use fewer names within names"
         self.report(Diagnostic("too-deep", span, message))
         return NOTHING
 
     def _bracketed(self, node: nodes.Bracket) -> Movement:
         if node.body is None:
-            message = f"write a movement in `{'[]' if node.squeezes else '()'}`: it does nothing"
+            message = f"`{'[]' if node.squeezes else '()'}` is empty: write a movement in it or remove it"
             self.report(Diagnostic("empty-group", node.span, message, replace("Remove it", node.span, "")))
             return NOTHING
         if not node.squeezes:
@@ -206,7 +206,7 @@ class _Reader:
         body, word, argument = self.movement(node.body), node.word.text, node.argument
         if word in ("reverse", "retrograde"):
             if body.duration == ENDLESS:
-                message = f"give the `repeat` inside a number: `{word}` can't begin at the end of what has none"
+                message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
                 self.report(Diagnostic("endless-reverse", node.word.span, message))
                 return NOTHING
             backward = movement.reverse(body)
@@ -215,7 +215,7 @@ class _Reader:
             return self._repeated(body, argument)
         if word == "reflect":
             return movement.gain(body, node.plane.velocity if node.plane else SAME)
-        factor = self.number(argument, f"the number of `{word}`") if argument else None
+        factor = self.number(argument, f"the number after `{word}`") if argument else None
         if factor is None:
             return body
         if word == "scale":
@@ -227,7 +227,7 @@ class _Reader:
             return movement.repeat(body)
         if not argument.text.strip("0") and argument.text:
             return movement.repeat(body, 0)
-        count = self.number(argument, "the count of `repeat`")
+        count = self.number(argument, "the number after `repeat`")
         if count is None:
             return body
         if count.denominator != 1:
@@ -240,7 +240,7 @@ class _Reader:
 _SHORTEST = 1 / LARGEST
 FEW = 50
 """So many fractions of any length that a movement may have are added at once."""
-_TOO_LONG = "use simpler numbers: together they make a fraction too long to compute exactly"
+_TOO_LONG = "these numbers make a fraction too long to compute exactly: use simpler ones"
 
 
 def _too_much(made: Movement, may_be_faster: bool) -> str | None:
@@ -250,7 +250,7 @@ def _too_much(made: Movement, may_be_faster: bool) -> str | None:
     """
     duration = made.duration
     if LARGEST < duration < ENDLESS or (may_be_faster and _is_too_fast(made.peak)):
-        return "use smaller numbers: together they make a movement too long or too fast to play"
+        return "these numbers make the movement too long or too fast to play: use smaller ones"
     length = made.bits + (movement.bits(duration) if not isinstance(duration, float) else 0)
     return _TOO_LONG if length > MOST_BITS else None
 

@@ -58,7 +58,7 @@ def way(movement: Movement, profile: Profile) -> str:
     """How far a movement goes and how much it turns: `8.0 m, turns 360° left`."""
     measured = extent(movement, MOST_MOMENTS)
     if not measured:
-        return "goes on forever" if movement.duration == ENDLESS else "too long a way to be measured"
+        return "continues forever" if movement.duration == ENDLESS else "too long to measure"
     meters = measured.steps * profile.step
     degrees = round(math.degrees(measured.turns * profile.quarter_turn), 1)
     turn = f"turns {abs(degrees):,g}° {'left' if degrees > 0 else 'right'}" if degrees else "no turn"

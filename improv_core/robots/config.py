@@ -97,19 +97,19 @@ _LONGEST_ROS_NAME = 247  # also there: 255, less 8 for prefixes
 
 # The ranges keep out slips: 0, millimetres, an angle in radians.
 _START: Mapping[str, Range] = {
-    "x": ("metres", -1000, 1000),
-    "y": ("metres", -1000, 1000),
+    "x": ("meters", -1000, 1000),
+    "y": ("meters", -1000, 1000),
     "heading": ("degrees", -360, 360),
 }
 _MEASURES: Mapping[str, Range] = {
-    "step": ("metres", 0.001, 100),
+    "step": ("meters", 0.001, 100),
     "quarter_turn": ("degrees", 45, 135),
     "max_linear": ("m/s", 0.001, 100),
     "max_angular": ("rad/s", 0.001, 100),
     "max_linear_acceleration": ("m/s²", 0.001, 1000),
     "max_angular_acceleration": ("rad/s²", 0.001, 1000),
     "command_rate": ("Hz", 1, 200),
-    "radius": ("metres", 0.001, 100),
+    "radius": ("meters", 0.001, 100),
 }
 _SECTIONS = ("robots", "profiles", "ros", "world")
 _ROS_KEYS = ("namespace", "use_sim_time")
@@ -127,17 +127,17 @@ class _RobotsReading(TomlReading):
         for name, value in tables.items():
             robot = self.robot(name, self.table(("robots", name), value, _ROBOT_KEYS), profiles, namespace)
             if not _NAME.fullmatch(name):
-                message = f"`{name}` can't name a robot: use the letters a to z, digits and `_`, a letter first"
+                message = f"`{name}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
                 self.at_key(("robots", name), message)
             elif name in WORDS:
-                self.at_key(("robots", name), f"choose another name: `{name}` is a word of the language")
+                self.at_key(("robots", name), f"`{name}` is a reserved word: choose another name")
             else:
                 made[name] = robot
                 wide = 2 * robot.profile.radius
                 if world.size and wide > min(world.size):
-                    self.at_key(("robots", name), f"make the world larger: `{name}` is {wide:g} m wide")
+                    self.at_key(("robots", name), f"`{name}` is {wide:g} m wide and doesn't fit: make the world larger")
                 if robot.start and not world.holds(robot.start.x, robot.start.y):
-                    self.at_value(("robots", name, "start"), "start inside the walls: the world is smaller than that")
+                    self.at_value(("robots", name, "start"), "this start is outside the walls: move it inside")
         return made
 
     def robot(self, name: str, table: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str) -> Robot:
@@ -151,7 +151,7 @@ class _RobotsReading(TomlReading):
 
     def start(self, keys: Keys, value: Any) -> Pose | None:
         if not isinstance(value, dict):
-            self.at_value(keys, "write `start` in metres and degrees: `{ x = 1.5, y = 0, heading = 90 }`")
+            self.at_value(keys, "write `start` in meters and degrees: `{ x = 1.5, y = 0, heading = 90 }`")
             return None
         found = self.numbers(keys, self.table(keys, value, tuple(_START)), _START)
         return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
@@ -163,9 +163,9 @@ class _RobotsReading(TomlReading):
             return None
         whole = written if written.startswith("/") else f"{namespace}/{written}"
         if len(whole) > _LONGEST_ROS_NAME:
-            self.at_value(keys, f"write a name of at most {_LONGEST_ROS_NAME} characters: ROS 2 takes no longer one")
+            self.at_value(keys, f"this name is too long for ROS 2: use at most {_LONGEST_ROS_NAME} characters")
         elif not _ROS_NAME.fullmatch(whole):
-            self.at_value(keys, "write the letters a to z, digits and `_` between the `/`, no digit first")
+            self.at_value(keys, "use the letters a to z, digits, and `_` between the `/`, not starting with a digit")
         else:
             return whole
         return None
@@ -177,7 +177,7 @@ class _RobotsReading(TomlReading):
         made = dict(BUILT_IN)
         for first in own:
             if first in BUILT_IN:
-                message = f"choose another name: `{first}` is built in, and can be the `base` of yours"
+                message = f"`{first}` is built in: choose another name and use it as `base`"
                 self.at_key(("profiles", first), message)
             chain: list[str] = []
             name: str | None = first
@@ -185,7 +185,7 @@ class _RobotsReading(TomlReading):
                 chain.append(name)
                 name = self.base(name, own[name], known)
             if name in chain:
-                message = f"choose another base: with `{name}`, `{chain[-1]}` is based on itself"
+                message = f"with base `{name}`, `{chain[-1]}` is based on itself: choose another base"
                 self.at_value(("profiles", chain[-1], "base"), message)
                 name = None
             profile = made[name] if name else DEFAULT
@@ -195,7 +195,7 @@ class _RobotsReading(TomlReading):
 
     def base(self, name: str, table: Mapping[str, Any], known: Collection[str]) -> str | None:
         if "base" not in table and "step" not in table:
-            message = "add `step`, in metres, or `base`, the profile that says what this one does not"
+            message = "add `step`, in meters, or `base`, the profile to take all other values from"
             self.at_key(("profiles", name), message)
         return self.one_of(("profiles", name, "base"), table, known)
 
@@ -212,7 +212,7 @@ class _RobotsReading(TomlReading):
 
     def motions(self, keys: Keys, value: Any) -> tuple[str, ...]:
         if not isinstance(value, list) or not value:
-            self.at_value(keys, f"write `motions` as a list of some of {listed(MOTIONS)}")
+            self.at_value(keys, f"write `motions` as a list of one or more of {listed(MOTIONS)}")
             return ()
         for place, item in enumerate(value):
             if item not in MOTIONS:

@@ -80,7 +80,7 @@ class TomlReading:
 def _unknown(word: str, known: Collection[str]) -> str:
     near = get_close_matches(word, known, n=1) or get_close_matches(word.lower(), known, n=1)
     hint = f"did you mean `{near[0]}`?" if near else f"write one of {listed(known)}"
-    return f"`{word}` is not known here: {hint}"
+    return f"`{word}` is not valid here: {hint}"
 
 
 def listed(words: Collection[str]) -> str:

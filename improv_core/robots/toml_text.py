@@ -152,17 +152,17 @@ class _Scanner:
 _ADVICE = {
     "Invalid value": 'write a value: a number, "text", [a list] or { a table }',
     "Invalid statement": "write `key = value` or `[section]`",
-    "Invalid initial character": "write a key here, or remove the comma before",
+    "Invalid initial character": "write a key here, or remove the comma before it",
     "Expected '='": "write `=` and a value after the key",
-    "Expected newline": "remove this, or begin a new line with it",
-    "Expected ']": "close the name of the section with `]`",
-    "Illegal character '\\n'": "close the text with a quote like the one it begins with",
-    "Unterminated string": "close the text with quotes like those it begins with",
+    "Expected newline": "remove this or start a new line with it",
+    "Expected ']": "close the section name with `]`",
+    "Illegal character '\\n'": "close the string with the same quote it starts with",
+    "Unterminated string": "close the string with the same quotes it starts with",
     "Unclosed array": "close the list with `]`",
-    "Unclosed inline table": "close the table with `}`, in the line where it begins",
-    "Cannot overwrite": "remove this: the key has a value already",
-    "Duplicate inline table key": "remove this: the key has a value already",
-    "Cannot declare": "put this where the same section is above: it can be there only once",
+    "Unclosed inline table": "close the table with `}`, on the line where it starts",
+    "Cannot overwrite": "this key already has a value: remove one of them",
+    "Duplicate inline table key": "this key already has a value: remove one of them",
+    "Cannot declare": "this section already exists above: merge the two",
     "Unescaped": r"write `\\` for one backslash",
 }
 _MESSAGE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
@@ -179,7 +179,7 @@ def _unreadable(text: str, error: str) -> Diagnostic:
     lines = LineIndex(text)
     found = _MESSAGE.fullmatch(error)
     if not found:  # not from the reader itself but from Python's bounds
-        message = "use fewer brackets within one another and shorter numbers: this file can't be read"
+        message = "this file can't be read: nest brackets less deeply and use shorter numbers"
         return Diagnostic("syntax", Span(lines.start(0), lines.end(0)), message)
     what, line, column = found.groups()
     advice = next((advice for start, advice in _ADVICE.items() if what.startswith(start)), None)
@@ -192,4 +192,4 @@ def _unreadable(text: str, error: str) -> Diagnostic:
     begin = before and before.search(text, lines.start(lines.position(at).line), at)
     if begin:
         span = Span(begin.start(), at)
-    return Diagnostic("syntax", span, advice or f"TOML can't read this: {what[:1].lower()}{what[1:]}")
+    return Diagnostic("syntax", span, advice or f"this is not valid TOML: {what[:1].lower()}{what[1:]}")

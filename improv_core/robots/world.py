@@ -11,8 +11,8 @@ from improv_core.robots.toml_text import Keys
 from improv_core.score.world import Box, Circle, Wall, World
 
 _KEYS = ("size", "walls", "circles", "boxes")
-_PLACE: Range = ("metres", -1000, 1000)
-_LENGTH: Range = ("metres", 0.001, 1000)
+_PLACE: Range = ("meters", -1000, 1000)
+_LENGTH: Range = ("meters", 0.001, 1000)
 _CIRCLE: Mapping[str, Range] = {"x": _PLACE, "y": _PLACE, "radius": _LENGTH}
 _BOX: Mapping[str, Range] = {
     "x": _PLACE,
@@ -59,7 +59,7 @@ def _numbers(
     reading: TomlReading, keys: Keys, value: Any, count: int, allowed: Range, example: str
 ) -> list[float] | None:
     if not isinstance(value, list) or len(value) != count:
-        reading.at_value(keys, f"write {count} numbers in metres, such as {example}")
+        reading.at_value(keys, f"write {count} numbers in meters, such as {example}")
         return None
     numbers = [reading.number((*keys, place), item, allowed) for place, item in enumerate(value)]
     right = [number for number in numbers if number is not None]
@@ -71,12 +71,12 @@ def _obstacle(
 ) -> dict[str, float] | None:
     """All numbers of an obstacle; those of its place that are left out are 0."""
     if not isinstance(value, dict):
-        reading.at_value(keys, f"write it in metres: `{example}`")
+        reading.at_value(keys, f"write it in meters: `{example}`")
         return None
     table = reading.table(keys, value, tuple(ranges))
     missing = [name for name in needed if name not in value]
     if missing:
-        reading.at_value(keys, f"add `{missing[0]}`, in metres")
+        reading.at_value(keys, f"add `{missing[0]}`, in meters")
         return None
     found = reading.numbers(keys, table, ranges)
     if any(name not in found for name in needed):

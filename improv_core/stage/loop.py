@@ -137,10 +137,9 @@ class _Loop:
             self._hangs_from = math.inf
             if self.player.state in ("playing", "waiting"):
                 self.player.hush(now)
-                what = (
-                    f"Improv was halted or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
-                )
-                self._tell({"type": "error", "message": what})
+                stalled = f"Improv was suspended or hung for {SILENCE_LIMIT} s"
+                line = f"{stalled}, so all robots were stopped: save to play again"
+                self._tell({"type": "error", "message": line})
         self.player.advance(now)
 
     def take(self, arrival: ToStage | Play | Unreadable | Reading, now: float) -> None:

@@ -191,7 +191,7 @@ class Player:
         if self._sink.real and self._state == "playing" and self._transport.performed(now) - self._due() > LATE:
             late = self._transport.performed(now) - self._due()
             self.hush(now)
-            message = f"the stage stood still for {late:.1f} s, so all robots were stopped: save to play again"
+            message = f"the stage stalled for {late:.1f} s, so all robots were stopped: save to play again"
             self._tell({"type": "error", "message": message})
             return
         self.reached = now

@@ -21,7 +21,7 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
     def close(opener: Token, place: int) -> None:
         closer = _CLOSER[opener.type]
         message = f"close this bracket with `{_TEXT[closer]}`"
-        fixes = replace(f"Write {_TEXT[closer]}", Span(place, place), _TEXT[closer])
+        fixes = replace(f"Insert {_TEXT[closer]}", Span(place, place), _TEXT[closer])
         diagnostics.append(Diagnostic("unclosed-bracket", opener.span, message, fixes))
         mended.append(Token(closer, "", place, place))
 
@@ -30,7 +30,7 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
             opened.append(token)
         elif token.type in _CLOSER.values():
             if not opened:
-                message = f"remove this `{token.text}`, or write the bracket it should close"
+                message = f"remove this `{token.text}` or add the bracket it should close"
                 fixes = replace("Remove it", token.span, "")
                 diagnostics.append(Diagnostic("unmatched-bracket", token.span, message, fixes))
                 continue
@@ -39,8 +39,8 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
                     close(opened.pop(), mended[-1].end)
             else:
                 wanted = _CLOSER[opened[-1].type]
-                message = f"write `{_TEXT[wanted]}` here: the bracket it closes is `{opened[-1].text}`"
-                fixes = replace(f"Write {_TEXT[wanted]}", token.span, _TEXT[wanted])
+                message = f"write `{_TEXT[wanted]}` here to close `{opened[-1].text}`"
+                fixes = replace(f"Change to {_TEXT[wanted]}", token.span, _TEXT[wanted])
                 diagnostics.append(Diagnostic("unmatched-bracket", token.span, message, fixes))
                 token = token._replace(type=wanted)
             opened.pop()

@@ -73,7 +73,7 @@ _KEPT = Kept(MOST_KEPT)
 
 def _parsed(text: str) -> Statement:
     if len(text) > LONGEST:
-        message = f"write shorter statements: this one has more than {LONGEST:,} characters"
+        message = f"this statement has more than {LONGEST:,} characters: split it up"
         return Statement(text, (Diagnostic("syntax", Span(0, len(text)), message),), None)
     all_tokens = lex(text)
     if too_deep := _too_deep(all_tokens):
@@ -113,10 +113,10 @@ def _heads(text: str, tokens: Sequence[Token]) -> tuple[list[Token], Token | Non
     if sign.type == "EQUAL":
         wrong_name = [token for token in names if not (token.text[0].isalpha() or token.text[0] == "_")]
         if wrong_name:
-            message = f"a name begins with a letter: `{wrong_name[0].text}` can't be one"
+            message = f"`{wrong_name[0].text}` is not a valid name: start it with a letter or `_`"
             return names[:1], sign, rest, [Diagnostic("syntax", wrong_name[0].span, message)]
         if len(names) > 1:
-            return names[:1], sign, rest, [Diagnostic("syntax", names[1].span, "write one name before `=`")]
+            return names[:1], sign, rest, [Diagnostic("syntax", names[1].span, "write only one name before `=`")]
     return names, sign, rest, []
 
 
@@ -131,11 +131,11 @@ def _without_sign(tokens: Sequence[Token]) -> list[Diagnostic]:
     whole = Span(tokens[0].start, tokens[-1].end) if tokens else Span(0, 0)
     first = tokens[0] if tokens else None
     if first and first.type == "NAME" and len(tokens) > 1 and tokens[1].type not in ("NAME", "STRAY", "NUMBER"):
-        fixes = replace("Write $", Span(first.end, first.end), " $")
+        fixes = replace("Insert $", Span(first.end, first.end), " $")
         return [Diagnostic("syntax", first.span, f"write `$` after the robot's name: `{first.text} $ …`", fixes)]
     if first and first.type not in ("NAME", "STRAY", "NUMBER"):
-        return [Diagnostic("syntax", whole, "say which robot moves, or name the movement: `turtle1 $ …` or `name = …`")]
-    return [Diagnostic("syntax", whole, "write `robot $ movement`, `name = movement` or `beat 60`")]
+        return [Diagnostic("syntax", whole, "write a robot or a name before the movement: `turtle1 $ …` or `name = …`")]
+    return [Diagnostic("syntax", whole, "write `robot $ movement`, `name = movement`, or `beat 60`")]
 
 
 def _joined(text: str, tokens: Sequence[Token]) -> list[Token]:
@@ -164,7 +164,7 @@ def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
         elif token.type in ("PRIMITIVE", "NAME"):
             waiting = brackets[-1] + 1 if brackets else 0
         if waiting > DEEPEST:
-            message = f"name a part and use the name: this is nested deeper than {DEEPEST} levels"
+            message = f"this is nested more than {DEEPEST} levels deep: name a part and use the name"
             return Diagnostic("too-deep", token.span, message)
     return None
 
@@ -235,7 +235,7 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
     """What to write instead of `found` (None at the statement's end), after `last`; and how to mend it."""
     after = f" after `{last.text}`" if last else ""
     if accepts == {"PLANE"}:
-        return f"write a plane{after}: YZ, XZ or XY", ()
+        return f"write a plane{after}: YZ, XZ, or XY", ()
     if accepts == {"NUMBER"}:
         example = f", such as `{WORDS[last.text].usage}`" if last and last.text in WORDS else ""
         return f"write a number{after}{example}", ()
@@ -243,15 +243,15 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         return f"write a movement{after}", ()
     if found.type == "PLANE":
         before = Span(found.start, found.start)
-        return f"write `reflect` before `{found.text}`", replace("Write reflect", before, "reflect ")
+        return f"write `reflect` before `{found.text}`", replace("Insert reflect", before, "reflect ")
     remove = replace(f"Remove {found.text}", found.span, "")
     if found.type == "NUMBER":
-        return f"remove `{found.text}`: a number stands only after `repeat`, `fast`, `slow` or `scale`", remove
+        return f"remove `{found.text}`: a number can only follow `repeat`, `fast`, `slow`, or `scale`", remove
     if found.text == "|":
-        return "write `||` between movements that play in parallel", replace("Write ||", found.span, "||")
+        return "write `||` between movements that play in parallel", replace("Change to ||", found.span, "||")
     if found.text == ",":
-        return "remove `,`: movements follow one another with only a blank between them", remove
+        return "remove `,`: separate movements with spaces", remove
     if found.type == "STRAY":
         written = found.text if found.text.isprintable() else f"U+{ord(found.text):04X}"
         return f"remove `{written}`: it is not part of the language", remove
-    return f"remove `{found.text}`, or begin a new line before it", remove
+    return f"remove `{found.text}` or start a new line before it", remove

@@ -13,7 +13,7 @@ def test_check_prints_a_line_for_each_mistake(broken: Path) -> None:
     assert done.returncode == 1
     assert done.stdout.splitlines() == [
         f"{broken}:2:5: error[unclosed-bracket] close this bracket with `)`",
-        f"{broken}:2:16: error[unknown-name] `foward` is not known: did you mean `forward`?",
+        f"{broken}:2:16: error[unknown-name] `foward` is not defined: did you mean `forward`?",
     ]
     assert done.stderr == ""
 

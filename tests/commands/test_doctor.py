@@ -44,7 +44,7 @@ def ends(listeners: list[tuple[str, str]], *publishers: tuple[str, str]) -> Ends
     [
         ("r", ends([("/sim", TWIST)]), ["✓ r: /sim listens for Twist on /r/cmd_vel"]),
         ("r", ends([("/base", STAMPED)]), ["✓ r: /base listens for TwistStamped on /r/cmd_vel"]),
-        ("r", ends([]), ["– r: nobody listens on /r/cmd_vel: start the robot"]),
+        ("r", ends([]), ["– r: nothing is listening on /r/cmd_vel: start the robot"]),
         (
             "r",
             ends([("/odd", POSE)]),
@@ -80,7 +80,7 @@ def test_who_listens_to_a_robots_topic(robot: str, seen: Ends, expected: list[st
 def test_a_topic_that_nobody_asked_for_is_offered() -> None:
     seen = {"/cmd_vel": ends([("/base", TWIST)]), "/r/cmd_vel": ends([])}
     assert told(*doctor_ros.listeners({"r": CAST["r"]}, seen)) == [
-        '– r: nobody listens on /r/cmd_vel: set `topic = "/cmd_vel"` for it in improv.toml, where a robot listens'
+        '– r: nothing is listening on /r/cmd_vel: set `topic = "/cmd_vel"` for it in improv.toml, where a robot listens'
     ]
 
 
@@ -233,7 +233,7 @@ def test_mistakes_are_told_and_count(tmp_path: Path) -> None:
     assert done.returncode == 1
     program, robots = done.stdout.splitlines()[1:3]
     assert program == "✗ dance.improv has errors: run `improv check dance.improv` to see them"
-    assert robots.startswith(f"✗ {toml}:2:11: error[robots] `turtlesym` is not known here")
+    assert robots.startswith(f"✗ {toml}:2:11: error[robots] `turtlesym` is not valid here")
 
     done = run_without_ros(tmp_path, "none.improv")
     assert done.returncode == 1

@@ -115,7 +115,7 @@ def test_the_world_is_that_of_the_robots_file(tmp_path: Path) -> None:
         start = { x = -2 }
     """
     done = check(tmp_path, "a $ repeat 4 forward\n", {"a": (2.7, 0)}, toml=toml)
-    assert done.stderr == "improv: a bumped into something that stands there: give them more room, or other ways\n"
+    assert done.stderr == "improv: a bumped into an obstacle: start them farther apart or change their paths\n"
 
 
 def test_a_bump_at_the_very_end_is_told(tmp_path: Path) -> None:

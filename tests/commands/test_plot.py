@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from improv_core.commands.main import improv
 
-UNKNOWN = "`forwrd` is not known: did you mean `forward`?"
+UNKNOWN = "`forwrd` is not defined: did you mean `forward`?"
 
 
 def run(folder: Path, program: str, output: str, *options: str) -> tuple[int, str]:

@@ -74,7 +74,7 @@ def test_wrong_programs_are_told_as_play_tells_them(tmp_path: Path) -> None:
     for backend in ((), ("--backend", "sim")):
         done = run("record", program, "-o", path, *backend)
         assert (done.returncode, done.stdout) == (1, "")
-        assert done.stderr == f"{program}:1:5: error[unknown-name] `lft` is not known: did you mean `left`?\n"
+        assert done.stderr == f"{program}:1:5: error[unknown-name] `lft` is not defined: did you mean `left`?\n"
     assert path.read_bytes() == b"old"
 
 

@@ -145,7 +145,7 @@ def test_a_save_that_changes_nothing_plays_anew(watch: Watch, program: Path) -> 
 
 def test_a_wrong_save_is_told_as_check_tells_it(watch: Watch, program: Path) -> None:
     program.write_text("r $ lft\n")
-    assert watch.wait("error").endswith(":1:5: error[unknown-name] `lft` is not known: did you mean `left`?\n")
+    assert watch.wait("error").endswith(":1:5: error[unknown-name] `lft` is not defined: did you mean `left`?\n")
     assert watch.next() == "✗ the previous dance keeps playing\n"
     program.write_text("r $ left left\n")
     watch.wait("▶ r 2 beats")
@@ -176,7 +176,7 @@ def test_a_save_of_the_robots_plays_anew(watch: Watch, program: Path) -> None:
 def test_wrong_from_the_beginning(program: Path) -> None:
     program.write_text("r $ lft\n")
     with watching(program) as watch:
-        watch.wait("`lft` is not known")
+        watch.wait("`lft` is not defined")
         assert watch.next() == "✗ nothing is playing: fix the program and save\n"
 
 

@@ -14,7 +14,7 @@ from aiohttp import ClientSession, ClientWebSocketResponse
 LIMIT = 30.0
 """Seconds a robot may take to do what is waited for, on a busy machine."""
 AWAY = 0.5
-"""A robot so many metres from where it was first seen has moved."""
+"""A robot so many meters from where it was first seen has moved."""
 STILL = 1.0
 """A robot that keeps its pose for so many seconds stands; a page hears of every change within 1/60 s."""
 

@@ -88,7 +88,7 @@ def test_session(tmp_path: Path) -> None:
         terminal.see("1 beat, 0.50 s at beat 120", there=False)
 
         terminal.type("%slft", "Enter")
-        terminal.see("`lft` is not known: did you mean `left`?")
+        terminal.see("`lft` is not defined: did you mean `left`?")
         terminal.type("c", "halfl")
         terminal.see("halfleft")  # what could be meant
         terminal.type("Tab")
@@ -104,7 +104,7 @@ def test_session(tmp_path: Path) -> None:
 
         terminal.type("%sforward", "Enter", "c", "forwad")
         _escape(terminal)
-        terminal.see("`forwad` is not known: did you mean `forward`?")
+        terminal.see("`forwad` is not defined: did you mean `forward`?")
         terminal.type(":w", "Enter")
         until(lambda: "forwad" in (tmp_path / "dance.improv").read_text(encoding="utf-8"), terminal.screen)
         asyncio.run(robot.moves(url))

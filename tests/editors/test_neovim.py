@@ -106,7 +106,7 @@ def test_screen(neovim: Neovim) -> None:
     with neovim.at_work() as env, Terminal(neovim.folder / "tmux", neovim.command(), env, size=(80, 12)) as terminal:
         terminal.see("E turtle1")  # the error, beside its line
         terminal.write(":w\n")
-        terminal.see("✗ line 3: `lft` is not known")
+        terminal.see("✗ line 3: `lft` is not defined")
         assert "Press ENTER" not in terminal.screen()
 
         terminal.write("/lft\ncwleft\x1b:w\n")

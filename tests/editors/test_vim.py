@@ -41,7 +41,7 @@ def test_session(tmp_path: Path) -> None:
     with nothing_left() as env:
         env |= {"LANG": "C.UTF-8", "DISPLAY": ":none", "BROWSER": f"{tmp_path}/browser"}
         with Terminal(tmp_path / "tmux", command, env) as terminal:
-            terminal.see("`lft` is not known: did you mean `left`?")
+            terminal.see("`lft` is not defined: did you mean `left`?")
             terminal.type(
                 "/repeat", "Enter", ":call setline(2, '# ' .. synIDattr(synID(3, col('.'), 1), 'name'))", "Enter"
             )
@@ -49,7 +49,7 @@ def test_session(tmp_path: Path) -> None:
             terminal.type("/forward", "Enter", ":ALEHover", "Enter")
             terminal.see("1 beat, 0.50 s at beat 120")
             terminal.type(":pclose", "Enter", ":%s/lft/hal/", "Enter")
-            terminal.see("`hal` is not known")
+            terminal.see("`hal` is not defined")
             terminal.type("/hal/e", "Enter", "a", "C-x", "C-o")
             terminal.see("halfleft")
             terminal.type("C-n", "Escape", ":w", "Enter")

@@ -37,10 +37,12 @@ def test_a_word_added_in_one_place_reaches_all_and_changes_nothing_else(tmp_path
         shutil.copy(ROOT / "editors" / file, tmp_path / "editors" / file)
     before = {file: (tmp_path / "editors" / file).read_text(encoding="utf-8") for file in GENERATED}
 
-    vocabulary = tmp_path / "improv_core" / "syntax" / "vocabulary.py"
-    down = '        _primitive("down", "One step down.", z=-1),\n'
-    spin = '        _primitive("spin", "A full turn.", yaw=4),\n'
-    vocabulary.write_text(vocabulary.read_text(encoding="utf-8").replace(down, down + spin), encoding="utf-8")
+    for module, down, spin in (
+        ("syntax/vocabulary.py", '_primitive("down", "One step down."),\n', '_primitive("spin", "A full turn."),\n'),
+        ("score/primitives.py", '"down": Velocity(z=-1),\n', '"spin": Velocity(yaw=4),\n'),
+    ):
+        source = tmp_path / "improv_core" / module
+        source.write_text(source.read_text(encoding="utf-8").replace(down, down + spin), encoding="utf-8")
     assert sorted(generate(tmp_path, "--check", code=1).splitlines()) == sorted(
         f"editors/{file} is out of date" for file in GENERATED
     )

@@ -166,7 +166,7 @@ def _a_wrong_save_changes_nothing(page: Page, robots: str) -> None:
     page.keyboard.type("lft")
     expect(page.locator(".squiggly-error")).to_have_count(1)
     page.keyboard.press("Control+S")
-    expect(_status(page)).to_have_text(re.compile(r"line 4: `lft` is not known.*beat \d+/∞$"))
+    expect(_status(page)).to_have_text(re.compile(r"line 4: `lft` is not defined.*beat \d+/∞$"))
     keep_picture(page, "wrong-save")
     _robot(robots, "moves")
     page.wait_for_function(IS_LIT, arg="forward")

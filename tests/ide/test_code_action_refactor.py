@@ -87,24 +87,24 @@ def test_what_a_bracket_counts_is_left_alone() -> None:
 
 
 def test_a_name_is_written_out() -> None:
-    check("Write out", "x = left up\nr $ |>x down", "r $ left up down")
-    check("Write out", "x = left up # both\ns $ up\nr $ reverse |>x", "s $ up\nr $ reverse (left up)")
-    check("Write out", "x = left up\nr $ [|>x down]", "r $ [(left up) down]")
-    check("Write out", "x = left || up\nr $ |>x down", "r $ (left || up) down")
-    check("Write out", "x = left || up\nr $ [|>x]", "r $ [(left || up)]")
-    check("Write out", "x = (left\n  up)\nr$[up]|>x[up]", "r$[up](left\n  up)[up]")
-    check("Write out x here", "x = left up\nr $ |>x x", "x = left up\nr $ left up x")
-    check("Write out x everywhere", "|>x = left up\nr $ x fast 2 x", "r $ left up fast 2 (left up)")
-    check("Write out", "x = up\nx = |>x left\nr $ x", "x = up left\nr $ x")
+    check("Inline", "x = left up\nr $ |>x down", "r $ left up down")
+    check("Inline", "x = left up # both\ns $ up\nr $ reverse |>x", "s $ up\nr $ reverse (left up)")
+    check("Inline", "x = left up\nr $ [|>x down]", "r $ [(left up) down]")
+    check("Inline", "x = left || up\nr $ |>x down", "r $ (left || up) down")
+    check("Inline", "x = left || up\nr $ [|>x]", "r $ [(left || up)]")
+    check("Inline", "x = (left\n  up)\nr$[up]|>x[up]", "r$[up](left\n  up)[up]")
+    check("Inline x here", "x = left up\nr $ |>x x", "x = left up\nr $ left up x")
+    check("Inline x everywhere", "|>x = left up\nr $ x fast 2 x", "r $ left up fast 2 (left up)")
+    check("Inline", "x = up\nx = |>x left\nr $ x", "x = up left\nr $ x")
 
 
 def test_a_name_whose_names_have_changed_is_not_written_out() -> None:
     program = "x = up\ny = x left\nx = down\nr $ |>y x"
-    check_not("Write out", program)
-    check_not("Write out", program.replace("|>", "").replace("y =", "|>y ="))
-    check_not("Write out", "r $ |>x")
-    check_not("Write out", "|>x = up")
-    check_not("Write out", "x = (up\nr $ |>x")
+    check_not("Inline", program)
+    check_not("Inline", program.replace("|>", "").replace("y =", "|>y ="))
+    check_not("Inline", "r $ |>x")
+    check_not("Inline", "|>x = up")
+    check_not("Inline", "x = (up\nr $ |>x")
 
 
 def test_a_repeat_is_unrolled() -> None:

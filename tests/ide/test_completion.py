@@ -116,6 +116,6 @@ def test_what_is_said_about_what_is_offered() -> None:
     assert said("x", "name", 2).startswith("x (name, line 2)\nx = x up\n2 beats, 2.0 s")
     assert said("x", "name", 1).startswith("x (name, line 1)\nx = left\n1 beat")
     assert said("x", "name", 99) == said("x", "name", 2)
-    assert said("r", "robot", 2) == "r (robot, profile turtlesim): all it plays\n2 beats, 2.0 s at beat 60"
-    assert said("reflect", "keyword", 2) == "reflect YZ movement: The mirror image in a plane: YZ, XZ or XY."
+    assert said("r", "robot", 2) == "r (robot, profile turtlesim): everything it plays\n2 beats, 2.0 s at beat 60"
+    assert said("reflect", "keyword", 2) == "reflect YZ movement: Mirrors the movement across a plane: YZ, XZ, or XY."
     assert said("8", "number", 2) == said("y", "name", 2) == ""

@@ -35,9 +35,9 @@ def test_words_say_what_they_do_how_long_and_how_far() -> None:
 def test_transformers_speak_of_the_term_they_apply_to() -> None:
     check("r $ re|>peat 4 (forward left)", "repeat 4 (forward left)", "**repeat 4**", "8 beats", "turns 360° left")
     check("r $ fast |>3/2 left right", "fast 3/2 left", "2/3 beats, 0.67 s")
-    check("r $ reflect Y|>Z left", "reflect YZ left", "Left and right change places", "turns 90° right")
+    check("r $ reflect Y|>Z left", "reflect YZ left", "Swaps left and right", "turns 90° right")
     check("r $ repeat le|>ft", "left", "1 beat")
-    check("r $ rep|>eat left", "repeat left", "∞, endless at beat 60 · goes on forever")
+    check("r $ rep|>eat left", "repeat left", "∞, endless at beat 60 · continues forever")
 
 
 def test_brackets_say_what_they_make_of_their_items() -> None:
@@ -46,7 +46,7 @@ def test_brackets_say_what_they_make_of_their_items() -> None:
     check(
         "r $ [forward left || left|>]",
         "[forward left || left]",
-        "2 items, 2 times as fast and 1 item, at its own speed",
+        "2 items, 2 times as fast and 1 item, at its normal speed",
     )
     check("r $ |>(forward left)", "(forward left)", "2 beats")
 
@@ -60,9 +60,9 @@ def test_names_are_shown_as_they_were_defined_above() -> None:
 
 def test_robots_and_signs_speak_of_all_that_is_played() -> None:
     check("|>r $ forward\nr $ left", "r", "robot, profile turtlesim", "2 beats")
-    check("r1 r2 |>$ forward", "$", "r1, r2 plays what follows", "1 beat")
-    check("x |>= forward", "=", "`x` stands for what follows")
-    check("r $ forward |>|| left", "forward || left", "play at once", "2.0 m, turns 90° left")
+    check("r1 r2 |>$ forward", "$", "r1, r2 play what follows", "1 beat")
+    check("x |>= forward", "=", "`x` is the name for what follows")
+    check("r $ forward |>|| left", "forward || left", "play at the same time", "2.0 m, turns 90° left")
 
 
 def test_broken_statements_still_tell_what_they_hold() -> None:
@@ -89,11 +89,11 @@ def test_where_a_movement_leads() -> None:
 
 
 def test_what_the_brackets_around_make_of_it() -> None:
-    check("x = forward\nr $ [|>x left]", "x", "1 beat", "in this bracket twice as fast: 0.5 beats, 0.50 s")
-    check("r $ [forward [left ri|>ght] left]", "right", "here 6 times as fast: 1/6 beats, 0.17 s")
+    check("x = forward\nr $ [|>x left]", "x", "1 beat", "twice as fast in this bracket: 0.5 beats, 0.50 s")
+    check("r $ [forward [left ri|>ght] left]", "right", "6 times as fast here: 1/6 beats, 0.17 s")
     check("r $ [forward left || le|>ft]", "left", "1 beat")
-    check("r $ slow 2 (le|>ft)", "left", "here half as fast: 2 beats")
-    check("r $ fast 2 [|>(left) right up]", "(left)", "here 6 times as fast")
+    check("r $ slow 2 (le|>ft)", "left", "half as fast here: 2 beats")
+    check("r $ fast 2 [|>(left) right up]", "(left)", "6 times as fast here")
     assert "as fast" not in said("r $ [le|>ft || up] right")
 
 
@@ -123,7 +123,7 @@ def test_plain_text_has_no_marks() -> None:
         "x (name, line 1)\nx = [left up]\n1 beat, 1.0 s at beat 60 · 2.0 m, turns 90° left\n"
         "ends 2.0 m up, facing 90° left"
     )
-    assert said("x |>= left").startswith("=: x stands for what follows\n")
+    assert said("x |>= left").startswith("=: x is the name for what follows\n")
 
 
 @pytest.mark.parametrize(

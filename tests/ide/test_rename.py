@@ -56,40 +56,50 @@ def test_a_name_that_is_free_here_may_be_used_elsewhere() -> None:
 
 
 def test_what_would_change_the_meaning_is_refused() -> None:
-    check_refused("|>x = left\ny = up\nr $ x y", "y", "`y` is defined in line 2: choose another name")
-    check_refused("y = up\n|>x = left\nr $ x\nr $ y", "y", "`y` in line 4 would then mean this: choose another name")
-    check_refused("|>x = left\nr $ y", "y", "`y` in line 2 would then mean this: choose another name")
+    check_refused("|>x = left\ny = up\nr $ x y", "y", "`y` is already defined on line 2: choose another name")
+    check_refused(
+        "y = up\n|>x = left\nr $ x\nr $ y", "y", "`y` on line 4 would then mean this one: choose another name"
+    )
+    check_refused("|>x = left\nr $ y", "y", "`y` on line 2 would then mean this one: choose another name")
 
 
 def test_names_must_be_legal() -> None:
-    check_refused("|>x = left", "up", "`up` is a word of the language: choose another name")
-    check_refused("|>x = left", "2x", "`2x` can't be a name: use letters, digits and `_`, no digit first")
-    check_refused("|>x = left", "", "`` can't be a name: use letters, digits and `_`, no digit first")
-    check_refused("|>x = left", "a b", "`a b` can't be a name: use letters, digits and `_`, no digit first")
-    check_refused("|>r $ left", "ü", "`ü` can't name a robot: use the letters a to z, digits and `_`, a letter first")
-    check_refused("|>r $ left", "beat", "`beat` is a word of the language: choose another name")
+    check_refused("|>x = left", "up", "`up` is a reserved word: choose another name")
+    check_refused(
+        "|>x = left", "2x", "`2x` is not a valid name: use letters, digits, and `_`, not starting with a digit"
+    )
+    check_refused("|>x = left", "", "`` is not a valid name: use letters, digits, and `_`, not starting with a digit")
+    check_refused(
+        "|>x = left", "a b", "`a b` is not a valid name: use letters, digits, and `_`, not starting with a digit"
+    )
+    check_refused(
+        "|>r $ left",
+        "ü",
+        "`ü` is not a valid robot name: use a to z, digits, and `_`, starting with a letter",
+    )
+    check_refused("|>r $ left", "beat", "`beat` is a reserved word: choose another name")
 
 
 def test_only_names_and_robots() -> None:
-    line = "put the cursor on a name or a robot: nothing else can be renamed"
+    line = "only names and robots can be renamed: put the cursor on one"
     for program in ("r $ le|>ft", "r $ repeat |>3 left", "# |>x", "|>left = up", "|>"):
         check_refused(program, "x", line)
-    check_refused("r $ |>x", "y", "define `x` first: nothing above says what it stands for")
+    check_refused("r $ |>x", "y", "`x` is not defined above this line: define it first")
 
 
 def test_a_robot() -> None:
     check("r s $ left\nr = up\ns |>r $ r", "anna", "anna s $ left\nr = up\ns anna $ r")
     check("my-ro|>bot $ left", "my_robot", "my_robot $ left")
-    check_refused("s $ up\n|>r $ left", "s", "`s` is a robot already, in line 1: choose another name")
+    check_refused("s $ up\n|>r $ left", "s", "`s` is already a robot, on line 1: choose another name")
 
 
 def test_its_sections_in_improv_toml() -> None:
     text = '[robots.r]\nprofile = "turtlesim"\n[robots.r.start]\nx = 1\n[robots.s]\n'
     assert applied(text, rename_section(read_robots(text), "r", "anna")) == text.replace("robots.r", "robots.anna")
     assert rename_section(read_robots(text), "t", "anna") == []
-    with pytest.raises(RefusalError, match=r"`s` is a robot already, in improv\.toml"):
+    with pytest.raises(RefusalError, match=r"`s` is already a robot, in improv\.toml"):
         rename_section(read_robots(text), "r", "s")
-    with pytest.raises(RefusalError, match=r"mend improv\.toml first"):
+    with pytest.raises(RefusalError, match=r"fix it first"):
         rename_section(read_robots("[robots.r"), "r", "s")
 
 

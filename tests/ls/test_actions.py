@@ -42,10 +42,10 @@ def test_a_mistake_is_mended() -> None:
     with Client({"onSave": "off"}, capabilities=VERSIONED) as client:
         client.open(URI, before)
         found = actions(client, 2, 3, only=["quickfix"])
-        (change,) = found["Write forward"]["edit"]["documentChanges"]
+        (change,) = found["Change to forward"]["edit"]["documentChanges"]
         assert change["textDocument"] == {"uri": URI, "version": 1}
         assert applied(before, change["edits"]) == before.replace("forwrd", "forward")
-        assert found["Write forward"]["diagnostics"][0]["code"] == "unknown-name"
+        assert found["Change to forward"]["diagnostics"][0]["code"] == "unknown-name"
 
 
 @pytest.fixture(scope="module")
@@ -81,9 +81,9 @@ def place(text: str, offset: int) -> dict[str, int]:
     ("title", "before", "after"),
     [
         ("Name", "# 🐢\r\nr $ 𝑥 <up left> up\r\n", "# 🐢\r\nup_left = up left\r\nr $ 𝑥 up_left up\r\n"),
-        ("Write out", "𝑥 = up left\r\nr $ reverse <>𝑥 # 🐢\r\n", "r $ reverse (up left) # 🐢\r\n"),
-        ("Write out 𝑥 here", "𝑥 = up left\nr $ 𝑥 <>𝑥\n", "𝑥 = up left\nr $ 𝑥 up left\n"),
-        ("Write out 𝑥 everywhere", "<>𝑥 = up left\nr $ 𝑥 fast 2 𝑥\n", "r $ up left fast 2 (up left)\n"),
+        ("Inline", "𝑥 = up left\r\nr $ reverse <>𝑥 # 🐢\r\n", "r $ reverse (up left) # 🐢\r\n"),
+        ("Inline 𝑥 here", "𝑥 = up left\nr $ 𝑥 <>𝑥\n", "𝑥 = up left\nr $ 𝑥 up left\n"),
+        ("Inline 𝑥 everywhere", "<>𝑥 = up left\nr $ 𝑥 fast 2 𝑥\n", "r $ up left fast 2 (up left)\n"),
         ("Unroll", "# 🐢\r\nr $ 𝑥 <>repeat 2 (up left)\r\n", "# 🐢\r\nr $ 𝑥 up left up left\r\n"),
         ("Fold into repeat 2", "r $ 𝑥 <up left up left> # 🐢\r\n", "r $ 𝑥 repeat 2 (up left) # 🐢\r\n"),
         ("Wrap in ( )", "r $ 𝑥 <up left> 𝑥\r\n", "r $ 𝑥 (up left) 𝑥\r\n"),
@@ -98,11 +98,11 @@ def test_a_movement_is_written_differently(client: Client, title: str, before: s
 @pytest.mark.parametrize(
     ("title", "before", "after"),
     [
-        ("Write )", "r $ 𝑥 <>(up # 🐢\r\n", "r $ 𝑥 (up) # 🐢\r\n"),
+        ("Insert )", "r $ 𝑥 <>(up # 🐢\r\n", "r $ 𝑥 (up) # 🐢\r\n"),
         ("Remove it", "r $ 𝑥 up<>) # 🐢\r\n", "r $ 𝑥 up # 🐢\r\n"),
-        ("Write forward", "r $ 𝑥 <>forwrd # 🐢\r\n", "r $ 𝑥 forward # 🐢\r\n"),
+        ("Change to forward", "r $ 𝑥 <>forwrd # 🐢\r\n", "r $ 𝑥 forward # 🐢\r\n"),
         ("Move the definition of 𝑥 up", "r $ <>𝑥\r\n𝑥 = up\r\n", "𝑥 = up\r\nr $ 𝑥\r\n"),
-        ("Remove the definition, and the other one", "<>𝑥 = up\r\n𝑦 = up # 🐢\r\nr $ up\r\n", "r $ up\r\n"),
+        ("Remove the definition and the other one", "<>𝑥 = up\r\n𝑦 = up # 🐢\r\nr $ up\r\n", "r $ up\r\n"),
     ],
 )
 def test_a_mistake_is_mended_at_its_place(client: Client, title: str, before: str, after: str) -> None:

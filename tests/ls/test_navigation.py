@@ -60,10 +60,10 @@ def test_a_refusal_says_why_in_one_line() -> None:
     with Client(capabilities=VERSIONED) as client:
         client.open(URI, PROGRAM)
         refused = client.refusal("textDocument/prepareRename", place(1, 6))
-        line = "put the cursor on a name or a robot: nothing else can be renamed"
+        line = "only names and robots can be renamed: put the cursor on one"
         assert refused == {"code": -32803, "message": line}
         refused = client.refusal("textDocument/rename", place(2, 0, newName="s"))
-        assert refused["message"] == "`s` is a robot already, in line 3: choose another name"
+        assert refused["message"] == "`s` is already a robot, on line 3: choose another name"
         assert not any(message["method"] == "window/showMessage" for message in client.notifications)
 
 
@@ -97,10 +97,10 @@ def test_a_robot_is_renamed_in_improv_toml_and_in_all_programs_that_share_it(tmp
             (closed.as_uri(), None): [(0, 0, 1, "anna")],
         }
         refused = client.refusal("textDocument/rename", place(0, 0, opened.as_uri(), newName="r"))
-        assert refused["message"] == "`r` is a robot already, in line 2: choose another name"
+        assert refused["message"] == "`r` is already a robot, on line 2: choose another name"
         closed.write_text("r $ up\nbob $ up\n")
         refused = client.refusal("textDocument/rename", place(0, 0, here.as_uri(), newName="bob"))
-        assert refused["message"] == "in clo sed.improv: `bob` is a robot already, in line 2: choose another name"
+        assert refused["message"] == "in clo sed.improv: `bob` is already a robot, on line 2: choose another name"
 
 
 def test_a_robot_that_no_file_speaks_of_belongs_to_its_program(tmp_path: Path) -> None:

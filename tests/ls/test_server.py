@@ -78,7 +78,7 @@ def test_a_save_with_errors_says_why_and_the_dance_keeps_playing(client: Client)
     client.change(URI, 2, {"text": "r $ repeat lft )\n"})
     client.save(URI)
     line = client.wait_for_line("✗")
-    assert line == "✗ line 1: `lft` is not known: did you mean `left`? (and 1 more); the previous dance keeps playing"
+    assert line == "✗ line 1: `lft` is not defined: did you mean `left`? (and 1 more); the previous dance keeps playing"
     client.wait("$/progress", lambda params: params["value"].get("message", "").startswith("beat 2/"))
 
 

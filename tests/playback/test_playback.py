@@ -42,7 +42,7 @@ class Fake:
 
     def die(self) -> None:
         self.alive = False
-        self._hear(self, {"type": "gone", "message": "the stage ended by itself"})
+        self._hear(self, {"type": "gone", "message": "the stage exited unexpectedly"})
 
     def tell(self, state: State, beat: float = 0.0, monotonic: float = 500.0) -> None:
         """Say where it is in what it was given to play last."""
@@ -190,7 +190,7 @@ def test_there_is_no_beat_to_seek_before_anything_has_been_played() -> None:
         await show.playback.open()
         show.latest("simulator").say({"type": "request", "command": {"type": "seek", "beat": 2.0}})
         assert [stage.kinds for stage in show.stages] == [[], []]
-        assert show.lines == ["nothing has been played yet, so there is no beat to go to: save a program first"]
+        assert show.lines == ["nothing has been played yet: save a program before you seek"]
 
     check(performs)
 
@@ -200,7 +200,7 @@ def test_a_stage_that_led_and_died_is_replaced_by_one_that_stops_the_robots_firs
         leader, twin = await show.play()
         leader.die()
         assert twin.kinds == ["load", "hush"]
-        assert show.lines == ["the stage ended by itself: a new one stops the robots; save to play again"]
+        assert show.lines == ["the stage exited unexpectedly: a new one is stopping the robots; save to play again"]
         await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
         new = show.latest("ros")
         (standing,) = new.loads
@@ -219,7 +219,7 @@ def test_a_new_stage_that_dies_before_the_robots_stand_is_not_replaced() -> None
         leader.die()
         await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
         show.latest("ros").die()
-        assert show.lines[-1] == "the stage ended by itself: robots may still move; save to play again"
+        assert show.lines[-1] == "the stage exited unexpectedly: robots may still be moving; save to play again"
         assert len(show.stages) == 3
 
     check(performs)
@@ -241,7 +241,7 @@ def test_a_twin_that_died_is_replaced_and_what_leads_plays_on() -> None:
         leader, twin = await show.play()
         page = show.playback.page
         twin.die()
-        assert show.lines == ["the stage ended by itself: a new one shows what is played next"]
+        assert show.lines == ["the stage exited unexpectedly: a new one will show the next dance"]
         await show.until(lambda: show.latest("simulator") is not twin)
         assert leader.kinds == ["load"]
         await show.until(lambda: show.playback.page == page)
@@ -308,7 +308,7 @@ def test_a_stage_that_can_not_be_replaced_is_said_and_the_next_play_tries_again(
         show.fails = {"ros"}
         leader.die()
         await show.until(lambda: len(show.lines) == 2)
-        assert show.lines[-1] == "no new stage can be started: no ros here"
+        assert show.lines[-1] == "no new stage could be started: no ros here"
         show.fails.clear()
         assert await show.playback.play(ENDLESS)
         assert len(show.latest("ros").loads) == 1

@@ -27,33 +27,33 @@ def test_right_program_has_no_diagnostics() -> None:
 def test_syntax_says_what_to_write() -> None:
     check("""
         x = reflect left
-                    ^^^^ syntax: write a plane after `reflect`: YZ, XZ or XY
+                    ^^^^ syntax: write a plane after `reflect`: YZ, XZ, or XY
         x = fast forward
                  ^^^^^^^ syntax: write a number after `fast`, such as `fast 2 movement`
         x = forward ||
                     ^^ syntax: write a movement after `||`
         x = forward 3 left
-                    ^ syntax: remove `3`: a number stands only after `repeat`, `fast`, `slow` or `scale`
+                    ^ syntax: remove `3`: a number can only follow `repeat`, `fast`, `slow`, or `scale`
         x = forward | left
                     ^ syntax: write `||` between movements that play in parallel
         x = forward, left
-                   ^ syntax: remove `,`: movements follow one another with only a blank between them
+                   ^ syntax: remove `,`: separate movements with spaces
         x = YZ forward
             ^^ syntax: write `reflect` before `YZ`
         x =
           ^ syntax: write a movement after `=`
         x y = forward
-          ^ syntax: write one name before `=`
+          ^ syntax: write only one name before `=`
         = forward
         ^ syntax: write a name before `=`
         $ forward
         ^ syntax: write a robot's name before `$`
         r $ forward $ left
-                    ^ syntax: remove `$`, or begin a new line before it
+                    ^ syntax: remove `$` or start a new line before it
         turtle1 repeat 4 forward
         ^^^^^^^ syntax: write `$` after the robot's name: `turtle1 $ …`
         forward left
-        ^^^^^^^^^^^^ syntax: say which robot moves, or name the movement: `turtle1 $ …` or `name = …`
+        ^^^^^^^^^^^^ syntax: write a robot or a name before the movement: `turtle1 $ …` or `name = …`
         beat
         ^^^^ syntax: write a number after `beat`, such as `beat 60`
         turtle1 $ forward 😀
@@ -66,9 +66,9 @@ def test_brackets_are_marked_themselves() -> None:
         x = (forward [left)
                      ^ unclosed-bracket: close this bracket with `]`
         y = forward left)
-                        ^ unmatched-bracket: remove this `)`, or write the bracket it should close
+                        ^ unmatched-bracket: remove this `)` or add the bracket it should close
         z = (forward left]
-                         ^ unmatched-bracket: write `)` here: the bracket it closes is `(`
+                         ^ unmatched-bracket: write `)` here to close `(`
         r $ (x
             ^ unclosed-bracket: close this bracket with `)`
           y
@@ -79,17 +79,17 @@ def test_brackets_are_marked_themselves() -> None:
 def test_names_must_be_known_where_they_stand() -> None:
     check("""
         r $ foward
-            ^^^^^^ unknown-name: `foward` is not known: did you mean `forward`?
+            ^^^^^^ unknown-name: `foward` is not defined: did you mean `forward`?
         r $ spin
-            ^^^^ used-before-definition: move the definition of `spin` (line 3) above this line
+            ^^^^ used-before-definition: `spin` is not defined until line 3: move its definition above this line
         spin = left left
         r $ spn Left
-            ^^^ unknown-name: `spn` is not known: did you mean `spin`?
-                ^^^^ unknown-name: `Left` is not known: did you mean `left`?
+            ^^^ unknown-name: `spn` is not defined: did you mean `spin`?
+                ^^^^ unknown-name: `Left` is not defined: did you mean `left`?
         r $ qqq
-            ^^^ unknown-name: `qqq` is not known: define it above: `qqq = …`
+            ^^^ unknown-name: `qqq` is not defined: write `qqq = …` above this line
         me = me left
-             ^^ used-before-definition: define `me` above this line (line 6) before using it in its own definition
+             ^^ used-before-definition: `me` is used in its own definition: define it first, above line 6
         me = me left
     """)
 
@@ -101,13 +101,13 @@ def test_numbers_must_make_sense() -> None:
         r $ repeat 1.5 left
                    ^^^ bad-number: repeat a whole number of times: 0, 1, 2, …
         r $ repeat -1 left
-                   ^^ bad-number: write the count of `repeat` as a number above 0
+                   ^^ bad-number: write the number after `repeat` as a number above 0
         r $ fast 0 left
-                 ^ bad-number: write the number of `fast` as a number above 0
+                 ^ bad-number: write the number after `fast` as a number above 0
         r $ slow 1/0 left
-                 ^^^ bad-number: write the number of `slow` without dividing by 0
+                 ^^^ bad-number: write the number after `slow` without dividing by 0
         r $ scale 1111111111111111111111111111111 left
-                  ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ bad-number: write the number of `scale` with at most 30 characters
+                  ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ bad-number: write the number after `scale` with at most 30 characters
         r $ repeat 0 left
         r $ repeat 4/2 left
     """)
@@ -116,13 +116,13 @@ def test_numbers_must_make_sense() -> None:
 def test_words_and_robots() -> None:
     check("""
         left = right
-        ^^^^ reserved-name: choose another name: `left` is a word of the language
+        ^^^^ reserved-name: `left` is a reserved word: choose another name
         YZ $ left
-        ^^ reserved-name: choose another name: `YZ` is a word of the language
+        ^^ reserved-name: `YZ` is a reserved word: choose another name
         my-robot größe _r $ left
-        ^^^^^^^^ bad-robot-name: `my-robot` can't name a robot: use the letters a to z, digits and `_`, a letter first
-                 ^^^^^ bad-robot-name: `größe` can't name a robot: use the letters a to z, digits and `_`, a letter first
-                       ^^ bad-robot-name: `_r` can't name a robot: use the letters a to z, digits and `_`, a letter first
+        ^^^^^^^^ bad-robot-name: `my-robot` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
+                 ^^^^^ bad-robot-name: `größe` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
+                       ^^ bad-robot-name: `_r` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         größe = left
         _r = größe
     """)
@@ -133,7 +133,7 @@ def test_one_beat_for_a_document() -> None:
         r $ forward
         beat 90
         beat 30
-        ^^^^^^^ duplicate-beat: remove this `beat`: line 2 has one already
+        ^^^^^^^ duplicate-beat: line 2 already sets the tempo: remove this `beat`
     """)
     assert analysis.tempo == 90
 
@@ -142,7 +142,7 @@ def test_what_has_no_end_has_no_reverse() -> None:
     check("""
         x = repeat left
         r $ reverse x
-            ^^^^^^^ endless-reverse: give the `repeat` inside a number: `reverse` can't begin at the end of what has none
+            ^^^^^^^ endless-reverse: `reverse` needs a movement that ends: give the `repeat` in it a number
         r $ retrograde (x || forward)
     """)
 
@@ -150,9 +150,9 @@ def test_what_has_no_end_has_no_reverse() -> None:
 def test_empty_groups_do_nothing() -> None:
     check("""
         r $ forward ()
-                    ^^ empty-group: write a movement in `()`: it does nothing
+                    ^^ empty-group: `()` is empty: write a movement in it or remove it
         r $ []
-            ^^ empty-group: write a movement in `[]`: it does nothing
+            ^^ empty-group: `[]` is empty: write a movement in it or remove it
     """)
 
 
@@ -176,7 +176,7 @@ def test_fractions_can_not_be_blown_up() -> None:
     nested = "r $ " + "fast 1.000000001 " * 199 + "left"
     (diagnostic,) = analyze(nested).diagnostics
     assert diagnostic.code == "bad-number"
-    assert diagnostic.message == "use simpler numbers: together they make a fraction too long to compute exactly"
+    assert diagnostic.message == "these numbers make a fraction too long to compute exactly: use simpler ones"
     doubled = "x = left\n" + "x = x x\n" * 5000
     assert set(errors(doubled)) == {"bad-number"}
 
@@ -207,8 +207,8 @@ def test_what_is_cut_off_is_never_performed() -> None:
         r $ repeat 3 (forward left) || rest
                               ^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
         r $ forward || () || []
-                       ^^ empty-group: write a movement in `()`: it does nothing
-                             ^^ empty-group: write a movement in `[]`: it does nothing
+                       ^^ empty-group: `()` is empty: write a movement in it or remove it
+                             ^^ empty-group: `[]` is empty: write a movement in it or remove it
         r $ [left slow 2 left forward || up down]
                               ^^^^^^^ never-performed: this is never reached: make what plays alongside it longer
         r $ [left repeat left forward] up
@@ -231,11 +231,11 @@ def test_names_that_nothing_uses_are_told() -> None:
     check(
         """
         x = forward
-        ^ unused-name: use `x` below, or remove this line: nothing plays it
+        ^ unused-name: nothing uses `x`: use it below or remove this line
         x = left
         x = x right
         y = left
-        ^ unused-name: use `y` below, or remove this line: nothing plays it
+        ^ unused-name: nothing uses `y`: use it below or remove this line
         r $ x
         """,
         hints=True,

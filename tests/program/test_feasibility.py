@@ -37,9 +37,9 @@ def test_too_fast_says_what_fits() -> None:
         beat 60
         quick = [forward forward]
         burger $ left quick forward
-                      ^^^^^ too-fast: 0.4 m/s is over burger's limit of 0.22 m/s: `beat 33` or `slow 2` fits
+                      ^^^^^ too-fast: 0.4 m/s is over burger's limit of 0.22 m/s: use `beat 33` or `slow 2`
         burger $ [left left]
-                  ^^^^ too-fast: 3.14 rad/s is over burger's limit of 2.84 rad/s: `beat 54` or `slow 5/4` fits
+                  ^^^^ too-fast: 3.14 rad/s is over burger's limit of 2.84 rad/s: use `beat 54` or `slow 5/4`
         burger omni $ scale 1/2 (forward || forward) rest
     """)
 
@@ -51,9 +51,9 @@ def test_robots_must_be_listed_and_able() -> None:
         turtle $ left
         ^^^^^^ unknown-robot: `turtle` is not in improv.toml: add `[robots.turtle]` to improv.toml
         omni burger $ left strafeleft
-                           ^^^^^^^^^^ unsupported-direction: `burger` can't move sideways: its profile turtlebot3_burger has no such motion
+                           ^^^^^^^^^^ unsupported-direction: `burger` can't move sideways: use another motion, or a profile other than turtlebot3_burger
         omni $ strafeleft up
-                          ^^ unsupported-direction: `omni` can't move up or down: its profile holonomic has no such motion
+                          ^^ unsupported-direction: `omni` can't move up or down: use another motion, or a profile other than holonomic
     """)
 
 
@@ -61,7 +61,7 @@ def test_too_short_for_the_commands_of_the_robot() -> None:
     check("""
         beat 60
         omni $ forward [rest [rest rest rest rest] [rest [rest rest rest rest rest rest rest rest]]]
-                                                          ^^^^ too-short: make this longer: it lasts 0.0208 s, and omni takes a command every 0.05 s
+                                                          ^^^^ too-short: this lasts 0.0208 s, but omni takes a command every 0.05 s: make it longer
     """)
 
 

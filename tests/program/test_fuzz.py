@@ -211,4 +211,4 @@ def test_a_line_of_ten_megabytes() -> None:
     assert hover(analysis, len(text) // 2) is None
     assert format_text(text) == text.rstrip() + "\n"
     (diagnostic,) = analysis.diagnostics
-    assert diagnostic.message == "write shorter statements: this one has more than 100,000 characters"
+    assert diagnostic.message == "this statement has more than 100,000 characters: split it up"

@@ -93,7 +93,7 @@ def test_a_profile_without_a_base_says_its_step_and_is_not_limited_in_the_rest()
     assert check("[profiles.mine]\nstep = 1").profiles["mine"] == Profile("mine", step=1.0)
     check("""
         [profiles.mine]
-                  ^^^^ robots: add `step`, in metres, or `base`, the profile that says what this one does not
+                  ^^^^ robots: add `step`, in meters, or `base`, the profile to take all other values from
         max_linear = 1
     """)
 
@@ -118,17 +118,17 @@ def test_what_is_wrong_in_a_world_is_not_there() -> None:
     found = check("""
         [world]
         size = [6, 0]
-                   ^ robots: write this in metres, from 0.001 to 1000
+                   ^ robots: write this in meters, from 0.001 to 1000
         walls = [[0, 0, 1], [0, 0, 1, 1]]
-                 ^^^^^^^^^ robots: write 4 numbers in metres, such as [0, 0, 2, 0]: from x, y to x, y
+                 ^^^^^^^^^ robots: write 4 numbers in meters, such as [0, 0, 2, 0]: from x, y to x, y
         circles = [{ x = 1 }, 3, { radius = 0.3, tint = 1 }]
-                   ^^^^^^^^^ robots: add `radius`, in metres
-                              ^ robots: write it in metres: `{ x = 1, y = 0, radius = 0.3 }`
-                                                 ^^^^ robots: `tint` is not known here: write one of `x`, `y`, `radius`
+                   ^^^^^^^^^ robots: add `radius`, in meters
+                              ^ robots: write it in meters: `{ x = 1, y = 0, radius = 0.3 }`
+                                                 ^^^^ robots: `tint` is not valid here: write one of `x`, `y`, `radius`
         boxes = { width = 1, height = "2" }
                 ^^^^^^^^^^^^^^^^^^^^^^^^^^^ robots: write `boxes` as a list, in `[` and `]`
         lake = 1
-        ^^^^ robots: `lake` is not known here: write one of `size`, `walls`, `circles`, `boxes`
+        ^^^^ robots: `lake` is not valid here: write one of `size`, `walls`, `circles`, `boxes`
     """)
     assert found.world == World(walls=(Wall(0, 0, 1, 1),), circles=(Circle(0, 0, 0.3),))
 
@@ -141,7 +141,7 @@ def test_robots_start_inside_the_walls() -> None:
         start = { x = 3, y = 2 }
         [robots.b]
         start = { x = 3.5 }
-                ^^^^^^^^^^^ robots: start inside the walls: the world is smaller than that
+                ^^^^^^^^^^^ robots: this start is outside the walls: move it inside
     """)
 
 
@@ -150,7 +150,7 @@ def test_a_robot_that_is_wider_than_the_floor() -> None:
         [world]
         size = [6, 0.5]
         [robots.a]
-                ^ robots: make the world larger: `a` is 0.6 m wide
+                ^ robots: `a` is 0.6 m wide and doesn't fit: make the world larger
         [robots.b]
         profile = "quadrotor"
     """)
@@ -159,18 +159,18 @@ def test_a_robot_that_is_wider_than_the_floor() -> None:
 def test_unknown_keys() -> None:
     check("""
         robts = 1
-        ^^^^^ robots: `robts` is not known here: did you mean `robots`?
+        ^^^^^ robots: `robts` is not valid here: did you mean `robots`?
         [robots.a]
         Profile = "turtlesim"
-        ^^^^^^^ robots: `Profile` is not known here: did you mean `profile`?
+        ^^^^^^^ robots: `Profile` is not valid here: did you mean `profile`?
         start = { x = 1, z = 2 }
-                         ^ robots: `z` is not known here: write one of `x`, `y`, `heading`
+                         ^ robots: `z` is not valid here: write one of `x`, `y`, `heading`
         [profiles.b]
         step = 1
         "max linear" = 1
-        ^^^^^^^^^^^^ robots: `max linear` is not known here: did you mean `max_linear`?
+        ^^^^^^^^^^^^ robots: `max linear` is not valid here: did you mean `max_linear`?
         command = "/bin/sh"
-        ^^^^^^^ robots: `command` is not known here: did you mean `command_rate`?
+        ^^^^^^^ robots: `command` is not valid here: did you mean `command_rate`?
     """)
 
 
@@ -187,7 +187,7 @@ def test_wrong_types() -> None:
         topic = ["/a"]  # one is enough
                 ^^^^^^ robots: write `topic` as text, in quotes
         start = [1, 2]
-                ^^^^^^ robots: write `start` in metres and degrees: `{ x = 1.5, y = 0, heading = 90 }`
+                ^^^^^^ robots: write `start` in meters and degrees: `{ x = 1.5, y = 0, heading = 90 }`
         [[profiles]]
           ^^^^^^^^ robots: write `profiles` as a section: `[profiles]`
     """)
@@ -197,7 +197,7 @@ def test_numbers_out_of_range() -> None:
     found = check("""
         [profiles.a]
         step = 0
-               ^ robots: write `step` in metres, from 0.001 to 100
+               ^ robots: write `step` in meters, from 0.001 to 100
         quarter_turn = 1.57
                        ^^^^ robots: write `quarter_turn` in degrees, from 45 to 135
         max_linear = -0.2
@@ -207,10 +207,10 @@ def test_numbers_out_of_range() -> None:
         command_rate = true
                        ^^^^ robots: write `command_rate` in Hz, from 1 to 200
         radius = "0.3"
-                 ^^^^^ robots: write `radius` in metres, from 0.001 to 100
+                 ^^^^^ robots: write `radius` in meters, from 0.001 to 100
         [robots]
         b = { start = { x = nan, heading = 1979-05-27 07:32:00 } }
-                            ^^^ robots: write `x` in metres, from -1000 to 1000
+                            ^^^ robots: write `x` in meters, from -1000 to 1000
                                            ^^^^^^^^^^^^^^^^^^^ robots: write `heading` in degrees, from -360 to 360
     """)
     assert found.profiles["a"] == Profile("a", step=DEFAULT.step)
@@ -220,12 +220,12 @@ def test_unknown_profiles_and_messages() -> None:
     found = check("""
         [profiles.lab_burger]
         base = "turtlebot3_burgr"
-               ^^^^^^^^^^^^^^^^^^ robots: `turtlebot3_burgr` is not known here: did you mean `turtlebot3_burger`?
+               ^^^^^^^^^^^^^^^^^^ robots: `turtlebot3_burgr` is not valid here: did you mean `turtlebot3_burger`?
         [robots.a]
         profile = 'Lab_Burger'
-                  ^^^^^^^^^^^^ robots: `Lab_Burger` is not known here: did you mean `lab_burger`?
+                  ^^^^^^^^^^^^ robots: `Lab_Burger` is not valid here: did you mean `lab_burger`?
         message = "String"
-                  ^^^^^^^^ robots: `String` is not known here: write one of `auto`, `Twist`, `TwistStamped`
+                  ^^^^^^^^ robots: `String` is not valid here: write one of `auto`, `Twist`, `TwistStamped`
     """)
     assert found.robots["a"].profile == DEFAULT, "one mistake is one message: nothing limits it now"
 
@@ -234,14 +234,14 @@ def test_profiles_in_a_circle() -> None:
     found = check("""
         [profiles.self]
         base = "self"
-               ^^^^^^ robots: choose another base: with `self`, `self` is based on itself
+               ^^^^^^ robots: with base `self`, `self` is based on itself: choose another base
         [profiles.a]
         base = "b"
         [profiles.b]
         base = "c"
         [profiles.c]
         base = "b"
-               ^^^ robots: choose another base: with `b`, `c` is based on itself
+               ^^^ robots: with base `b`, `c` is based on itself: choose another base
     """)
     assert set(found.profiles) == {*BUILT_IN, "self", "a", "b", "c"}
 
@@ -256,7 +256,7 @@ def test_a_long_chain_of_profiles() -> None:
 def test_built_in_profiles_stay_what_they_are() -> None:
     found = check("""
         [profiles.turtlesim]
-                  ^^^^^^^^^ robots: choose another name: `turtlesim` is built in, and can be the `base` of yours
+                  ^^^^^^^^^ robots: `turtlesim` is built in: choose another name and use it as `base`
         step = 1
     """)
     assert found.profiles["turtlesim"] is TURTLESIM
@@ -276,7 +276,7 @@ def test_motions() -> None:
         [profiles.b]
         step = 1
         motions = []
-                  ^^ robots: write `motions` as a list of some of `forward`, `turn`, `strafe`, `climb`
+                  ^^ robots: write `motions` as a list of one or more of `forward`, `turn`, `strafe`, `climb`
     """)
     assert found.profiles["a"].motions == ("turn",)
     assert found.profiles["b"].motions == MOTIONS
@@ -285,15 +285,15 @@ def test_motions() -> None:
 def test_names_that_robots_cannot_have() -> None:
     found = check("""
         [robots.forward]
-                ^^^^^^^ robots: choose another name: `forward` is a word of the language
+                ^^^^^^^ robots: `forward` is a reserved word: choose another name
         [robots."a b"]
-                ^^^^^ robots: `a b` can't name a robot: use the letters a to z, digits and `_`, a letter first
+                ^^^^^ robots: `a b` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         [robots._a]
-                ^^ robots: `_a` can't name a robot: use the letters a to z, digits and `_`, a letter first
+                ^^ robots: `_a` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         [robots.9]
-                ^ robots: `9` can't name a robot: use the letters a to z, digits and `_`, a letter first
+                ^ robots: `9` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         step = 1
-        ^^^^ robots: `step` is not known here: write one of `profile`, `start`, `topic`, `message`, `reset`
+        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `reset`
     """)
     assert found.robots == {}
 
@@ -314,12 +314,12 @@ def test_names_of_ros_are_not_too_long() -> None:
     check("""
         [robots.b]
         topic = "/b/cmd-vel"
-                ^^^^^^^^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+                ^^^^^^^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
         reset = "2nd"
-                ^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+                ^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
     """)
     (diagnostic,) = read_robots(f'[robots.a]\ntopic = "/{"a" * 247}"').diagnostics
-    assert diagnostic.message == "write a name of at most 247 characters: ROS 2 takes no longer one"
+    assert diagnostic.message == "this name is too long for ROS 2: use at most 247 characters"
 
 
 def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> None:
@@ -359,11 +359,11 @@ def test_wrong_keys_and_values_of_ros() -> None:
     found = check("""
         [ros]
         namespace = "lab/"
-                    ^^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+                    ^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
         use_sim_time = "yes"
                        ^^^^^ robots: write `use_sim_time` as `true` or `false`
         domain = 3
-        ^^^^^^ robots: `domain` is not known here: write one of `namespace`, `use_sim_time`
+        ^^^^^^ robots: `domain` is not valid here: write one of `namespace`, `use_sim_time`
         [robots.a]
         reset = ["/reset"]
                 ^^^^^^^^^^ robots: write `reset` as text, in quotes
@@ -386,13 +386,13 @@ def test_wrong_keys_and_values_of_ros() -> None:
         """
         [robots.a]
         profile = "turtlesim
-                            ^ syntax: close the text with a quote like the one it begins with
+                            ^ syntax: close the string with the same quote it starts with
         topic = "/a"
         """,
         """
         [profiles.a]
         step = 0.2m
-                  ^ syntax: remove this, or begin a new line with it
+                  ^ syntax: remove this or start a new line with it
         """,
         """
         [profiles.a]
@@ -403,27 +403,27 @@ def test_wrong_keys_and_values_of_ros() -> None:
         [profiles.a]
         step = 0.2
         step = 0.3
-        ^^^^^^^^^^ syntax: remove this: the key has a value already
+        ^^^^^^^^^^ syntax: this key already has a value: remove one of them
         """,
         """
         [robots.a]
         [robots.a]
-        ^^^^^^^^^ syntax: put this where the same section is above: it can be there only once
+        ^^^^^^^^^ syntax: this section already exists above: merge the two
         """,
         """
         [robots.a]
         start = { x = 1, x = 2 }
-                         ^^^^^ syntax: remove this: the key has a value already
+                         ^^^^^ syntax: this key already has a value: remove one of them
         """,
         """
         [robots.a]
         start = { x = 1, y = 2, }
-                                ^ syntax: write a key here, or remove the comma before
+                                ^ syntax: write a key here, or remove the comma before it
         """,
         """
         [robots.a]
         start = { x = 1
-                       ^ syntax: close the table with `}`, in the line where it begins
+                       ^ syntax: close the table with `}`, on the line where it starts
         }
         """,
         """
@@ -433,7 +433,7 @@ def test_wrong_keys_and_values_of_ros() -> None:
         """,
         """
         [robots.a
-                 ^ syntax: close the name of the section with `]`
+                 ^ syntax: close the section name with `]`
         """,
         """
         [profiles.a]

@@ -25,7 +25,7 @@ SOON = 0.5 + 0.3
 """Seconds to the first zero, with what a busy machine adds."""
 NEW_STAGE = 20.0
 """Seconds to the first zero of a stage that has to be started and discovered first: 0.6 to 3.0 on a quiet machine."""
-ENDED = "the stage ended by itself: a new one stops the robots; save to play again"
+ENDED = "the stage exited unexpectedly: a new one is stopping the robots; save to play again"
 SIGNALS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT]
 DEADLY = pytest.mark.parametrize("number", SIGNALS, ids=[number.name for number in SIGNALS])
 Record = Callable[[str, object], None]

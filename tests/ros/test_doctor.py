@@ -60,7 +60,7 @@ def test_it_sees_who_is_there(
     expected = [
         "✓ anna: /listener listens for Twist on /lab/anna",
         "– anna: /teleop also publishes on /lab/anna: stop it while Improv plays, or the robot obeys both and stutters",
-        "– bert: nobody listens on /lab/bert: start the robot",
+        "– bert: nothing is listening on /lab/bert: start the robot",
         "✗ carl: /listener listens for TwistStamped on /lab/carl, not Twist: "
         'set `message = "auto"` for it in improv.toml',
     ]
@@ -83,7 +83,7 @@ def test_only_the_robots_of_the_program(ros_env: dict[str, str], tmp_path: Path)
     (tmp_path / "dance.improv").write_text("bert $ forward\n")
     code, lines = doctor(ros_env, tmp_path, "dance.improv")
     assert code == 0
-    assert [line for line in lines if "/lab/" in line] == ["– bert: nobody listens on /lab/bert: start the robot"]
+    assert [line for line in lines if "/lab/" in line] == ["– bert: nothing is listening on /lab/bert: start the robot"]
 
 
 def test_a_domain_that_is_none(ros_env: dict[str, str], tmp_path: Path) -> None:

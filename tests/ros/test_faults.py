@@ -59,12 +59,12 @@ def test_the_end_of_the_stage(
 
 
 def test_a_stage_that_hangs(server: Server, turtle: Listener, record_property: Record) -> None:
-    line = "the stage did not answer for 0.4 s: a new one stops the robots; save to play again"
+    line = "the stage did not answer for 0.4 s: a new one is stopping the robots; save to play again"
     assert survives(server, turtle, stop_for_a_while, line, NEW_STAGE, record_property) < SOON
 
 
 def test_a_server_that_hangs(server: Server, turtle: Listener, record_property: Record) -> None:
-    line = "Improv was halted or hung for 0.5 s, so all robots were stopped: save to play again"
+    line = "Improv was suspended or hung for 0.5 s, so all robots were stopped: save to play again"
     survives(server, turtle, lambda _: stop_for_a_while(server.pid), line, SOON, record_property)
 
 

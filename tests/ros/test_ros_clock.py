@@ -22,7 +22,7 @@ def test_stamps_are_of_this_machine(sink: Sink, listen: Listen) -> None:
 def test_stamps_are_of_the_simulation(sink: Sink, listen: Listen) -> None:
     robot = listen(TOPIC, "--stamped")
     sink("prepare", TURTLE, use_sim_time=True)
-    line = f"no time has come on /clock, so {TOPIC} is stamped 0: start the simulation"
+    line = f"no time has arrived on /clock, so messages on {TOPIC} are stamped 0: start the simulation"
     assert sink("find", "missing", "turtle1", "/clock") == line
     listen("--clock", "12.5")
     sink("wait")
@@ -44,6 +44,6 @@ def test_a_clock_that_is_not_used_is_said(sink: Sink, listen: Listen) -> None:
     sink("prepare", TURTLE)
     sink("wait")
     line = sink("find", "warnings", "turtle1", "/clock")
-    assert line.endswith("if the robot is simulated, write `use_sim_time = true` under [ros] in improv.toml")
+    assert line.endswith("if the robot is simulated, set `use_sim_time = true` under [ros] in improv.toml")
     sink("prepare", TURTLE, use_sim_time=True)
     assert sink("warnings") == {}

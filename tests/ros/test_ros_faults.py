@@ -96,8 +96,10 @@ def test_a_robot_that_can_not_be_told_anything(
         zero = turtles.wait(lambda message: message["at"] > began and of(TOPICS[0], still)(message))["at"] - began
         record_property("seconds to zero", round(zero, 3))
         assert zero < SOON
-        server.wait_for_line("the stage ended: failed to publish: a new one stops the robots; save to play again")
-        server.wait_for_line("the stage ended: failed to publish: robots may still move; save to play again")
+        server.wait_for_line(
+            "the stage failed: failed to publish: a new one is stopping the robots; save to play again"
+        )
+        server.wait_for_line("the stage failed: failed to publish: robots may still be moving; save to play again")
         assert descendants(server.pid) == {}
         broken.unlink()
         server.save("beat 90\n" + TWO)
@@ -179,5 +181,5 @@ def test_two_servers_on_one_robot_name_each_other(listen: Listen, ros_env: dict[
         two.save(BEFORE)
         for server, other in ((one, two), (two, one)):
             (rival,) = descendants(other.pid)
-            server.wait_for_line(f"somebody else also sends to {TOPICS[0]}: /improv_{socket.gethostname()}_{rival}; ")
+            server.wait_for_line(f"other nodes also publish to {TOPICS[0]}: /improv_{socket.gethostname()}_{rival}; ")
         assert one.complaints() == two.complaints() == []

@@ -33,7 +33,7 @@ def test_who_comes_late_is_served_while_robots_move(sink: Sink, listen: Listen, 
     sink("prepare", TURTLE)
     sink("wait")
     late = listen(TOPIC, *kind)
-    sink("find", "missing", "turtle1", "not matched")  # the look that finds it
+    sink("find", "missing", "turtle1", "did not match")  # the look that finds it
     sink("wait")
     sink("send", "turtle1", 1, 0, 0, 0)
     assert early.wait(lambda message: True)["x"] == 1
@@ -69,24 +69,26 @@ def test_a_fixed_type_is_obeyed(sink: Sink, listen: Listen) -> None:
 def test_a_fixed_type_that_nobody_wants_is_said(sink: Sink, listen: Listen) -> None:
     listen(TOPIC)
     sink("prepare", TURTLE, profile={"message": "TwistStamped"})
-    line = sink("find", "missing", "turtle1", "wants")
-    assert line.startswith(f"the listener on {TOPIC} wants {TWIST}: `message` in improv.toml is TwistStamped (ROS 2,")
+    line = sink("find", "missing", "turtle1", "expects")
+    assert line.startswith(
+        f"the listener on {TOPIC} expects {TWIST}, but `message` in improv.toml is TwistStamped: change it (ROS 2,"
+    )
 
 
 def test_a_type_that_nobody_can_send_is_said(sink: Sink, listen: Listen) -> None:
     listen(TOPIC, "--string")
     sink("prepare", TURTLE)
-    line = sink("find", "missing", "turtle1", "wants")
-    assert line.startswith(f"the listener on {TOPIC} wants std_msgs/msg/String: Improv can send {TWIST} or {STAMPED} (")
+    line = sink("find", "missing", "turtle1", "expects")
+    assert line.startswith(
+        f"the listener on {TOPIC} expects std_msgs/msg/String, but Improv can only send {TWIST} or {STAMPED} ("
+    )
 
 
 def test_a_quality_of_service_that_we_lack_is_said(sink: Sink, listen: Listen) -> None:
     listen(TOPIC, "--transient")
     sink("prepare", TURTLE)
-    line = sink("find", "missing", "turtle1", "not matched")
-    assert line.startswith(
-        f"a listener on {TOPIC} is not matched: it may want more than our reliable, volatile service"
-    )
+    line = sink("find", "missing", "turtle1", "did not match")
+    assert line.startswith(f"a listener on {TOPIC} did not match: its QoS may ask for more than reliable and volatile")
 
 
 def test_limits_scale_all_of_a_twist(sink: Sink, listen: Listen) -> None:
@@ -106,7 +108,7 @@ def test_what_is_no_number_is_never_sent(sink: Sink, listen: Listen, speed: str)
     listener = listen(TOPIC)
     sink("prepare", TURTLE, profile={"max_linear": 0.2})
     sink("wait")
-    assert sink("refuse", "turtle1", json.loads(speed)) == "turtle1 was to move at a speed that is no finite number"
+    assert sink("refuse", "turtle1", json.loads(speed)) == "turtle1 was given a speed that is not a finite number"
     sink("send", "turtle1", 0.1, 0, 0, 0)
     assert listener.wait(lambda message: True)["x"] == 0.1
 
@@ -118,7 +120,7 @@ def test_others_who_send_to_a_robot_are_named(sink: Sink, listen: Listen) -> Non
     assert sink("warnings") == {}
     teleop = listen("--publish", TOPIC, "--name", "teleop")
     assert sink("find", "warnings", "turtle1", "teleop") == (
-        f"somebody else also sends to {TOPIC}: /teleop; robots obey both: stop one of them, or use twist_mux"
+        f"other nodes also publish to {TOPIC}: /teleop; robots obey all of them: stop the others or use twist_mux"
     )
     teleop.close()
     sink("until_no_warnings")

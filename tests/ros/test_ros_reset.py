@@ -51,7 +51,7 @@ def test_only_a_restart_resets(sink: Sink, listen: Listen) -> None:
 def test_a_service_that_is_not_there_is_said_once(sink: Sink) -> None:
     sink("prepare", TOPICS, reset="/lab/reset")
     assert sink("wait_for_reset") < 0.6
-    line = "nobody offers the service /lab/reset of type std_srvs/srv/Empty: not reset: turtle1, turtle2"
+    line = "no node offers the service /lab/reset (std_srvs/srv/Empty), so these were not reset: turtle1, turtle2"
     assert sink("warnings") == {"turtle1": line}
     sink("prepare", TOPICS)
     assert sink("warnings") == {}
@@ -63,5 +63,5 @@ def test_a_service_that_does_not_answer_is_said(sink: Sink, listen: Listen) -> N
     sink("wait")
     sink("prepare", {"turtle1": "/turtle1/cmd_vel"}, reset="/reset")
     assert 0.4 < sink("wait_for_reset") < 1.1
-    assert sink("warnings") == {"turtle1": "the service /reset has not answered: perhaps not reset: turtle1"}
+    assert sink("warnings") == {"turtle1": "the service /reset has not answered, so these may not be reset: turtle1"}
     turtle.wait(lambda message: message["topic"] == "/reset")

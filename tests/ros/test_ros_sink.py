@@ -37,7 +37,7 @@ def test_every_twist_arrives_as_it_is_in_order(sink: Sink, listen: Listen, kind:
 def test_who_is_not_heard_is_named_until_a_listener_comes(sink: Sink, listen: Listen, ros_env: dict[str, str]) -> None:
     sink("prepare", TURTLE)
     where = f"ROS 2, domain {ros_env['ROS_DOMAIN_ID']}, this machine only"
-    assert sink("missing") == {"turtle1": f"nobody listens on /turtle1/cmd_vel ({where})"}
+    assert sink("missing") == {"turtle1": f"nothing is listening on /turtle1/cmd_vel ({where})"}
     listen("/turtle1/cmd_vel")
     sink("wait")
     assert sink("missing") == {}

@@ -63,7 +63,7 @@ def test_the_simulator_plays_beside_it_as_a_twin(listen: Listen, ros_env: dict[s
     with Client({**OPTIONS, "backend": "auto"}, env=ros_env) as client:
         client.open(URI, "beat 120\nturtle1 $ forward\n")
         client.save(URI)
-        assert client.wait_for_line("▶").endswith("this machine only, the simulator beside it")
+        assert client.wait_for_line("▶").endswith("this machine only, with the simulator alongside")
         listener.wait(moving)
         listener.wait(still)
 
@@ -98,7 +98,7 @@ def test_a_robot_that_nobody_hears_is_named(listen: Listen, ros_env: dict[str, s
     with Client(OPTIONS, env=ros_env) as client:
         client.open(URI, "here $ repeat forward\ngone $ repeat left\n")
         client.save(URI)
-        line = client.wait_for_line("nobody listens on /gone/cmd_vel")
+        line = client.wait_for_line("nothing is listening on /gone/cmd_vel")
         assert line.endswith("this machine only)")
         listener.wait(moving)
         # The node and its publishers are kept: the next save need not wait for anything.

@@ -74,7 +74,7 @@ def zeros(sink: Memory, robot: str) -> list[float]:
 
 def test_who_ends_while_listeners_are_waited_for_never_begins() -> None:
     sink = Memory()
-    sink.deaf = {"r": "nobody listens"}
+    sink.deaf = {"r": "nothing is listening"}
     told = perform(sink, (0, load("r $ forward\n")), (0.1, End()))
     assert told[-1]["type"] == "stopped"
     assert {twist for _, _, twist in sink.sent} == {STILL}
@@ -100,7 +100,7 @@ def test_real_robots_stop_where_the_parent_no_longer_pings() -> None:
     sink = Memory()
     told = perform(sink, (0, PING), (0, load("r $ repeat forward\n")), (9, End()))
     assert errors(told) == [
-        f"Improv was halted or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
+        f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
     ]
     assert zeros(sink, "r") == [0.5, 0.55, 0.6]
 

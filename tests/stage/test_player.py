@@ -195,7 +195,7 @@ def test_a_new_score_may_take_over_without_a_gap(when: When, switch: float) -> N
 
 def test_the_first_beat_waits_for_listeners_but_not_for_ever() -> None:
     stage = Stage()
-    stage.sink.deaf = {"r": "nobody listens on /r/cmd_vel"}
+    stage.sink.deaf = {"r": "nothing is listening on /r/cmd_vel"}
     stage.load("r $ forward")
     stage.run(1)
     assert stage.sink.sent == []
@@ -204,10 +204,10 @@ def test_the_first_beat_waits_for_listeners_but_not_for_ever() -> None:
     stage.run(5)
     assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, 0)]
 
-    stage.sink.deaf = {"r2": "nobody listens on /r2/cmd_vel"}
+    stage.sink.deaf = {"r2": "nothing is listening on /r2/cmd_vel"}
     stage.load("r2 $ forward")
     stage.run(PATIENCE + 0.1)
-    assert {"type": "warning", "message": "nobody listens on /r2/cmd_vel"} in stage.told
+    assert {"type": "warning", "message": "nothing is listening on /r2/cmd_vel"} in stage.told
     assert stage.player.state == "playing"
     stage.load("r2 $ forward")
     assert stage.player.state == "playing"  # it has waited for this robot before
@@ -232,7 +232,7 @@ def test_while_listeners_are_waited_for_nobody_goes_on_moving() -> None:
     stage = Stage()
     stage.load("r $ repeat forward")
     stage.run(1)
-    stage.sink.deaf = {"new": "nobody listens on /new/cmd_vel"}
+    stage.sink.deaf = {"new": "nothing is listening on /new/cmd_vel"}
     stage.load("r new $ repeat forward")
     assert stage.sink.sent[-1] == ("r", 0.0, Twist())
     assert stage.player.state == "waiting"
@@ -240,7 +240,7 @@ def test_while_listeners_are_waited_for_nobody_goes_on_moving() -> None:
 
 def test_who_is_only_to_stop_need_not_wait_for_others() -> None:
     stage = Stage()
-    stage.sink.deaf = {"r": "nobody listens", "s": "nobody listens"}
+    stage.sink.deaf = {"r": "nothing is listening", "s": "nothing is listening"}
     parts = {robot: replace(part, movement=series(())) for robot, part in score("r s $ forward").parts.items()}
     stage.player.load(Score(Fraction(60), parts), 1, "restart", stage.now)
     stage.run(1)
@@ -253,7 +253,7 @@ def test_who_is_only_to_stop_need_not_wait_for_others() -> None:
 
 def test_who_is_only_to_stop_is_waited_for_through_a_hush() -> None:
     stage = Stage()
-    stage.sink.deaf = {"r": "nobody listens"}
+    stage.sink.deaf = {"r": "nothing is listening"}
     parts = {robot: replace(part, movement=series(())) for robot, part in score("r $ forward").parts.items()}
     stage.player.load(Score(Fraction(60), parts), 1, "restart", stage.now)
     stage.player.hush(stage.now)
@@ -451,7 +451,7 @@ def test_a_live_sink_that_is_late_stops_instead_of_catching_up() -> None:
     stage.player.advance(stage.now)
     stage.run(10)
     assert {twist for _, _, twist in stage.sink.sent} == {Twist()}
-    assert "the stage stood still for 1.9 s" in stage.lines[-1]  # since what was due 0.05 s later
+    assert "the stage stalled for 1.9 s" in stage.lines[-1]  # since what was due 0.05 s later
     assert stage.states[-1] == "stopped"
 
 
@@ -467,7 +467,7 @@ def test_the_clock_on_the_wall_is_only_told() -> None:
 def test_who_stops_listening_is_named_once_and_again_after_a_return() -> None:
     stage = Stage()
     stage.load("r $ repeat forward")
-    gone = {"r": "nobody listens on /r/cmd_vel"}
+    gone = {"r": "nothing is listening on /r/cmd_vel"}
     for deaf in (gone, gone, {}, gone):
         stage.sink.deaf = deaf
         stage.run(1.5)

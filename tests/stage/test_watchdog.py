@@ -62,7 +62,7 @@ def test_a_stage_that_does_not_answer_is_killed() -> None:
 @pytest.mark.parametrize("line", ["5", "null", "[]", "{}", "{", '{"type": "pong"}'])
 def test_what_a_library_prints_is_no_message(line: str) -> None:
     told, _ = told_of(stage(f" print({line!r}, flush=True)", " sys.exit(0)"), {"type": "hush"})
-    assert told == [{"type": "gone", "message": "the stage ended by itself"}]
+    assert told == [{"type": "gone", "message": "the stage exited unexpectedly"}]
 
 
 def test_a_stage_may_take_long_to_get_ready_for_a_score_but_not_after_that() -> None:
@@ -83,7 +83,7 @@ def test_what_a_stage_fails_of_is_in_the_line_of_its_end_and_it_may_take_its_tim
     last = '{"type": "stopped", "message": "no such topic"}'
     told, seconds = told_of(stage(f" print('{last}', flush=True); time.sleep({HANG_LIMIT * 2}); sys.exit(1)"))
     assert [message["type"] for message in told] == ["stopped", "gone"]
-    assert told[-1] == {"type": "gone", "message": "the stage ended: no such topic"}
+    assert told[-1] == {"type": "gone", "message": "the stage failed: no such topic"}
     assert HANG_LIMIT * 2 < seconds < END_LIMIT
 
 
@@ -102,8 +102,8 @@ def client() -> Iterator[Client]:
 @pytest.mark.parametrize(
     ("number", "line"),
     [
-        (signal.SIGKILL, "the stage ended by itself: a new one stops the robots; save to play again"),
-        (signal.SIGSTOP, "the stage did not answer for 3 s: a new one stops the robots; save to play again"),
+        (signal.SIGKILL, "the stage exited unexpectedly: a new one is stopping the robots; save to play again"),
+        (signal.SIGSTOP, "the stage did not answer for 3 s: a new one is stopping the robots; save to play again"),
     ],
     ids=["SIGKILL", "SIGSTOP"],
 )

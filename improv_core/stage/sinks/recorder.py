@@ -103,7 +103,7 @@ class Recorder:
     def record(self, robot: str, twist: Twist, time: int) -> None:
         """A command as of a Unix time in nanoseconds. Raises ValueError if it is no number, OSError."""
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
-            raise ValueError(f"{robot} was to move at a speed that is no finite number")
+            raise ValueError(f"{robot} was given a speed that is not a finite number")
         profile, channel = self._robots[robot]
         told = twist.within(profile.max_linear, profile.max_angular)
         velocity = told.x, told.y, told.z, 0.0, 0.0, told.yaw

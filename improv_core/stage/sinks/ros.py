@@ -93,7 +93,9 @@ class Ros:
             if problem := topic.missing():
                 found[robot] = f"{problem} ({self.description})"
             elif topic.is_stamped and clock.ros_time_is_active and not clock.now().nanoseconds:
-                found[robot] = f"no time has come on /clock, so {topic.name} is stamped 0: start the simulation"
+                found[robot] = (
+                    f"no time has arrived on /clock, so messages on {topic.name} are stamped 0: start the simulation"
+                )
         return found
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
@@ -106,21 +108,21 @@ class Ros:
             topic = self._topic(robot)
             if others := [name for name in topic.others(self._nodes.names) if not is_harmless(name)]:
                 found[robot] = (
-                    f"somebody else also sends to {topic.name}: {', '.join(others)}; "
-                    "robots obey both: stop one of them, or use twist_mux"
+                    f"other nodes also publish to {topic.name}: {', '.join(others)}; "
+                    "robots obey all of them: stop the others or use twist_mux"
                 )
             elif clocked and topic.is_stamped:
                 found.setdefault(
                     robot,
-                    f"{topic.name} is stamped with this machine's time, but somebody sends /clock: "
-                    "if the robot is simulated, write `use_sim_time = true` under [ros] in improv.toml",
+                    f"messages on {topic.name} carry this machine's time, but a node publishes /clock: "
+                    "if the robot is simulated, set `use_sim_time = true` under [ros] in improv.toml",
                 )
         return found
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Publish at once. What rclpy raises goes up: the stage then stops all robots. ValueError if no number."""
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
-            raise ValueError(f"{robot} was to move at a speed that is no finite number")
+            raise ValueError(f"{robot} was given a speed that is not a finite number")
         profile, topic = self._parts[robot].profile, self._topic(robot)
         if twist != STILL:
             self._standby.moves(topic.name)

@@ -38,8 +38,10 @@ class _Call:
     def warning(self) -> str | None:
         robots = ", ".join(self.robots)
         if self.answer is None:
-            return f"nobody offers the service {self.service} of type std_srvs/srv/Empty: not reset: {robots}"
-        return None if self.done else f"the service {self.service} has not answered: perhaps not reset: {robots}"
+            return f"no node offers the service {self.service} (std_srvs/srv/Empty), so these were not reset: {robots}"
+        return (
+            None if self.done else f"the service {self.service} has not answered, so these may not be reset: {robots}"
+        )
 
 
 class Resets:

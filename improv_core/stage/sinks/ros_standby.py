@@ -79,7 +79,7 @@ class Standby:
         except OSError as error:
             gone = isinstance(error, BrokenPipeError)
             what = "has ended" if gone else "does not respond"
-            self.problem = f"the standby process {what}: if the stage dies, robots stop only by their own timeout"
+            self.problem = f"the standby process {what}: if the stage dies, only their own timeout stops the robots"
 
 
 def _start(node: str) -> subprocess.Popen[bytes]:

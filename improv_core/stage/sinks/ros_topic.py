@@ -69,10 +69,10 @@ class Topic:
         if all(settled):
             return None
         if not listeners:
-            return f"nobody listens on {self.name}"
+            return f"nothing is listening on {self.name}"
         if wanted.isdisjoint(TYPES[kind] for kind in self._publishers) and not any(counts):
             return self._unfit(", ".join(sorted(wanted)))
-        return f"a listener on {self.name} is not matched: it may want more than our reliable, volatile service"
+        return f"a listener on {self.name} did not match: its QoS may ask for more than reliable and volatile"
 
     def others(self, own: Collection[str]) -> list[str]:
         """The nodes that send here too: all but our `own`."""
@@ -87,9 +87,10 @@ class Topic:
             publisher.publish(twist, clock)
 
     def _unfit(self, wanted: str) -> str:
+        found = f"the listener on {self.name} expects {wanted}"
         if self._message in TYPES:
-            return f"the listener on {self.name} wants {wanted}: `message` in improv.toml is {self._message}"
-        return f"the listener on {self.name} wants {wanted}: Improv can send {' or '.join(TYPES.values())}"
+            return f"{found}, but `message` in improv.toml is {self._message}: change it"
+        return f"{found}, but Improv can only send {' or '.join(TYPES.values())}"
 
     def _serve(self, kinds: set[str], unheard: float) -> None:
         # Not kept: with two types on a topic, `ros2 topic echo` refuses it.

@@ -125,7 +125,7 @@ class Simulator:
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         """Who bumped into whom so far, at the one of them whose name comes first."""
         return {
-            name: f"{name} bumped into {_listed(met)}: give them more room, or other ways"
+            name: f"{name} bumped into {_listed(met)}: start them farther apart or change their paths"
             for name, met in self._met.items()
             if robots is None or name in robots
         }
@@ -235,7 +235,7 @@ class Simulator:
         for bump in self._collisions.take_bumps():
             self._bumps.append(bump)
             first, *others = bump.robots
-            self._met.setdefault(first, {}).update(dict.fromkeys(others or ["something that stands there"]))
+            self._met.setdefault(first, {}).update(dict.fromkeys(others or ["an obstacle"]))
         self._steps += 1
 
     def _ways(self, start: float, end: float) -> dict[str, tuple[Pose, Pose]]:

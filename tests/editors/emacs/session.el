@@ -20,7 +20,7 @@
 (await "rename" (string-search "anna $" (buffer-string)))
 
 (save)
-(await "refusal" (told "✗ line 3: `lft` is not known"))
+(await "refusal" (told "✗ line 3: `lft` is not defined"))
 (exchange "lft" "left")
 (save)
 (await "playing" (told "▶ anna ∞, endless at beat 120, simulator"))

@@ -159,7 +159,7 @@ def test_what_is_no_number_is_not_recorded(tmp_path: Path) -> None:
     with (tmp_path / "x.mcap").open("wb") as file:
         recorder = Recorder(file, START)
         recorder.prepare(score_of(analyzed("r $ forward")), True)
-        with pytest.raises(ValueError, match="r was to move at a speed that is no finite number"):
+        with pytest.raises(ValueError, match="r was given a speed that is not a finite number"):
             recorder.send("r", Twist(math.inf), 0.0)
     assert recorder.setpoints == 0
 

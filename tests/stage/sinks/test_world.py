@@ -62,8 +62,8 @@ def test_a_bump_says_when_and_where() -> None:
     (bump,) = simulator.snapshot().bumps
     assert bump.at == pytest.approx((2 - RADIUS) / 2, abs=2 / 240)
     assert (bump.x, bump.y) == pytest.approx((2.0, 0.0), abs=0.01)
-    met = "something that stands there"
-    assert simulator.warnings() == {"a": f"a bumped into {met}: give them more room, or other ways"}
+    met = "an obstacle"
+    assert simulator.warnings() == {"a": f"a bumped into {met}: start them farther apart or change their paths"}
     assert simulator.warnings({"b"}) == {}
 
 
@@ -82,7 +82,7 @@ def test_two_that_meet_twice_bump_twice_and_it_is_told_once() -> None:
             simulator.send(robot, twist, at)
     simulator.advance(4.0)
     assert [bump.robots for bump in simulator.snapshot().bumps] == [("a", "b"), ("a", "b")]
-    assert simulator.warnings() == {"a": "a bumped into b: give them more room, or other ways"}
+    assert simulator.warnings() == {"a": "a bumped into b: start them farther apart or change their paths"}
 
 
 def test_robots_that_only_stand_close_do_not_bump() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from improv_core.commands.finding import Finding, Mark
 from improv_core.commands.ros_environment import AGAIN, DOWNLOAD, unsuited
 from improv_core.playback.interpreter import SETUP, Interpreter, InterpreterError, find_ros_python, private_environment
+from improv_core.playback.isolation import isolated
 from improv_core.robots.config import FILE_NAME, Robot
 from improv_core.stage.discovery import RANGE, REACH, advice, described, limited, reached
 from improv_core.stage.graph import VELOCITIES
@@ -98,7 +99,7 @@ def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> 
     command = [found.python, str(FOLDER / "graph.py"), "look", *topics]
     try:
         done = subprocess.run(
-            command, env=env, stdin=subprocess.DEVNULL, capture_output=True, timeout=LOOK_LIMIT, check=True
+            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=LOOK_LIMIT, check=True, **isolated(env)
         )
     except subprocess.TimeoutExpired:
         return Finding(Mark.BROKEN, "ROS 2 took too long to start", "try again")

@@ -13,7 +13,10 @@ from pathlib import Path
 
 from improv_core.commands.exit_codes import CommandError
 from improv_core.playback.interpreter import PROVEN, VARIABLE
+from improv_core.playback.isolation import isolated
 
+REQUIREMENTS = Path(__file__).with_name("ros_requirements.txt")
+"""Every package that is installed, with its version and the hashes of its wheels; tests/ros/pin.sh renews it."""
 PYTHONS = (10, 14)
 """The minor versions of CPython 3 that ROS 2's wheels support, first and last (PyPI, ros-rclpy 7.1)."""
 DOWNLOAD, SIZE = 75, 270
@@ -30,8 +33,8 @@ class SetupError(CommandError):
     """ROS 2 can't be set up; one plain line that says what to do."""
 
 
-def make(place: Path, requirements: Sequence[str], say: Say) -> None:
-    """Make the environment from scratch. Raises SetupError."""
+def make(place: Path, say: Say) -> None:
+    """Make the environment from scratch, with the wheels in the list and nothing else. Raises SetupError."""
     try:
         (place / PROVEN).unlink(missing_ok=True)  # first: from here on the environment is incomplete
         if place.exists():
@@ -43,9 +46,12 @@ def make(place: Path, requirements: Sequence[str], say: Say) -> None:
         raise SetupError(f"{place}: {problem}: make it writable, then {AGAIN}") from None
     if free < SPARE * SIZE:
         raise _no_space(place)
-    _run([sys.executable, "-m", "venv", str(place)], _venv_problem, lambda line: None)
-    pip = [str(place / "bin" / "python"), "-m", "pip", "install", "--no-input", "--disable-pip-version-check"]
-    _run([*pip, "--progress-bar", "off", *requirements], lambda lines: _pip_problem(lines, place), _tell_progress(say))
+    # -I: neither the current folder nor a sourced ROS has a say in this.
+    _run([sys.executable, "-I", "-m", "venv", str(place)], _venv_problem, lambda line: None)
+    pip = [str(place / "bin" / "python"), "-I", "-m", "pip", "install", "--no-input", "--disable-pip-version-check"]
+    # Wheels of the list only: a package in source form would run its own code, and fetch more to build itself.
+    listed = ["--require-hashes", "--only-binary", ":all:", "--no-deps", "--requirement", str(REQUIREMENTS)]
+    _run([*pip, "--progress-bar", "off", *listed], lambda lines: _pip_problem(lines, place), _tell_progress(say))
 
 
 def unsuited() -> str | None:
@@ -67,11 +73,15 @@ def unsuited() -> str | None:
 
 def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError], tell: Say) -> None:
     """Run a command, passing each line it prints to `tell`; if it fails, raise what `problem` makes of the lines."""
-    env = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}  # nothing of a sourced ROS
     lines: list[str] = []
-    pipe = subprocess.PIPE
     with subprocess.Popen(
-        command, env=env, stdin=subprocess.DEVNULL, stdout=pipe, stderr=subprocess.STDOUT, text=True, errors="replace"
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        **isolated(os.environ),
     ) as process:
         assert process.stdout
         try:

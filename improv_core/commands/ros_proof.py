@@ -12,6 +12,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 from improv_core.commands.ros_environment import AGAIN, ELSEWHERE, Say, SetupError
+from improv_core.playback.isolation import isolated
 from improv_core.playback.stage_process import Heard, Stage, StageError
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -72,7 +73,9 @@ async def _sent_and_received(python: str, env: Mapping[str, str]) -> float:
 async def _receiver(command: Sequence[str], env: Mapping[str, str]) -> AsyncIterator[asyncio.StreamReader]:
     """A process that listens, until the context ends."""
     pipe, nothing = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
-    process = await asyncio.create_subprocess_exec(*command, env=env, stdin=nothing, stdout=pipe, stderr=nothing)
+    process = await asyncio.create_subprocess_exec(
+        *command, stdin=nothing, stdout=pipe, stderr=nothing, **isolated(env)
+    )
     try:
         assert process.stdout
         await _next(process.stdout)

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.metadata
-import re
 import shutil
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
-from improv_core.commands.ros_environment import AGAIN, DOWNLOAD, SIZE, Say, SetupError, make, unsuited
+from improv_core.commands.ros_environment import (
+    AGAIN,
+    DOWNLOAD,
+    REQUIREMENTS,
+    SIZE,
+    Say,
+    SetupError,
+    make,
+    unsuited,
+)
 from improv_core.commands.ros_proof import prove
 from improv_core.playback.interpreter import PROVEN, InterpreterError, find_ros_python, private_environment
 
@@ -38,7 +44,7 @@ def set_up(say: Say) -> None:
 
     An environment that does not work, or whose setup was interrupted, is made again. Raises SetupError.
     """
-    place, requirements = private_environment(), _requirements()
+    place, requirements = private_environment(), REQUIREMENTS.read_text(encoding="utf-8")
     python, marker = place / "bin" / "python", place / PROVEN
     if _is_made_of(requirements, marker):
         try:
@@ -51,27 +57,21 @@ def set_up(say: Say) -> None:
             return
     if problem := unsuited():
         raise SetupError(problem)
-    say(f"Installing {' and '.join(requirements)}")
+    say("Installing ROS 2 Jazzy's Python packages from PyPI, each checked against its known hash,")
     say(f"into {place}: about {DOWNLOAD} MB to download, {SIZE} MB on disk.")
     try:
-        make(place, requirements, say)
+        make(place, say)
         prove(python, say)
-        marker.write_text("\n".join(requirements), encoding="utf-8")
+        marker.write_text(requirements, encoding="utf-8")
     except BaseException:
         shutil.rmtree(place, ignore_errors=True)
         raise
     _say_which_is_used(python, say)
 
 
-def _requirements() -> list[str]:
-    """What the extra `ros` of our distribution requires; `unsuited` describes the platforms it is for."""
-    split = (line.partition(";") for line in importlib.metadata.requires("improv-ls") or ())
-    return [requirement.strip() for requirement, _, marker in split if re.search(r"""extra == ['"]ros['"]""", marker)]
-
-
-def _is_made_of(requirements: Sequence[str], marker: Path) -> bool:
+def _is_made_of(requirements: str, marker: Path) -> bool:
     with contextlib.suppress(OSError):
-        return marker.read_text(encoding="utf-8").splitlines() == requirements
+        return marker.read_text(encoding="utf-8") == requirements
     return False
 
 

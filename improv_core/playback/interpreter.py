@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from improv_core.playback.isolation import isolated
 from improv_core.stage.discovery import unsourced
-from improv_core.stage.protocol import FOLDER
 
 VARIABLE = "IMPROV_ROS_PYTHON"
 SETUP = "`improv ros setup`"
@@ -83,7 +83,14 @@ def _sourced(setup: Path) -> dict[str, str] | None:
     """The environment after sourcing a ROS installation, reaching no farther than before; None if that fails."""
     command = ["bash", "-c", 'source "$0" >/dev/null && env -0', str(setup)]
     try:
-        done = subprocess.run(command, capture_output=True, timeout=PROBE_LIMIT, stdin=subprocess.DEVNULL, check=True)
+        done = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=PROBE_LIMIT,
+            check=True,
+            **isolated(os.environ),  # its scripts run Python
+        )
     except (OSError, subprocess.SubprocessError):
         return None
     pairs = (entry.partition("=") for entry in os.fsdecode(done.stdout).split("\0") if entry)
@@ -95,13 +102,11 @@ def _problem(candidate: Interpreter) -> str | None:
     try:
         subprocess.run(
             [candidate.python, "-c", PROBE],
-            env=dict(candidate.env),
-            # So that Python does not import from a folder of the opened project.
-            cwd=FOLDER,
             stdin=subprocess.DEVNULL,
             capture_output=True,
             timeout=PROBE_LIMIT,
             check=True,
+            **isolated(candidate.env),
         )
     except subprocess.TimeoutExpired:
         return "it timed out"

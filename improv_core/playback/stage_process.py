@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Literal, TypedDict
 
+from improv_core.playback.isolation import isolated
 from improv_core.playback.watch import LOOK_PERIOD, PING_PERIOD, Watch
 from improv_core.stage.protocol import (
     END_LIMIT,
@@ -71,9 +72,9 @@ class Stage:
         """Start a stage and wait until it is ready. Raises StageError with what it says is wrong."""
         pipe = subprocess.PIPE
         try:
-            # In a session of its own: Ctrl-Z must not halt it too, or robots would go on as they were told last.
+            # In a session of its own: Ctrl-Z must not stop it too, or robots would keep their last velocity.
             process = subprocess.Popen(  # noqa: ASYNC220
-                command, stdin=pipe, stdout=pipe, stderr=pipe, env=env, start_new_session=True
+                command, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True, **isolated(env)
             )
         except OSError as error:
             raise StageError(f"{command[0]} can't be started: {error.strerror}") from None

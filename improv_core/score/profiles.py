@@ -15,11 +15,11 @@ _WHEELS = ("forward", "turn")
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """A kind of robot. What nobody has said does not limit it.
+    """A kind of robot. A limit that is None does not apply.
 
-    `step`: metres that `forward` covers. `quarter_turn`: radians that `left` turns. `max_linear` (m/s), `max_angular`
+    `step`: meters that `forward` covers. `quarter_turn`: radians that `left` turns. `max_linear` (m/s), `max_angular`
     (rad/s) and the accelerations (m/s², rad/s²): None where there is no limit. `motions`: those of `MOTIONS` that it
-    can make, backward as well as forward. `command_rate`: how often it wants a command, in Hz. `radius`: metres, of
+    can make, backward as well as forward. `command_rate`: how often it wants a command, in Hz. `radius`: meters, of
     the disc that it is in the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator
     moves it: exactly as the score says, or as motors do.
     """
@@ -80,9 +80,26 @@ TURTLEBOT4 = Profile(
     radius=0.171,
 )
 
-# No machine in particular, so there is nothing that could say its limits: measures of our own.
-HOLONOMIC = Profile("holonomic", _FLOOR_STEP, motions=(*_WHEELS, "strafe"), radius=0.2)
-QUADROTOR = Profile("quadrotor", step=0.5, motions=MOTIONS, radius=0.25)
+# The last two are no machine in particular: step and radius are our choice, and the limits are what small machines
+# of the kind keep, the lowest of each source.
+
+# The two mecanum bases of rosbot_ros, mecanum_drive_controller.yaml: ROSbot XL 0.8 m/s, 3.14 rad/s; ROSbot 0.9 m/s,
+# 3.0 rad/s; both 1.0 m/s², 4.0 rad/s².
+HOLONOMIC = Profile(
+    "holonomic",
+    _FLOOR_STEP,
+    max_linear=0.8,
+    max_angular=3.0,
+    max_linear_acceleration=1.0,
+    max_angular_acceleration=4.0,
+    motions=(*_WHEELS, "strafe"),
+    radius=0.2,
+)
+
+# Crazyflie firmware, platform_defaults_cf2.h: PID_POS_VEL_X_MAX, Y and Z 1.0 m/s. Tello SDK 2.0 User Guide, `go`: at
+# most 100 cm/s. PX4's defaults are faster (MPC_Z_VEL_MAX_DN 1.5 m/s is the slowest); its MPC_MAN_Y_MAX is 150°/s,
+# which is 2.61 rad/s. None of them has an acceleration that fits all.
+QUADROTOR = Profile("quadrotor", step=0.5, max_linear=1.0, max_angular=2.61, motions=MOTIONS, radius=0.25)
 
 BUILT_IN: Mapping[str, Profile] = {
     profile.name: profile

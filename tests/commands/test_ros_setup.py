@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import shutil
 import signal
 import socket
@@ -13,11 +14,14 @@ from collections import namedtuple
 from pathlib import Path
 
 import pytest
+import tomllib
+from packaging.requirements import Requirement
 
 from improv_core.commands import ros_setup
-from improv_core.commands.ros_environment import SetupError, unsuited
+from improv_core.commands.ros_environment import PYTHONS, REQUIREMENTS, SetupError, unsuited
 from improv_core.commands.ros_setup import set_up
 from tests.commands.command_line import IMPROV, LIMIT
+from tests.traps import PYTHONPATHS, Traps
 
 NOWHERE = {"PIP_INDEX_URL": "http://127.0.0.1:9/", "PIP_RETRIES": "1", "PIP_CONFIG_FILE": os.devnull}
 
@@ -77,7 +81,7 @@ def test_what_pip_can_not_do(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path, said: str, expected: str
 ) -> None:
     pip = python(tmp_path / "pip", f"echo '{said}'; exit 1")
-    monkeypatch.setattr(sys, "executable", python(tmp_path / "python", f'mkdir -p "$3/bin"; cp {pip} "$3/bin/python"'))
+    monkeypatch.setattr(sys, "executable", python(tmp_path / "python", f'mkdir -p "$4/bin"; cp {pip} "$4/bin/python"'))
     assert problem() == expected.format(place=place)
     assert not place.exists()
 
@@ -99,6 +103,38 @@ def test_without_a_network(monkeypatch: pytest.MonkeyPatch, place: Path) -> None
         monkeypatch.setenv(name, value)
     assert problem() == "cannot reach PyPI: connect to the network, then run `improv ros setup` again"
     assert not place.exists()
+
+
+@pytest.mark.parametrize("pythonpath", PYTHONPATHS)
+def test_modules_of_the_current_folder_are_not_run(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path, pythonpath: str
+) -> None:
+    for name, value in NOWHERE.items():
+        monkeypatch.setenv(name, value)
+    traps = Traps(tmp_path)
+    traps.enter(monkeypatch, pythonpath)
+    assert problem().startswith("cannot reach PyPI: ")
+    assert traps.imported == []
+
+
+@pytest.mark.parametrize("minor", range(PYTHONS[0], PYTHONS[1] + 1))
+def test_the_list_pins_what_the_extra_asks_for(minor: int) -> None:
+    text = REQUIREMENTS.read_text(encoding="utf-8")
+    assert "://" not in text
+    pinned: dict[str, str] = {}
+    for line in re.sub(r"^#.*\n|\\\n", "", text, flags=re.MULTILINE).splitlines():
+        written, *hashes = line.split(" --hash=")
+        assert hashes
+        assert all(re.fullmatch(r"sha256:[0-9a-f]{64} *", each) for each in hashes)
+        requirement = Requirement(written)
+        if not requirement.marker or requirement.marker.evaluate({"python_full_version": f"3.{minor}.0"}):
+            assert requirement.name not in pinned
+            (exact,) = re.findall(r"^==([\w.]+)$", str(requirement.specifier))
+            pinned[requirement.name] = exact
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for asked in map(Requirement, project["optional-dependencies"]["ros"]):
+        assert asked.specifier.contains(pinned[asked.name])
+    assert {"ros-rclpy", "ros-geometry-msgs", "ros-std-srvs", "ros-rmw-fastrtps-cpp", "numpy"} <= pinned.keys()
 
 
 ELSEWHERE = "source a ROS 2 (`source /opt/ros/…/setup.bash`), or set IMPROV_ROS_PYTHON to a Python with rclpy"
@@ -139,6 +175,6 @@ def test_interrupted_nothing_is_left(place: Path) -> None:
             process.send_signal(signal.SIGINT)
             out, err = process.communicate(timeout=LIMIT)
     assert process.returncode == 130
-    assert out.startswith("Installing ros-jazzy-")
+    assert out.startswith("Installing ROS 2 Jazzy's Python packages")
     assert err == "improv: interrupted: run `improv ros setup` again\n"
     assert not place.exists()

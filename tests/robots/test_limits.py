@@ -92,6 +92,20 @@ def test_every_built_in_robot_can_step_and_turn_at_the_default_tempo(profile: Pr
     assert unsupported(Velocity(x=Fraction(-1), yaw=Fraction(1)), profile) == ()
 
 
+@pytest.mark.parametrize("name", sorted(BUILT_IN.keys() - {"turtlesim"}))
+def test_every_built_in_robot_that_is_real_has_limits(name: str) -> None:
+    for velocity in (FORWARD, LEFT):
+        too_fast = excess(velocity, BUILT_IN[name], Fraction(6000))
+        assert too_fast
+        assert too_fast.tempo
+        assert 60 <= too_fast.tempo < 250
+
+
+def test_a_sideways_step_counts_for_a_holonomic_base_and_a_climb_for_a_quadrotor() -> None:
+    assert excess(Velocity(y=Fraction(5)), HOLONOMIC, SIXTY) is not None  # 1 m/s of 0.8
+    assert excess(Velocity(Fraction(2), Fraction(2), Fraction(1)), QUADROTOR, SIXTY) is not None  # 1.5 m/s of 1
+
+
 def test_what_a_robot_cannot_do() -> None:
     all_at_once = Velocity(Fraction(1), Fraction(1), Fraction(-1), Fraction(1))
     assert unsupported(all_at_once, TURTLEBOT3_BURGER) == ("strafe", "climb")

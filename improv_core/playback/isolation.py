@@ -1,0 +1,29 @@
+"""Where a Python is started, so that it imports nothing of the folder that people work in. Standard library only."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TypedDict
+
+
+class Surroundings(TypedDict):
+    """What `subprocess` takes: the environment, and the working directory."""
+
+    env: dict[str, str]
+    cwd: str
+
+
+def isolated(env: Mapping[str, str]) -> Surroundings:
+    """This environment without the entries of PYTHONPATH that depend on the current folder, and the root folder.
+
+    Python's option `-I` would ignore PYTHONPATH altogether, but a sourced ROS is found by it.
+    """
+    absolute = [entry for entry in env.get("PYTHONPATH", "").split(os.pathsep) if Path(entry).is_absolute()]
+    others = {name: value for name, value in env.items() if name != "PYTHONPATH"}
+    return {"env": others | ({"PYTHONPATH": os.pathsep.join(absolute)} if absolute else {}), "cwd": _ROOT}
+
+
+_ROOT = Path(sys.executable).anchor  # contains no modules, and only administrators can add some

@@ -1,0 +1,55 @@
+"""A Python that is started imports nothing from the current folder."""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from improv_core.playback.isolation import isolated
+from improv_core.playback.start import Options, start_stage
+from tests.traps import MODULES, PYTHONPATHS, Traps
+
+
+@pytest.fixture
+def traps(tmp_path: Path) -> Traps:
+    return Traps(tmp_path)
+
+
+def test_the_traps_work(traps: Traps) -> None:
+    script = "; ".join(f"import {name}" for name in MODULES)
+    subprocess.run([sys.executable, "-c", script], cwd=traps.folder, check=True)
+    assert set(traps.imported) >= {"venv", "pip", "rclpy", "json"}
+
+
+@pytest.mark.parametrize("pythonpath", PYTHONPATHS)
+def test_a_stage(traps: Traps, monkeypatch: pytest.MonkeyPatch, pythonpath: str) -> None:
+    traps.enter(monkeypatch, pythonpath)
+
+    async def start_and_stop() -> None:
+        stage = await start_stage("simulator", Options(), "token", lambda stage, heard: None)
+        assert stage
+        await stage.close()
+
+    asyncio.run(start_and_stop())
+    assert traps.imported == []
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (None, None),
+        ("", None),
+        (":", None),
+        (".:lib:../lib:~/lib", None),
+        ("/opt/ros/lib", "/opt/ros/lib"),
+        (":/opt/ros/lib::.:/opt/own/lib:", "/opt/ros/lib:/opt/own/lib"),
+    ],
+)
+def test_the_pythonpath_of_a_sourced_ros_stays(before: str | None, after: str | None) -> None:
+    env = {"HOME": "/home/anna"} | ({} if before is None else {"PYTHONPATH": before})
+    expected = {"HOME": "/home/anna"} | ({} if after is None else {"PYTHONPATH": after})
+    assert isolated(env) == {"env": expected, "cwd": "/"}

@@ -1,0 +1,53 @@
+"""ROS's Python imports nothing from the current folder: not the probe, the stage, its standby, or the doctor's look."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from pathlib import Path
+
+import pytest
+
+from improv_core.commands.doctor_ros import examine_ros
+from improv_core.commands.finding import Mark
+from improv_core.playback.start import Options, start_stage
+from tests.processes import descendants, wait_until_gone
+from tests.ros.conftest import LIMIT
+from tests.traps import Traps
+
+
+@pytest.fixture(params=[":", "lib:"])
+def traps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ros_env: dict[str, str], request: pytest.FixtureRequest
+) -> Traps:
+    for name, value in ros_env.items():
+        monkeypatch.setenv(name, value)
+    traps = Traps(tmp_path)
+    traps.enter(monkeypatch, request.param)
+    return traps
+
+
+def folder(pid: int) -> Path:
+    """The working directory of a process."""
+    return Path(f"/proc/{pid}/cwd").readlink()
+
+
+def test_the_stage_and_its_standby(traps: Traps) -> None:
+    async def start_and_stop() -> None:
+        stage = await start_stage("ros", Options(), "token", lambda stage, heard: None)
+        assert stage
+        processes = descendants(os.getpid())
+        assert len(processes) == 2
+        assert set(map(folder, processes)) == {Path("/")}
+        await stage.close()
+        wait_until_gone(processes, LIMIT)
+
+    asyncio.run(start_and_stop())
+    assert traps.imported == []
+
+
+def test_the_doctor(traps: Traps) -> None:
+    findings = list(examine_ros({}))
+    assert findings[0].mark is Mark.GOOD
+    assert not [finding for finding in findings if finding.mark is Mark.BROKEN]
+    assert traps.imported == []

@@ -148,7 +148,12 @@ class Performance:
     def _stages(self) -> Playback:
         settings = self._editor.settings
         options = Options(
-            settings.backend, settings.page_port, settings.ros_python, settings.ros_discovery, takes_start_poses=True
+            settings.backend,
+            settings.page_port,
+            settings.ros_python,
+            settings.ros_discovery,
+            settings.ros_standby,
+            takes_start_poses=True,
         )
         old = self._playback
         if old and old.options == options:

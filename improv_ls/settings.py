@@ -18,6 +18,7 @@ class Settings:
     page_port: int = 0
     ros_python: str | None = None
     ros_discovery: str | None = None
+    ros_standby: bool = True
     code_lens: bool = True
     inlay_hints_beats: bool = False
     hover_pictures: bool = False
@@ -73,6 +74,7 @@ _SETTINGS: Mapping[str, tuple[str, str, Callable[[Any], bool]]] = {
     "page.port": ("page_port", *_PORT),
     "ros.python": ("ros_python", *_TEXT),
     "ros.discovery": ("ros_discovery", *_one_of("LOCALHOST", "SUBNET", "OFF", "SYSTEM_DEFAULT")),
+    "ros.standby": ("ros_standby", *_YES_NO),
     "codeLens": ("code_lens", *_YES_NO),
     "inlayHints.beats": ("inlay_hints_beats", *_YES_NO),
     "hover.pictures": ("hover_pictures", *_YES_NO),

@@ -16,6 +16,7 @@ from improv_core.robots.config import FILE_NAME, Robot
 from improv_core.stage.discovery import RANGE, REACH, advice, described, limited, reached
 from improv_core.stage.graph import VELOCITIES
 from improv_core.stage.protocol import FOLDER
+from improv_core.stage.sinks.ros_nodes import STANDBY
 
 LOOK_LIMIT = 30.0
 """Seconds a look at ROS 2's graph may take on a busy machine."""
@@ -36,7 +37,11 @@ def examine_ros(cast: Mapping[str, Robot]) -> Iterator[Finding]:
         yield (reaching := reach(found.env))
         if reaching.mark is not Mark.BROKEN:
             seen = _look(found, limited(found.env), [robot.topic for robot in cast.values()])
-            yield from [seen] if isinstance(seen, Finding) else listeners(cast, seen)
+            if isinstance(seen, Finding):
+                yield seen
+            else:
+                yield standby(found)
+                yield from listeners(cast, seen)
 
 
 def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mapping[str, str]) -> Finding:
@@ -70,6 +75,15 @@ def reach(env: Mapping[str, str]) -> Finding:
     return Finding(Mark.GOOD, what, f"set {advice(env, 'LOCALHOST')} after sourcing ROS to stay on this machine")
 
 
+def standby(found: Interpreter) -> Finding:
+    """Whether a standby process can be started: its input is empty, so it ends as soon as it could watch a stage."""
+    command = [found.python, str(FOLDER / "standby.py"), f"{OURS.lstrip('/')}_doctor{STANDBY}"]
+    what = "the standby, which stops robots if the process that moves them dies"
+    if isinstance(problem := _output(command, limited(found.env)), str):
+        return Finding(Mark.BROKEN, f"{what}, does not start ({problem})", _repair(found))
+    return Finding(Mark.GOOD, what)
+
+
 MOST_DOMAIN = 232
 """The last domain of Fast DDS and Cyclone DDS: beyond it, they run out of ports."""
 
@@ -96,20 +110,24 @@ OURS = "/improv"
 
 
 def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> Graph | Finding:
-    command = [found.python, str(FOLDER / "graph.py"), "look", *topics]
+    done = _output([found.python, str(FOLDER / "graph.py"), "look", *topics], env)
+    if isinstance(done, str):
+        return Finding(Mark.BROKEN, f"ROS 2 does not start ({done})", _repair(found))
+    graph: Graph = json.loads(done)
+    return graph
+
+
+def _output(command: Sequence[str], env: Mapping[str, str]) -> bytes | str:
+    """What a program writes, or why it fails."""
     try:
-        done = subprocess.run(
+        return subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, timeout=LOOK_LIMIT, check=True, **isolated(env)
-        )
+        ).stdout
     except subprocess.TimeoutExpired:
-        return Finding(Mark.BROKEN, "ROS 2 took too long to start", "try again")
+        return "it took too long: try again"
     except subprocess.CalledProcessError as error:
         lines = error.stderr.decode(errors="replace").strip().splitlines()
-        return Finding(
-            Mark.BROKEN, f"ROS 2 does not start ({lines[-1] if lines else 'no error message'})", _repair(found)
-        )
-    graph: Graph = json.loads(done.stdout)
-    return graph
+        return lines[-1] if lines else "no error message"
 
 
 def _repair(found: Interpreter) -> str:

@@ -96,6 +96,7 @@ class Playback:
         self._reviving: set[asyncio.Task[None]] = set()
         self._halting: RunningStage | None = None  # a new one that has yet to stop what another left moving
         self._still = asyncio.Event()
+        self._failed: RunningStage | None = None  # said in its last message that it could not stop all robots
         self._token = secrets.token_urlsafe()
         self._port = options.port
         self.muted: frozenset[str] = frozenset()
@@ -220,6 +221,8 @@ class Playback:
             message = self._revive(stage, message)
         elif message["type"] == "transport" and leads:
             self._lead(message)
+        elif message["type"] == "stopped" and "message" in message:
+            self._failed = stage
         self._listen(message, leads)
 
     def _obey(self, request: PageRequest | Watched) -> None:
@@ -252,7 +255,10 @@ class Playback:
             self._twin.send({"type": "hush"})
 
     def _revive(self, dead: RunningStage, gone: Gone) -> Gone:
-        """Start a new stage in the place of one that has died; what leads stops the robots first. What to tell."""
+        """Replace a stage that has died, and return the line that says so.
+
+        A new leading stage first stops the robots, even if a standby should have: that one may have failed too.
+        """
         leads = dead is self._leader
         if leads and self._twin:
             self._twin.send({"type": "hush"})
@@ -264,7 +270,12 @@ class Playback:
         task = asyncio.create_task(self._replace(dead))
         self._reviving.add(task)
         task.add_done_callback(self._reviving.discard)
-        what = "a new one is stopping the robots; save to play again" if leads else "a new one will show the next dance"
+        if not leads:
+            what = "a new one will show the next dance"
+        elif dead.ready["real"] and self.options.standby and dead is not self._failed:
+            what = "its robots were stopped; save to play again"
+        else:
+            what = "a new one is stopping the robots; save to play again"
         return {**gone, "message": f"{gone['message']}: {what}"}
 
     async def _replace(self, dead: RunningStage) -> None:

@@ -18,7 +18,7 @@ SinkName = Literal["simulator", "ros"]
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What to play on: `backend` is auto, sim, ros or both; `ros_python` and `discovery` as in the settings.
+    """What to play on: `backend` is auto, sim, ros or both; `ros_python`, `discovery` and `standby` as in the settings.
 
     With `report_sent`, stages tell of every velocity they send. `takes_start_poses` is for a listener that handles
     `place` requests: only then does the page offer to write start poses into improv.toml.
@@ -28,6 +28,7 @@ class Options:
     port: int = 0
     ros_python: str | None = None
     discovery: str | None = None
+    standby: bool = True
     report_sent: bool = False
     takes_start_poses: bool = False
 
@@ -51,7 +52,9 @@ async def start_stage(
         raise StageError(str(error)) from None
     if found:
         discovery = ["--discovery", options.discovery] if options.discovery else []
-        return await Stage.start([found.python, str(FOLDER), "--sink", sink, *discovery, *reporting], found.env, hear)
+        alone = [] if options.standby else ["--no-standby"]
+        arguments = ["--sink", sink, *discovery, *alone, *reporting]
+        return await Stage.start([found.python, str(FOLDER), *arguments], found.env, hear)
     if options.backend == "auto":
         return None
     raise StageError(

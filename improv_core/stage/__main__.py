@@ -70,6 +70,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--sink", choices=["simulator", "ros"], required=True)
     parser.add_argument("--port", type=int, default=0, help="the page's port; 0 for any free one")
     parser.add_argument("--discovery", help="ROS_AUTOMATIC_DISCOVERY_RANGE, where the environment does not say")
+    parser.add_argument("--no-standby", action="store_true", help="no second process to stop robots if this one dies")
     parser.add_argument(
         "--takes-start-poses", action="store_true", help="start poses dragged on the page can be written"
     )
@@ -82,7 +83,7 @@ def _open(options: argparse.Namespace, put: Tell) -> tuple[Opened, Ready]:
     if options.sink == "ros":
         from improv_core.stage.sinks.ros import Ros
 
-        ros = Ros(options.discovery)
+        ros = Ros(options.discovery, not options.no_standby)
         ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "real": True}
         return Opened(ros, put), ready
 

@@ -45,6 +45,9 @@ LOOK_AT = 20
 LATE = 0.5
 """Seconds. After so long without sending, real robots are stopped: they have stopped by themselves, or should have."""
 
+TOPIC = "\0"
+"""Stands for a robot's topic in a line about several robots."""
+
 Told = TransportMessage | WarningLine | ErrorLine
 EMPTY = Score(Fraction(60), {})
 
@@ -92,6 +95,7 @@ class Player:
         self._met: dict[str, float] = {}  # when each robot was first prepared
         self._unheard: set[str] = set()  # who is waited for
         self._warned: dict[str, str | None] = {}
+        self._news: dict[str, list[str]] = {}  # of each line to tell, without its topic, the topics
         self._look = math.inf
         self._looked_at = 0
         self.reached = 0.0
@@ -108,7 +112,7 @@ class Player:
 
         `zero` is the clock's time of beat 0 where another stage has set it.
         """
-        self._warned = {}
+        self._warned, self._news = {}, {}
         if self._state == "playing" and when != "restart":
             performed = self._transport.performed(now)
             if zero is None:
@@ -207,13 +211,17 @@ class Player:
             self._leave_at(self._beat(now))
             self._state = "ended"
             if not self._sink.real:
-                self._warn(self._score.parts)  # of bumps in the last second
+                self._look_at(self._score.parts)  # for bumps in the last second
+                self._tell_news()
             self._tell_transport(now)
         self._send_due(performed)
         if now >= self._look and self._state == "playing":
             robots = list(self._score.parts)
-            self._warn(robots[self._looked_at : self._looked_at + LOOK_AT])
-            self._looked_at = self._looked_at + LOOK_AT if self._looked_at + LOOK_AT < len(robots) else 0
+            self._look_at(robots[self._looked_at : self._looked_at + LOOK_AT])
+            self._looked_at += LOOK_AT
+            if self._looked_at >= len(robots):
+                self._looked_at = 0
+                self._tell_news()
             self._look = now + LOOK_WHILE_PLAYING * min(LOOK_AT / max(len(robots), 1), 1)
 
     def deadline(self, now: float) -> float | None:
@@ -287,7 +295,8 @@ class Player:
             return
         self._transport = replace(self._transport, zero=now)
         self._play_from(0, 0.0, now)
-        self._warn(self._score.parts)
+        self._look_at(self._score.parts)
+        self._tell_news()
 
     def _take_over(self, swap: Swap, now: float) -> None:
         old = self._score
@@ -300,7 +309,8 @@ class Player:
             heapify(self._queue)
             self._enqueue(robot, zeros(0.0, 1 / old.parts[robot].profile.command_rate), swap.at)
         self._play_from(0, swap.at, now)
-        self._warn(swap.score.parts)
+        self._look_at(swap.score.parts)
+        self._tell_news()
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, as of this performance time."""
@@ -377,14 +387,23 @@ class Player:
             self._zeros_left[robot], moving = left - 1, STILL
         self._sink.send(robot, moving, at)
 
-    def _warn(self, robots: Collection[str]) -> None:
-        """Tell what stands in the way of robots, each line when it comes up."""
+    def _look_at(self, robots: Collection[str]) -> None:
+        """Find what stands in the way of robots; what is new is told by `_tell_news`."""
         lines = {**self._sink.warnings(robots), **self._sink.missing(robots)}
         for robot in robots:
             line = lines.get(robot)
             if line and self._warned.get(robot) != line:
-                self._tell({"type": "warning", "message": line})
+                topic = self._score.parts[robot].topic
+                self._news.setdefault(line.replace(topic, TOPIC, 1), []).append(topic)
             self._warned[robot] = line
+
+    def _tell_news(self) -> None:
+        """Tell what is new, in one line where only the topics differ."""
+        for line, topics in self._news.items():
+            count = len(set(topics))
+            what = topics[0] if count == 1 else f"{count} topics, such as {topics[0]}"
+            self._tell({"type": "warning", "message": line.replace(TOPIC, what)})
+        self._news = {}
 
     def whereabouts(self) -> Poses:
         """Where simulated robots were at beat 0, and are now; nothing for others."""

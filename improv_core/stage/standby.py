@@ -33,6 +33,8 @@ LOOK = 0.12
 there are between two of them, so that a stage that is well is not looked at."""
 ZERO_PERIOD = 0.05
 """Seconds between two zeros."""
+DISCOVERY_LIMIT = 3.0
+"""Seconds to keep sending zeros where nobody listens: a standby as young as its stage may not have found the robot."""
 LINGER = 0.2
 """Seconds to stay after the last zero: a listener loses what it has not received when its publisher goes."""
 
@@ -165,17 +167,24 @@ class _Publishers:
             destroy()
 
     def stop(self, topics: set[str]) -> None:
-        """Send zeros on these topics, one round at once; a publisher that fails does not keep the others from it."""
+        """Send zeros on these topics, to all at once, and longer where no listener has been found yet.
+
+        A publisher that fails does not keep the others from it.
+        """
         import geometry_msgs.msg
 
-        for _ in range(LAST_ZEROS):
-            for (topic, kind), (publisher, _) in self._made.items():
-                if topic in topics:
-                    message = getattr(geometry_msgs.msg, kind)()
-                    if kind == "TwistStamped":
-                        message.header.stamp = self._nodes.first.get_clock().now().to_msg()
-                    with suppress(Exception):  # whatever rclpy raises
-                        publisher.publish(message)
+        left = {(topic, kind): LAST_ZEROS for topic, kind in self._made if topic in topics}
+        end = time.monotonic() + DISCOVERY_LIMIT
+        while left and time.monotonic() < end:
+            for topic, kind in list(left):
+                publisher, _ = self._made[topic, kind]
+                message = getattr(geometry_msgs.msg, kind)()
+                if kind == "TwistStamped":
+                    message.header.stamp = self._nodes.first.get_clock().now().to_msg()
+                with suppress(Exception):  # whatever rclpy raises
+                    publisher.publish(message)
+                    left[topic, kind] -= publisher.get_subscription_count() > 0
+            left = {key: count for key, count in left.items() if count}
             time.sleep(ZERO_PERIOD)
         time.sleep(LINGER)
 

@@ -200,7 +200,7 @@ def test_a_stage_that_led_and_died_is_replaced_by_one_that_stops_the_robots_firs
         leader, twin = await show.play()
         leader.die()
         assert twin.kinds == ["load", "hush"]
-        assert show.lines == ["the stage exited unexpectedly: a new one is stopping the robots; save to play again"]
+        assert show.lines == ["the stage exited unexpectedly: its robots were stopped; save to play again"]
         await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
         new = show.latest("ros")
         (standing,) = new.loads

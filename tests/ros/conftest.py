@@ -29,6 +29,8 @@ class Listener:
 
     def __init__(self, python: str, env: Mapping[str, str], *arguments: str) -> None:
         self.heard: list[dict[str, Any]] = []
+        self._publishers = 0
+        self._changed = threading.Condition()
         self._inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         self._process = subprocess.Popen(
             [python, LISTENER, *arguments], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE
@@ -48,6 +50,11 @@ class Listener:
             if fits(message):
                 return message
 
+    def wait_for_publishers(self, count: int) -> None:
+        """Until as many are known to publish on one of its topics."""
+        with self._changed:
+            assert self._changed.wait_for(lambda: self._publishers >= count, LIMIT)
+
     def kill(self) -> None:
         """It vanishes without a word."""
         self._process.kill()
@@ -65,7 +72,13 @@ class Listener:
         assert self._process.stdout
         with self._process.stdout as lines:
             for line in lines:
-                self._inbox.put(json.loads(line))
+                message = json.loads(line)
+                if "publishers" in message:
+                    with self._changed:
+                        self._publishers = message["publishers"]
+                        self._changed.notify_all()
+                else:
+                    self._inbox.put(message)
 
 
 class Sink:

@@ -63,6 +63,15 @@ def reset(_, response):
     return response
 
 
+def count_publishers():
+    global publishers
+    now = max((node.count_publishers(topic) for topic in options.topics), default=0)
+    if now != publishers:
+        publishers = now
+        say(publishers=now)
+
+
+publishers = 0
 ended = threading.Event()
 rclpy.init()
 node = rclpy.create_node(options.name)
@@ -75,6 +84,7 @@ if options.clock is not None:
     clock = node.create_publisher(Clock, "/clock", 10)
     now = Time(nanoseconds=int(options.clock * 1e9)).to_msg()
     node.create_timer(0.01, lambda: clock.publish(Clock(clock=now)))
+node.create_timer(0.05, count_publishers)
 spinning = threading.Thread(target=rclpy.spin, args=(node,))
 spinning.start()
 say(ready=True)

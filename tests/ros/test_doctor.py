@@ -75,6 +75,7 @@ def test_it_sees_who_is_there(
     assert f"from IMPROV_ROS_PYTHON: {ros_python}" in "\n".join(lines)
     domain = ros_env["ROS_DOMAIN_ID"]
     assert any(line.startswith(f"✓ domain {domain}, this machine only: ") for line in lines)
+    assert "✓ the standby, which stops robots if the process that moves them dies" in lines
     assert listener.heard == []
 
 

@@ -27,7 +27,6 @@ from tests.ros.dance import (
     BEFORE_SPEED,
     DEADLY,
     ENDED,
-    NEW_STAGE,
     SOON,
     Record,
     Server,
@@ -75,7 +74,7 @@ def an_editor(env: dict[str, str], turtle: Listener) -> Iterator[tuple[subproces
         assert process.stdout
         server = int(process.stdout.readline())
         ours = descendants(process.pid)
-        assert len(ours) == 2
+        assert len(ours) == 3, "the server, its stage and the standby"
         turtle.wait(at_speed(BEFORE_SPEED))
         yield process, server
         process.kill()
@@ -151,7 +150,7 @@ def test_the_end_of_the_stage_of_a_watched_file(
     program: Path, turtle: Listener, ros_env: dict[str, str], record_property: Record
 ) -> None:
     with Terminal("watch", program, ros_env) as terminal:
-        survives(terminal, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED, NEW_STAGE, record_property)
+        survives(terminal, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED, SOON, record_property)
         terminal.process.terminate()
         assert terminal.end() == (130, "")
         assert in_session(terminal.pid) == []
@@ -163,13 +162,13 @@ def test_the_end_of_the_stage_of_a_played_file(
     with Terminal("play", program, ros_env) as terminal:
         dances(terminal, turtle)
         ours = descendants(terminal.pid)
-        (stage,) = ours
+        stage, _ = ours
         began = time.monotonic()
         os.kill(stage, signal.SIGKILL)
         wait_until_gone(ours, LIMIT)
         assert terminal.end() == (2, f"improv: {ENDED}\n")
         assert in_session(terminal.pid) == []
-        stands(turtle, began, NEW_STAGE, record_property)
+        stands(turtle, began, SOON, record_property)
 
 
 def test_ctrl_z_stops_the_robots(
@@ -199,7 +198,7 @@ def test_the_end_of_what_plays_a_file(
     with Terminal("play", program, ros_env) as terminal:
         dances(terminal, turtle)
         ours = descendants(terminal.pid)
-        assert len(ours) == 1
+        assert len(ours) == 2
         began = time.monotonic()
         end(terminal.pid)
         stands(turtle, began, SOON, record_property)

@@ -107,7 +107,7 @@ def test_a_stage_that_dies_leaves_a_complete_recording(listen: Listen, record: R
     for _ in range(3):
         listener.wait(moving)
     stages = descendants(process.pid)
-    (stage,) = stages
+    stage, _ = stages
     os.kill(stage, signal.SIGKILL)
     wait_until_gone(stages, LIMIT)
     assert process.wait(LIMIT) == 2

@@ -29,6 +29,7 @@ from tests.ros.dance import (
     dances,
     stands,
     still,
+    survives,
 )
 
 TWO = "turtle1 turtle2 $ repeat forward\n"
@@ -117,7 +118,7 @@ def test_a_robot_that_is_gone_does_not_keep_others_from_being_stopped(
         server.save(TWO)
         here.wait(at_speed(BEFORE_SPEED))
         gone.close()
-        (stage,) = descendants(server.pid)
+        stage, _ = descendants(server.pid)
         began = time.monotonic()
         os.kill(stage, signal.SIGKILL)
         server.wait_for_line(ENDED)
@@ -125,6 +126,61 @@ def test_a_robot_that_is_gone_does_not_keep_others_from_being_stopped(
         server.client.wait("improv/transport", lambda transport: transport["state"] == "waiting")
         server.client.request("workspace/executeCommand", {"command": "improv.hush"})
         stands(here, began, PATIENCE, record_property)
+
+
+HANGING = """\
+import ctypes, os
+try:
+    from rclpy.publisher import Publisher
+except ImportError:  # in the server's Python
+    pass
+else:
+    publish = Publisher.publish
+    trigger = os.path.join(os.path.dirname(__file__), "hang")
+
+    def publish_or_hang(self, message):
+        if os.path.exists(trigger):
+            os.remove(trigger)
+            ctypes.PyDLL(None).sleep(60)
+        publish(self, message)
+
+    Publisher.publish = publish_or_hang
+"""
+"""Once there is a file `hang` beside it, the next publisher stays in a C function that keeps all threads waiting."""
+
+
+def test_a_stage_that_hangs_in_a_c_call(
+    listen: Listen, ros_env: dict[str, str], tmp_path: Path, record_property: Record
+) -> None:
+    turtle = listen(TOPICS[0])
+    with Server(with_python_code(ros_env, tmp_path, HANGING)) as server:
+        line = "the stage did not answer for 0.4 s: its robots were stopped; save to play again"
+        survives(server, turtle, lambda _: (tmp_path / "hang").touch(), line, SOON, record_property)
+
+
+def test_a_standby_that_is_killed(listen: Listen, ros_env: dict[str, str], record_property: Record) -> None:
+    """One line says so, the dance goes on, and the next score has another standby."""
+    turtle = listen(TOPICS[0])
+    with Server(ros_env) as server:
+        dances(server, turtle)
+        _, standby = descendants(server.pid)
+        os.kill(standby, signal.SIGKILL)
+        server.wait_for_line("the standby process has ended, so if the stage dies, robots keep moving until a new ")
+        killed = time.monotonic()
+        turtle.wait(lambda message: message["at"] > killed and at_speed(BEFORE_SPEED)(message))
+        assert server.complaints() == []
+        survives(server, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED, SOON, record_property)
+
+
+def test_no_standby(listen: Listen, ros_env: dict[str, str]) -> None:
+    """Then a new stage finds the robots and stops them."""
+    turtle = listen(TOPICS[0])
+    with Server(ros_env, standby=False) as server:
+        dances(server, turtle)
+        (stage,) = descendants(server.pid)
+        os.kill(stage, signal.SIGKILL)
+        server.wait_for_line("the stage ended by itself: a new one stops the robots; save to play again")
+        turtle.wait(still)
 
 
 def both_move(server: Server, turtles: Listener) -> None:
@@ -180,6 +236,6 @@ def test_two_servers_on_one_robot_name_each_other(listen: Listen, ros_env: dict[
         dances(one, turtle)
         two.save(BEFORE)
         for server, other in ((one, two), (two, one)):
-            (rival,) = descendants(other.pid)
+            rival, _ = descendants(other.pid)
             server.wait_for_line(f"other nodes also publish to {TOPICS[0]}: /improv_{socket.gethostname()}_{rival}; ")
         assert one.complaints() == two.complaints() == []

@@ -114,7 +114,7 @@ def test_kill_of_the_server_stops_the_robots_and_leaves_nothing(listen: Listen, 
         client.save(URI)
         listener.wait(moving)
         ours = descendants(client.process.pid)
-        assert len(ours) == 2
+        assert len(ours) == 3, "two stages and a standby"
         killed = time.monotonic()
         client.process.kill()
         assert listener.wait(lambda message: message["at"] > killed and still(message))["at"] - killed < 0.5

@@ -474,6 +474,22 @@ def test_who_stops_listening_is_named_once_and_again_after_a_return() -> None:
     assert stage.lines == [gone["r"], gone["r"]]
 
 
+def test_one_line_tells_of_many_robots() -> None:
+    stage = Stage()
+    robots = [f"r{number}" for number in range(50)]
+    stage.sink.deaf = {robot: f"nobody listens on /{robot}/cmd_vel (here)" for robot in robots[:48]}
+    stage.sink.notes = dict.fromkeys(robots[48:], "the standby process has ended")
+    stage.load("\n".join(f"{robot} $ repeat forward" for robot in robots))
+    stage.run(PATIENCE + 3)
+    expected = ["nobody listens on 48 topics, such as /r0/cmd_vel (here)", "the standby process has ended"]
+    assert stage.lines == expected
+    stage.sink.deaf = {}
+    stage.run(2)
+    stage.sink.deaf = {"r7": "nobody listens on /r7/cmd_vel (here)"}
+    stage.run(2)
+    assert stage.lines == [*expected, "nobody listens on /r7/cmd_vel (here)"]
+
+
 def test_the_first_beat_waits_for_resets() -> None:
     stage = Stage()
     stage.sink.resets = True

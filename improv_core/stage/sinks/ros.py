@@ -64,6 +64,7 @@ class Ros:
 
         With `restart`, the robots that have a reset service are stopped, and it is called.
         """
+        self._standby.renew()
         self._standby.live(LOADING_LIMIT)
         parts = score.parts
         self._cast = list(parts)

@@ -19,23 +19,44 @@ END_LIMIT = 2.0
 class Standby:
     """Told what is published where and which robots move, it sends the zeros that a stage that has died can't send.
 
-    Nothing here waits for it: a standby that does not read is no standby, and `problem` says so.
+    Nothing here waits for it: one that doesn't read its input has failed, and `problem` says so.
     """
 
     def __init__(self, node: str, clock: Callable[[], float], wanted: bool) -> None:
+        self._node = node
         self._clock = clock
         self.problem: str | None = None
         """What is wrong with it, in one line."""
+        self._publishers: dict[tuple[str, str], bool] = {}  # topic and kind: whether the second node has it
         self._moving: set[str] = set()
         self._pulse = 0.0  # when the next sign of life is due
         self._process = _start(node) if wanted else None
 
+    @property
+    def works(self) -> bool:
+        """Whether there is one, as far as is known."""
+        return self._process is not None and self.problem is None
+
+    def renew(self) -> None:
+        """Start another one if it has failed."""
+        if not self._process or (self._process.poll() is None and not self.problem):
+            return
+        self._process.kill()
+        self._process.wait()
+        self._process, self.problem = _start(self._node), None
+        for (topic, kind), second in self._publishers.items():
+            self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
+        for topic in self._moving:
+            self._tell({"type": "moves", "topic": topic, "patience": SILENCE_LIMIT})
+
     def publish(self, topic: str, kind: str, second: bool) -> None:
         """The stage has a publisher now: of a type of message, on a topic, by its second node or not."""
+        self._publishers[topic, kind] = second
         self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
 
     def withdraw(self, topic: str, kind: str) -> None:
         """The stage no longer has it."""
+        del self._publishers[topic, kind]
         self._tell({"type": "withdraw", "topic": topic, "kind": kind})
 
     def moves(self, topic: str) -> None:
@@ -71,15 +92,19 @@ class Standby:
                 self._process.kill()
 
     def _tell(self, message: ToStandby) -> None:
-        if not self._process or not self._process.stdin:
+        if not self.works:
             return
+        assert self._process
+        assert self._process.stdin
         try:
             # Lines this short are written whole or not at all, also where the pipe is full.
             os.write(self._process.stdin.fileno(), json.dumps(message).encode() + b"\n")
         except OSError as error:
-            gone = isinstance(error, BrokenPipeError)
-            what = "has ended" if gone else "does not respond"
-            self.problem = f"the standby process {what}: if the stage dies, only their own timeout stops the robots"
+            what = "has ended" if isinstance(error, BrokenPipeError) else "does not respond"
+            self.problem = (
+                f"the standby process {what}, so if the stage dies, robots keep moving until a new stage finds them: "
+                "the next play starts another standby"
+            )
 
 
 def _start(node: str) -> subprocess.Popen[bytes]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from improv_core.plain import message as in_plain_text
 from improv_core.text import Span
 
 
@@ -53,29 +54,41 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Edits that mend a mistake, and what they do in a few words."""
+    """Edits that fix an error, and what they do in a few words."""
 
     title: str
     edits: tuple[Edit, ...]
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "title", in_plain_text(self.title))
+
 
 @dataclass(frozen=True, slots=True)
 class Related:
-    """Another place that has to do with a mistake, and how."""
+    """Another place that an error involves, and how."""
 
     span: Span
     message: str
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "message", in_plain_text(self.message))
+
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One mistake, at its exact place, in one line; how to mend it, where that is obvious."""
+    """One error or hint, at its exact place, in one line, and the fixes that are obvious.
+
+    What a message quotes from a file may be anything: it is made plain here, so that no message can forget to.
+    """
 
     code: str
     span: Span
     message: str
     fixes: tuple[Fix, ...] = ()
     related: tuple[Related, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "message", in_plain_text(self.message))
 
     @property
     def severity(self) -> Severity:

@@ -12,6 +12,7 @@ from lsprotocol import types
 from pygls.capabilities import get_capability
 from pygls.uris import to_fs_path
 
+from improv_core.plain import message_without_links
 from improv_ls.framing import StdioServer
 from improv_ls.positions import Encoding
 from improv_ls.settings import Settings
@@ -100,7 +101,7 @@ class Editor:
         task.add_done_callback(self._tasks.discard)
 
     def say(self, message: str) -> None:
-        """Show one line to the person at the editor; more would hold up Neovim until a key is pressed."""
+        """Show one line to the person at the editor; several lines would block Neovim until a key is pressed."""
         self._show(message, types.MessageType.Info)
 
     def warn(self, message: str) -> None:
@@ -110,4 +111,4 @@ class Editor:
         self._show(error, types.MessageType.Error)
 
     def _show(self, message: str, kind: types.MessageType) -> None:
-        self.server.window_show_message(types.ShowMessageParams(kind, " ".join(message.splitlines())))
+        self.server.window_show_message(types.ShowMessageParams(kind, message_without_links(message)))

@@ -18,7 +18,6 @@ from typing import Any
 
 from lsprotocol import types
 from pygls.exceptions import (
-    FeatureRequestError,
     JsonRpcException,
     JsonRpcInvalidParams,
     JsonRpcInvalidRequest,
@@ -111,12 +110,6 @@ class StdioServer(LanguageServer):
 
     async def close(self) -> None:
         """What is to be done before `shutdown` is answered, or before the end where nobody asks for a shutdown."""
-
-    def report_server_error(self, error: Exception, source: type[Exception]) -> None:
-        """Show a mistake of ours in one line where nobody waits for an answer; a request is answered with the error."""
-        if not issubclass(source, FeatureRequestError):
-            line = " ".join(f"Improv: internal error: {error}".splitlines())
-            self.window_show_message(types.ShowMessageParams(types.MessageType.Error, line))
 
     async def _serve(self) -> None:
         loop = asyncio.get_running_loop()

@@ -264,8 +264,9 @@ class Performance:
 
 def _refusal(document: Document) -> str | None:
     """Why a program cannot be played."""
-    if not document.analysis.cast.ok:
-        return "improv.toml has errors"
+    cast = document.analysis.cast
+    if not cast.ok:  # without its text, no editor can show them
+        return "improv.toml has errors" if cast.text else cast.diagnostics[0].message
     errors = [each for each in document.analysis.diagnostics if each.severity is Severity.ERROR]
     if not errors:
         return None

@@ -9,6 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from lsprotocol import types
+from pygls.exceptions import FeatureRequestError
 
 from improv_core import __version__
 from improv_ls.editor import Editor
@@ -57,6 +58,11 @@ class Session(StdioServer):
         from improv_ls.performance import Performance
 
         return Performance(self.editor, self.documents, self.robots_files)
+
+    def report_server_error(self, error: Exception, source: type[Exception]) -> None:
+        """Show an internal error, unless it happened in a request: that is answered with the error."""
+        if not issubclass(source, FeatureRequestError):
+            self.editor.report(f"Improv: internal error: {error}")
 
     async def close(self) -> None:
         """Stop the robots, if any have been moved, and end the stages."""

@@ -11,6 +11,7 @@ from improv_core.diagnostics import FADED, Diagnostic, Severity
 from improv_core.ide.completion import Completion
 from improv_core.ide.hover import Hover
 from improv_core.ide.signature_help import Signature
+from improv_core.plain import message_without_links
 from improv_core.text import LineIndex
 from improv_ls.documents import Document
 from improv_ls.positions import Encoding, to_range
@@ -43,12 +44,14 @@ def diagnostic(
     uri: str, lines: LineIndex, found: Diagnostic, encoding: Encoding, support: DiagnosticSupport
 ) -> types.Diagnostic:
     related = [
-        types.DiagnosticRelatedInformation(types.Location(uri, to_range(lines, other.span, encoding)), other.message)
+        types.DiagnosticRelatedInformation(
+            types.Location(uri, to_range(lines, other.span, encoding)), message_without_links(other.message)
+        )
         for other in (found.related if support.related_information else ())
     ]
     return types.Diagnostic(
         range=to_range(lines, found.span, encoding),
-        message=found.message,
+        message=message_without_links(found.message),
         severity=_SEVERITIES[found.severity],
         code=found.code,
         source="improv",

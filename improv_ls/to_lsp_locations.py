@@ -11,6 +11,7 @@ from improv_core.diagnostics import Edit
 from improv_core.ide.document_symbol import Entry
 from improv_core.ide.folding_range import Fold
 from improv_core.ide.references import Reference
+from improv_core.plain import message
 from improv_core.text import LineIndex, Span
 from improv_ls.positions import Encoding, to_range
 
@@ -59,7 +60,7 @@ def workspace_edit(changed: Mapping[str, Changed], versions: bool, encoding: Enc
 
 def document_symbol(lines: LineIndex, entry: Entry, encoding: Encoding) -> types.DocumentSymbol:
     return types.DocumentSymbol(
-        name=entry.name,
+        name=message(entry.name),
         kind=_KINDS[entry.kind],
         range=to_range(lines, entry.span, encoding),
         selection_range=to_range(lines, entry.name_span, encoding),
@@ -69,7 +70,9 @@ def document_symbol(lines: LineIndex, entry: Entry, encoding: Encoding) -> types
 
 
 def symbol_information(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding) -> types.SymbolInformation:
-    return types.SymbolInformation(location(uri, lines, entry.name_span, encoding), entry.name, _KINDS[entry.kind])
+    return types.SymbolInformation(
+        location(uri, lines, entry.name_span, encoding), message(entry.name), _KINDS[entry.kind]
+    )
 
 
 def folding_range(fold: Fold) -> types.FoldingRange:

@@ -16,17 +16,18 @@ ROOT = Path(__file__).parent.parent
 CORE = sorted((ROOT / "improv_core").rglob("*.py"))
 MODULES = [*CORE, *sorted((ROOT / "improv_ls").rglob("*.py"))]
 
-BELOW_PROGRAM = ["text", "diagnostics", "score", "syntax", "robots"]
+BELOW_PROGRAM = ["plain", "text", "diagnostics", "score", "syntax", "robots"]
 ROWS: Mapping[str, Sequence[str]] = {
     "improv_core": [],
+    "plain": [],
     "text": [],
-    "diagnostics": ["text"],
+    "diagnostics": ["plain", "text"],
     "score": ["text"],
     "syntax": ["score", "diagnostics", "text"],
     "robots": ["syntax.vocabulary", "score", "diagnostics", "text"],
     "program": BELOW_PROGRAM,
     "ide": ["program", *BELOW_PROGRAM],
-    "stage": ["score", "text"],
+    "stage": ["score", "plain", "text"],
     "playback": ["stage.protocol", "stage.discovery", "score"],
     "commands": ["improv_core", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
     "__main__": ["commands"],
@@ -148,6 +149,23 @@ def test_the_private_parts_of_pygls_are_used_in_one_place(path: Path) -> None:
 def test_columns_are_converted_in_one_place(path: Path) -> None:
     if path.name != "positions.py":
         assert "utf-16" not in path.read_text(encoding="utf-8").lower()
+
+
+TO_PEOPLE = {
+    "click.echo": ["commands/echo.py", "commands/format.py", "commands/terminal.py"],
+    "print": ["improv_ls/__main__.py", "framing.py", "stage/graph.py", "viewer/answers.py", "viewer/pages.py"],
+    "window_show_message": ["improv_ls/editor.py"],
+}
+"""What shows text to people, and the modules that may call it: all others go through these, which escape it."""
+
+
+@pytest.mark.parametrize("function", TO_PEOPLE)
+def test_text_reaches_people_in_few_places(function: str) -> None:
+    def is_call(node: ast.AST) -> bool:
+        return isinstance(node, ast.Call) and f".{ast.unparse(node.func)}".endswith(f".{function}")
+
+    callers = {path.as_posix() for path in MODULES if any(is_call(node) for node in ast.walk(tree(path)))}
+    assert {path for path in callers if not path.endswith(tuple(TO_PEOPLE[function]))} == set()
 
 
 def test_the_top_level_is_what_was_agreed() -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
 import click
 
 from improv_core.commands import parameters
+from improv_core.commands.echo import echo, echo_json
 from improv_core.commands.programs import report_each
 from improv_core.program.analysis import Analysis
 from improv_core.program.report import as_json, told
@@ -26,9 +26,9 @@ def command(files: tuple[Path, ...], layout: str) -> None:
 
 def _print_text(path: Path, analysis: Analysis) -> None:
     for line in told(path, analysis):
-        click.echo(line)
+        echo(line)
 
 
 def _print_json(path: Path, analysis: Analysis) -> None:
     checked = {"file": str(path), "ok": analysis.ok, "diagnostics": as_json(analysis)}
-    click.echo(json.dumps(checked, ensure_ascii=False))
+    echo_json(checked)

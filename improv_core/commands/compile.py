@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
 import click
 
 from improv_core.commands import parameters
+from improv_core.commands.echo import echo_json
 from improv_core.commands.programs import report_each
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import compiled
@@ -26,6 +26,6 @@ def command(files: tuple[Path, ...], _layout: str, max_segments: int) -> None:
 
     def report(path: Path, analysis: Analysis) -> None:
         line = {"file": str(path), **compiled(analysis, max_segments), "diagnostics": as_json(analysis)}
-        click.echo(json.dumps(line, ensure_ascii=False))
+        echo_json(line)
 
     sys.exit(report_each(files, report))

@@ -15,6 +15,7 @@ import click
 from improv_core import __version__
 from improv_core.commands.doctor_editors import editors, server
 from improv_core.commands.doctor_ros import examine_ros
+from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import PROBLEMS
 from improv_core.commands.finding import Finding, Mark
 from improv_core.diagnostics import Severity
@@ -30,7 +31,7 @@ def command(file: Path | None) -> None:
     """Check what works here, and which robots listen. Exit code 1 if anything is broken."""
     marks = set()
     for finding in examine(file):
-        click.echo(finding)
+        echo(str(finding))
         marks.add(finding.mark)
     sys.exit(PROBLEMS if Mark.BROKEN in marks else 0)
 

@@ -6,6 +6,8 @@ from typing import IO, Any
 
 import click
 
+from improv_core.commands.echo import echo
+
 PROBLEMS = 1
 """The command did its work and found problems: in a program, in formatting, or on this machine."""
 FAILED = 2
@@ -20,4 +22,4 @@ class CommandError(click.ClickException):
     exit_code = FAILED
 
     def show(self, file: IO[Any] | None = None) -> None:
-        click.echo(f"improv: {self.message}", err=True)
+        echo(f"improv: {self.message}", err=True)

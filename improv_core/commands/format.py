@@ -14,7 +14,9 @@ from pathlib import Path
 import click
 
 from improv_core.commands import parameters
+from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
+from improv_core.plain import printable
 from improv_core.program.files import ReadError, read_program
 from improv_core.syntax.formatter import format_text
 
@@ -45,13 +47,13 @@ def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
             if formatted == text:
                 continue
             if diff:
-                click.echo(_diff(path, text, formatted), nl=False)
+                _print_diff(path, text, formatted)
             if check:
-                click.echo(f"would format {path}")
+                echo(f"would format {path}")
                 code = max(code, PROBLEMS)
             elif not diff:
                 _rewrite(path, text, formatted)
-                click.echo(f"formatted {path}")
+                echo(f"formatted {path}")
         except (ReadError, WriteError) as problem:
             CommandError(str(problem)).show()
             code = FAILED
@@ -87,9 +89,14 @@ def _block(block: re.Match[str]) -> str:
     return block["head"] + re.sub(r"^(?=[^\r\n])", indent, code, flags=re.MULTILINE) + block["foot"]
 
 
-def _diff(path: Path, before: str, after: str) -> str:
-    lines = difflib.unified_diff(_file_lines(before), _file_lines(after), str(path), f"{path} (formatted)")
-    return "".join(line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines)
+def _print_diff(path: Path, before: str, after: str) -> None:
+    """Print a diff: in a terminal as printable text, elsewhere exactly, so that `patch` can read it."""
+    in_terminal = sys.stdout.isatty()
+    for line in difflib.unified_diff(_file_lines(before), _file_lines(after), str(path), f"{path} (formatted)"):
+        text = line.removesuffix("\n")
+        click.echo(printable(text.removesuffix("\r")) if in_terminal else text, color=True)
+        if text == line:
+            click.echo("\\ No newline at end of file")
 
 
 def _file_lines(text: str) -> list[str]:

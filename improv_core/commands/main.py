@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from improv_core import __version__
+from improv_core.commands.echo import printable_usage_errors
 from improv_core.commands.exit_codes import FAILED, CommandError
 from improv_core.program.files import ReadError
 
@@ -80,9 +81,14 @@ class Commands(click.Group):
         command: click.Command = import_module(f"improv_core.commands.{COMMANDS[cmd_name]}").command
         return command
 
+    def make_context(self, *arguments: Any, **named: Any) -> click.Context:
+        with printable_usage_errors():
+            return super().make_context(*arguments, **named)
+
     def invoke(self, ctx: click.Context) -> Any:
         try:
-            return super().invoke(ctx)
+            with printable_usage_errors():
+                return super().invoke(ctx)
         except ReadError as problem:
             raise CommandError(str(problem)) from None
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import signal
 import sys
 import time
@@ -12,6 +11,7 @@ from pathlib import Path
 import click
 
 from improv_core.commands import parameters
+from improv_core.commands.echo import echo, echo_json
 from improv_core.commands.exit_codes import FAILED, INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
@@ -57,7 +57,7 @@ async def play(
         await performing.play(analysis)
         await first(performing.finished.wait(), performing.interrupted.wait())
     if report:
-        click.echo(json.dumps(performing.report()))
+        echo_json(performing.report())
     return INTERRUPTED if performing.interrupted.is_set() else FAILED if performing.broken else 0
 
 
@@ -80,7 +80,7 @@ def play_fast(path: Path, seconds: float | None, *, report: bool) -> int:
         if message["type"] == "transport":
             last = message
         else:
-            click.echo(f"improv: {message['message']}", err=True)
+            echo(f"improv: {message['message']}", err=True)
 
     # Ctrl-C ends it at once, even where a shell has it ignored: there is nothing to clean up, and pymunk would
     # swallow a KeyboardInterrupt raised while it calls us.
@@ -91,8 +91,8 @@ def play_fast(path: Path, seconds: float | None, *, report: bool) -> int:
     poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
     ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses})
     if report:
-        click.echo(json.dumps(ended))
+        echo_json(ended)
     else:
         took = time.perf_counter() - began
-        click.echo(f"{summary(analysis)}: {ended['seconds']:.1f} s, played in {took:.2f} s")
+        echo(f"{summary(analysis)}: {ended['seconds']:.1f} s, played in {took:.2f} s")
     return 0

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import click
-
+from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
 from improv_core.program.analysis import Analysis
 from improv_core.program.files import ReadError, analyze_file
@@ -38,4 +37,4 @@ def read_to_play(path: Path) -> Analysis | None:
 def report_diagnostics(path: Path, analysis: Analysis) -> None:
     """Print the diagnostics of a program to stderr, one per line."""
     for line in told(path, analysis):
-        click.echo(line, err=True)
+        echo(line, err=True)

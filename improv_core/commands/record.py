@@ -14,6 +14,7 @@ from pathlib import Path
 import click
 
 from improv_core.commands import parameters
+from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.play import play
 from improv_core.commands.programs import read_to_play
@@ -62,9 +63,9 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
         with recording(output) as recorder:
             perform(score, recorder, seconds)
     except KeyboardInterrupt:
-        click.echo(f"improv: interrupted: {output} was not written", err=True)
+        echo(f"improv: interrupted: {output} was not written", err=True)
         return INTERRUPTED
-    click.echo(f"{_summary(output, recorder)} (computed in {time.perf_counter() - began:.2f} s)")
+    echo(f"{_summary(output, recorder)} (computed in {time.perf_counter() - began:.2f} s)")
     return 0
 
 
@@ -76,7 +77,7 @@ async def record_live(path: Path, output: Path, options: Options, *, browser: bo
     with recording(output) as recorder:
         code = await play(path, replace(options, report_sent=True), browser=browser, recorder=recorder)
     if code != PROBLEMS:
-        click.echo(_summary(output, recorder))
+        echo(_summary(output, recorder))
     return code
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 
+from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.ros_environment import (
     AGAIN,
@@ -33,7 +34,7 @@ def command() -> None:
 def setup() -> None:
     """Install ROS 2's Python packages, and prove that they work."""
     try:
-        set_up(click.echo)
+        set_up(echo)
     except KeyboardInterrupt:
         CommandError(f"interrupted: {AGAIN}").show()
         sys.exit(INTERRUPTED)

@@ -13,6 +13,7 @@ from typing import Any
 import click
 
 from improv_core.commands.exit_codes import CommandError
+from improv_core.plain import printable
 from improv_core.playback.playback import News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
@@ -118,12 +119,12 @@ class Performance:
         """Print a line, unless this is a quiet performance."""
         if not self._quiet:
             self._clear_count()
-            self._write(line)
+            self._write(printable(line))
 
     def complain(self, line: str) -> None:
         """Print a line to stderr."""
         self._clear_count()
-        self._write(line, err=True)
+        self._write(printable(line), err=True)
 
     def _hear(self, message: News, leads: bool) -> None:
         if message["type"] == "transport":

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.cursor import touching
-from improv_core.program.analysis import Analysis
+from improv_core.program.analysis import LONGEST_PROGRAM, Analysis
 from improv_core.syntax.formatter import edits
 from improv_core.text import LINE_END, Span
 
@@ -15,7 +15,9 @@ _BLANKS = re.compile(r"[ \t\r\n\ufeff]*")
 
 
 def format_all(analysis: Analysis) -> list[Edit]:
-    """The edits of the whole program: only blanks and line ends come, change and go."""
+    """The edits of the whole program, which change only spaces and line ends; none if it is too long."""
+    if len(analysis.text) > LONGEST_PROGRAM:
+        return []
     return [small for edit in edits(analysis.text) for small in _small(analysis.text, edit)]
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from improv_core.ide.cursor import Cursor, cursor
+from improv_core.plain import printable
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.compiler import score_of
 from improv_core.program.meaning import value_of
@@ -23,11 +24,14 @@ from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.text import Span
+from improv_core.text import LINE_END, Span
 
 LONGEST_SOURCE = 500
 """Characters of a definition that are shown."""
 LONGEST_NAME = 100
+MOST_HEADS = 20
+"""Of a line that are listed."""
+_BARE = re.compile(r"[\w…-]+")
 MOST_MOMENTS = 150
 """Of a path that is drawn: nobody waits for more."""
 SIZE = 160.0
@@ -83,9 +87,9 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
     part = score_of(analysis).parts.get(name)
     if not part:
         return None
-    about = f" (robot, profile {part.profile.name}): everything it plays"
+    about = f" (robot, profile {_code(part.profile.name)}): everything it plays"
     whole = timing(part.movement, analysis.tempo)
-    return Hover(Span(0, 0), _short(name), about, (whole,), "", _drawn(part, analysis.tempo) if pictures else "")
+    return Hover(Span(0, 0), _code(name), about, (whole,), "", _drawn(part, analysis.tempo) if pictures else "")
 
 
 def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
@@ -131,12 +135,12 @@ def _head_or_sign(analysis: Analysis, placed: Placed, token: Token, pictures: bo
         return Hover(token.span, whole.word, whole.about, facts, "", whole.picture)
     drawn = _shape(analysis, placed, meaning) if pictures else ""
     if not plays and token != sign:
-        return Hover(token.span, _short(token.text), " (name)", facts, "", drawn)
-    heads = _short(", ".join(head.text for head in statement.heads))
+        return Hover(token.span, _code(token.text), " (name)", facts, "", drawn)
+    heads = _short(", ".join(_code(head.text) for head in statement.heads[:MOST_HEADS]))
     if plays:
         facts = (*facts, *_speeds(analysis, placed.meaning.robots, meaning))
     one = len(statement.heads) == 1
-    about = f": {heads} play{'s' if one else ''} what follows" if plays else f": `{heads}` is the name for what follows"
+    about = f": {heads} play{'s' if one else ''} what follows" if plays else f": {heads} is the name for what follows"
     return Hover(token.span, token.text, about, facts, "", drawn)
 
 
@@ -147,11 +151,12 @@ def _name(
     line, source = "", ""
     if definer is not None:
         line = f", line {analysis.lines.position(analysis.offsets[definer]).line + 1}"
-        source = _short(analysis.statements[definer].text, LONGEST_SOURCE)
+        shown = _short(analysis.statements[definer].text, LONGEST_SOURCE).expandtabs(4)
+        source = "\n".join(map(printable, LINE_END.split(shown)))
     facts = (*_measures(analysis, placed, meaning), *here)
     drawn = _shape(analysis, placed, meaning) if pictures else ""
     # What would end the block of code early is rather not shown.
-    return Hover(span, _short(name), f" (name{line})", facts, "" if "```" in source else source, drawn)
+    return Hover(span, _code(name), f" (name{line})", facts, "" if "```" in source else source, drawn)
 
 
 def _bracket(node: nodes.Bracket) -> tuple[str, str]:
@@ -232,6 +237,12 @@ def _drawn(part: Part, tempo: Fraction) -> str:
 def _image(svg: str) -> str:
     width, height = (round(float(size)) for size in re.findall(r'(?:width|height)="([\d.]+)"', svg)[:2])
     return f"![path](data:image/svg+xml;base64,{b64encode(svg.encode()).decode()}|width={width},height={height})"
+
+
+def _code(name: str) -> str:
+    """A name in Markdown. One that the language or TOML would not take bare becomes code, which can hold no links."""
+    name = printable(_short(name))
+    return name if _BARE.fullmatch(name) else f"`{name.replace('`', chr(39))}`"
 
 
 def _short(text: str, most: int = LONGEST_NAME) -> str:

@@ -26,6 +26,9 @@ from improv_core.text import LineIndex, Span
 
 DEFAULT_TEMPO = Fraction(60)
 NO_ROBOTS = Robots()
+LONGEST_PROGRAM = 10_000_000
+"""Characters of a program that is analyzed."""
+_TOO_LONG = Diagnostic("syntax", Span(0, 0), f"split this program: it has more than {LONGEST_PROGRAM:,} characters")
 
 _new_ids = count()  # every statement of every document gets its own, and keeps it wherever it moves
 
@@ -89,7 +92,9 @@ class Analysis:
 
     @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """All that is to be said about the program, in the order of the text."""
+        """All diagnostics of the program, in the order of the text."""
+        if len(self.text) > LONGEST_PROGRAM:
+            return (_TOO_LONG,)
         found: list[Diagnostic] = []
         for index in self.faulty.union(self.bindings.unused, self.tempos[1:], self.infeasible):
             found += (each.shifted(self.offsets[index]) for each in self._said_of(index))
@@ -116,6 +121,8 @@ class Analysis:
     def edited(self, start: int, end: int, text: str) -> Analysis:
         """The analysis after the text from `start` to `end` has been replaced; costs what the edit touches."""
         lines = self.lines.edited(start, end, text)
+        if max(len(self.text), len(lines.text)) > LONGEST_PROGRAM:
+            return analyze(lines.text, self.cast)
         growth = len(text) - (end - start)
         # The statement before the first one touched may lack a bracket, and go on into what now stands there.
         first = max(bisect_right(self.offsets, start) - 2, 0)
@@ -223,9 +230,9 @@ class Analysis:
 
 
 def analyze(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
-    """Read a whole program, for these robots. Never raises."""
+    """Read a whole program, for these robots; nothing of one that is too long. Never raises."""
     offsets, statements = [], []
-    for offset, piece in split(text):
+    for offset, piece in split(text) if len(text) <= LONGEST_PROGRAM else ():
         offsets.append(offset)
         statements.append(parse_statement(piece))
     return _assembled(LineIndex(text), offsets, statements, [next(_new_ids) for _ in statements], robots)

@@ -1,11 +1,18 @@
-"""Programs in files."""
+"""Programs and `improv.toml` in files. Only regular files are opened, so reading never blocks and always ends."""
 
 from __future__ import annotations
 
+import errno
+import os
+import stat
 from pathlib import Path
 
-from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.analysis import LONGEST_PROGRAM, Analysis, analyze
 from improv_core.robots.config import Robots, find_robots_file, read_robots
+
+LARGEST_ROBOTS_FILE = 1_000_000
+"""Bytes of an `improv.toml`."""
+_OPENING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
 class ReadError(Exception):
@@ -20,15 +27,36 @@ def analyze_file(path: Path) -> Analysis:
 def robots_near(folder: Path) -> Robots:
     """What the nearest `improv.toml` says, in a folder or its parents. Raises ReadError if it can't be read."""
     found = find_robots_file(folder)
-    return read_robots(read_program(found), found) if found else Robots()
+    return read_robots(_read(found, LARGEST_ROBOTS_FILE), found) if found else Robots()
 
 
 def read_program(path: Path) -> str:
     """The text of a program. Raises ReadError."""
+    return _read(path, LONGEST_PROGRAM)
+
+
+def _read(path: Path, most: int) -> str:
+    """The text of a regular file of at most so many bytes. Raises ReadError."""
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        _refuse_others(path.stat())  # before it is opened: opening a device may do something
+        with os.fdopen(os.open(path, _OPENING), "rb") as file:
+            _refuse_others(os.fstat(file.fileno()))  # it may have been replaced
+            data = file.read(most + 1)
+        if len(data) > most:
+            raise ReadError(f"{path}: it is larger than {most // 1_000_000} MB")
+        return data.decode("utf-8-sig")
+    except FileNotFoundError:
+        problem = "it is a link to nothing" if path.is_symlink() else "no such file or directory"
     except UnicodeDecodeError:
         problem = "it is not UTF-8 text"
-    except OSError as error:
-        problem = (error.strerror or "it can't be read").lower()
+    except (OSError, ValueError) as error:  # ValueError: a path with a zero byte
+        problem = (getattr(error, "strerror", None) or "it can't be read").lower()
     raise ReadError(f"{path}: {problem}")
+
+
+def _refuse_others(found: os.stat_result) -> None:
+    """Raise OSError unless this is a regular file: a pipe may never end, and a device even less."""
+    if stat.S_ISDIR(found.st_mode):
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "it is not a regular file")

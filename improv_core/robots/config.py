@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -78,12 +77,20 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
 
 
 def find_robots_file(folder: Path) -> Path | None:
-    """The `improv.toml` in a folder, or in its nearest parent that has one."""
+    """The `improv.toml` in a folder, or in its nearest parent that has one.
+
+    Whatever has that name counts, also a link to nothing, a folder, or one that we may not look at: robots whose limits
+    can't be read must not move as if they had none.
+    """
     folder = folder.absolute()
     for place in (folder, *folder.parents):
-        with suppress(OSError):  # where we may not look, there is none for us
-            if (place / FILE_NAME).is_file():
-                return place / FILE_NAME
+        try:
+            (place / FILE_NAME).lstat()
+        except (FileNotFoundError, NotADirectoryError, ValueError):  # ValueError: a path with a zero byte
+            continue
+        except OSError:
+            pass
+        return place / FILE_NAME
     return None
 
 

@@ -74,7 +74,7 @@ class TomlReading:
         self._report(self.entries[keys].value, message)
 
     def _report(self, span: Span, message: str) -> None:
-        self.diagnostics.append(Diagnostic("robots", span, " ".join(message.splitlines())))
+        self.diagnostics.append(Diagnostic("robots", span, message))
 
 
 def _unknown(word: str, known: Collection[str]) -> str:

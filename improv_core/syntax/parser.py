@@ -252,6 +252,5 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
     if found.text == ",":
         return "remove `,`: separate movements with spaces", remove
     if found.type == "STRAY":
-        written = found.text if found.text.isprintable() else f"U+{ord(found.text):04X}"
-        return f"remove `{written}`: it is not part of the language", remove
+        return f"remove `{found.text}`: it is not part of the language", remove
     return f"remove `{found.text}` or start a new line before it", remove

@@ -11,6 +11,7 @@ from pygls.exceptions import JsonRpcException
 from pygls.uris import from_fs_path
 
 from improv_core.ide import rename as renaming
+from improv_core.plain import message_without_links
 from improv_core.program.analysis import analyze
 from improv_core.program.files import ReadError, read_program
 from improv_core.robots.config import Robots, find_robots_file
@@ -49,7 +50,7 @@ def rename(ls: Session, params: types.RenameParams) -> types.WorkspaceEdit | Non
 
 
 def _failed(refusal: renaming.RefusalError) -> JsonRpcException:
-    return JsonRpcException(str(refusal), types.LSPErrorCodes.RequestFailed)
+    return JsonRpcException(message_without_links(str(refusal)), types.LSPErrorCodes.RequestFailed)
 
 
 def _elsewhere(ls: Session, document: Document, old: str, new: str) -> dict[str, Changed]:

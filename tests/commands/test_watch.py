@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.commands.command_line import IMPROV, LIMIT
+from tests.strange_files import StrangeFile
 
 PIECE, LONG = 0.03, 0.7
 """Seconds between two pieces of a file that is written slowly; and longer than any look at a file takes to come."""
@@ -193,3 +194,14 @@ def test_robots_of_a_file_that_can_not_be_read_do_not_move(watch: Watch, program
     robots.write_bytes(b"# \xff\n")
     watch.wait(f"improv: {robots}: it is not UTF-8 text")
     assert watch.next() == "✗ the previous dance keeps playing\n"
+
+
+def test_a_strange_improv_toml_stops_new_dances_only(strange_file: StrangeFile) -> None:
+    path = strange_file.folder / "dance.improv"
+    path.write_text("r $ repeat forward\n")
+    with watching(path) as watch:
+        watch.wait("▶ r ∞")
+        robots = strange_file.make("improv.toml")
+        path.write_text("r $ left\n")
+        assert watch.next().startswith(f"improv: {robots}: {strange_file.problem}")
+        assert watch.next() == "✗ the previous dance keeps playing\n"

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.ls.client import Client
+from tests.strange_files import StrangeFile
 
 QUIET = {"backend": "sim", "page": {"open": False}}
 BURGER = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
@@ -57,10 +58,35 @@ def test_robots_of_a_file_that_can_not_be_read_do_not_move(tmp_path: Path) -> No
         client.open(program.as_uri(), "r $ forward\n")
         assert codes(client, robots) == ["robots"]
         client.save(program.as_uri())
-        assert client.wait_for_line("✗") == "✗ improv.toml has errors"
+        assert client.wait_for_line("✗") == f"✗ {robots}: it is not UTF-8 text"
         robots.write_text("")
         client.save(program.as_uri())
         assert client.wait_for_line("▶").startswith("▶ r 1 beat")
+
+
+def test_a_strange_improv_toml_stops_new_dances_only(strange_file: StrangeFile) -> None:
+    program = strange_file.folder / "dance.improv"
+    with Client(QUIET) as client:
+        client.open(program.as_uri(), "r $ repeat forward\n")
+        client.save(program.as_uri())
+        client.wait_for_line("▶")
+        robots = strange_file.make("improv.toml")
+        client.save(program.as_uri())
+        line = client.wait_for_line("✗")
+        assert line.startswith(f"✗ {robots}: {strange_file.problem}")
+        assert line.endswith("; the previous dance keeps playing")
+        assert codes(client, robots) == ["robots"]
+
+
+def test_a_document_that_is_too_long_has_one_diagnostic(tmp_path: Path) -> None:
+    program = tmp_path / "dance.improv"
+    with Client(QUIET) as client:
+        client.open(program.as_uri(), "r $ oops\n" * 1_200_000)
+        assert codes(client, program) == ["syntax"]
+        client.save(program.as_uri())
+        assert client.wait_for_line("✗").startswith("✗ line 1: split this program")
+        client.change(program.as_uri(), 2, {"text": "r $ oops\n"})
+        assert codes(client, program) == ["unknown-name"]
 
 
 @pytest.mark.parametrize("language", ["toml", "improv", ""])

@@ -19,6 +19,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
 from improv_core.score.world import Box, Circle, Wall, World
 from improv_core.text import LineIndex
+from tests.strange_files import StrangeFile
 
 PAGE = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
@@ -511,11 +512,14 @@ def test_the_nearest_file_is_found(tmp_path: Path) -> None:
     folder.mkdir(parents=True)
     (tmp_path / "improv.toml").touch()
     assert find_robots_file(folder) == tmp_path / "improv.toml"
-    (folder / "improv.toml").mkdir()
-    assert find_robots_file(folder) == tmp_path / "improv.toml"
     (tmp_path / "a" / "improv.toml").touch()
     assert find_robots_file(folder) == tmp_path / "a" / "improv.toml"
     assert find_robots_file(folder / "not" / "there") == tmp_path / "a" / "improv.toml"
+
+
+def test_whatever_has_the_name_is_found(strange_file: StrangeFile) -> None:
+    path = strange_file.make("improv.toml")
+    assert find_robots_file(path.parent) == path
 
 
 @pytest.mark.parametrize("block", BLOCKS)

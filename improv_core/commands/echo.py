@@ -1,0 +1,31 @@
+"""What commands print: text through `echo`, data through `echo_json`. Neither can steer a terminal."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+from improv_core.plain import printable
+
+
+def echo(line: str, *, err: bool = False) -> None:
+    """Print one line; whatever it quotes stays one line."""
+    click.echo(printable(line), err=err)
+
+
+def echo_json(value: Any) -> None:
+    """Print one line of JSON: ASCII, since JSON itself allows characters that steer terminals."""
+    click.echo(json.dumps(value))
+
+
+@contextmanager
+def printable_usage_errors() -> Iterator[None]:
+    """Make errors of click printable, which quotes arguments: a shell's `*` expands to names of any kind."""
+    try:
+        yield
+    except click.UsageError as error:
+        raise click.UsageError(printable(error.format_message()), error.ctx) from None

@@ -1,0 +1,50 @@
+"""Makes foreign text safe to show: names, keys, values, paths, and the messages that quote them.
+
+Whoever shows text to people calls these functions, in the few places where text leaves Improv: the terminal, the
+editor's messages, diagnostics, and hovers. So no message has to remember what it quotes.
+"""
+
+from __future__ import annotations
+
+import re
+
+LONGEST_LINE = 10_000
+"""Characters of a line that is shown; a path and a message fit."""
+LONGEST_MESSAGE = 1_000
+LONGEST_WORD = 100
+"""Characters of one word in a message that is long."""
+_LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
+
+
+def printable(text: str) -> str:
+    r"""The text with everything invisible written as an escape, such as `\x1b` or `\u202e`; the middle of a long one
+    is left out.
+
+    Escapes what `str.isprintable` rejects: control characters, line separators, formatting characters (so that the
+    direction of text stays visible), lone surrogates, and all spaces but the usual one.
+    """
+    text = _cut(text, LONGEST_LINE)
+    return text if text.isprintable() else "".join(map(_visible, text))
+
+
+def message(text: str) -> str:
+    """A message in one printable line. Long words are cut first, since those are what it quotes."""
+    if len(text) > LONGEST_WORD:
+        text = _cut(_LONG_WORD.sub(lambda word: _cut(word[0], LONGEST_WORD), text), LONGEST_MESSAGE)
+    return printable(text)
+
+
+def message_without_links(text: str) -> str:
+    """A message with Markdown's links taken apart: editors make links out of messages, even ones that run commands."""
+    return message(text).replace("](", "] (")
+
+
+def _cut(text: str, longest: int) -> str:
+    if len(text) <= longest:
+        return text
+    half = (longest - 1) // 2
+    return f"{text[:half]}…{text[-half:]}"
+
+
+def _visible(char: str) -> str:
+    return char if char.isprintable() else char.encode("unicode_escape").decode("ascii")

@@ -1,0 +1,79 @@
+"""Nothing in a file, its name or an argument steers the terminal in which `improv` runs."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from improv_core.commands.main import improv
+from tests.commands.command_line import IMPROV, LIMIT
+from tests.untrusted import EXPLOITS, FOREIGN, steering
+
+TOML = '[robots.{0}]\nprofile = {0}\n{0} = 1\n[profiles.{0}]\nbase = "turtle"\n'
+PROGRAM = "{0} $ forward {0}\n{0} = left\nr $ left\nq $ {0}\n"
+COMMANDS = [["check"], ["check", "--format", "json"], ["compile"], ["format", "--check"], ["play", "--fast"]]
+
+
+def quoted(text: str) -> str:
+    """A string of TOML."""
+    plain = "".join(char if " " <= char not in '"\\\x7f' else f"\\U{ord(char):08x}" for char in text)
+    return f'"{plain}"'
+
+
+def file_name(text: str) -> str:
+    return os.fsdecode(os.fsencode(text.replace("/", "_").replace("\0", ""))[:200]) + ".improv"
+
+
+@given(FOREIGN, FOREIGN, FOREIGN, st.sampled_from(COMMANDS))
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_no_input_reaches_the_terminal_as_it_is(
+    tmp_path: Path, name: str, word: str, key: str, command: list[str]
+) -> None:
+    path = tmp_path / file_name(name)
+    path.write_text(PROGRAM.format(word), encoding="utf-8", newline="")
+    (tmp_path / "improv.toml").write_text(TOML.format(quoted(key)), encoding="utf-8")
+    done = CliRunner().invoke(improv, [*command, str(path)], color=True)
+    path.unlink()
+    assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+    assert steering(done.output) == set()
+    assert not any(line.startswith(("two", "three", "four")) for line in done.output.splitlines())
+
+
+@pytest.mark.parametrize("exploit", EXPLOITS)
+def test_what_is_shown_in_a_terminal_does_not_steer_it(tmp_path: Path, exploit: str) -> None:
+    text = EXPLOITS[exploit]
+    path = tmp_path / file_name(text)
+    path.write_text(PROGRAM.format(text), encoding="utf-8", newline="")
+    missing = path.with_name(f"not {path.name}")
+    for arguments in (["check", path], ["format", "--diff", path], ["check", missing], ["check", f"--{text}", path]):
+        assert steering(shown_in_terminal([str(each) for each in arguments]), "\r\n") == set(), arguments
+
+
+def shown_in_terminal(arguments: list[str]) -> str:
+    """What a terminal gets from a command."""
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen([*IMPROV, *arguments], stdout=theirs, stderr=theirs)
+    os.close(theirs)
+    shown = b""
+    try:
+        while data := os.read(ours, 65_536):
+            shown += data
+    except OSError:  # Linux reports the end like this
+        pass
+    os.close(ours)
+    process.wait(LIMIT)
+    return shown.decode("utf-8")
+
+
+def test_a_diff_is_exact_for_patch_and_escaped_in_a_terminal(tmp_path: Path) -> None:
+    path = tmp_path / "dance.improv"
+    path.write_text("r  $ left # \x1b[2J\n", encoding="utf-8")
+    assert "+r $ left  # \x1b[2J\n" in CliRunner().invoke(improv, ["format", "--diff", str(path)]).output
+    assert "+r $ left  # \\x1b[2J\r\n" in shown_in_terminal(["format", "--diff", str(path)])

@@ -1,0 +1,58 @@
+"""Programs and improv.toml in files: what can't be read is refused in one line, at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from improv_core.program.analysis import LONGEST_PROGRAM, analyze
+from improv_core.program.files import LARGEST_ROBOTS_FILE, ReadError, analyze_file, read_program, robots_near
+from tests.strange_files import StrangeFile
+
+
+def test_a_strange_program_is_refused(strange_file: StrangeFile) -> None:
+    path = strange_file.make("dance.improv")
+    with pytest.raises(ReadError) as refused:
+        analyze_file(path)
+    assert str(refused.value).startswith(f"{path}: {strange_file.problem}")
+
+
+def test_a_strange_improv_toml_is_refused_and_not_the_one_above_used(strange_file: StrangeFile) -> None:
+    (strange_file.folder.parent / "improv.toml").write_text("[robots.r]\n")
+    path = strange_file.make("improv.toml")
+    program = path.with_name("dance.improv")
+    program.write_text("r $ forward\n")
+    for read in (lambda: robots_near(path.parent), lambda: analyze_file(program)):
+        with pytest.raises(ReadError) as refused:
+            read()
+        assert str(refused.value).startswith(f"{path}: {strange_file.problem}")
+
+
+def test_files_up_to_a_size_are_read(tmp_path: Path) -> None:
+    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
+    program.write_bytes(b"#" * LONGEST_PROGRAM)
+    robots.write_bytes(b"#" * LARGEST_ROBOTS_FILE)
+    assert len(read_program(program)) == LONGEST_PROGRAM
+    assert robots_near(tmp_path).ok
+    program.write_bytes(b"#" * (LONGEST_PROGRAM + 1))
+    robots.write_bytes(b"#" * (LARGEST_ROBOTS_FILE + 1))
+    with pytest.raises(ReadError, match="it is larger than 10 MB"):
+        read_program(program)
+    with pytest.raises(ReadError, match="it is larger than 1 MB"):
+        robots_near(tmp_path)
+
+
+def test_a_program_that_is_too_long_is_not_analyzed_until_it_is_shorter() -> None:
+    text = "r $ forward\n"
+    too_long = "#" * LONGEST_PROGRAM
+    before = analyze(text)
+    longer = before.edited(len(text), len(text), too_long)
+    assert [each.message for each in longer.diagnostics] == [
+        "split this program: it has more than 10,000,000 characters"
+    ]
+    assert not longer.ok
+    assert longer.robots == {}
+    shorter = longer.edited(len(text), len(text) + len(too_long), "")
+    assert shorter.ok
+    assert list(shorter.robots) == ["r"]

@@ -140,7 +140,11 @@ def _head_or_sign(analysis: Analysis, placed: Placed, token: Token, pictures: bo
     if plays:
         facts = (*facts, *_speeds(analysis, placed.meaning.robots, meaning))
     one = len(statement.heads) == 1
-    about = f": {heads} play{'s' if one else ''} what follows" if plays else f": {heads} is the name for what follows"
+    about = (
+        f": {heads} play{'s' if one else ''} what follows"
+        if plays
+        else f": `{heads.strip('`')}` is the name for what follows"
+    )
     return Hover(token.span, token.text, about, facts, "", drawn)
 
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a program: codes, how bad each is, and one plain line that says what to do."""
+"""Diagnostics: what is wrong with a program, how severe it is, and how to fix it."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ SEVERITIES = {
 
 
 FADED = frozenset({"never-performed", "unused-name"})
-"""Codes of what does nothing; editors draw it faded."""
+"""Codes for text that has no effect. Editors fade it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """A text to put in place of what stands at `span`."""
+    """Replaces the text at `span`."""
 
     span: Span
     text: str
@@ -53,7 +53,7 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Edits that mend a mistake, and what they do in a few words."""
+    """Edits that fix a problem, and a short title that says what they do."""
 
     title: str
     edits: tuple[Edit, ...]
@@ -61,7 +61,7 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class Related:
-    """Another place that has to do with a mistake, and how."""
+    """Another span that a problem involves, and how."""
 
     span: Span
     message: str
@@ -69,7 +69,7 @@ class Related:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One mistake, at its exact place, in one line; how to mend it, where that is obvious."""
+    """One problem at its exact span, described in one line, with fixes if they are obvious."""
 
     code: str
     span: Span
@@ -95,5 +95,5 @@ class Diagnostic:
 
 
 def replace(title: str, span: Span, text: str) -> tuple[Fix, ...]:
-    """The one fix that puts a text in place of another."""
+    """A single fix that replaces the text at `span`."""
     return (Fix(title, (Edit(span, text),)),)

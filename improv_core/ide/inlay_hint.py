@@ -1,4 +1,4 @@
-"""What is shown between the words for those who want it: how long statements take, how fast nested brackets are."""
+"""Inlay hints: how long statements take, and how fast nested brackets play."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class Hint:
-    """A few letters behind or, if it is `before` something, in front of a place; `about` says more."""
+    """A few characters after an offset, or before it if `before`. `about` says more."""
 
     offset: int
     text: str
@@ -25,7 +25,7 @@ class Hint:
 
 
 def hints(analysis: Analysis, span: Span) -> list[Hint]:
-    """The hints of all statements that touch a span, in the order of the text; none of those that have errors."""
+    """The hints for all statements without errors that touch a span, in the order of the text."""
     return [hint for placed in touching(analysis, span) for hint in _hints(analysis, placed)]
 
 
@@ -40,7 +40,7 @@ def _hints(analysis: Analysis, placed: Placed) -> Iterator[Hint]:
 
 
 def _nested(node: Node, outside: tuple[Node, ...]) -> Iterator[Hint]:
-    """How fast each voice of a bracket within brackets is."""
+    """How fast each voice of a nested bracket plays."""
     around = (*outside, node)
     if _squeezes(node) and any(map(_squeezes, outside)):
         for body in nodes.children(node):

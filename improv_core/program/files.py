@@ -1,4 +1,4 @@
-"""Programs in files."""
+"""Reads programs from files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from improv_core.robots.config import Robots, find_robots_file, read_robots
 
 
 class ReadError(Exception):
-    """A file can't be read as a program; one plain line that says why."""
+    """A file can't be read as a program. The message is one line that says why."""
 
 
 def analyze_file(path: Path) -> Analysis:
@@ -18,7 +18,7 @@ def analyze_file(path: Path) -> Analysis:
 
 
 def robots_near(folder: Path) -> Robots:
-    """What the nearest `improv.toml` says, in a folder or its parents. Raises ReadError if it can't be read."""
+    """The robots of the nearest `improv.toml` in a folder or its parents. Raises ReadError if it can't be read."""
     found = find_robots_file(folder)
     return read_robots(read_program(found), found) if found else Robots()
 

@@ -1,4 +1,4 @@
-"""How diagnostics, and what became of a dance, are told outside an editor: as lines for people, as JSON."""
+"""Reports diagnostics and results outside an editor: as lines for people and as JSON."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from improv_core.text import LineIndex, Position
 
 
 def told(path: Path, analysis: Analysis) -> list[str]:
-    """`path:line:column: severity[code] message`, one line each, counted from 1; those of `improv.toml` come after."""
+    """`path:line:column: severity[code] message`, one line each, counted from 1. Those of `improv.toml` come last."""
     robots = analysis.cast
     lines = [_told(path, diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
     if robots.path and robots.diagnostics:
@@ -31,12 +31,12 @@ def _told(path: Path, diagnostic: Diagnostic, lines: LineIndex) -> str:
 
 
 def as_json(analysis: Analysis) -> list[Mapping[str, Any]]:
-    """Diagnostics as JSON values; lines and characters count from 0, characters in code points."""
+    """Diagnostics as JSON values. Lines and characters count from 0; characters are code points."""
     return [_as_json(diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
 
 
 def summary(analysis: Analysis) -> str:
-    """What plays, in one line: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`."""
+    """A one-line summary of what plays: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`."""
     score = score_of(analysis)
     robots = " · ".join(f"{name} {beats(part.movement.duration)}" for name, part in score.parts.items())
     whole = max((part.movement for part in score.parts.values()), key=lambda part: part.duration, default=None)
@@ -46,9 +46,9 @@ def summary(analysis: Analysis) -> str:
 
 
 def outcome(transport: Mapping[str, Any] | None, poses: Mapping[str, Any]) -> dict[str, Any]:
-    """Where simulated robots were at beat 0 and at the end (meters, radians), and how long it took.
+    """The poses of simulated robots at beat 0 and at the end (meters, radians), and the time between (seconds).
 
-    Both are in the form of messages of a stage (docs/protocol.md); None if there was none.
+    `transport` and `poses` come from the stage's messages (docs/protocol.md). `transport` is None if there was none.
     """
     return {
         "start": _places(poses.get("start", {})),

@@ -1,4 +1,4 @@
-"""How times and distances are written for people."""
+"""Writes times and distances for people."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def beats(duration: Duration) -> str:
 
 
 def number(value: Fraction) -> str:
-    """The shortest exact way to write a number: a decimal where three places will do, else a fraction."""
+    """A number written exactly: as a decimal if three places are enough, otherwise as a fraction."""
     if 1000 % value.denominator:
         return str(brief(value))
     return f"{float(value):.3f}".rstrip("0").rstrip(".") if value.denominator > 1 else str(value.numerator)
 
 
 def seconds(duration: Duration, tempo: Fraction) -> str:
-    """`4.0 s`, or longer units where those read better."""
+    """`4.0 s`, or a longer unit if that reads better."""
     total = float(duration * 60 / tempo)
     if total < 120:
         return f"{total:.1f} s" if total >= 1 or total == 0 else f"{total:.2f} s"
@@ -51,11 +51,11 @@ def timing(movement: Movement, tempo: Fraction) -> str:
 
 
 MOST_MOMENTS = 1_000
-"""Of voices side by side, to measure them: nobody waits for more."""
+"""The most moments of parallel voices that are measured: more would take too long."""
 
 
 def way(movement: Movement, profile: Profile) -> str:
-    """How far a movement goes and how much it turns: `8.0 m, turns 360° left`."""
+    """The distance and the turn of a movement: `8.0 m, turns 360° left`."""
     measured = extent(movement, MOST_MOMENTS)
     if not measured:
         return "continues forever" if movement.duration == ENDLESS else "too long to measure"
@@ -66,7 +66,7 @@ def way(movement: Movement, profile: Profile) -> str:
 
 
 def ends(movement: Movement, profile: Profile) -> str:
-    """Where a movement leads: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty where that is not known."""
+    """Where a movement leads: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty if it is unknown."""
     if isinstance(movement.duration, float):  # endless
         return ""
     pose = pose_at(Part("", movement, profile, Pose(), ""), movement.duration)
@@ -82,7 +82,7 @@ def ends(movement: Movement, profile: Profile) -> str:
 
 
 def fastest(movement: Movement, profile: Profile, tempo: Fraction) -> str:
-    """The top speeds, each against the robot's limit: `top speed 0.2 of 0.22 m/s, 1.57 rad/s`; empty if unknown."""
+    """The top speeds and the robot's limits: `top speed 0.2 of 0.22 m/s, 1.57 rad/s`; empty if unknown."""
     found = top_speed(movement, profile, tempo, MOST_MOMENTS)
     if found is None:
         return ""

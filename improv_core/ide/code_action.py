@@ -17,14 +17,14 @@ SAFE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
 class Action:
     """Edits to apply together, in the order of the text.
 
-    `kind` is one of LSP's: quickfix, refactor.extract, refactor.inline, or refactor.rewrite. `mends` are the
-    diagnostics that it fixes. `preferred` says that it is the only fix.
+    `kind` is one of LSP's: quickfix, refactor.extract, refactor.inline, or refactor.rewrite. `diagnostics` are those
+    that it fixes. `preferred` says that it is the only fix.
     """
 
     title: str
     kind: str
     edits: tuple[Edit, ...]
-    mends: tuple[Diagnostic, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
     preferred: bool = False
 
 
@@ -36,8 +36,8 @@ def fixes(analysis: Analysis, span: Span) -> list[Action]:
         for each in here
         for fix in each.fixes
     ]
-    mendable = {each.code: each for each in here if each.code in SAFE and each.fixes}
-    return [*found, *(action for each in mendable.values() for action in _everywhere(analysis, each))]
+    fixable = {each.code: each for each in here if each.code in SAFE and each.fixes}
+    return [*found, *(action for each in fixable.values() for action in _everywhere(analysis, each))]
 
 
 def _everywhere(analysis: Analysis, mistake: Diagnostic) -> Iterator[Action]:

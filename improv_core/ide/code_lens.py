@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 from improv_core.program.analysis import Analysis, Placed
-from improv_core.program.timing import beats, seconds
+from improv_core.program.timing import in_beats, in_seconds
 from improv_core.score.movement import ENDLESS
 from improv_core.text import Span
 
@@ -38,9 +38,9 @@ def lenses(analysis: Analysis, muted: Collection[str] = (), soloed: Collection[s
 def _of(analysis: Analysis, placed: Placed, muted: Collection[str], soloed: Collection[str]) -> Iterator[Lens]:
     robots, duration = placed.meaning.robots, placed.meaning.movement.duration
     span = Span(placed.start, placed.start + placed.statement.heads[-1].end)
-    lasts = f" · {beats(duration)}" if placed.meaning.ok else ""
+    lasts = f" · {in_beats(duration)}" if placed.meaning.ok else ""
     if lasts and duration != ENDLESS:
-        lasts += f", {seconds(duration, analysis.tempo)}"
+        lasts += f", {in_seconds(duration, analysis.tempo)}"
     yield Lens(span, f"▶ play{lasts}", "play")
     yield Lens(span, "■ hush", "hush")
     if len(analysis.robots) > 1:

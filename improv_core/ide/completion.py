@@ -11,7 +11,7 @@ from improv_core.ide.cursor import Before, before
 from improv_core.ide.hover import Hover, name_at, robot_at
 from improv_core.program.analysis import Analysis
 from improv_core.program.meaning import Definition
-from improv_core.program.timing import beats
+from improv_core.program.timing import in_beats
 from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.vocabulary import WORDS, Kind, Word
 from improv_core.text import Span
@@ -70,7 +70,7 @@ def complete(analysis: Analysis, offset: int) -> Completion | None:
         letters = found.begun.lower()
         names = list(islice((each for each in names if _fits(each.name.lower(), letters)), MOST_NAMES))
     span = Span(offset - len(found.begun), offset)
-    offered = (Item(each.name, "name", beats(each.movement.duration)) for each in names)
+    offered = (Item(each.name, "name", in_beats(each.movement.duration)) for each in names)
     return Completion(span, [*offered, *others], found.statement, whole)
 
 
@@ -96,7 +96,7 @@ def _heads(analysis: Analysis, found: Before) -> Iterator[Item]:
         plays = analysis.robots
         for robot in dict.fromkeys([*analysis.cast.robots, *plays]):
             if robot not in heads:
-                yield Item(robot, "robot", beats(plays[robot].duration) if robot in plays else "in improv.toml")
+                yield Item(robot, "robot", in_beats(plays[robot].duration) if robot in plays else "in improv.toml")
 
 
 def _words(accepted: frozenset[str], found: Before, bare: bool) -> Iterator[Item]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from improv_core.program.analysis import Analysis
-from improv_core.program.timing import beats
+from improv_core.program.timing import in_beats
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -29,7 +29,7 @@ def outline(analysis: Analysis) -> list[Entry]:
     """The outline entries of a program, in the order of the text."""
     found: list[Entry] = []
     for start, statement, meaning in zip(analysis.offsets, analysis.statements, analysis.meanings, strict=True):
-        detail = beats(meaning.movement.duration) if statement.heads else ""
+        detail = in_beats(meaning.movement.duration) if statement.heads else ""
         found += _entries(start, statement, detail)
     return found
 

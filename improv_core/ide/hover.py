@@ -12,7 +12,7 @@ from improv_core.ide.cursor import Cursor, cursor
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.compiler import score_of
 from improv_core.program.meaning import value_of
-from improv_core.program.timing import beats, ends, fastest, number, seconds, times_as_fast, timing, way
+from improv_core.program.timing import ends, fastest, in_beats, in_seconds, path_length, times_as_fast, timing, written
 from improv_core.score import movement as algebra
 from improv_core.score.motion import Pose
 from improv_core.score.movement import NORMAL, Movement
@@ -50,8 +50,8 @@ class Hover:
         """All of it, in under 90,000 characters: VS Code shows longer Markdown as plain text."""
         title = f"**{self.word}**{self.about}"
         shown = f"\n```improv\n{self.source}\n```" if self.source else ""
-        told = "  \n".join(self.facts)  # two spaces keep the line break
-        return "\n\n".join(each for each in (title + shown, told, self.picture and _image(self.picture)) if each)
+        facts = "  \n".join(self.facts)  # two spaces keep the line break
+        return "\n\n".join(each for each in (title + shown, facts, self.picture and _image(self.picture)) if each)
 
     @property
     def plain(self) -> str:
@@ -92,8 +92,8 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     """Spans count from the statement's start."""
     placed, statement, token, node = at.placed, at.placed.statement, at.token, at.node
     if token.type == "BEAT" or (statement.number and token == statement.number):
-        lasts = f"1 beat lasts {seconds(1, analysis.tempo)}"
-        return Hover(token.span, f"beat {number(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
+        lasts = f"1 beat lasts {in_seconds(1, analysis.tempo)}"
+        return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
     if node is None:
         return _head_or_sign(analysis, placed, token, pictures)
     meaning = analysis.movement(placed, node)
@@ -173,7 +173,7 @@ def _voices(bracket: nodes.Bracket) -> Sequence[Node]:
 def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool = False) -> tuple[str, ...]:
     """How long, how far, and where it ends (not if it is `plain`)."""
     profile = _profile(analysis, placed)
-    first = f"{timing(meaning, analysis.tempo)} · {way(meaning, profile)}"
+    first = f"{timing(meaning, analysis.tempo)} · {path_length(meaning, profile)}"
     leads = "" if plain else ends(meaning, profile)
     return (first, leads) if leads else (first,)
 
@@ -181,10 +181,10 @@ def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool
 def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tuple[str, ...]:
     """The top speeds of robots, once for each profile."""
     by_profile = {analysis.cast.robot(robot).profile: robot for robot in reversed(robots)}
-    told = {robot: fastest(meaning, profile, analysis.tempo) for profile, robot in reversed(by_profile.items())}
-    if len(told) == 1:
-        return tuple(speed for speed in told.values() if speed)
-    return tuple(f"{robot}: {speed}" for robot, speed in told.items() if speed)
+    by_robot = {robot: fastest(meaning, profile, analysis.tempo) for profile, robot in reversed(by_profile.items())}
+    if len(by_robot) == 1:
+        return tuple(speed for speed in by_robot.values() if speed)
+    return tuple(f"{robot}: {speed}" for robot, speed in by_robot.items() if speed)
 
 
 def _here(around: Sequence[Node], meaning: Movement, tempo: Fraction) -> tuple[str, ...]:
@@ -194,7 +194,7 @@ def _here(around: Sequence[Node], meaning: Movement, tempo: Fraction) -> tuple[s
         return ()
     where = "in this bracket" if brackets == 1 and not others else "here"
     lasts = algebra.pace(meaning, rate).duration
-    return (f"{times_as_fast(rate)} {where}: {beats(lasts)}, {seconds(lasts, tempo)}",)
+    return (f"{times_as_fast(rate)} {where}: {in_beats(lasts)}, {in_seconds(lasts, tempo)}",)
 
 
 def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from improv_core.ide.cursor import touching
 from improv_core.ide.hover import pace_in
 from improv_core.program.analysis import Analysis, Placed
-from improv_core.program.timing import beats, lasting, number, times_as_fast
+from improv_core.program.timing import in_beats, lasting, times_as_fast, written
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
 from improv_core.text import Span
@@ -36,7 +36,7 @@ def _hints(analysis: Analysis, placed: Placed) -> Iterator[Hint]:
     for hint in _nested(body, ()):
         yield Hint(placed.start + hint.offset, hint.text, hint.about, hint.before)
     end = placed.start + body.span.end
-    yield Hint(end, beats(meaning.movement.duration), lasting(meaning.movement, analysis.tempo))
+    yield Hint(end, in_beats(meaning.movement.duration), lasting(meaning.movement, analysis.tempo))
 
 
 def _nested(node: Node, outside: tuple[Node, ...]) -> Iterator[Hint]:
@@ -47,7 +47,7 @@ def _nested(node: Node, outside: tuple[Node, ...]) -> Iterator[Hint]:
             for voice in body.voices if isinstance(body, nodes.Parallel) else (body,):
                 rate, _, _ = pace_in((*around, body, voice))
                 if rate != 1:
-                    yield Hint(voice.span.start, f"×{number(rate)}", times_as_fast(rate), before=True)
+                    yield Hint(voice.span.start, f"×{written(rate)}", times_as_fast(rate), before=True)
     for child in nodes.children(node):
         yield from _nested(child, around)
 

@@ -37,7 +37,7 @@ def playing(played: Analysis, now: Analysis, start: float = 0.0) -> Mapping[str,
     """
     begin = near(max(start, 0.0))
     most = MOST_MOMENTS // max(len(played.robots), 1)
-    starts = dict(zip(now.statement_ids, now.offsets, strict=True))
+    offsets = dict(zip(now.statement_ids, now.offsets, strict=True))
     stretches = {}
     for robot, movement in played.robots.items():
         moments: list[Moment] = []
@@ -47,7 +47,9 @@ def playing(played: Analysis, now: Analysis, start: float = 0.0) -> Mapping[str,
                 until = float(moment.start)
                 break
             spans = tuple(
-                place.span.shifted(starts[place.statement]) for place in moment.places if place.statement in starts
+                source.span.shifted(offsets[source.statement])
+                for source in moment.sources
+                if source.statement in offsets
             )
             moments.append(Moment(float(moment.start), float(moment.start + moment.duration), spans))
         stretches[robot] = Stretch(tuple(moments), until)

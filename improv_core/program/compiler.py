@@ -8,7 +8,7 @@ from itertools import islice
 from typing import Any
 
 from improv_core.program.analysis import Analysis
-from improv_core.robots.starts import start_poses
+from improv_core.robots.start_poses import start_poses
 from improv_core.score.movement import ENDLESS, brief, walk
 from improv_core.score.score import Part, Score, twist
 

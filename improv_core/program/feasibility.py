@@ -70,7 +70,7 @@ def _too_much(
 
 
 def _about(moment: Moment, robot: str, statement: Statement, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
-    span = moment.places[0].span  # the word in this statement; the others are in definitions
+    span = moment.sources[0].span  # the word in this statement; the others are in definitions
     if lacking := unsupported(moment.velocity, profile):
         message = f"`{robot}` can't {_DOING[lacking[0]]}: use another motion, or a profile other than {profile.name}"
         yield Diagnostic("unsupported-direction", span, message)

@@ -10,21 +10,21 @@ from typing import Any
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
-from improv_core.program.timing import beats, lasting
+from improv_core.program.timing import in_beats, lasting
 from improv_core.text import LineIndex, Position
 
 
-def told(path: Path, analysis: Analysis) -> list[str]:
+def as_lines(path: Path, analysis: Analysis) -> list[str]:
     """`path:line:column: severity[code] message`, one line each, counted from 1. Those of `improv.toml` come last."""
     robots = analysis.cast
-    lines = [_told(path, diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
+    lines = [_as_line(path, diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
     if robots.path and robots.diagnostics:
         toml = LineIndex(robots.text)
-        lines += [_told(robots.path, diagnostic, toml) for diagnostic in robots.diagnostics]
+        lines += [_as_line(robots.path, diagnostic, toml) for diagnostic in robots.diagnostics]
     return lines
 
 
-def _told(path: Path, diagnostic: Diagnostic, lines: LineIndex) -> str:
+def _as_line(path: Path, diagnostic: Diagnostic, lines: LineIndex) -> str:
     at = lines.position(diagnostic.span.start)
     where = f"{path}:{at.line + 1}:{at.column + 1}"
     return f"{where}: {diagnostic.severity.value}[{diagnostic.code}] {diagnostic.message}"
@@ -38,7 +38,7 @@ def as_json(analysis: Analysis) -> list[Mapping[str, Any]]:
 def summary(analysis: Analysis) -> str:
     """A one-line summary of what plays: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`."""
     score = score_of(analysis)
-    robots = " · ".join(f"{name} {beats(part.movement.duration)}" for name, part in score.parts.items())
+    robots = " · ".join(f"{name} {in_beats(part.movement.duration)}" for name, part in score.parts.items())
     whole = max((part.movement for part in score.parts.values()), key=lambda part: part.duration, default=None)
     if whole is None:
         return "no robot plays"
@@ -51,13 +51,13 @@ def outcome(transport: Mapping[str, Any] | None, poses: Mapping[str, Any]) -> di
     `transport` and `poses` come from the stage's messages (docs/protocol.md). `transport` is None if there was none.
     """
     return {
-        "start": _places(poses.get("start", {})),
-        "robots": _places(poses.get("poses", {})),
+        "start": _as_plain_poses(poses.get("start", {})),
+        "robots": _as_plain_poses(poses.get("poses", {})),
         "seconds": transport["beat"] * 60 / transport["tempo"] if transport else 0.0,
     }
 
 
-def _places(poses: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+def _as_plain_poses(poses: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     return {
         robot: {"x": pose["x"], "y": pose["y"], "heading": math.remainder(pose["heading"], math.tau)}
         for robot, pose in poses.items()
@@ -70,11 +70,11 @@ def _as_json(diagnostic: Diagnostic, lines: LineIndex) -> Mapping[str, Any]:
         "severity": diagnostic.severity.value,
         "message": diagnostic.message,
         "range": {
-            "start": _place(lines.position(diagnostic.span.start)),
-            "end": _place(lines.position(diagnostic.span.end)),
+            "start": _position(lines.position(diagnostic.span.start)),
+            "end": _position(lines.position(diagnostic.span.end)),
         },
     }
 
 
-def _place(position: Position) -> Mapping[str, int]:
+def _position(position: Position) -> Mapping[str, int]:
     return {"line": position.line, "character": position.column}

@@ -82,7 +82,7 @@ def all_by(factor: Exact) -> Velocity:
     return Velocity(factor, factor, factor, factor)
 
 
-class Place(NamedTuple):
+class Source(NamedTuple):
     """A span that counts from the start of its statement, and that statement's ID.
 
     Movements stay valid while the statements before them change, so they hold no offsets in the document.
@@ -98,7 +98,7 @@ class Moment(NamedTuple):
     start: Exact
     duration: Exact
     velocity: Velocity
-    places: tuple[Place, ...]
+    sources: tuple[Source, ...]
 
 
 class Peak(NamedTuple):
@@ -282,15 +282,15 @@ def bits(number: Exact) -> int:
 def walk(movement: Movement, start: Exact = 0, *, merge: bool = False) -> Iterator[Moment]:
     """The moments of a movement from beat `start` on, in order, without gaps. None is empty.
 
-    With `merge`, a finite part of constant velocity is one moment, no matter how often it repeats, without places.
+    With `merge`, a finite part of constant velocity is one moment, no matter how often it repeats, without sources.
     """
-    for duration, velocity, places in _moments(movement, start, False, merge, _NOWHERE):
-        yield Moment(start, duration, velocity, places)
+    for duration, velocity, sources in _moments(movement, start, False, merge, _NOWHERE):
+        yield Moment(start, duration, velocity, sources)
         start += duration
 
 
 _NOWHERE = -1  # the statement ID of movements outside all statements
-_Piece = tuple[Exact, Velocity, tuple[Place, ...]]
+_Piece = tuple[Exact, Velocity, tuple[Source, ...]]
 _Visit = tuple[Movement, Duration, bool]  # a part, the beat in it to start at, and whether to go backward
 
 
@@ -299,14 +299,14 @@ class _Frame(NamedTuple):
     rate: Fraction
     gain: Velocity
     statement: int
-    places: tuple[Place, ...]
+    sources: tuple[Source, ...]
 
 
 def _moments(movement: Movement, at: Duration, backward: bool, merge: bool, statement: int) -> Iterator[_Piece]:
     """Uses an explicit stack, so long chains of names need no recursion. Only nested voices recurse."""
     stack = [_Frame(iter(((movement, at, backward),)), NORMAL, SAME, statement, ())]
     while stack:
-        visits, rate, gain, statement, places = stack[-1]
+        visits, rate, gain, statement, sources = stack[-1]
         visit = next(visits, None)
         if visit is None:
             stack.pop()
@@ -318,28 +318,28 @@ def _moments(movement: Movement, at: Duration, backward: bool, merge: bool, stat
         if isinstance(part, Hold) or (merge and part.uniform is not None and left != ENDLESS):
             assert part.uniform is not None
             assert not isinstance(left, float)
-            own = (*places, Place(statement, part.span)) if isinstance(part, Hold) and part.span else places
+            own = (*sources, Source(statement, part.span)) if isinstance(part, Hold) and part.span else sources
             yield *_at_rate(left, part.uniform.times(gain), rate), own
         elif isinstance(part, Parallel):
             for duration, velocity, inner in _together(part, at, backward, merge, statement):
-                yield *_at_rate(duration, velocity.times(gain), rate), places + inner
+                yield *_at_rate(duration, velocity.times(gain), rate), sources + inner
         elif isinstance(part, Pace):
             inside = iter(((part.body, at * part.rate, backward),))
-            stack.append(_Frame(inside, rate * part.rate, gain, statement, places))
+            stack.append(_Frame(inside, rate * part.rate, gain, statement, sources))
         elif isinstance(part, Gain):
             inside = iter(((part.body, at, backward),))
-            stack.append(_Frame(inside, rate, gain.times(part.gain), statement, places))
+            stack.append(_Frame(inside, rate, gain.times(part.gain), statement, sources))
         elif isinstance(part, Reverse):
             inside = iter(((part.body, part.duration - at, not backward),))
-            stack.append(_Frame(inside, rate, gain, statement, places))
+            stack.append(_Frame(inside, rate, gain, statement, sources))
         elif isinstance(part, Use):
             inside = iter(((part.body, at, backward),))
-            here = (*places, Place(statement, part.span)) if part.span else places
+            here = (*sources, Source(statement, part.span)) if part.span else sources
             stack.append(_Frame(inside, rate, gain, part.statement, here))
         elif isinstance(part, Repeat):
-            stack.append(_Frame(_turns(part, at, backward), rate, gain, statement, places))
+            stack.append(_Frame(_turns(part, at, backward), rate, gain, statement, sources))
         elif isinstance(part, Series):
-            stack.append(_Frame(_items(part, at, backward), rate, gain, statement, places))
+            stack.append(_Frame(_items(part, at, backward), rate, gain, statement, sources))
 
 
 def _at_rate(duration: Exact, velocity: Velocity, rate: Fraction) -> tuple[Exact, Velocity]:
@@ -387,11 +387,11 @@ def _together(part: Parallel, at: Duration, backward: bool, merge: bool, stateme
     while all(pieces):
         step = min(piece[0] for piece in pieces if piece)
         velocity = STILL
-        places: tuple[Place, ...] = ()
+        sources: tuple[Source, ...] = ()
         for piece in pieces:
             assert piece
-            velocity, places = velocity.plus(piece[1]), places + piece[2]
-        yield step, velocity, places
+            velocity, sources = velocity.plus(piece[1]), sources + piece[2]
+        yield step, velocity, sources
         for index, piece in enumerate(pieces):
             assert piece
             rest = piece[0] - step

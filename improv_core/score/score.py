@@ -68,10 +68,10 @@ def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
 def to_json(score: Score) -> dict[str, Any]:
     """The score as JSON values. Each distinct movement is listed once, after the movements inside it."""
     rows: list[list[Any]] = []
-    places: dict[int, int] = {}
+    indices: dict[int, int] = {}
     parts = {
         name: {
-            "movement": _add(part.movement, rows, places),
+            "movement": _add(part.movement, rows, indices),
             "profile": asdict(part.profile),
             "start": asdict(part.start),
             "topic": part.topic,
@@ -106,20 +106,20 @@ def from_json(data: Mapping[str, Any]) -> Score:
     return Score(Fraction(data["tempo"]), parts, data["text"], dict(data["offsets"]), world)
 
 
-def _add(whole: Movement, rows: list[list[Any]], places: dict[int, int]) -> int:
+def _add(whole: Movement, rows: list[list[Any]], indices: dict[int, int]) -> int:
     """Append the rows of a movement, inner ones first, and return its index. Uses an explicit stack for long chains."""
     waiting = [whole]
     while waiting:
         part = waiting[-1]
-        inner = [child for child in algebra.parts(part) if id(child) not in places]
+        inner = [child for child in algebra.parts(part) if id(child) not in indices]
         if inner:
             waiting += inner
             continue
         waiting.pop()
-        if id(part) not in places:
-            places[id(part)] = len(rows)
-            rows.append(_row(part, [places[id(child)] for child in algebra.parts(part)]))
-    return places[id(whole)]
+        if id(part) not in indices:
+            indices[id(part)] = len(rows)
+            rows.append(_row(part, [indices[id(child)] for child in algebra.parts(part)]))
+    return indices[id(whole)]
 
 
 def _row(part: Movement, inner: list[int]) -> list[Any]:

@@ -10,7 +10,7 @@ from html import escape
 from typing import NamedTuple
 
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import ENDLESS, Exact, Place, walk
+from improv_core.score.movement import ENDLESS, Exact, Source, walk
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.world import Box, World
 
@@ -272,7 +272,7 @@ def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
             left = _MARGIN + float(moment.start) / beats * room
             wide = max(min(float(moment.duration), beats - float(moment.start)) / beats * room - 1, 0.5)
             still = not any(moment.velocity)
-            title = " || ".join(_words(score, moment.places)) or "rest"
+            title = " || ".join(_words(score, moment.sources)) or "rest"
             rows.append(
                 f'<rect x="{_number(left)}" y="{_number(y + 3)}" width="{_number(wide)}" height="10" rx="2"'
                 f' fill="{color}" fill-opacity="{0.2 if still else 0.8}"><title>{escape(title)}</title></rect>'
@@ -280,8 +280,8 @@ def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
     return "".join(rows), 12 + len(score.parts) * _ROW
 
 
-def _words(score: Score, places: Sequence[Place]) -> list[str]:
-    placed = [(score.offsets[statement], span) for statement, span in places if statement in score.offsets]
+def _words(score: Score, sources: Sequence[Source]) -> list[str]:
+    placed = [(score.offsets[statement], span) for statement, span in sources if statement in score.offsets]
     return [score.text[start + span.start : start + span.end] for start, span in placed]
 
 

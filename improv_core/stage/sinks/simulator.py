@@ -21,7 +21,7 @@ is not pushed."""
 MARGIN = 0.05
 """Extra meters that count as near, because pushing can make robots faster."""
 MOST_PARTS = 16
-"""The most parts of a step. Steps are divided so that even fast or small discs move at most half their radius in each."""
+"""The most parts of a step. Steps are divided so even fast or small discs move at most half their radius at once."""
 BUMPS_KEPT = 200
 
 

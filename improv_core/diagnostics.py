@@ -1,4 +1,4 @@
-"""What can be wrong with a program: codes, how bad each is, and one plain line that says what to do."""
+"""Diagnostics: what is wrong with a program, how severe it is, and how to fix it."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ SEVERITIES = {
 
 
 FADED = frozenset({"never-performed", "unused-name"})
-"""Codes of what does nothing; editors draw it faded."""
+"""Codes for text that has no effect. Editors fade it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """A text to put in place of what stands at `span`."""
+    """Replaces the text at `span`."""
 
     span: Span
     text: str
@@ -54,7 +54,7 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Edits that fix an error, and what they do in a few words."""
+    """Edits that fix a problem, and a short title that says what they do."""
 
     title: str
     edits: tuple[Edit, ...]
@@ -65,7 +65,7 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class Related:
-    """Another place that an error involves, and how."""
+    """Another span that a problem involves, and how."""
 
     span: Span
     message: str
@@ -76,9 +76,9 @@ class Related:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One error or hint, at its exact place, in one line, and the fixes that are obvious.
+    """One problem at its exact span, described in one line, with fixes if they are obvious.
 
-    What a message quotes from a file may be anything: it is made plain here, so that no message can forget to.
+    A message may quote anything from a file. It is made printable here, so that no message can forget to.
     """
 
     code: str
@@ -108,5 +108,5 @@ class Diagnostic:
 
 
 def replace(title: str, span: Span, text: str) -> tuple[Fix, ...]:
-    """The one fix that puts a text in place of another."""
+    """A single fix that replaces the text at `span`."""
     return (Fix(title, (Edit(span, text),)),)

@@ -1,4 +1,4 @@
-"""Places in a text. Offsets count code points; lines end at \\n, \\r\\n or \\r and nowhere else."""
+"""Spans and positions in a text. Offsets count code points; lines end at \\n, \\r\\n or \\r and nowhere else."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ class Span(NamedTuple):
         return Span(self.start + by, self.end + by)
 
     def holds(self, offset: int) -> bool:
-        """Whether a cursor at `offset` touches it; the places before and behind count."""
+        """Whether a cursor at `offset` touches the span. A cursor right before or after it counts."""
         return self.start <= offset <= self.end
 
 
 class Position(NamedTuple):
-    """A line and a column, both from 0; the column in code points."""
+    """A line and a column, both counted from 0; the column counts code points."""
 
     line: int
     column: int
 
 
 class LineIndex:
-    """Where the lines of a text begin."""
+    """The offsets at which the lines of a text start."""
 
     def __init__(self, text: str) -> None:
         self.text = text
         self.starts = [0, *(end.end() for end in LINE_END.finditer(text))]
 
     def edited(self, start: int, end: int, text: str) -> LineIndex:
-        """The index of the text in which what stands from `start` to `end` has been replaced."""
+        """The index after `text` has replaced the text from `start` to `end`."""
         whole = self.text[:start] + text + self.text[end:]
-        # A \r before the edit or a \n behind it may join with what is put between them.
+        # A \r before the edit or a \n after it may join with the new text.
         first = max(bisect_right(self.starts, start) - 2, 0)
         last = bisect_right(self.starts, end + 1)
         begin = self.starts[first]
@@ -57,17 +57,17 @@ class LineIndex:
         return edited
 
     def position(self, offset: int) -> Position:
-        """The position of an offset; one beyond the text counts as its end."""
+        """The position of an offset. An offset beyond the text counts as its end."""
         offset = min(max(offset, 0), len(self.text))
         line = bisect_right(self.starts, offset) - 1
         return Position(line, offset - self.starts[line])
 
     def line(self, number: int) -> str:
-        """A line without its end; empty where there is none."""
+        """A line without its line end; empty if there is no such line."""
         return self.text[self.start(number) : self.end(number)]
 
     def start(self, number: int) -> int:
-        """The offset at which a line begins; one beyond the last line counts as the end of the text."""
+        """The offset at which a line starts. A line beyond the last one starts at the end of the text."""
         return self.starts[number] if number < len(self.starts) else len(self.text)
 
     def end(self, number: int) -> int:
@@ -79,7 +79,7 @@ class LineIndex:
 
 
 def difference(before: str, after: str) -> tuple[int, int, str]:
-    """One edit that makes one text of another: where it starts and ends in the first, and what is put there."""
+    """One edit that turns `before` into `after`: its start and end in `before`, and the new text."""
     shorter = min(len(before), len(after))
     start = _common(shorter, lambda length: before[:length] == after[:length])
     end = _common(shorter - start, lambda length: before[len(before) - length :] == after[len(after) - length :])
@@ -87,7 +87,7 @@ def difference(before: str, after: str) -> tuple[int, int, str]:
 
 
 def _common(most: int, holds: Callable[[int], bool]) -> int:
-    """The largest length for which something holds that holds for all smaller ones; comparing slices is quick."""
+    """The largest length for which `holds` is true, found by bisection. It must be true for all smaller lengths."""
     least = 0
     while least < most:
         middle = (least + most + 1) // 2

@@ -11,7 +11,7 @@ from improv_core.commands import parameters
 from improv_core.commands.echo import echo, echo_json
 from improv_core.commands.programs import report_each
 from improv_core.program.analysis import Analysis
-from improv_core.program.report import as_json, told
+from improv_core.program.report import as_json, as_lines
 
 
 @click.command("check")
@@ -25,7 +25,7 @@ def command(files: tuple[Path, ...], layout: str) -> None:
 
 
 def _print_text(path: Path, analysis: Analysis) -> None:
-    for line in told(path, analysis):
+    for line in as_lines(path, analysis):
         echo(line)
 
 

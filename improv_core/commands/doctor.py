@@ -21,7 +21,7 @@ from improv_core.commands.finding import Finding, Mark
 from improv_core.diagnostics import Severity
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.files import ReadError, analyze_file, robots_near
-from improv_core.program.report import told
+from improv_core.program.report import as_lines
 from improv_core.robots.config import FILE_NAME, Robot, Robots
 
 
@@ -63,7 +63,7 @@ def program(path: Path | None, analysis: Analysis) -> Iterator[Finding]:
     elif path:
         yield Finding(Mark.GOOD, f"no errors in {path}")
     if robots.diagnostics:
-        for line in told(Path(), analyze("", robots)):
+        for line in as_lines(Path(), analyze("", robots)):
             yield Finding(Mark.BROKEN, line)
     elif robots.path:
         yield Finding(Mark.GOOD, f"{robots.path}: {_named(robots)}")

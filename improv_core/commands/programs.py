@@ -9,7 +9,7 @@ from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
 from improv_core.program.analysis import Analysis
 from improv_core.program.files import ReadError, analyze_file
-from improv_core.program.report import told
+from improv_core.program.report import as_lines
 
 
 def report_each(files: Sequence[Path], report: Callable[[Path, Analysis], None]) -> int:
@@ -36,5 +36,5 @@ def read_to_play(path: Path) -> Analysis | None:
 
 def report_diagnostics(path: Path, analysis: Analysis) -> None:
     """Print the diagnostics of a program to stderr, one per line."""
-    for line in told(path, analysis):
+    for line in as_lines(path, analysis):
         echo(line, err=True)

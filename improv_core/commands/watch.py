@@ -17,7 +17,7 @@ from improv_core.commands.terminal import Performance, first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
 from improv_core.program.files import ReadError, read_program, robots_near
-from improv_core.program.report import told
+from improv_core.program.report import as_lines
 from improv_core.robots.config import find_robots_file
 
 STEP, LOOK_AGAIN = 10, 500
@@ -68,7 +68,7 @@ async def _play(performing: Performance, path: Path, saved: _Saved) -> None:
     except ReadError as problem:
         performing.complain(f"improv: {problem}")
     else:
-        for line in told(path, analysis):
+        for line in as_lines(path, analysis):
             performing.complain(line)
         if analysis.ok:
             await performing.play(analysis)

@@ -1,4 +1,4 @@
-"""What the editor offers to do at a place: fixes for what is wrong there. (code_action_refactor.py has the rest.)"""
+"""Code actions that fix diagnostics. (code_action_refactor.py has the others.)"""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from improv_core.program.analysis import Analysis
 from improv_core.text import Span
 
 SAFE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
-"""Codes whose fixes only remove what nobody performs, or what has been said before: all can be made at once."""
+"""Codes whose fixes only remove text without effect, so all of them can be applied at once."""
 
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """Edits to be made at once, in the order of the text.
+    """Edits to apply together, in the order of the text.
 
-    `kind` is one of LSP's: quickfix, refactor.extract, refactor.inline or refactor.rewrite. `mends` is what a fix is
-    for; `preferred` says that it is the only one.
+    `kind` is one of LSP's: quickfix, refactor.extract, refactor.inline, or refactor.rewrite. `diagnostics` are those
+    that it fixes. `preferred` says that it is the only fix.
     """
 
     title: str
     kind: str
     edits: tuple[Edit, ...]
-    mends: tuple[Diagnostic, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
     preferred: bool = False
 
 
 def fixes(analysis: Analysis, span: Span) -> list[Action]:
-    """The fixes of all that is wrong at a cursor or in a selection, and those for all mistakes of the same kind."""
+    """The fixes for all diagnostics at a cursor or in a selection, and for all others of the same kind."""
     here = [each for each in analysis.diagnostics if each.span.start <= span.end and span.start <= each.span.end]
     found = [
         Action(fix.title, "quickfix", _ordered(fix.edits), (each,), len(each.fixes) == 1)
         for each in here
         for fix in each.fixes
     ]
-    mendable = {each.code: each for each in here if each.code in SAFE and each.fixes}
-    return [*found, *(action for each in mendable.values() for action in _everywhere(analysis, each))]
+    fixable = {each.code: each for each in here if each.code in SAFE and each.fixes}
+    return [*found, *(action for each in fixable.values() for action in _everywhere(analysis, each))]
 
 
 def _everywhere(analysis: Analysis, mistake: Diagnostic) -> Iterator[Action]:
@@ -53,7 +53,7 @@ def _ordered(edits: Iterable[Edit]) -> tuple[Edit, ...]:
 
 
 def _apart(edits: Iterable[Edit]) -> tuple[Edit, ...]:
-    """The edits in order, without those that overlap one before."""
+    """The edits in order, without those that overlap an earlier one."""
     kept: list[Edit] = []
     for edit in _ordered(edits):
         if not kept or edit.span.start >= kept[-1].span.end:

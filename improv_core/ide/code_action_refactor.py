@@ -1,6 +1,6 @@
-"""Other ways to write the same: a movement gets a name, a name is written out, a repeat unrolled or folded.
+"""Refactorings: extract a movement as a name, inline a name, unroll or fold a repeat, and wrap a movement.
 
-All but squeezing and slowing, which say so, keep what the program plays.
+All except wrapping in `[ ]` or `slow`, whose titles say so, keep what the program plays.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import LINE_END, Span
 
 MOST_TURNS = 32
-"""Of a repeat that is unrolled."""
+"""The largest count of a repeat that can be unrolled."""
 MOST_USES = 200
-"""Of a name that is written out everywhere."""
+"""The most uses of a name that can be inlined everywhere."""
 LONGEST = 20_000
-"""Characters that an action may write."""
+"""The most characters that an action may write."""
 
 _WORD = re.compile(r"\w")
-_BLANKS = " \t\r\n"
+_SPACES = " \t\r\n"
 
 
 def refactorings(analysis: Analysis, span: Span) -> list[Action]:
-    """What can be done with the movement that is selected, or at the cursor if the span is empty."""
+    """The refactorings of the selected movement, or of the movement at the cursor if the span is empty."""
     found = [*_inline_definition(analysis, span)]
     if piece := _piece(analysis, span):
         found += [
@@ -48,8 +48,7 @@ def refactorings(analysis: Analysis, span: Span) -> list[Action]:
 
 @dataclass(frozen=True, slots=True)
 class _Piece:
-    """A part of a movement: one node, or items of a series that follow one another; and the nodes around, from the
-    outermost on."""
+    """A part of a movement: one node or consecutive items of a series, and the nodes around it, outermost first."""
 
     placed: Placed
     nodes: tuple[Node, ...]
@@ -57,7 +56,7 @@ class _Piece:
 
     @property
     def span(self) -> Span:
-        """Counted from the statement's start, as all spans of nodes are."""
+        """Counts from the start of the statement, like all spans of nodes."""
         return Span(self.nodes[0].span.start, self.nodes[-1].span.end)
 
     @property
@@ -70,7 +69,7 @@ class _Piece:
 
     @property
     def may_be_one_term(self) -> bool:
-        """Whether nothing changes if it becomes a single term: a `[ ]` counts its items."""
+        """Whether it can become a single term without changing the meaning: a `[ ]` counts its items."""
         if self.is_term or not _counted(self.around):
             return True
         (first, *others) = self.nodes
@@ -85,8 +84,8 @@ def _piece(analysis: Analysis, span: Span) -> _Piece | None:
         at = cursor(analysis, span.start)
         return _Piece(placed, at.around[-1:], at.around[:-1]) if at and at.node else None
     text = analysis.text[slice(*span)]
-    start = span.start + len(text) - len(text.lstrip(_BLANKS)) - placed.start
-    end = span.start + len(text.rstrip(_BLANKS)) - placed.start
+    start = span.start + len(text) - len(text.lstrip(_SPACES)) - placed.start
+    end = span.start + len(text.rstrip(_SPACES)) - placed.start
     found = around(placed.statement.body, Span(start, max(start, end)))
     if not found:
         return None
@@ -99,7 +98,7 @@ def _piece(analysis: Analysis, span: Span) -> _Piece | None:
 
 
 def _extract(analysis: Analysis, piece: _Piece) -> Iterator[Action]:
-    """The definition goes into the line above, where all names mean what they mean here."""
+    """The definition goes on the line above, where all names have the same meaning."""
     first = piece.nodes[0]
     if not piece.may_be_one_term or (piece.is_term and isinstance(first, nodes.Name)):
         return
@@ -146,7 +145,7 @@ def _inline_everywhere(analysis: Analysis, definer: int) -> Iterator[Action]:
 
 
 def _uses(analysis: Analysis, definer: int) -> list[_Piece]:
-    """Where a name is used as a statement defines it."""
+    """The uses of the name that the statement `definer` defines."""
     name = analysis.statements[definer].defines
     placed = [analysis.placed(index) for index in analysis.bindings.users(name or "", definer)[: MOST_USES + 1]]
     return [
@@ -159,7 +158,7 @@ def _uses(analysis: Analysis, definer: int) -> list[_Piece]:
 
 
 def _inlined(analysis: Analysis, definer: int, piece: _Piece) -> Edit | None:
-    """A name written out; None where the names in its definition mean something else by now."""
+    """The edit that inlines a name; None if names in its definition mean something else here."""
     source = analysis.placed(definer)
     body = source.statement.body
     same = all(
@@ -200,7 +199,7 @@ def _unroll(piece: _Piece) -> Iterator[Action]:
 
 
 def _fold(piece: _Piece) -> Iterator[Action]:
-    """The same again and again: a selection of it, or what stands beside the cursor."""
+    """Fold repeated items, either selected ones or those around the cursor."""
     items, outside = piece.nodes, piece.around
     if len(items) == 1 and isinstance(items[0], nodes.Series):
         items, outside = items[0].items, (*outside, items[0])
@@ -234,17 +233,17 @@ def _wrap(piece: _Piece) -> Iterator[Action]:
 
 
 def _takes_items(outside: Sequence[Node]) -> bool:
-    """Whether several items may stand where one term stands now."""
+    """Whether several items can replace one term here."""
     return not _counted(outside) and not (outside and isinstance(outside[-1], nodes.Apply))
 
 
 def _takes_voices(outside: Sequence[Node]) -> bool:
-    """Whether a `||` may stand where one term stands now."""
+    """Whether a `||` can replace one term here."""
     return not outside or (isinstance(outside[-1], nodes.Bracket) and not outside[-1].squeezes)
 
 
 def _counted(outside: Sequence[Node]) -> bool:
-    """Whether a `[ ]` counts what stands inside these nodes."""
+    """Whether a `[ ]` counts the items inside these nodes."""
     for node in reversed(outside):
         if not isinstance(node, nodes.Series | nodes.Parallel):
             return isinstance(node, nodes.Bracket) and node.squeezes
@@ -252,7 +251,7 @@ def _counted(outside: Sequence[Node]) -> bool:
 
 
 def _replace(piece: _Piece, text: str) -> Edit:
-    """The text in place of a piece, with blanks where words would run together."""
+    """The edit that replaces a piece, with spaces where words would run together."""
     span, source = piece.span, piece.placed.statement.text
     before = " " if _WORD.match(source[span.start - 1 : span.start]) and _WORD.match(text) else ""
     after = " " if _WORD.match(text[-1:]) and _WORD.match(source[span.end : span.end + 1]) else ""
@@ -260,7 +259,7 @@ def _replace(piece: _Piece, text: str) -> Edit:
 
 
 def _alike(source: str, items: Sequence[Node], item: Node) -> tuple[Node, ...]:
-    """The items around one that are all the same."""
+    """The identical items around one, including it."""
     words = [_words(source, each) for each in items]
     first = last = next(place for place, each in enumerate(items) if each is item)
     while first and words[first - 1] == words[last]:
@@ -280,12 +279,12 @@ def _words(source: str, node: Node) -> list[str]:
 
 
 def _is_broken(placed: Placed) -> bool:
-    """Whether the tree is not what is written: something was put in or left out."""
+    """Whether the tree differs from the text because the parser inserted or skipped tokens."""
     return any(each.severity is Severity.ERROR for each in placed.statement.diagnostics)
 
 
 def _fresh_name(analysis: Analysis, text: str) -> str:
-    """The movement's own words if they are few, else `phrase`; with a number where that is taken."""
+    """A name made of the movement's own words if they are few, otherwise `phrase`; with a number if that is taken."""
     words = [token.text for token in lex(text) if token.text in WORDS or token.type == "NAME"]
     stem = "_".join(words) if 2 <= len(words) <= 3 else f"my_{words[0]}" if len(words) == 1 else "phrase"
     if len(stem) > 40:

@@ -1,4 +1,4 @@
-"""What stands above each line that robots play: what can be done with it, and how long it takes."""
+"""Code lenses above each line that robots play: commands, and how long the line takes."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from itertools import islice
 
 from improv_core.program.analysis import Analysis, Placed
-from improv_core.program.timing import beats, seconds
+from improv_core.program.timing import in_beats, in_seconds
 from improv_core.score.movement import ENDLESS
 from improv_core.text import Span
 
 MOST_LINES = 200
-"""That get lenses: editors ask anew for those of the whole program after every key."""
+"""The most lines that get lenses: editors request those of the whole program after every keystroke."""
 MOST_ROBOTS = 3
-"""Of one line that can be muted from above it."""
+"""The most robots of a line that get lenses to mute and solo them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """A few words above the line of `span`; they do `command`: play, hush, or mute or solo a robot."""
+    """A few words above the line of `span`. Clicking them runs `command`: play, hush, or mute or solo a robot."""
 
     span: Span
     text: str
@@ -28,7 +28,7 @@ class Lens:
 
 
 def lenses(analysis: Analysis, muted: Collection[str] = (), soloed: Collection[str] = ()) -> list[Lens]:
-    """The lenses of the lines that robots play, in the order of the text, while these are muted and soloed."""
+    """The lenses of the lines that robots play, in the order of the text, given who is muted and soloed."""
     playing = (index for index, meaning in enumerate(analysis.meanings) if meaning.robots)
     return [
         lens for index in islice(playing, MOST_LINES) for lens in _of(analysis, analysis.placed(index), muted, soloed)
@@ -38,9 +38,9 @@ def lenses(analysis: Analysis, muted: Collection[str] = (), soloed: Collection[s
 def _of(analysis: Analysis, placed: Placed, muted: Collection[str], soloed: Collection[str]) -> Iterator[Lens]:
     robots, duration = placed.meaning.robots, placed.meaning.movement.duration
     span = Span(placed.start, placed.start + placed.statement.heads[-1].end)
-    lasts = f" · {beats(duration)}" if placed.meaning.ok else ""
+    lasts = f" · {in_beats(duration)}" if placed.meaning.ok else ""
     if lasts and duration != ENDLESS:
-        lasts += f", {seconds(duration, analysis.tempo)}"
+        lasts += f", {in_seconds(duration, analysis.tempo)}"
     yield Lens(span, f"▶ play{lasts}", "play")
     yield Lens(span, "■ hush", "hush")
     if len(analysis.robots) > 1:

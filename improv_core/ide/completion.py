@@ -1,4 +1,4 @@
-"""What may be written at the cursor: decided by the grammar's state and by the names in scope."""
+"""Completion: what may come at the cursor, according to the grammar and the names in scope."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from improv_core.ide.cursor import Before, before
 from improv_core.ide.hover import Hover, name_at, robot_at
 from improv_core.program.analysis import Analysis
 from improv_core.program.meaning import Definition
-from improv_core.program.timing import beats
+from improv_core.program.timing import in_beats
 from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.vocabulary import WORDS, Kind, Word
 from improv_core.text import Span
 
 MOST_NAMES = 300
-"""Nobody reads more: of more than these, only those are offered that fit what is written so far."""
+"""If there are more names, only those that match what is typed so far are offered."""
 COUNTS = {"beat": ("60", "30", "120"), "repeat": ("2", "3", "4", "8")}
 FACTORS = ("2", "3", "3/2")
 
-_NOTHING_BEHIND = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
+_NOTHING_AFTER = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A word to offer: `kind` is keyword, movement, name, robot, plane or number.
+    """A word to offer. `kind` is keyword, movement, name, robot, plane, or number.
 
-    `snippet` is what to write where the editor knows snippets, if that is more than the word.
+    `snippet` is what to insert if the editor supports snippets and it is more than the word.
     """
 
     label: str
@@ -39,10 +39,10 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Completion:
-    """The words for the text at `span`, the best first.
+    """The words that can replace the text at `span`, best first.
 
-    `statement` is the index of the one being written, which says what its names stand for; `whole` says whether no
-    names had to be left out.
+    `statement` is the index of the statement being written, which determines what names stand for. `whole` is false if
+    some names were left out.
     """
 
     span: Span
@@ -52,7 +52,7 @@ class Completion:
 
 
 def complete(analysis: Analysis, offset: int) -> Completion | None:
-    """The words that may stand at the cursor; None in comments and in numbers."""
+    """The words that may come at the cursor; None in comments and in numbers."""
     found = before(analysis, offset)
     if not found or found.in_number:
         return None
@@ -62,7 +62,7 @@ def complete(analysis: Analysis, offset: int) -> Completion | None:
         others = list(_heads(analysis, found))
     else:
         accepted = may_come_next(["HEAD"] * sign + [token.type for token in found.tokens[sign:]])
-        others = list(_words(accepted, found, bare=not _NOTHING_BEHIND.match(analysis.text, offset)))
+        others = list(_words(accepted, found, bare=not _NOTHING_AFTER.match(analysis.text, offset)))
         if "NAME" in accepted:
             names = list(_names(analysis, found.statement))
     whole = len(names) <= MOST_NAMES
@@ -70,12 +70,12 @@ def complete(analysis: Analysis, offset: int) -> Completion | None:
         letters = found.begun.lower()
         names = list(islice((each for each in names if _fits(each.name.lower(), letters)), MOST_NAMES))
     span = Span(offset - len(found.begun), offset)
-    offered = (Item(each.name, "name", beats(each.movement.duration)) for each in names)
+    offered = (Item(each.name, "name", in_beats(each.movement.duration)) for each in names)
     return Completion(span, [*offered, *others], found.statement, whole)
 
 
 def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> Hover | None:
-    """What is to be said about a word that is offered in a statement; made for the one that is looked at."""
+    """The documentation of a word that is offered in a statement, made when a person looks at it."""
     if item.kind == "name":
         return name_at(analysis, item.label, min(statement, len(analysis.statements) - 1), pictures)
     if item.kind == "robot":
@@ -85,7 +85,7 @@ def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> 
 
 
 def _heads(analysis: Analysis, found: Before) -> Iterator[Item]:
-    """What a statement may begin with, and the robots of one that has begun."""
+    """The words that a statement may start with, and more robots if it starts with robots."""
     heads = [token.text for token in found.tokens]
     if heads == ["beat"]:
         yield from _numbers(COUNTS["beat"], "beats per minute")
@@ -96,11 +96,11 @@ def _heads(analysis: Analysis, found: Before) -> Iterator[Item]:
         plays = analysis.robots
         for robot in dict.fromkeys([*analysis.cast.robots, *plays]):
             if robot not in heads:
-                yield Item(robot, "robot", beats(plays[robot].duration) if robot in plays else "in improv.toml")
+                yield Item(robot, "robot", in_beats(plays[robot].duration) if robot in plays else "in improv.toml")
 
 
 def _words(accepted: frozenset[str], found: Before, bare: bool) -> Iterator[Item]:
-    """The words of these terminals; `bare` where what they apply to stands behind the cursor already."""
+    """The words of these terminals; `bare` if what they apply to already follows the cursor."""
     for word in WORDS.values():
         if word.kind.value in accepted and word.kind is not Kind.BEAT:
             kind = {Kind.PRIMITIVE: "movement", Kind.PLANE: "plane"}.get(word.kind, "keyword")
@@ -127,7 +127,7 @@ def _snippet(word: Word, bare: bool) -> str:
 
 
 def _names(analysis: Analysis, before: int) -> Iterable[Definition]:
-    """The names in scope of a statement, the nearest above first."""
+    """The names in scope of a statement, the nearest first."""
     found: dict[str, Definition] = {}
     for meaning in reversed(analysis.meanings[:before]):
         if definition := meaning.definition:

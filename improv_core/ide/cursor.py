@@ -1,4 +1,4 @@
-"""What stands where the cursor is."""
+"""Finds what is at the cursor."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from improv_core.syntax.nodes import Node
 from improv_core.syntax.statements import split
 from improv_core.text import Span
 
-_MARK = "x"  # stands for the word being written, so that lexer and splitter see where it will be
+_MARK = "x"  # stands for the word being typed, so the lexer and the splitter see where it will be
 
 
 @dataclass(frozen=True, slots=True)
 class Cursor:
-    """The statement and the token that the cursor touches, and the nodes around the token, from the outermost on."""
+    """The statement and the token that the cursor touches, and the nodes around the token, outermost first."""
 
     placed: Placed
     token: Token
@@ -31,7 +31,7 @@ class Cursor:
 
 
 def cursor(analysis: Analysis, offset: int) -> Cursor | None:
-    """What the cursor touches; between two tokens, the one behind it."""
+    """What the cursor touches. Between two tokens, the one after the cursor."""
     placed = analysis.statement_at(offset)
     if not placed:
         return None
@@ -40,7 +40,7 @@ def cursor(analysis: Analysis, offset: int) -> Cursor | None:
     if not touching:
         return None
     token = touching[-1]
-    # A head may be made of several tokens that touch, such as my-robot.
+    # A head may consist of several tokens that touch, such as my-robot.
     token = next((head for head in placed.statement.heads if head.span.holds(place)), token)
     statement = placed.statement
     in_movement = statement.body and token not in statement.heads and token != statement.sign
@@ -48,7 +48,7 @@ def cursor(analysis: Analysis, offset: int) -> Cursor | None:
 
 
 def around(body: Node | None, span: Span) -> tuple[Node, ...]:
-    """The nodes in which all of a span stands, from the outermost on; the span counts from the statement's start."""
+    """The nodes that contain a whole span, outermost first. The span counts from the start of the statement."""
     found: list[Node] = []
     inside: tuple[Node, ...] = (body,) if body else ()
     while node := next((each for each in inside if each.span.start <= span.start and span.end <= each.span.end), None):
@@ -59,10 +59,10 @@ def around(body: Node | None, span: Span) -> tuple[Node, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Before:
-    """What stands before the cursor in its statement, which need not be right.
+    """What comes before the cursor in its statement, which may have errors.
 
-    `begun` is the word or number that ends at the cursor, if one does; `tokens` are those before it. `statement` is
-    the index that the statement has or will have.
+    `begun` is the word or number that ends at the cursor, if there is one. `tokens` are those before it. `statement`
+    is the index that the statement has or will have.
     """
 
     tokens: Sequence[Token]
@@ -72,7 +72,7 @@ class Before:
 
 
 def before(analysis: Analysis, offset: int) -> Before | None:
-    """What stands before the cursor; None in a comment."""
+    """What comes before the cursor; None in a comment."""
     index = bisect_left(analysis.offsets, offset)
     begin = analysis.offsets[index - 1] if index else 0
     pieces = list(split(analysis.text[begin:offset] + _MARK))

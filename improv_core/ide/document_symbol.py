@@ -1,4 +1,4 @@
-"""The outline of a program: its tempo, its names and what its robots play, with how long each takes."""
+"""The outline of a program: its tempo, its names, and what its robots play, with the length of each."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from improv_core.program.analysis import Analysis
-from improv_core.program.timing import beats
+from improv_core.program.timing import in_beats
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -15,7 +15,7 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A line of the outline: `kind` is tempo, name, robot or robots (several at once, which are its `parts`)."""
+    """A line of the outline. `kind` is tempo, name, robot, or robots (several at once, which are its `parts`)."""
 
     name: str
     kind: str
@@ -26,16 +26,16 @@ class Entry:
 
 
 def outline(analysis: Analysis) -> list[Entry]:
-    """What the statements of a program are about, in their order."""
+    """The outline entries of a program, in the order of the text."""
     found: list[Entry] = []
     for start, statement, meaning in zip(analysis.offsets, analysis.statements, analysis.meanings, strict=True):
-        detail = beats(meaning.movement.duration) if statement.heads else ""
+        detail = in_beats(meaning.movement.duration) if statement.heads else ""
         found += _entries(start, statement, detail)
     return found
 
 
 def names_in(text: str) -> Iterator[Entry]:
-    """The names and robots of a program that is only looked through: nothing is computed."""
+    """The names and robots of a program that is only searched. Computes no durations."""
     for start, piece in split(text):
         for entry in _entries(start, parse_statement(piece), ""):
             yield from entry.parts or ([entry] if entry.kind != "tempo" else [])

@@ -1,4 +1,4 @@
-"""What can be folded: brackets over several lines, blocks of comment, and regions."""
+"""Folding ranges: brackets over several lines, comment blocks, and regions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _REGION = re.compile(r"\s*#\s*(end)?region\b")
 
 @dataclass(frozen=True, slots=True)
 class Fold:
-    """Lines, from 0, that fold into the first: `kind` is code, comment or region."""
+    """Lines, counted from 0, that fold into the first. `kind` is code, comment, or region."""
 
     first: int
     last: int
@@ -23,7 +23,7 @@ class Fold:
 
 
 def folds(analysis: Analysis) -> list[Fold]:
-    """All that can be folded, one for each line at which something begins, in the order of the text."""
+    """All folds, at most one starting at each line, in the order of the text."""
     found: dict[int, Fold] = {}
     for fold in [*_comments(analysis), *_code(analysis)]:
         if fold.last > max(fold.first, found[fold.first].last if fold.first in found else 0):
@@ -32,7 +32,7 @@ def folds(analysis: Analysis) -> list[Fold]:
 
 
 def _code(analysis: Analysis) -> Iterator[Fold]:
-    """Statements and brackets; a line that begins with the closing bracket stays in sight."""
+    """Statements and brackets. A line that starts with the closing bracket stays visible."""
     lines = analysis.lines
     for start, statement in zip(analysis.offsets, analysis.statements, strict=True):
         if not LINE_END.search(statement.text):
@@ -45,7 +45,7 @@ def _code(analysis: Analysis) -> Iterator[Fold]:
 
 
 def _comments(analysis: Analysis) -> Iterator[Fold]:
-    """Lines of nothing but comment, where several follow one another, and what is between markers of regions."""
+    """Blocks of several comment lines, and the lines between region markers."""
     regions: list[int] = []
     begin: int | None = None
     for number in range(len(analysis.lines.starts) + 1):

@@ -1,4 +1,4 @@
-"""The program in its one layout, in edits so small that a cursor stays where it is."""
+"""Formats a program with edits so small that the cursor stays where it is."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from improv_core.program.analysis import LONGEST_PROGRAM, Analysis
 from improv_core.syntax.formatter import edits
 from improv_core.text import LINE_END, Span
 
-_BLANKS = re.compile(r"[ \t\r\n\ufeff]*")
+_SPACES = re.compile(r"[ \t\r\n\ufeff]*")
 
 
 def format_all(analysis: Analysis) -> list[Edit]:
-    """The edits of the whole program, which change only spaces and line ends; none if it is too long."""
+    """The edits for the whole program, which change only spaces and line ends; none if it is too long."""
     if len(analysis.text) > LONGEST_PROGRAM:
         return []
     return [small for edit in edits(analysis.text) for small in _small(analysis.text, edit)]
 
 
 def format_span(analysis: Analysis, span: Span) -> list[Edit]:
-    """The edits of all lines that a selection touches, and of the statements in them as a whole."""
+    """The edits for all lines that a selection touches, extended to whole statements."""
     lines, text = analysis.lines, analysis.text
     touched = [each.span for each in touching(analysis, _lines(analysis, span))]
     start, end = _lines(analysis, Span(min([span.start, *(each.start for each in touched)]), span.end))
@@ -30,7 +30,7 @@ def format_span(analysis: Analysis, span: Span) -> list[Edit]:
     line_end = LINE_END.search(text)
     found: list[Edit] = []
     for edit in edits(text[start:end]):
-        # The end of these lines is not the end of the program, and a few lines don't say how lines end in it.
+        # These lines may not end the program, and the program may use other line ends than they do.
         put = edit.text.rstrip("\r\n") if edit.span.end == end - start else edit.text
         put = LINE_END.sub(line_end[0], put) if line_end else put
         found += _small(text, Edit(edit.span.shifted(start), put))
@@ -43,11 +43,11 @@ def _lines(analysis: Analysis, span: Span) -> Span:
 
 
 def _small(text: str, edit: Edit) -> Iterator[Edit]:
-    """The same edit in parts, each between two words."""
+    """The same edit in small parts, each between two words."""
     old, new = text[slice(*edit.span)], edit.text
     found, here, there = [], 0, 0
     while True:
-        old_end, new_end = _end_of_blanks(old, here), _end_of_blanks(new, there)
+        old_end, new_end = _end_of_spaces(old, here), _end_of_spaces(new, there)
         if old[here:old_end] != new[there:new_end]:
             found.append(Edit(Span(here, old_end).shifted(edit.span.start), new[there:new_end]))
         here, there = old_end, new_end
@@ -57,6 +57,6 @@ def _small(text: str, edit: Edit) -> Iterator[Edit]:
     yield from found if here == len(old) and there == len(new) else [edit]
 
 
-def _end_of_blanks(text: str, start: int) -> int:
-    match = _BLANKS.match(text, start)
+def _end_of_spaces(text: str, start: int) -> int:
+    match = _SPACES.match(text, start)
     return match.end() if match else start

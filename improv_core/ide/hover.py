@@ -1,4 +1,4 @@
-"""What stands at the cursor: what it does, how long it takes, how far it goes and where it leads."""
+"""Hovers: what the text at the cursor does, how long it takes, how far it goes, and where it ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from improv_core.plain import printable
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.compiler import score_of
 from improv_core.program.meaning import value_of
-from improv_core.program.timing import beats, ends, fastest, number, seconds, times_as_fast, timing, way
+from improv_core.program.timing import ends, fastest, in_beats, in_seconds, path_length, times_as_fast, timing, written
 from improv_core.score import movement as algebra
 from improv_core.score.motion import Pose
 from improv_core.score.movement import NORMAL, Movement
@@ -27,20 +27,20 @@ from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import LINE_END, Span
 
 LONGEST_SOURCE = 500
-"""Characters of a definition that are shown."""
+"""The most characters of a definition that are shown."""
 LONGEST_NAME = 100
 MOST_HEADS = 20
 """Of a line that are listed."""
 _BARE = re.compile(r"[\w…-]+")
 MOST_MOMENTS = 150
-"""Of a path that is drawn: nobody waits for more."""
+"""The most moments of a path that is drawn: more would take too long."""
 SIZE = 160.0
 """Pixels of the longer side of a picture."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hover:
-    """What is said about what stands at `span`: a word, what it does, its definition, facts, and its path as SVG."""
+    """The hover for the text at `span`: a word, what it does, its definition, facts, and its path as SVG."""
 
     span: Span
     word: str
@@ -51,23 +51,23 @@ class Hover:
 
     @property
     def markdown(self) -> str:
-        """All of it, under 90,000 characters: VS Code shows what is longer as it is written."""
+        """All of it, in under 90,000 characters: VS Code shows longer Markdown as plain text."""
         title = f"**{self.word}**{self.about}"
         shown = f"\n```improv\n{self.source}\n```" if self.source else ""
-        told = "  \n".join(self.facts)  # two blanks keep the line end
-        return "\n\n".join(each for each in (title + shown, told, self.picture and _image(self.picture)) if each)
+        facts = "  \n".join(self.facts)  # two spaces keep the line break
+        return "\n\n".join(each for each in (title + shown, facts, self.picture and _image(self.picture)) if each)
 
     @property
     def plain(self) -> str:
-        """The same for editors that show text as it is, without the picture."""
+        """The same for editors that show plain text, without the picture."""
         title = (self.word + self.about).replace("`", "")
         return "\n".join(each for each in (title, self.source, *self.facts) if each)
 
 
 def hover(analysis: Analysis, offset: int, pictures: bool = False) -> Hover | None:
-    """What to say about the place under the cursor, with a picture of the path if asked for; None if there is nothing.
+    """The hover at an offset, with a picture of the path if asked for; None if there is nothing to show.
 
-    What costs more than a moment is left out: long voices are not measured, and paths are drawn only so far.
+    Anything slow is left out: long voices are not measured, and only the start of a long path is drawn.
     """
     at = cursor(analysis, offset)
     if not at:
@@ -77,13 +77,13 @@ def hover(analysis: Analysis, offset: int, pictures: bool = False) -> Hover | No
 
 
 def name_at(analysis: Analysis, name: str, before: int, pictures: bool = False) -> Hover | None:
-    """What a name stands for in the statement `before`."""
+    """The hover for a name as it is used in the statement `before`."""
     found = analysis.definition(name, before)
     return _name(analysis, Span(0, 0), name, before, found.movement, (), pictures) if found else None
 
 
 def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | None:
-    """All that a robot plays; None if it plays nothing."""
+    """The hover for everything that a robot plays; None if it plays nothing."""
     part = score_of(analysis).parts.get(name)
     if not part:
         return None
@@ -96,8 +96,8 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     """Spans count from the statement's start."""
     placed, statement, token, node = at.placed, at.placed.statement, at.token, at.node
     if token.type == "BEAT" or (statement.number and token == statement.number):
-        lasts = f"1 beat lasts {seconds(1, analysis.tempo)}"
-        return Hover(token.span, f"beat {number(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
+        lasts = f"1 beat lasts {in_seconds(1, analysis.tempo)}"
+        return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
     if node is None:
         return _head_or_sign(analysis, placed, token, pictures)
     meaning = analysis.movement(placed, node)
@@ -159,7 +159,7 @@ def _name(
         source = "\n".join(map(printable, LINE_END.split(shown)))
     facts = (*_measures(analysis, placed, meaning), *here)
     drawn = _shape(analysis, placed, meaning) if pictures else ""
-    # What would end the block of code early is rather not shown.
+    # Don't show a source that would end the code block early.
     return Hover(span, _code(name), f" (name{line})", facts, "" if "```" in source else source, drawn)
 
 
@@ -180,34 +180,34 @@ def _voices(bracket: nodes.Bracket) -> Sequence[Node]:
 
 
 def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool = False) -> tuple[str, ...]:
-    """How long, how far, and unless that is plain, where to."""
+    """How long, how far, and where it ends (not if it is `plain`)."""
     profile = _profile(analysis, placed)
-    first = f"{timing(meaning, analysis.tempo)} · {way(meaning, profile)}"
+    first = f"{timing(meaning, analysis.tempo)} · {path_length(meaning, profile)}"
     leads = "" if plain else ends(meaning, profile)
     return (first, leads) if leads else (first,)
 
 
 def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tuple[str, ...]:
-    """The top speeds of robots; those of a kind are told once."""
+    """The top speeds of robots, once for each profile."""
     by_profile = {analysis.cast.robot(robot).profile: robot for robot in reversed(robots)}
-    told = {robot: fastest(meaning, profile, analysis.tempo) for profile, robot in reversed(by_profile.items())}
-    if len(told) == 1:
-        return tuple(speed for speed in told.values() if speed)
-    return tuple(f"{robot}: {speed}" for robot, speed in told.items() if speed)
+    by_robot = {robot: fastest(meaning, profile, analysis.tempo) for profile, robot in reversed(by_profile.items())}
+    if len(by_robot) == 1:
+        return tuple(speed for speed in by_robot.values() if speed)
+    return tuple(f"{robot}: {speed}" for robot, speed in by_robot.items() if speed)
 
 
 def _here(around: Sequence[Node], meaning: Movement, tempo: Fraction) -> tuple[str, ...]:
-    """What the brackets and transformers around a node make of how long it takes."""
+    """How the brackets and transformers around a node change its duration."""
     rate, brackets, others = pace_in(around)
     if rate == 1:
         return ()
     where = "in this bracket" if brackets == 1 and not others else "here"
     lasts = algebra.pace(meaning, rate).duration
-    return (f"{times_as_fast(rate)} {where}: {beats(lasts)}, {seconds(lasts, tempo)}",)
+    return (f"{times_as_fast(rate)} {where}: {in_beats(lasts)}, {in_seconds(lasts, tempo)}",)
 
 
 def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
-    """How many times as fast the last of some nodes within nodes is played; how many brackets and words do that."""
+    """How many times as fast the innermost node plays, and how many brackets and how many words cause that."""
     rate, brackets, others = NORMAL, 0, 0
     for place, node in enumerate(around[:-1]):
         if isinstance(node, nodes.Bracket) and node.squeezes:
@@ -223,7 +223,7 @@ def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
 
 
 def _profile(analysis: Analysis, placed: Placed) -> Profile:
-    """The kind of robot that a statement is for."""
+    """The profile of the first robot of a statement."""
     robots = placed.meaning.robots
     return analysis.cast.robot(robots[0]).profile if robots else DEFAULT
 
@@ -233,7 +233,7 @@ def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:
 
 
 def _drawn(part: Part, tempo: Fraction) -> str:
-    """The path of a part; none where it does not leave its place."""
+    """The path of a part as SVG; empty if the robot stays in place."""
     peak = part.movement.peak
     return picture(Score(tempo, {part.robot: part}), SIZE, MOST_MOMENTS) if peak.x or peak.y else ""
 

@@ -1,4 +1,4 @@
-"""What is shown between the words for those who want it: how long statements take, how fast nested brackets are."""
+"""Inlay hints: how long statements take, and how fast nested brackets play."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from improv_core.ide.cursor import touching
 from improv_core.ide.hover import pace_in
 from improv_core.program.analysis import Analysis, Placed
-from improv_core.program.timing import beats, lasting, number, times_as_fast
+from improv_core.program.timing import in_beats, lasting, times_as_fast, written
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
 from improv_core.text import Span
@@ -16,7 +16,7 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class Hint:
-    """A few letters behind or, if it is `before` something, in front of a place; `about` says more."""
+    """A few characters after an offset, or before it if `before`. `about` says more."""
 
     offset: int
     text: str
@@ -25,7 +25,7 @@ class Hint:
 
 
 def hints(analysis: Analysis, span: Span) -> list[Hint]:
-    """The hints of all statements that touch a span, in the order of the text; none of those that have errors."""
+    """The hints for all statements without errors that touch a span, in the order of the text."""
     return [hint for placed in touching(analysis, span) for hint in _hints(analysis, placed)]
 
 
@@ -36,18 +36,18 @@ def _hints(analysis: Analysis, placed: Placed) -> Iterator[Hint]:
     for hint in _nested(body, ()):
         yield Hint(placed.start + hint.offset, hint.text, hint.about, hint.before)
     end = placed.start + body.span.end
-    yield Hint(end, beats(meaning.movement.duration), lasting(meaning.movement, analysis.tempo))
+    yield Hint(end, in_beats(meaning.movement.duration), lasting(meaning.movement, analysis.tempo))
 
 
 def _nested(node: Node, outside: tuple[Node, ...]) -> Iterator[Hint]:
-    """How fast each voice of a bracket within brackets is."""
+    """How fast each voice of a nested bracket plays."""
     around = (*outside, node)
     if _squeezes(node) and any(map(_squeezes, outside)):
         for body in nodes.children(node):
             for voice in body.voices if isinstance(body, nodes.Parallel) else (body,):
                 rate, _, _ = pace_in((*around, body, voice))
                 if rate != 1:
-                    yield Hint(voice.span.start, f"×{number(rate)}", times_as_fast(rate), before=True)
+                    yield Hint(voice.span.start, f"×{written(rate)}", times_as_fast(rate), before=True)
     for child in nodes.children(node):
         yield from _nested(child, around)
 

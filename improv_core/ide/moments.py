@@ -1,4 +1,4 @@
-"""Which words play when: for editors that light them up by a clock of their own."""
+"""Which words play when, for editors that highlight them by their own clock."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from improv_core.score.movement import near, walk
 from improv_core.text import Span
 
 MOST_MOMENTS = 4_000
-"""Of all robots together, in one answer; who plays on asks for more."""
+"""The most moments of all robots in one response. The client asks for more when it needs them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,20 +24,20 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """What one robot plays, up to beat `until`; None if that is all."""
+    """What one robot plays up to beat `until` (None: to the end)."""
 
     moments: tuple[Moment, ...]
     until: float | None
 
 
 def playing(played: Analysis, now: Analysis, start: float = 0.0) -> Mapping[str, Stretch]:
-    """What the robots of a program play from a beat on, and where that stands in a later version of its text.
+    """What the robots of a program play from a beat on, with spans in a later version of its text.
 
-    Words of statements that have been edited since are left out; those that only moved are found.
+    Words of statements that were edited since are left out. Those that only moved are included.
     """
     begin = near(max(start, 0.0))
     most = MOST_MOMENTS // max(len(played.robots), 1)
-    starts = dict(zip(now.statement_ids, now.offsets, strict=True))
+    offsets = dict(zip(now.statement_ids, now.offsets, strict=True))
     stretches = {}
     for robot, movement in played.robots.items():
         moments: list[Moment] = []
@@ -47,7 +47,9 @@ def playing(played: Analysis, now: Analysis, start: float = 0.0) -> Mapping[str,
                 until = float(moment.start)
                 break
             spans = tuple(
-                place.span.shifted(starts[place.statement]) for place in moment.places if place.statement in starts
+                source.span.shifted(offsets[source.statement])
+                for source in moment.sources
+                if source.statement in offsets
             )
             moments.append(Moment(float(moment.start), float(moment.start + moment.duration), spans))
         stretches[robot] = Stretch(tuple(moments), until)

@@ -1,4 +1,4 @@
-"""Where a line that goes on inside brackets begins, as soon as it is begun or closes a bracket."""
+"""Indents a line inside brackets as soon as it is started or closes a bracket."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _LEADING = re.compile(r"([ \t]*)([)\] \t]*)")
 
 
 def indent(analysis: Analysis, offset: int) -> list[Edit]:
-    """The edit of the blanks before a cursor that only blanks and closing brackets stand before, if they are wrong.
+    """The edit that fixes a line's indentation, if only spaces and closing brackets come before the cursor.
 
-    A line is indented as in the one layout: by the brackets that are open where it begins.
+    A line is indented as in the standard layout: by the number of brackets that are open at its start.
     """
     lines = analysis.lines
     number = lines.position(offset).line
@@ -32,7 +32,7 @@ def indent(analysis: Analysis, offset: int) -> list[Edit]:
         if placed.start + token.start < start:
             depth = max(depth + (token.text in "([") - (token.text in ")]"), 0)
     if not depth and not first < last == number - 1:
-        return []  # it begins something new: where, is up to the person who writes
+        return []  # it starts something new, which people may indent as they like
     margin = analysis.text[lines.start(first) : placed.start].replace("\ufeff", "")
     wanted = margin + INDENT * max(depth - sum(map(leading[2].count, ")]")), 0)
     return [Edit(Span(start, start + leading.end(1)), wanted)] if leading[1] != wanted else []

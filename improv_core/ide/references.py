@@ -1,4 +1,4 @@
-"""What a name or a robot at the cursor stands for, and everywhere that the same is meant."""
+"""Finds what the name or robot at the cursor refers to, and all references to the same thing."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """A name or a robot, and where it stands.
+    """A name or a robot, and its span.
 
-    `definer` is the index of the statement that a name has its meaning from; None if nothing above defines it, and for
-    robots.
+    `definer` is the index of the statement that defines a name; None if nothing above defines it, and for robots.
     """
 
     text: str
@@ -30,14 +29,14 @@ class Symbol:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A place where a symbol stands, and whether it gets its meaning there."""
+    """A span that refers to a symbol, and whether it defines it."""
 
     span: Span
     defines: bool = False
 
 
 def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
-    """The name or the robot that the cursor touches, also at its end."""
+    """The name or the robot that the cursor touches, including at its end."""
     placed = analysis.statement_at(offset)
     if not placed:
         return None
@@ -54,9 +53,9 @@ def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
 
 
 def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
-    """All places where the same robot or the same definition is meant, in the order of the text.
+    """All references to the same robot or the same definition, in the order of the text.
 
-    A name that is defined again is another one from there on.
+    A name that is defined again is a different symbol from there on.
     """
     if symbol.is_robot:
         return [Reference(span) for _, span in plays(analysis, symbol.text)]
@@ -72,7 +71,7 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
 
 
 def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
-    """Where a name is defined, if only further down. A robot without a section in `improv.toml`: its first line."""
+    """Where a name is defined, even if only below. For a robot without a section in `improv.toml`: its first line."""
     if symbol.is_robot:
         return next((span for _, span in plays(analysis, symbol.text)), None)
     definers = analysis.bindings.defined.get(symbol.text, ())
@@ -81,7 +80,7 @@ def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
 
 
 def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
-    """The index of each statement that plays something on a robot, and where the robot stands in it."""
+    """The index of each statement that a robot plays, and the span of the robot in it."""
     for index, statement in enumerate(analysis.statements):
         if statement.defines is None:
             for head in _heads(statement):
@@ -90,19 +89,19 @@ def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
 
 
 def sections(robots: Robots, name: str) -> Sequence[Span]:
-    """Where a robot is named in the text of `improv.toml`."""
+    """The spans that name a robot in the text of `improv.toml`."""
     return read_toml(robots.text).named.get(("robots", name), ())
 
 
 def _heads(statement: Statement) -> list[Token]:
-    """The robots that a statement is for, or the name that it defines; no words of the language."""
+    """The robots of a statement, or the name that it defines, except reserved words."""
     if not statement.sign or (statement.sign.type == "EQUAL" and not statement.defines):
         return []
     return [head for head in statement.heads if head.text and head.text not in WORDS]
 
 
 def _names(statement: Statement) -> list[Token]:
-    """The names in the movement of a statement, as its `uses` has them."""
+    """The name tokens in the movement of a statement."""
     begin = statement.sign.end if statement.sign and statement.sign.type != "BEAT" else 0
     return [
         token

@@ -1,4 +1,4 @@
-"""Another name for a name or a robot. What the program means never changes: what would change it is refused."""
+"""Renames a name or a robot. A rename that would change the meaning of the program is refused."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ROBOT = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
 
 
 class RefusalError(Exception):
-    """Why something is not renamed, in one plain line."""
+    """Something can't be renamed. The message is one line that says why."""
 
 
 def renamable(analysis: Analysis, offset: int) -> Symbol:
@@ -44,7 +44,7 @@ def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
 
 
 def rename_robot(analysis: Analysis, old: str, new: str) -> list[Edit]:
-    """The edits of a program that has to do with a robot. Raises RefusalError."""
+    """The edits of a program that rename a robot. Raises RefusalError."""
     if not _ROBOT.fullmatch(new):
         raise RefusalError(f"`{new}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter")
     _refuse_words(new)
@@ -72,7 +72,7 @@ def _refuse_words(new: str) -> None:
 
 
 def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
-    """Neither may a definition of the new name come between ours and what uses it, nor ours between others."""
+    """The new name must not be redefined between our definition and its uses, nor ours come between another's."""
     assert symbol.definer is not None
     uses = analysis.bindings.users(symbol.text, symbol.definer)
     last = max(uses, default=0)

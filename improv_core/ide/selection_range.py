@@ -1,4 +1,4 @@
-"""What a selection grows to, step by step: word, term, series, bracket, statement, document."""
+"""Selection ranges, which a selection grows to step by step: word, term, series, bracket, statement, document."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _WORD = re.compile(r"\w+")
 
 
 def selections(analysis: Analysis, offset: int) -> list[Span]:
-    """The spans around the cursor, from the innermost to the whole document; each is larger than the one before."""
+    """The spans around the cursor, from the innermost to the whole document, each larger than the previous one."""
     found = [Span(0, len(analysis.text))]
     for span in [*_around(analysis, offset), *_in_comment(analysis, offset)]:
         last = found[-1]
@@ -43,7 +43,7 @@ def _around(analysis: Analysis, offset: int) -> Iterator[Span]:
 
 
 def _token(placed: Placed, place: int) -> Token | None:
-    """The token that the cursor touches; between two, a word rather than a sign, and the one behind it."""
+    """The token that the cursor touches. Between two, prefer a word to a sign, then the one after the cursor."""
     touching = [token for token in placed.statement.tokens if token.span.holds(place)]
     words = [token for token in touching if _WORD.match(token.text)]
     return next(iter((words or touching)[::-1]), None)

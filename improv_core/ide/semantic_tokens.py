@@ -1,4 +1,4 @@
-"""Which words are to be colored, and how: by what they are here, where a grammar only sees their form."""
+"""Semantic tokens: colors words by what they mean, whereas a grammar only sees their form."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ _WORD = re.compile(rf"({_COMMENT.pattern})|({NAME})|({NUMBER})|\|\||[=$]")
 
 
 Colored: TypeAlias = tuple[int, int, int, int]
-"""Where a word starts and ends, counted from the start of its piece; its type and its modifiers (a bit each) as the
-legend's numbers."""
+"""The start and end of a word, counted from the start of its piece, and its type and modifiers (one bit each), numbered
+as in the legend."""
 
 Piece: TypeAlias = tuple[int, str, tuple[str, ...], tuple[str, ...]]
-"""The offset and the text of a statement or a line of comment, and the names and robots in it that are not known: they
-get no color."""
+"""The offset and the text of a statement or a comment line, and the undefined names and unknown robots in it, which get
+no color."""
 
 
 def pieces(analysis: Analysis, first: int = 0, last: int | None = None) -> Iterator[Piece]:
-    """The pieces of a program that touch the text between two offsets, in their order."""
+    """The pieces of a program that touch the text between two offsets, in order."""
     text, place = analysis.text, 0
     stop = len(text) if last is None else last
-    suspects = analysis.faulty.union(analysis.infeasible)  # all others know all their names and robots
+    suspects = analysis.faulty.union(analysis.infeasible)  # in all others, all names and robots are known
     for index, start in enumerate(analysis.offsets):
         if text.find("#", place, start) >= 0:
             yield from _comment_lines(text, place, start, first, stop)
@@ -43,9 +43,9 @@ def pieces(analysis: Analysis, first: int = 0, last: int | None = None) -> Itera
 
 
 def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> list[Colored]:
-    """The colored words of a piece, in its order: they depend on nothing else, so that they can be kept.
+    """The colored words of a piece, in order. They depend only on the arguments, so they can be cached.
 
-    Not from the lexer's tokens: a document that is opened has thousands of words, and a color is all that is asked.
+    Does not use the lexer: a document may have thousands of words when it is opened, and only colors are needed.
     """
     sign, heads = None, set[tuple[int, int]]()
     if not text.startswith("#"):
@@ -53,7 +53,7 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
         sign = statement.sign
         heads = {(head.start, head.end) for head in statement.heads if head.text not in strange}
     head = _DEFINITION if sign and sign.type == "EQUAL" else _ROBOT
-    named = sign.start if sign and sign.type != "BEAT" else 0  # up to here, names are given
+    named = sign.start if sign and sign.type != "BEAT" else 0  # before this offset, names are definitions or robots
     found = []
     for match in _WORD.finditer(text):
         word = match[0]
@@ -61,7 +61,7 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
         kind = _KINDS.get(word) or _KINDS_BY_FORM[match.lastindex or 0]
         if kind is _USE:
             if start < named:
-                if (start, end) not in heads:  # only a part of one, as in `my-robot`
+                if (start, end) not in heads:  # only part of a name, as in `my-robot`
                     continue
                 kind = head
             elif word in unknown:
@@ -71,7 +71,7 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
 
 
 def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The names and the robots of a statement that are not known."""
+    """The undefined names and the unknown robots of a statement."""
     statement, scope = analysis.statements[index], analysis.meanings[index].scope
     names = tuple(name for name, found in zip(statement.uses, scope, strict=True) if found is None)
     said = {each.span for each in analysis.infeasible.get(index, ()) if each.code == "unknown-robot"}
@@ -102,4 +102,4 @@ _KINDS_OF_WORDS = {
     Kind.PLANE: _kind("enumMember"),
 }
 _KINDS = {word.text: _KINDS_OF_WORDS[word.kind] for word in WORDS.values()}
-_KINDS_BY_FORM = (_kind("operator"), _COMMENT_KIND, _USE, _kind("number"))  # as the groups of _WORD are numbered
+_KINDS_BY_FORM = (_kind("operator"), _COMMENT_KIND, _USE, _kind("number"))  # in the order of the groups of _WORD

@@ -1,4 +1,4 @@
-"""The kinds of colored words, in LSP's standard names, so that every theme has colors for them."""
+"""Token types and modifiers, with LSP's standard names, so every theme has colors for them."""
 
 TYPES = ("comment", "keyword", "function", "variable", "class", "enumMember", "number", "operator", "modifier")
 MODIFIERS = ("definition", "defaultLibrary")

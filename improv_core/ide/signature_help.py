@@ -1,4 +1,4 @@
-"""What the transformer at the cursor takes, and which part of that is being written."""
+"""Signature help: the parameters of the transformer at the cursor, and which one is being typed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TRANSFORMERS = {kind.value for kind in _ARGUMENTS}
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """How a transformer is written, its parameters as spans of that, and the index of the one being written."""
+    """How a transformer is written, its parameters as spans of the label, and the index of the one being typed."""
 
     label: str
     about: str
@@ -26,7 +26,7 @@ class Signature:
 
 
 def signature(analysis: Analysis, offset: int) -> Signature | None:
-    """The innermost transformer whose number, plane or movement is being written at the cursor."""
+    """The innermost transformer whose number, plane, or movement is being typed at the cursor."""
     found = before(analysis, offset)
     if not found:
         return None
@@ -39,7 +39,7 @@ def signature(analysis: Analysis, offset: int) -> Signature | None:
     word, has_argument = open_words[-1]
     kind = WORDS[word.text].kind
     parameters = [name for name in (_ARGUMENTS[kind], "movement") if name]
-    # `repeat` may go without its number: where a word has been begun, that is the movement.
+    # `repeat` needs no number: if a word has been started, it is the movement.
     skipped = kind is Kind.REPEAT and found.begun and not found.in_number
     in_argument = found.tokens[-1] == word and not has_argument and not skipped
     active = 0 if in_argument else len(parameters) - 1
@@ -55,7 +55,7 @@ def _signature(word: str, parameters: Sequence[str], active: int) -> Signature:
 
 
 def _open(tokens: Sequence[Token]) -> list[tuple[Token, bool]]:
-    """The transformers, from the outermost on, whose movement is not complete, and whether they have their argument."""
+    """The transformers whose movement is not complete, outermost first, and whether they have their argument."""
     levels: list[list[tuple[Token, bool]]] = [[]]  # one for each open bracket
     for token in tokens:
         waiting = levels[-1]
@@ -71,5 +71,5 @@ def _open(tokens: Sequence[Token]) -> list[tuple[Token, bool]]:
                 levels.pop()
             levels[-1].clear()
         else:
-            waiting.clear()  # a movement or `||`: all that waited for one has it
+            waiting.clear()  # a movement or `||`: all that waited for a movement have one
     return [each for waiting in levels for each in waiting]

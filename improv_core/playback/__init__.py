@@ -1,1 +1,1 @@
-"""The parent's side of stages: finds their Python, starts and watches them, and shows several as one."""
+"""The parent's side of stages: finds their Python, starts and watches them, and presents several as one."""

@@ -1,4 +1,4 @@
-"""Finds a Python that can import rclpy; ours usually can't: see docs/architecture.md. Standard library only."""
+"""Finds a Python that can import rclpy. Ours usually can't (see docs/architecture.md). Standard library only."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ PROBE_LIMIT = 30.0
 
 
 class InterpreterError(Exception):
-    """The requested interpreter can't be used; one plain line that says what to do."""
+    """The requested interpreter can't be used. The message is one line that says what to do."""
 
 
 @dataclass(frozen=True, slots=True)
 class Interpreter:
-    """A Python that can import rclpy, the environment it needs for that, and where it was found, in words."""
+    """A Python that can import rclpy, the environment it needs, and where it was found, in words."""
 
     python: str
     env: Mapping[str, str]
@@ -37,9 +37,9 @@ class Interpreter:
 
 
 def find_ros_python(setting: str | None) -> Interpreter | None:
-    """The first Python with rclpy: the setting, IMPROV_ROS_PYTHON, this one, a sourced or installed ROS, our own.
+    """The first Python with rclpy: the setting, IMPROV_ROS_PYTHON, this one, a sourced or installed ROS, or our own.
 
-    None if there is none; without any sign of ROS, no process is started. Raises InterpreterError if the one the user
+    None if there is none. Without any sign of ROS, it starts no process. Raises InterpreterError if the one the user
     named can't be used. Files of an opened project are never consulted: they could name any program.
     """
     for named, source in ((setting, "the setting improv.ros.python"), (os.environ.get(VARIABLE), VARIABLE)):
@@ -80,7 +80,7 @@ _INSTALLED = "/opt/ros"
 
 
 def _sourced(setup: Path) -> dict[str, str] | None:
-    """The environment after sourcing a ROS installation, reaching no farther than before; None if that fails."""
+    """The environment after sourcing a ROS installation, without widening discovery; None if that fails."""
     command = ["bash", "-c", 'source "$0" >/dev/null && env -0', str(setup)]
     try:
         done = subprocess.run(

@@ -1,4 +1,4 @@
-"""The parent's side of stages: starts them, conducts them, and shows several as one. Standard library only."""
+"""The parent's side of stages: starts them, controls them, and presents several as one. Standard library only."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from improv_core.stage.protocol import (
 )
 
 HALT_LIMIT = 8.0
-"""Seconds a new stage may take to find the robots of one that has died, and to stop them."""
+"""Seconds that a new stage may take to find the robots of a dead one and stop them."""
 
 News = Heard | Place
-"""What somebody who plays is told: a stage's message, its end, or that robots were dragged to other starts."""
+"""What a listener gets: a message from a stage, its end, or new start poses of robots that were dragged."""
 
 
 class RunningStage(Protocol):
-    """A stage as a playback needs it: stage_process.Stage."""
+    """The part of stage_process.Stage that a playback uses."""
 
     @property
     def ready(self) -> Ready: ...
@@ -52,7 +52,7 @@ class RunningStage(Protocol):
 
 
 class Start(Protocol):
-    """How a stage is started: start.start_stage."""
+    """The type of start.start_stage."""
 
     async def __call__(
         self, sink: SinkName, options: Options, token: str, hear: Callable[[RunningStage, Heard], None]
@@ -60,13 +60,13 @@ class Start(Protocol):
 
 
 def whole_beats(transport: TransportMessage) -> str:
-    """How many beats a transport message speaks of, for people: `8`, `∞`."""
+    """The number of beats in a transport message, for people: `8`, `∞`."""
     return "∞" if transport["beats"] is None else str(math.ceil(transport["beats"]))
 
 
 async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
-    """`beat 3/8` as each beat begins, from the one that plays now on, without end. Counts from 1, as people do."""
-    # The loop's clock is the one the stage plays by: time.monotonic.
+    """`beat 3/8` as each beat starts, beginning with the current one, forever. Counts from 1, as people do."""
+    # The event loop and the stage use the same clock: time.monotonic.
     loop, period, whole = asyncio.get_running_loop(), 60 / transport["tempo"], whole_beats(transport)
     zero = transport["monotonic"] - transport["beat"] * period
     while True:
@@ -76,9 +76,9 @@ async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
 
 
 class Playback:
-    """Plays scores on the chosen backend: one stage that leads, and where that is ROS 2, the simulator as its twin.
+    """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
 
-    `listen` gets every message of a stage, and whether that stage leads. Used from one event loop.
+    `listen` gets every message from a stage, and whether that stage leads. Use it from one event loop only.
     """
 
     def __init__(self, options: Options, listen: Callable[[News, bool], None], start: Start = start_stage) -> None:
@@ -89,12 +89,12 @@ class Playback:
         self._twin: RunningStage | None = None
         self._score: Score | None = None
         self._generation = 0
-        self._loaded: Load | None = None  # what the twin still has to be told
-        self._kept: dict[str, Speed | Silence] = {}  # new stages are told these too
+        self._loaded: Load | None = None  # not yet sent to the twin
+        self._kept: dict[str, Speed | Silence] = {}  # also sent to new stages
         self._opening = asyncio.Lock()
-        self._stops = 0  # how often robots were to stop, or all to end
+        self._stops = 0  # how often robots or everything had to stop
         self._reviving: set[asyncio.Task[None]] = set()
-        self._halting: RunningStage | None = None  # a new one that has yet to stop what another left moving
+        self._halting: RunningStage | None = None  # a new stage that still has to stop the robots of a dead one
         self._still = asyncio.Event()
         self._failed: RunningStage | None = None  # said in its last message that it could not stop all robots
         self._token = secrets.token_urlsafe()
@@ -102,7 +102,7 @@ class Playback:
         self.muted: frozenset[str] = frozenset()
         self.soloed: frozenset[str] = frozenset()
         self.watched = asyncio.Event()
-        """Set once somebody looks at the page."""
+        """Set as soon as somebody opens the page."""
 
     @property
     def status(self) -> str:
@@ -121,7 +121,7 @@ class Playback:
         return None
 
     async def open(self) -> None:
-        """Start the stages, unless they run. Raises StageError."""
+        """Start the stages unless they are running. Raises StageError."""
         async with self._opening:
             if self._leader and self._leader.alive and (not self._twin or self._twin.alive):
                 return
@@ -132,7 +132,7 @@ class Playback:
                 sinks.append("simulator")
             starting = [asyncio.create_task(self._start_stage(sink)) for sink in sinks]
             try:
-                # Both, also where one fails: none may be left running that nobody knows.
+                # Wait for both even if one fails, so that no stage is left running unnoticed.
                 await asyncio.wait(starting)
                 stages = [stage for each in starting if (stage := each.result())]
             except BaseException:
@@ -141,9 +141,9 @@ class Playback:
             self._leader, self._twin = stages[0], stages[1] if len(stages) > 1 else None
 
     async def play(self, score: Score, when: When = "restart") -> int | None:
-        """Play a score: `restart`, or take over `now`, at the `beat` or `end`. Raises StageError.
+        """Play a score: `restart`, or take over `now`, at the next `beat`, or at the `end`. Raises StageError.
 
-        Its generation; None if robots were to stop, or all to end, before the stages had been started.
+        Returns its generation; None if robots or everything had to stop before the stages were started.
         """
         stops = self._stops
         await self.open()
@@ -154,7 +154,7 @@ class Playback:
         return self._generation
 
     def conduct(self, message: Conduct) -> None:
-        """Have all stages do one thing at one time."""
+        """Send a command to all stages, effective at the same time."""
         if message["type"] == "hush":
             self._stops += 1
         elif message["type"] == "speed" or message["type"] == "silence":
@@ -170,12 +170,12 @@ class Playback:
                 stage.send(timed)
 
     def silence(self, muted: Iterable[str], soloed: Iterable[str]) -> None:
-        """Have these robots stand still, or all but the soloed ones, now and in what is played later."""
+        """Have the muted robots, or all except the soloed ones, stand still, now and in later scores."""
         self.muted, self.soloed = frozenset(muted), frozenset(soloed)
         self.conduct({"type": "silence", "muted": sorted(self.muted), "soloed": sorted(self.soloed)})
 
     def keep_as(self, other: Playback) -> None:
-        """Have the same robots stand still as in another playback, at the same speed."""
+        """Take over the speed and the muted and soloed robots of another playback."""
         self._kept, self.muted, self.soloed = dict(other._kept), other.muted, other.soloed
 
     async def close(self) -> None:
@@ -193,7 +193,7 @@ class Playback:
         stage = await self._start(sink, replace(self.options, port=self._port), self._token, self._hear)
         if stage:
             if "page" in stage.ready:
-                # A stage that has to be started anew serves the pages that are open already.
+                # Reuse the port, so a restarted stage serves the pages that are already open.
                 self._port = urlsplit(stage.ready["page"]).port or 0
             for message in self._kept.values():
                 stage.send(message)
@@ -226,7 +226,7 @@ class Playback:
         self._listen(message, leads)
 
     def _obey(self, request: PageRequest | Watched) -> None:
-        """What the page asks for goes to all stages by way of here, so that there is one truth."""
+        """Carry out a request from the page. It goes to all stages from here, so they never disagree."""
         if request["type"] == "watched":
             self.watched.set()
         elif request["type"] == "restart":
@@ -240,7 +240,7 @@ class Playback:
             self.conduct(request)
 
     def _lead(self, transport: TransportMessage) -> None:
-        """Have the twin begin at the very same time as the stage that leads, and stop when that stops by itself."""
+        """Start the twin at exactly the same time as the leading stage, and stop it when that stage stops by itself."""
         if transport["state"] in ("stopped", "ended"):
             self._halting = None
             self._still.set()
@@ -263,7 +263,7 @@ class Playback:
         if leads and self._twin:
             self._twin.send({"type": "hush"})
         self._loaded = None
-        if dead is self._halting:  # the next one would fare no better
+        if dead is self._halting:  # another one would fail too
             self._halting = None
             self._still.set()
             return {**gone, "message": f"{gone['message']}: robots may still be moving; save to play again"}
@@ -301,13 +301,13 @@ class Playback:
 
 
 def _standing(score: Score) -> Score:
-    """The same robots with nothing to play: all they are told is to stop."""
+    """The same robots with nothing to play, so they are only told to stop."""
     parts = {name: replace(part, movement=series(()), reset=None) for name, part in score.parts.items()}
     return Score(score.tempo, parts, world=score.world)
 
 
 async def _close_all(starting: Iterable[asyncio.Task[RunningStage | None]]) -> None:
-    """End the stages that have been started, and give up those that have not."""
+    """Close the stages that have started and cancel those that have not."""
     for each in starting:
         each.cancel()
     for stage in await asyncio.gather(*starting, return_exceptions=True):

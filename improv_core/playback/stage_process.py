@@ -1,4 +1,4 @@
-"""A stage as its parent has it: a process that is started, fed, heard and watched. Standard library only."""
+"""A stage as its parent sees it: starts the process, exchanges messages, and watches it. Standard library only."""
 
 from __future__ import annotations
 
@@ -25,29 +25,28 @@ from improv_core.stage.protocol import (
 )
 
 START_LIMIT = 60.0
-"""Seconds a stage may take to say that it is ready, on a busy machine."""
+"""Seconds a stage may take until it is ready, on a busy machine."""
 
 
 class Gone(TypedDict):
-    """A stage has ended by itself, or was killed because it hung: what its parent says in its place."""
+    """Reports that a stage exited by itself or was killed because it hung. Its parent makes this message."""
 
     type: Literal["gone"]
     message: str
 
 
 Heard = FromStage | Gone
-"""What is heard of a stage."""
+"""What is heard from a stage."""
 
 
 class StageError(Exception):
-    """A stage can't be had; one plain line that says what to do."""
+    """A stage can't be started. The message is one line that says what to do."""
 
 
 class Stage:
     """A stage process. Made by `start`.
 
-    Threads speak and listen, so that neither a stage that does not read nor an event loop that is busy is mistaken for
-    the other's end.
+    Threads read and write, so a stage that does not read or an event loop that is busy is not mistaken for a dead one.
     """
 
     ready: Ready
@@ -69,10 +68,10 @@ class Stage:
 
     @classmethod
     async def start(cls, command: Sequence[str], env: Mapping[str, str], hear: Callable[[Stage, Heard], None]) -> Stage:
-        """Start a stage and wait until it is ready. Raises StageError with what it says is wrong."""
+        """Start a stage and wait until it is ready. Raises StageError with its error message."""
         pipe = subprocess.PIPE
         try:
-            # In a session of its own: Ctrl-Z must not stop it too, or robots would keep their last velocity.
+            # In a session of its own: Ctrl-Z must not suspend it too, or robots would keep moving.
             process = subprocess.Popen(  # noqa: ASYNC220
                 command, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True, **isolated(env)
             )
@@ -102,11 +101,11 @@ class Stage:
         return not self._ended.is_set() and not self._closing
 
     def send(self, message: ToStage) -> None:
-        """Send a message; one to a stage that has died is lost, and its end has been told."""
+        """Send a message. A message to a dead stage is lost; its end has been reported."""
         self._outbox.put(message)
 
     async def close(self) -> None:
-        """Close its input, which stops the robots and ends it; one that does not end is killed."""
+        """Close its input, which stops the robots and ends the stage. If it does not exit, it is killed."""
         self._closing = True
         self._outbox.put(None)
         try:
@@ -116,7 +115,7 @@ class Stage:
             await self._ended.wait()
 
     def _look(self) -> None:
-        """Kill the process if it hangs; called again and again."""
+        """Kill the process if it hangs. Calls itself periodically."""
         limit = self._watch.look(time.monotonic(), self.ready["real"])
         if limit is not None and not self._closing:
             self._hung = f"the stage did not answer for {limit:g} s"
@@ -153,11 +152,11 @@ class Stage:
         assert self._process.stdout
         with self._process.stdout as lines:
             for line in lines:
-                # Half a line of a stage that was killed, or what some library has printed.
+                # Ignore half a line from a killed stage, or what some library printed.
                 with suppress(ProtocolError):
                     self._take(read_from_stage(line))
         self._process.wait()
-        with suppress(RuntimeError):  # the loop has been closed before the stage ended
+        with suppress(RuntimeError):  # the loop was closed before the stage ended
             self._loop.call_soon_threadsafe(self._end)
 
     def _take(self, message: FromStage) -> None:
@@ -172,7 +171,7 @@ class Stage:
 
     def _told(self, message: Heard) -> None:
         if not self._first.done():
-            if message["type"] != "request":  # pages of an earlier stage may be back before this one is ready
+            if message["type"] != "request":  # pages of an earlier stage may reconnect before this one is ready
                 self._first.set_result(message)
         elif not (self._closing and message["type"] == "gone"):
             self._hear(self, message)

@@ -1,4 +1,4 @@
-"""Starts the stages that a performance is played on. Standard library only."""
+"""Starts the stages that play a performance. Standard library only."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ SinkName = Literal["simulator", "ros"]
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What to play on: `backend` is auto, sim, ros or both; `ros_python`, `discovery` and `standby` as in the settings.
+    """What to play on. `backend` is auto, sim, ros, or both; the ROS fields are as in the settings.
 
-    With `report_sent`, stages tell of every velocity they send. `takes_start_poses` is for a listener that handles
+    With `report_sent`, stages report every velocity they send. `takes_start_poses` is for a listener that handles
     `place` requests: only then does the page offer to write start poses into improv.toml.
     """
 
@@ -36,9 +36,9 @@ class Options:
 async def start_stage(
     sink: SinkName, options: Options, token: str, hear: Callable[[Stage, Heard], None]
 ) -> Stage | None:
-    """A stage that is ready; `token` opens the simulator's page. Raises StageError.
+    """Start a stage and return it when it is ready. `token` opens the simulator's page. Raises StageError.
 
-    None where the backend is auto, and no Python has rclpy.
+    None if the backend is auto and no Python has rclpy.
     """
     reporting = ["--report-sent"] if options.report_sent else []
     if sink == "simulator":

@@ -1,6 +1,6 @@
-"""`improv stop`: whatever plays for this user listens on a socket of its own, by which another process can stop it.
+"""For `improv stop`: each process that plays for this user listens on its own socket, through which others can stop it.
 
-The sockets are files in a folder that only this user can enter; nothing is reachable over a network.
+The sockets are files in a folder that only this user can access. Nothing is reachable over a network.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from pathlib import Path
 
 ASK = b"stop\n"
 LIMIT = 2.0
-"""Seconds to wait for one that does not answer."""
+"""Seconds to wait for a process that does not answer."""
 
 
 class StopSocketError(Exception):
-    """The sockets can't be used; one plain line that says why."""
+    """The sockets can't be used. The message is one line that says why."""
 
 
 class StopSocket:
-    """Calls `stop` whenever `improv stop` asks for it, from a thread of its own, and answers with what it returns.
+    """Calls `stop` on a thread of its own whenever `improv stop` asks for it, and answers with the result.
 
-    `stop` returns in one line what it has stopped. Raises StopSocketError.
+    `stop` returns one line that says what it stopped. Raises StopSocketError.
     """
 
     def __init__(self, stop: Callable[[], str]) -> None:
@@ -62,7 +62,7 @@ class StopSocket:
 
 
 def stop_all() -> Iterator[str]:
-    """Stop everything of this user that plays; what each answers, or why it did not. Raises StopSocketError."""
+    """Stop everything that plays for this user. Yields each answer, or why there is none. Raises StopSocketError."""
     for path in sorted(_folder().glob("*.sock")):
         with socket.socket(socket.AF_UNIX) as asking:
             asking.settimeout(LIMIT)
@@ -77,7 +77,7 @@ def stop_all() -> Iterator[str]:
 
 
 def _folder() -> Path:
-    """The user's own runtime folder, which nobody else can enter."""
+    """The user's own runtime folder, which nobody else can access."""
     if not hasattr(socket, "AF_UNIX"):
         raise StopSocketError("this system has no Unix sockets")
     given = os.environ.get("XDG_RUNTIME_DIR")

@@ -1,1 +1,1 @@
-"""What a program means: from trees to an analysis, and from there to a score."""
+"""The meaning of programs: from trees to an analysis, and from there to a score."""

@@ -1,4 +1,4 @@
-"""What a program means and what is wrong with it: the one value that all editor features and the compiler read."""
+"""The meaning of a program and its errors: the one value that all editor features and the compiler read."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ LONGEST_PROGRAM = 10_000_000
 """Characters of a program that is analyzed."""
 _TOO_LONG = Diagnostic("syntax", Span(0, 0), f"split this program: it has more than {LONGEST_PROGRAM:,} characters")
 
-_new_ids = count()  # every statement of every document gets its own, and keeps it wherever it moves
+_new_ids = count()  # every statement of every document gets its own and keeps it when it moves
 
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A statement, its place among the others and its offset in the text."""
+    """A statement with its index and its offset in the text."""
 
     index: int
     start: int
@@ -49,11 +49,11 @@ class Placed:
 
 @dataclass(frozen=True)
 class Analysis:
-    """One version of a document, understood. Made by `analyze`, and by `edited` from the version before.
+    """The meaning of one version of a document. Made by `analyze`, or by `edited` from the previous version.
 
-    The sequences run side by side, one entry for each statement: its offset, tree, number and meaning. `tempos` has
-    the indices of the statements with a tempo, `faulty` those of the statements whose meaning has diagnostics or
-    undefined names. `infeasible` says, by index, what the robots of a statement can't do.
+    The sequences are parallel, with one entry for each statement: its offset, tree, ID, and meaning. `tempos` has the
+    indices of the statements that set a tempo, and `faulty` those of the statements whose meaning has diagnostics or
+    undefined names. `infeasible` lists, by index, what the robots of a statement can't do.
     """
 
     lines: LineIndex
@@ -64,7 +64,7 @@ class Analysis:
     bindings: Bindings
     tempos: Sequence[int]
     faulty: frozenset[int]
-    cast: Robots  # what improv.toml says
+    cast: Robots  # from improv.toml
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
 
     @property
@@ -73,7 +73,7 @@ class Analysis:
 
     @property
     def ok(self) -> bool:
-        """Whether it may play: neither it nor `improv.toml` has an error."""
+        """Whether it may play: neither the program nor `improv.toml` has an error."""
         return self.cast.ok and all(each.severity is not Severity.ERROR for each in self.diagnostics)
 
     @property
@@ -85,9 +85,9 @@ class Analysis:
     def robots(self) -> Mapping[str, Movement]:
         """What each robot plays, in order of appearance."""
         plays: dict[str, list[Movement]] = {}
-        for number, meaning in zip(self.statement_ids, self.meanings, strict=True):
+        for statement_id, meaning in zip(self.statement_ids, self.meanings, strict=True):
             for robot in meaning.robots:
-                plays.setdefault(robot, []).append(movement.use(meaning.movement, None, number))
+                plays.setdefault(robot, []).append(movement.use(meaning.movement, None, statement_id))
         return {robot: movement.series(parts) for robot, parts in plays.items()}
 
     @cached_property
@@ -97,7 +97,7 @@ class Analysis:
             return (_TOO_LONG,)
         found: list[Diagnostic] = []
         for index in self.faulty.union(self.bindings.unused, self.tempos[1:], self.infeasible):
-            found += (each.shifted(self.offsets[index]) for each in self._said_of(index))
+            found += (each.shifted(self.offsets[index]) for each in self._diagnostics_of(index))
         return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
 
     def statement_at(self, offset: int) -> Placed | None:
@@ -110,26 +110,26 @@ class Analysis:
         return Placed(index, self.offsets[index], self.statements[index], self.meanings[index])
 
     def definition(self, name: str, before: int) -> Definition | None:
-        """What a name stands for where the statement with this index stands."""
+        """The definition of a name that applies at the statement `before`."""
         index = self.bindings.definer(name, before)
         return None if index is None else self.meanings[index].definition
 
     def movement(self, placed: Placed, node: Node) -> Movement:
-        """What a part of a statement means where it stands."""
+        """The movement of a node of a statement."""
         return movement_of(node, self._scope(placed.index))
 
     def edited(self, start: int, end: int, text: str) -> Analysis:
-        """The analysis after the text from `start` to `end` has been replaced; costs what the edit touches."""
+        """The analysis after `text` has replaced the text from `start` to `end`. Costs what the edit touches."""
         lines = self.lines.edited(start, end, text)
         if max(len(self.text), len(lines.text)) > LONGEST_PROGRAM:
             return analyze(lines.text, self.cast)
         growth = len(text) - (end - start)
-        # The statement before the first one touched may lack a bracket, and go on into what now stands there.
+        # The statement before the first one touched may lack a bracket and continue into the new text.
         first = max(bisect_right(self.offsets, start) - 2, 0)
         begin = lines.start(lines.position(self.offsets[first]).line) if self.offsets[first:] else 0
         after, offsets, pieces = len(self.offsets), [], []
         for offset, piece in split(lines.text, begin if first else 0):
-            # Where a statement begins behind the edit as one did before, all goes on as before.
+            # If a statement after the edit starts where one started before, nothing changes from there on.
             if offset >= start + len(text):
                 known = bisect_left(self.offsets, offset - growth)
                 if offset - growth > end and known < after and self.offsets[known] == offset - growth:
@@ -148,7 +148,7 @@ class Analysis:
             after -= 1
         if len(statements) == after - first:
             return _with_others(self, lines, all_offsets, first, statements)
-        # Statements came or went: every index changes, but what is unchanged is not understood again.
+        # Statements came or went. All indices change, but unchanged statements keep their meanings.
         return _assembled(
             lines,
             all_offsets,
@@ -167,8 +167,8 @@ class Analysis:
     def _scope(self, index: int) -> Scope:
         return _scope(self.statements[index], index, self.bindings, self.meanings)
 
-    def _said_of(self, index: int) -> Iterator[Diagnostic]:
-        """The diagnostics of one statement; spans count from its start."""
+    def _diagnostics_of(self, index: int) -> Iterator[Diagnostic]:
+        """The diagnostics of one statement. Spans count from its start."""
         statement, meaning = self.statements[index], self.meanings[index]
         yield from meaning.diagnostics
         yield from self.infeasible.get(index, ())
@@ -214,11 +214,11 @@ class Analysis:
         return Diagnostic("unknown-name", node.span, message, replace(f"Change to {near}", node.span, near))
 
     def _line(self, index: int) -> int:
-        """The line a statement begins in, as people count."""
+        """The line on which a statement starts, counted from 1."""
         return self.lines.position(self.offsets[index]).line + 1
 
     def _whole_line(self, index: int, seen_from: int | None = None) -> Span:
-        """The lines of a statement with their end, to be removed; counted from the start of a statement."""
+        """The whole lines of a statement, for removal. Offsets count from the start of the statement `seen_from`."""
         start = self.offsets[index]
         first = self.lines.position(start).line
         last = self.lines.position(start + len(self.statements[index].text)).line
@@ -230,7 +230,7 @@ class Analysis:
 
 
 def analyze(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
-    """Read a whole program, for these robots; nothing of one that is too long. Never raises."""
+    """Analyze a whole program for these robots; nothing of one that is too long. Never raises."""
     offsets, statements = [], []
     for offset, piece in split(text) if len(text) <= LONGEST_PROGRAM else ():
         offsets.append(offset)
@@ -246,7 +246,7 @@ def _assembled(
     cast: Robots,
     old: Analysis | None = None,
 ) -> Analysis:
-    """All statements in their order; what `old` knows of them is kept where their scope is the same."""
+    """The analysis of these statements. Meanings from `old` are kept if their scope is the same."""
     known = dict(zip(old.statement_ids, old.meanings, strict=True)) if old else {}
     current: dict[str, Definition] = {}
     meanings: list[Meaning] = []
@@ -283,7 +283,7 @@ def _assembled(
 def _with_others(
     old: Analysis, lines: LineIndex, offsets: Sequence[int], first: int, others: Sequence[Statement]
 ) -> Analysis:
-    """The analysis with as many other statements from `first` on: indices stay, and only what depends is read again."""
+    """The analysis with these statements replaced from `first` on. Indices stay; only dependents are redone."""
     changed = dict(enumerate(others, first))
     statements, statement_ids = list(old.statements), list(old.statement_ids)
     statements[first : first + len(others)] = others
@@ -317,7 +317,7 @@ def _understand_again(
     bindings: Bindings,
     changed: Collection[int],
 ) -> list[int]:
-    """Understand what has changed, and in the order of the text all that depends on it; their indices."""
+    """Update the meanings of changed statements and all that depend on them, in text order. Returns their indices."""
     again = []
     waiting = list(changed)
     heapify(waiting)
@@ -348,7 +348,7 @@ def _infeasible(
     known: Mapping[int, tuple[Diagnostic, ...]] | None = None,
     doubtful: Iterable[int] | None = None,
 ) -> Mapping[int, tuple[Diagnostic, ...]]:
-    """What robots can't do, by statement: as is `known`, with the `doubtful` ones (all, if not given) checked again."""
+    """What robots can't do, by statement: `known`, with the `doubtful` statements (default: all) checked again."""
     found = dict(known or {})
     for index in range(len(statements)) if doubtful is None else doubtful:
         problems = check_casting(statements[index], meanings[index], cast, tempo) if meanings[index].robots else ()

@@ -1,4 +1,4 @@
-"""Which statements define and use which name, each by its index; kept from one version of a program to the next."""
+"""Which statements define and use which names, by index. Reused from one version of a program to the next."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _Table = Mapping[str, Sequence[int]]
 class Bindings:
     """The statements that define and use each name, and the definitions that nothing uses.
 
-    `nearest` gives the known word that is most like an unknown one, if there is one.
+    `nearest` returns the known word that is most similar to an unknown one, if there is one.
     """
 
     defined: _Table
@@ -28,13 +28,13 @@ class Bindings:
     nearest: Callable[[str], str | None]
 
     def definer(self, name: str, before: int) -> int | None:
-        """The statement that defines what a name stands for in the statement `before`."""
+        """The statement whose definition of a name applies in the statement `before`."""
         definers = self.defined.get(name, ())
         count = bisect_left(definers, before)
         return definers[count - 1] if count else None
 
     def users(self, name: str, definer: int) -> Sequence[int]:
-        """The statements that use a name as the statement `definer` leaves it; -1 stands for the document's start."""
+        """The statements that use the definition of a name in the statement `definer` (-1: no definition)."""
         users, definers = self.used.get(name, ()), self.defined.get(name, ())
         following = bisect_right(definers, definer)
         end = bisect_right(users, definers[following]) if following < len(definers) else len(users)
@@ -73,7 +73,7 @@ def _defines(statement: Statement) -> tuple[str, ...]:
 
 
 def _moved(table: dict[str, Sequence[int]], index: int, before: Sequence[str], now: Sequence[str]) -> set[str]:
-    """Enter a statement under the names it has now instead of those it had; all of these names."""
+    """Enter a statement under its new names instead of its old ones. Returns all of these names."""
     for name in set(before) - set(now):
         indices = [each for each in table[name] if each != index]
         if indices:
@@ -88,10 +88,10 @@ def _moved(table: dict[str, Sequence[int]], index: int, before: Sequence[str], n
 
 
 def _unused(name: str, defined: _Table, used: _Table) -> Iterator[int]:
-    """The definitions of a name that nothing uses before the next one, which may use it itself."""
+    """The definitions of a name that nothing uses before the next definition of it (which may use it itself)."""
     definers, users = defined[name], used.get(name, ())
     if users and users[0] <= definers[0]:
-        return  # it is needed further up, and that is reported
+        return  # it is used before it is defined, and that is reported
     for place, definer in enumerate(definers):
         user = bisect_right(users, definer)
         if user == len(users) or (place + 1 < len(definers) and users[user] > definers[place + 1]):
@@ -101,7 +101,7 @@ def _unused(name: str, defined: _Table, used: _Table) -> Iterator[int]:
 def _nearest(names: Collection[str]) -> Callable[[str], str | None]:
     @cache
     def nearest(name: str) -> str | None:
-        # Comparing all of thousands of names in full would be felt at every key.
+        # Fully comparing thousands of names would be noticeable at every keystroke.
         known = [*_MOVEMENTS, *(each for each in names if len(set(each) ^ set(name)) < 4)]
         near = get_close_matches(name, known, n=1) or get_close_matches(name.lower(), known, n=1)
         return near[0] if near else None

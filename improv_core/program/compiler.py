@@ -1,4 +1,4 @@
-"""From an analysis to a score, and to the segments that `improv compile` prints."""
+"""Compiles an analysis to a score, and to the segments that `improv compile` prints."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from itertools import islice
 from typing import Any
 
 from improv_core.program.analysis import Analysis
-from improv_core.robots.starts import start_poses
+from improv_core.robots.start_poses import start_poses
 from improv_core.score.movement import ENDLESS, brief, walk
 from improv_core.score.score import Part, Score, twist
 
 MOST_SEGMENTS = 10_000
 LONGEST_TEXT = 200_000
-"""Characters of a program that goes along with its score, to be shown while it plays."""
+"""The most characters of a program that is sent with its score, so that it can be shown while it plays."""
 _MOMENTS_PER_SEGMENT = 2
-"""Neighbours that merge are walked one by one; a part that never ends and never changes must still come to an end."""
+"""Adjacent moments that merge are walked one by one. Even a part that never ends and never changes must stop here."""
 
 
 def score_of(analysis: Analysis) -> Score:
-    """What the robots of a program play."""
+    """The score of a program."""
     cast = analysis.cast
     robots = {name: cast.robot(name) for name in analysis.robots}
     poses = start_poses(robots, cast.world.size)
@@ -37,7 +37,7 @@ def score_of(analysis: Analysis) -> Score:
 
 
 def compiled(analysis: Analysis, most_segments: int = MOST_SEGMENTS) -> Mapping[str, Any]:
-    """The program as plain values for JSON: tempo, and per robot its length and segments, in seconds, m/s and rad/s."""
+    """The program as JSON values: the tempo, and each robot's length and segments in seconds, m/s, and rad/s."""
     score = score_of(analysis)
     tempo = score.tempo
     return {

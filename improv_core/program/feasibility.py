@@ -1,4 +1,4 @@
-"""Whether the robots of a program can do what they are to play: what `improv.toml` says of them, held against it."""
+"""Checks whether the robots of a program, as `improv.toml` describes them, can do what they are to play."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from improv_core.syntax.nodes import Statement
 from improv_core.text import Span
 
 MOST_MOMENTS = 1_000
-"""How far into a movement we look for the item that asks too much."""
+"""How many moments of a movement are searched for the item that asks too much."""
 SLACK = 1 + 1e-9
-"""Bounds are floats; what is within them up to rounding is looked at exactly."""
+"""Bounds are floats. Values that rounding could push over a limit are checked exactly."""
 
 
 def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo: Fraction) -> tuple[Diagnostic, ...]:
-    """What the robots of a statement can't do, at `tempo` beats per minute. Spans count from the statement's start."""
+    """What the robots of a statement can't do at `tempo` beats per minute. Spans count from its start."""
     found: dict[tuple[str, Span], Diagnostic] = {}
     for head in statement.heads:
         if head.text not in meaning.robots:
@@ -46,7 +46,7 @@ def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
 
 
 def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
-    """A quick look at the bounds: most statements are far from every limit."""
+    """A quick check of the bounds: most statements are far from every limit."""
     per_second = float(tempo) / 60
     linear = (peak.x + peak.y + peak.z) * profile.step * per_second
     angular = peak.yaw * profile.quarter_turn * per_second
@@ -61,7 +61,7 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
 def _too_much(
     robot: str, statement: Statement, meaning: Meaning, profile: Profile, tempo: Fraction
 ) -> Iterator[Diagnostic]:
-    told: set[str] = set()  # one mistake, one message: the first item of each kind
+    told: set[str] = set()  # report only the first item of each kind
     for moment in islice(walk(meaning.movement), MOST_MOMENTS):
         for diagnostic in _about(moment, robot, statement, profile, tempo):
             if diagnostic.code not in told:
@@ -70,7 +70,7 @@ def _too_much(
 
 
 def _about(moment: Moment, robot: str, statement: Statement, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
-    span = moment.places[0].span  # the word in this statement; those behind it are in definitions
+    span = moment.sources[0].span  # the word in this statement; the others are in definitions
     if lacking := unsupported(moment.velocity, profile):
         message = f"`{robot}` can't {_DOING[lacking[0]]}: use another motion, or a profile other than {profile.name}"
         yield Diagnostic("unsupported-direction", span, message)

@@ -16,7 +16,7 @@ _OPENING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 
 
 
 class ReadError(Exception):
-    """A file can't be read as a program; one plain line that says why."""
+    """A file can't be read as a program. The message is one line that says why."""
 
 
 def analyze_file(path: Path) -> Analysis:
@@ -25,7 +25,7 @@ def analyze_file(path: Path) -> Analysis:
 
 
 def robots_near(folder: Path) -> Robots:
-    """What the nearest `improv.toml` says, in a folder or its parents. Raises ReadError if it can't be read."""
+    """The robots of the nearest `improv.toml` in a folder or its parents. Raises ReadError if it can't be read."""
     found = find_robots_file(folder)
     return read_robots(_read(found, LARGEST_ROBOTS_FILE), found) if found else Robots()
 

@@ -1,4 +1,4 @@
-"""What one statement means, given what the names in it stand for, and what is wrong with that."""
+"""The meaning of one statement, given what its names stand for, and its errors."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
 LONGEST_NUMBER = 30
-"""How many characters a number may have."""
+"""The most characters of a number."""
 MOST_BITS = 4096
-"""How long the exact fractions of a movement may get: nested odd factors multiply."""
+"""The most bits of a movement's exact fractions: nested factors multiply."""
 LARGEST = 10**100
-"""Beats, steps per beat, quarter turns per beat and items per beat that a movement may have.
+"""The most beats, steps per beat, quarter turns per beat, and items per beat of a movement.
 
 With any tempo and step, the product of any two of them stays below the largest float (1.8e308).
 """
 DEEPEST_VOICES = 200
-"""How many levels of `||` may stand within `||` through names: each costs a level of recursion when walked."""
+"""How deeply `||` may be nested through names: walking recurses once per level."""
 
 NOTHING = movement.series(())
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -37,7 +37,7 @@ _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Definition:
-    """What a name stands for after the statement with this number."""
+    """What a name stands for after the statement with this ID."""
 
     name: str
     statement: int
@@ -45,14 +45,14 @@ class Definition:
 
 
 Scope = Mapping[str, Definition | None]
-"""What each name in a statement stands for where the statement is; None if nothing above it defines the name."""
+"""What each name in a statement stands for; None if nothing above the statement defines it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Meaning:
-    """What a statement says in a scope. Spans count from the statement's start.
+    """What a statement means in a scope. Spans count from the start of the statement.
 
-    `unresolved` are the names that nothing above defines: what to say of them depends on what is below.
+    `unresolved` are the names that nothing above defines. Their messages depend on what is below.
     """
 
     scope: tuple[Definition | None, ...]
@@ -65,22 +65,22 @@ class Meaning:
 
     @property
     def ok(self) -> bool:
-        """Whether it has no error of its own."""
+        """Whether the statement itself has no error."""
         return not self.unresolved and all(each.severity is not Severity.ERROR for each in self.diagnostics)
 
 
-def understand(statement: Statement, number: int, scope: Scope) -> Meaning:
-    """The meaning of the statement with this number. Never raises."""
+def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning:
+    """The meaning of the statement with this ID. Never raises."""
     diagnostics = list(statement.diagnostics)
     bound = tuple(scope.values())
     if not statement.sign:
-        return Meaning(bound, NOTHING, tuple(diagnostics))  # what it lacks has been said: one mistake, one message
+        return Meaning(bound, NOTHING, tuple(diagnostics))  # already reported: one error, one message
     reader = _Reader(scope, diagnostics.append, {})
     meant, tempo, definition = NOTHING, None, None
     robots: tuple[str, ...] = ()
     if statement.body:
         meant = reader.movement(statement.body)
-        if meant.duration == ENDLESS or statement.has_voices:  # else all of it is performed
+        if meant.duration == ENDLESS or statement.has_voices:  # otherwise all of it plays
             diagnostics += unperformed(statement.body, reader.movement_made)
     if statement.number:
         tempo = reader.number(statement.number, "the tempo")
@@ -89,7 +89,7 @@ def understand(statement: Statement, number: int, scope: Scope) -> Meaning:
     elif statement.sign.type == "EQUAL":
         for head in statement.heads:
             reader.is_reserved(head)
-        definition = Definition(statement.defines, number, meant) if statement.defines else None
+        definition = Definition(statement.defines, statement_id, meant) if statement.defines else None
     unresolved: tuple[nodes.Name, ...] = ()
     if statement.body and None in bound:
         unresolved = tuple(node for node in nodes.names(statement.body) if scope.get(node.text) is None)
@@ -97,7 +97,7 @@ def understand(statement: Statement, number: int, scope: Scope) -> Meaning:
 
 
 def movement_of(node: Node, scope: Scope) -> Movement:
-    """The movement of a part of a statement, in its scope."""
+    """The movement of a node of a statement, in its scope."""
     return _Reader(scope, lambda diagnostic: None, {}).movement(node)
 
 
@@ -105,7 +105,7 @@ def movement_of(node: Node, scope: Scope) -> Movement:
 class _Reader:
     """Reads the nodes of one statement, and reports what is wrong with them.
 
-    `made` keeps the movements of all nodes but primitives, by their id.
+    `made` holds the movements of all nodes except primitives, by `id`.
     """
 
     scope: Scope
@@ -113,7 +113,7 @@ class _Reader:
     made: dict[int, Movement]
 
     def movement(self, node: Node) -> Movement:
-        """The movement of a node; what is wrong with it counts as nothing at all."""
+        """The movement of a node. A node with an error counts as an empty movement."""
         if isinstance(node, nodes.Primitive):
             return node.movement
         if isinstance(node, nodes.Name):
@@ -133,7 +133,7 @@ class _Reader:
         return node.movement if isinstance(node, nodes.Primitive) else self.made[id(node)]
 
     def robots(self, heads: Sequence[Token]) -> tuple[str, ...]:
-        """The robots of a play statement, each once, without those that can't be."""
+        """The robots of a play statement, each once, without invalid names."""
         robots: dict[str, None] = {}
         for head in heads:
             if not head.text or self.is_reserved(head):
@@ -155,7 +155,7 @@ class _Reader:
         return head.text in WORDS
 
     def number(self, token: Token, what: str) -> Fraction | None:
-        """The exact value of a number above zero; None, reported, if it is not one."""
+        """The exact value of a number above zero. Anything else is reported and gives None."""
         if not token.text:
             return None
         value = value_of(token.text)
@@ -239,14 +239,14 @@ class _Reader:
 
 _SHORTEST = 1 / LARGEST
 FEW = 50
-"""So many fractions of any length that a movement may have are added at once."""
+"""Up to this many fractions are added without checking their common denominator."""
 _TOO_LONG = "these numbers make a fraction too long to compute exactly: use simpler ones"
 
 
 def _too_much(made: Movement, may_be_faster: bool) -> str | None:
-    """What to do about numbers too long to stay exact, or too large to become floats; None if there are none.
+    """The message about numbers too long to stay exact or too large for a float; None if there are none.
 
-    Whoever turns a number of a movement into a float relies on this.
+    All code that converts a movement's numbers to floats relies on this check.
     """
     duration = made.duration
     if LARGEST < duration < ENDLESS or (may_be_faster and _is_too_fast(made.peak)):
@@ -261,7 +261,7 @@ def _is_too_fast(peak: Peak) -> bool:
 
 
 def _share_a_denominator(items: Sequence[Movement]) -> bool:
-    """Whether durations can be added exactly: each sum of thousands of odd fractions is longer than the one before."""
+    """Whether durations can be added exactly: the sum of thousands of unrelated fractions gets longer and longer."""
     common = 1
     if len(items) < FEW:
         return True
@@ -275,7 +275,7 @@ def _share_a_denominator(items: Sequence[Movement]) -> bool:
 
 @lru_cache(maxsize=1_000)
 def value_of(text: str) -> Fraction | str:
-    """The exact value of a number above zero; how to write one, if it is none."""
+    """The exact value of a number above zero, or words that say how to write one."""
     if len(text) > LONGEST_NUMBER:
         return f"with at most {LONGEST_NUMBER} characters"
     above, _, below = text.partition("/")

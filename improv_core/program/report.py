@@ -1,4 +1,4 @@
-"""How diagnostics, and what became of a dance, are told outside an editor: as lines for people, as JSON."""
+"""Reports diagnostics and results outside an editor: as lines for people and as JSON."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ from typing import Any
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
-from improv_core.program.timing import beats, lasting
+from improv_core.program.timing import in_beats, lasting
 from improv_core.text import LineIndex, Position
 
 
-def told(path: Path, analysis: Analysis) -> list[str]:
-    """`path:line:column: severity[code] message`, one line each, counted from 1; those of `improv.toml` come after."""
+def as_lines(path: Path, analysis: Analysis) -> list[str]:
+    """`path:line:column: severity[code] message`, one line each, counted from 1. Those of `improv.toml` come last."""
     robots = analysis.cast
-    lines = [_told(path, diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
+    lines = [_as_line(path, diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
     if robots.path and robots.diagnostics:
         toml = LineIndex(robots.text)
-        lines += [_told(robots.path, diagnostic, toml) for diagnostic in robots.diagnostics]
+        lines += [_as_line(robots.path, diagnostic, toml) for diagnostic in robots.diagnostics]
     return lines
 
 
-def _told(path: Path, diagnostic: Diagnostic, lines: LineIndex) -> str:
+def _as_line(path: Path, diagnostic: Diagnostic, lines: LineIndex) -> str:
     at = lines.position(diagnostic.span.start)
     where = f"{path}:{at.line + 1}:{at.column + 1}"
     return f"{where}: {diagnostic.severity.value}[{diagnostic.code}] {diagnostic.message}"
 
 
 def as_json(analysis: Analysis) -> list[Mapping[str, Any]]:
-    """Diagnostics as JSON values; lines and characters count from 0, characters in code points."""
+    """Diagnostics as JSON values. Lines and characters count from 0; characters are code points."""
     return [_as_json(diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
 
 
 def summary(analysis: Analysis) -> str:
-    """What plays, in one line: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`."""
+    """A one-line summary of what plays: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`."""
     score = score_of(analysis)
-    robots = " · ".join(f"{name} {beats(part.movement.duration)}" for name, part in score.parts.items())
+    robots = " · ".join(f"{name} {in_beats(part.movement.duration)}" for name, part in score.parts.items())
     whole = max((part.movement for part in score.parts.values()), key=lambda part: part.duration, default=None)
     if whole is None:
         return "no robot plays"
@@ -46,18 +46,18 @@ def summary(analysis: Analysis) -> str:
 
 
 def outcome(transport: Mapping[str, Any] | None, poses: Mapping[str, Any]) -> dict[str, Any]:
-    """Where simulated robots were at beat 0 and at the end (meters, radians), and how long it took.
+    """The poses of simulated robots at beat 0 and at the end (meters, radians), and the time between (seconds).
 
-    Both are in the form of messages of a stage (docs/protocol.md); None if there was none.
+    `transport` and `poses` come from the stage's messages (docs/protocol.md). `transport` is None if there was none.
     """
     return {
-        "start": _places(poses.get("start", {})),
-        "robots": _places(poses.get("poses", {})),
+        "start": _as_plain_poses(poses.get("start", {})),
+        "robots": _as_plain_poses(poses.get("poses", {})),
         "seconds": transport["beat"] * 60 / transport["tempo"] if transport else 0.0,
     }
 
 
-def _places(poses: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+def _as_plain_poses(poses: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     return {
         robot: {"x": pose["x"], "y": pose["y"], "heading": math.remainder(pose["heading"], math.tau)}
         for robot, pose in poses.items()
@@ -70,11 +70,11 @@ def _as_json(diagnostic: Diagnostic, lines: LineIndex) -> Mapping[str, Any]:
         "severity": diagnostic.severity.value,
         "message": diagnostic.message,
         "range": {
-            "start": _place(lines.position(diagnostic.span.start)),
-            "end": _place(lines.position(diagnostic.span.end)),
+            "start": _position(lines.position(diagnostic.span.start)),
+            "end": _position(lines.position(diagnostic.span.end)),
         },
     }
 
 
-def _place(position: Position) -> Mapping[str, int]:
+def _position(position: Position) -> Mapping[str, int]:
     return {"line": position.line, "character": position.column}

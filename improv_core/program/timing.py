@@ -1,4 +1,4 @@
-"""How times and distances are written for people."""
+"""Writes times and distances for people."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from improv_core.score.profiles import Profile
 from improv_core.score.score import Part
 
 
-def beats(duration: Duration) -> str:
+def in_beats(duration: Duration) -> str:
     """`1 beat`, `3.5 beats`, `7/3 beats`, `∞`."""
     if duration == ENDLESS:
         return "∞"
-    return f"{number(Fraction(duration))} beat{'' if duration == 1 else 's'}"
+    return f"{written(Fraction(duration))} beat{'' if duration == 1 else 's'}"
 
 
-def number(value: Fraction) -> str:
-    """The shortest exact way to write a number: a decimal where three places will do, else a fraction."""
+def written(value: Fraction) -> str:
+    """A number written exactly: as a decimal if three places are enough, otherwise as a fraction."""
     if 1000 % value.denominator:
         return str(brief(value))
     return f"{float(value):.3f}".rstrip("0").rstrip(".") if value.denominator > 1 else str(value.numerator)
 
 
-def seconds(duration: Duration, tempo: Fraction) -> str:
-    """`4.0 s`, or longer units where those read better."""
+def in_seconds(duration: Duration, tempo: Fraction) -> str:
+    """`4.0 s`, or a longer unit if that reads better."""
     total = float(duration * 60 / tempo)
     if total < 120:
         return f"{total:.1f} s" if total >= 1 or total == 0 else f"{total:.2f} s"
@@ -41,21 +41,21 @@ def seconds(duration: Duration, tempo: Fraction) -> str:
 
 def lasting(movement: Movement, tempo: Fraction) -> str:
     """`16.0 s at beat 30`, `endless at beat 30`."""
-    length = "endless" if movement.duration == ENDLESS else seconds(movement.duration, tempo)
-    return f"{length} at beat {number(tempo)}"
+    length = "endless" if movement.duration == ENDLESS else in_seconds(movement.duration, tempo)
+    return f"{length} at beat {written(tempo)}"
 
 
 def timing(movement: Movement, tempo: Fraction) -> str:
     """`8 beats, 16.0 s at beat 30`."""
-    return f"{beats(movement.duration)}, {lasting(movement, tempo)}"
+    return f"{in_beats(movement.duration)}, {lasting(movement, tempo)}"
 
 
 MOST_MOMENTS = 1_000
-"""Of voices side by side, to measure them: nobody waits for more."""
+"""The most moments of parallel voices that are measured: more would take too long."""
 
 
-def way(movement: Movement, profile: Profile) -> str:
-    """How far a movement goes and how much it turns: `8.0 m, turns 360° left`."""
+def path_length(movement: Movement, profile: Profile) -> str:
+    """The distance and the turn of a movement: `8.0 m, turns 360° left`."""
     measured = extent(movement, MOST_MOMENTS)
     if not measured:
         return "continues forever" if movement.duration == ENDLESS else "too long to measure"
@@ -66,32 +66,32 @@ def way(movement: Movement, profile: Profile) -> str:
 
 
 def ends(movement: Movement, profile: Profile) -> str:
-    """Where a movement leads: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty where that is not known."""
+    """Where a movement leads: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty if it is unknown."""
     if isinstance(movement.duration, float):  # endless
         return ""
     pose = pose_at(Part("", movement, profile, Pose(), ""), movement.duration)
     if pose is None:
         return ""
     sides = (("ahead", "behind", pose.x), ("left", "right", pose.y), ("up", "down", pose.z))
-    told = [f"{abs(far):,.1f} m {one if far > 0 else other}" for one, other, far in sides if abs(far) >= 0.05]
+    parts = [f"{abs(far):,.1f} m {one if far > 0 else other}" for one, other, far in sides if abs(far) >= 0.05]
     degrees = round(math.degrees(math.remainder(pose.heading, math.tau)), 1)
     facing = f"facing {abs(degrees):g}° {'left' if degrees > 0 else 'right'}" if degrees else ""
-    if not told:
+    if not parts:
         return f"ends where it began{facing and ', ' + facing}"
-    return f"ends {', '.join([*told, facing] if facing else told)}"
+    return f"ends {', '.join([*parts, facing] if facing else parts)}"
 
 
 def fastest(movement: Movement, profile: Profile, tempo: Fraction) -> str:
-    """The top speeds, each against the robot's limit: `top speed 0.2 of 0.22 m/s, 1.57 rad/s`; empty if unknown."""
+    """The top speeds and the robot's limits: `top speed 0.2 of 0.22 m/s, 1.57 rad/s`; empty if unknown."""
     found = top_speed(movement, profile, tempo, MOST_MOMENTS)
     if found is None:
         return ""
     speeds = ((found.linear, profile.max_linear, "m/s"), (found.angular, profile.max_angular, "rad/s"))
-    told = [f"{value:.3g}{'' if limit is None else f' of {limit:g}'} {unit}" for value, limit, unit in speeds if value]
-    return f"top speed {', '.join(told)}" if told else "stands still"
+    parts = [f"{value:.3g}{'' if limit is None else f' of {limit:g}'} {unit}" for value, limit, unit in speeds if value]
+    return f"top speed {', '.join(parts)}" if parts else "stands still"
 
 
 def times_as_fast(rate: Fraction) -> str:
     """`twice as fast`, `half as fast`, `3/2 times as fast`."""
     words = {2: "twice", Fraction(1, 2): "half"}
-    return f"{words.get(rate) or f'{number(rate)} times'} as fast"
+    return f"{words.get(rate) or f'{written(rate)} times'} as fast"

@@ -1,4 +1,4 @@
-"""What is written and never performed: cut off by the shorter side of `||`, or after what never ends."""
+"""Finds movements that never play: cut off by the shorter side of `||`, or after an endless movement."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _Lasts = Callable[[Node], Duration]
 
 @dataclass(frozen=True, slots=True)
 class _Window:
-    """What is performed of a movement, in beats of its own: from `start` up to `end`.
+    """The part of a movement that plays, in its own beats: from `start` up to `end`.
 
-    `is_aligned` says that voices around it stay in time only if everything before `end` keeps its length.
+    If `is_aligned`, the voices around it stay in time only if everything before `end` keeps its length.
     """
 
     start: Duration
@@ -35,14 +35,14 @@ class _Window:
 
 
 class _Cut(NamedTuple):
-    """What is never reached, and whether it can be removed without changing when the rest plays."""
+    """A span that is never reached, and whether removing it would leave the timing of the rest unchanged."""
 
     span: Span
     is_removable: bool
 
 
 def unperformed(body: Node, movement: Callable[[Node], Movement]) -> Iterator[Diagnostic]:
-    """A hint for each longest stretch that is never reached, given the movement of each node."""
+    """A hint for each stretch that is never reached, given the movement of each node."""
     for cut in _cut(body, _Window(0, ENDLESS), lambda node: movement(node).duration):
         if cut.is_removable:
             message = "this is never reached: remove it, or make what plays alongside it longer"
@@ -67,7 +67,7 @@ def _cut(node: Node, window: _Window, lasts: _Lasts, is_counted: bool = False) -
             return
         inside = window.part(window.start, min(window.end, lasts(node)))
         for voice in node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,):
-            # A bracket counts its items: without one of them, the others would last longer.
+            # A bracket counts its items. If one were removed, the others would last longer.
             yield from _cut(voice, inside.times(Fraction(nodes.items(voice))), lasts, is_counted=True)
     elif isinstance(node, nodes.Apply):
         performed = _inside(node, window, lasts)
@@ -76,14 +76,14 @@ def _cut(node: Node, window: _Window, lasts: _Lasts, is_counted: bool = False) -
 
 
 def _cut_items(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[_Cut]:
-    """What is cut inside the items of a series that are reached."""
+    """The cuts inside those items of a series that are reached."""
     for item, begin, end in _timed(node, lasts):
         if end > begin and not _is_lost(begin, end, window):
             yield from _cut(item, window.part(max(window.start - begin, 0), min(window.end, end) - begin), lasts)
 
 
 def _lost(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[Span]:
-    """The longest stretches of items that are not reached."""
+    """The stretches of items that are not reached, each as long as possible."""
     lost: list[Node] = []
     for item, begin, end in _timed(node, lasts):
         if _is_lost(begin, end, window):
@@ -96,7 +96,7 @@ def _lost(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[Span]:
 
 
 def _timed(node: nodes.Series, lasts: _Lasts) -> Iterator[tuple[Node, Duration, Duration]]:
-    """Items with their first and last beats."""
+    """The items with the beats at which they start and end."""
     begin: Duration = 0
     for item in node.items:
         end = begin + lasts(item)
@@ -109,7 +109,7 @@ def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:
 
 
 def _inside(node: nodes.Apply, window: _Window, lasts: _Lasts) -> _Window | None:
-    """The window in the time of the body; None where there is nothing to perform."""
+    """The window in the time of the body; None if nothing plays."""
     whole, body = lasts(node), lasts(node.body)
     if not whole or not body:
         return None
@@ -120,10 +120,10 @@ def _inside(node: nodes.Apply, window: _Window, lasts: _Lasts) -> _Window | None
     if word == "repeat" and body != ENDLESS:
         into = window.start % body
         until = into + end - window.start
-        # A window that extends into the next round shows all of the body, or both ends of it.
+        # A window that extends into the next repetition shows all of the body, or both of its ends.
         return window.part(into, until) if until <= body else window.part(0, body)
     if word in ("fast", "slow"):
         if whole == ENDLESS:
-            return window.part(0, ENDLESS)  # how much of it is reached is not worth computing
+            return window.part(0, ENDLESS)  # not worth computing how much of it is reached
         return window.part(window.start, end).times(Fraction(body) / Fraction(whole))
     return window.part(window.start, end)

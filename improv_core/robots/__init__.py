@@ -1,1 +1,1 @@
-"""What `improv.toml` says of robots and their world."""
+"""Reads `improv.toml`: robots and their world."""

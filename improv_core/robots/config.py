@@ -1,4 +1,4 @@
-"""What an `improv.toml` says: which robots there are, of what kind, where they start and listen, and their world."""
+"""Reads an `improv.toml`: the robots, their profiles, start poses, and topics, and their world."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ FILE_NAME = "improv.toml"
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """One robot: its kind, its pose at beat 0 (None: next to the others), its topic and the message it takes there.
+    """One robot: its profile, its pose at beat 0 (None: next to the others), its topic, and the message type on it.
 
-    `reset` names the service that puts it back at its start, if it has one.
+    `reset` is the service that moves it back to its start pose, if it has one.
     """
 
     profile: Profile
@@ -37,9 +37,9 @@ class Robot:
 
 @dataclass(frozen=True, slots=True)
 class Robots:
-    """What an `improv.toml` says, as far as it is right; `profiles` are its own and the built-in ones.
+    """The valid content of an `improv.toml`. `profiles` are its own and the built-in ones.
 
-    `namespace` is where ROS names without a first `/` begin: "" or as "/lab".
+    `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab".
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -53,16 +53,16 @@ class Robots:
 
     @property
     def ok(self) -> bool:
-        """Whether robots may play: with a mistake in the file, one could be moved as if it were of another kind."""
+        """Whether robots may play. If the file has an error, a robot could be driven as if it were another kind."""
         return all(diagnostic.severity is not Severity.ERROR for diagnostic in self.diagnostics)
 
     def robot(self, name: str) -> Robot:
-        """A robot, listed or not; nothing limits one that is not."""
+        """A robot, listed or not. One that is not listed has no limits."""
         return self.robots.get(name) or Robot(DEFAULT, None, _topic(self.namespace, name), DEFAULT.message)
 
 
 def read_robots(text: str, path: Path | None = None) -> Robots:
-    """Read the text of an `improv.toml`. Never raises; what is wrong is in `diagnostics`, in the order of the text."""
+    """Read the text of an `improv.toml`. Never raises; errors are in `diagnostics`, in the order of the text."""
     toml = read_toml(text)
     reading = _RobotsReading(toml.entries, list(toml.diagnostics))
     sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.data, _SECTIONS).items()}
@@ -102,7 +102,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
 _ROS_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # as in rmw's validate_full_topic_name.c
 _LONGEST_ROS_NAME = 247  # also there: 255, less 8 for prefixes
 
-# The ranges keep out slips: 0, millimetres, an angle in radians.
+# The ranges catch typical errors: 0, millimeters, an angle in radians.
 _START: Mapping[str, Range] = {
     "x": ("meters", -1000, 1000),
     "y": ("meters", -1000, 1000),
@@ -164,7 +164,7 @@ class _RobotsReading(TomlReading):
         return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
 
     def ros_name(self, keys: Keys, table: Mapping[str, Any], namespace: str) -> str | None:
-        """The whole name of a topic or a service: what is written, in the namespace unless it begins with `/`."""
+        """The full name of a topic or a service. The namespace applies unless the name starts with `/`."""
         written = self.text(keys, table)
         if written is None:
             return None
@@ -178,7 +178,7 @@ class _RobotsReading(TomlReading):
         return None
 
     def profiles(self, tables: Mapping[str, Any]) -> dict[str, Profile]:
-        """All profiles, the built-in ones too, each made after the one it is based on."""
+        """All profiles, including the built-in ones. Each is made after its base."""
         own = {name: self.table(("profiles", name), value, _PROFILE_KEYS) for name, value in tables.items()}
         known = dict.fromkeys([*BUILT_IN, *own])
         made = dict(BUILT_IN)

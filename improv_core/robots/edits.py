@@ -1,4 +1,4 @@
-"""The text of an `improv.toml` in which robots start somewhere else; all else in it stays as it is."""
+"""Writes start poses into the text of an `improv.toml` and leaves everything else unchanged."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from improv_core.robots.toml_text import TomlText, read_toml
 from improv_core.text import Span
 
 Start = tuple[float, float, float]
-"""x and y in metres, the heading in degrees."""
+"""x and y in meters, the heading in degrees."""
 
 
 def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | None:
-    """The text after which these robots start there, rounded to thousandths.
+    """The text with these start poses, rounded to thousandths.
 
-    Where no robot is listed yet, all of the `cast` are: a list says which robots there are. None where the file can't
-    be read, or has robots or starts in a form of its own.
+    If the file lists no robots yet, all of the `cast` are added, since a list must be complete. None if the file can't
+    be read, or if it writes robots or start poses in an unusual form.
     """
     toml = read_toml(text)
     robots = toml.data.get("robots", {})
@@ -32,18 +32,18 @@ def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | 
     if missing:
         made += "" if not made else line_end if made.endswith("\n") else 2 * line_end
         made += line_end.join(_section(name, starts.get(name), line_end) for name in missing)
-    # What can be written in one way in TOML can be in ten. So nothing goes out that does not say what it should.
+    # TOML has many ways to write the same thing, so check that the new text means what it should.
     return made if read_toml(made).data == _expected(toml.data, robots, missing, starts) else None
 
 
 def inline(start: Start) -> str:
-    """A start as improv.toml has it."""
+    """A start pose as written in improv.toml."""
     x, y, heading = (f"{value:.10g}" for value in _rounded(start).values())
     return f"{{ x = {x}, y = {y}, heading = {heading} }}"
 
 
 def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) -> Edit | None:
-    """The edit that gives a robot that is listed its start."""
+    """The edit that sets the start pose of a listed robot."""
     if known := toml.entries.get(("robots", robot, "start")):
         return Edit(known.value, inline(start)) if text[known.value.start] == "{" else None
     end = text.find("\n", toml.entries["robots", robot].key.end)
@@ -58,7 +58,7 @@ def _section(robot: str, start: Start | None, line_end: str) -> str:
 def _expected(
     data: Mapping[str, Any], robots: Mapping[str, Any], missing: Iterable[str], starts: Mapping[str, Start]
 ) -> Mapping[str, Any]:
-    """What the text has to say."""
+    """The data that the new text must contain."""
     listed = {**robots, **{name: {} for name in missing}}
     for name, start in starts.items():
         listed[name] = {**(listed[name] if isinstance(listed[name], dict) else {}), "start": _rounded(start)}
@@ -66,5 +66,5 @@ def _expected(
 
 
 def _rounded(start: Start) -> Mapping[str, float]:
-    """Its numbers by name; no -0."""
+    """The rounded numbers by name, without -0."""
     return {name: round(value, 3) + 0.0 for name, value in zip(("x", "y", "heading"), start, strict=True)}

@@ -1,4 +1,4 @@
-"""How fast a robot is told to move, whether it can, and what would make it fit. All decided exactly."""
+"""How fast a robot is told to move, whether it can, and what would make it fit. All decisions are exact."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LONGEST_FRACTION = 4
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """How fast, whatever the direction: `linear` in m/s, `angular` in rad/s."""
+    """Speeds in any direction: `linear` in m/s, `angular` in rad/s."""
 
     linear: float
     angular: float
@@ -26,11 +26,11 @@ class Speed:
 
 @dataclass(frozen=True, slots=True)
 class Excess:
-    """By how much a velocity is over a robot's limits, and what fits.
+    """By how much a velocity exceeds a robot's limits, and what would fit.
 
     `kind` is the limit it exceeds most, "linear" or "angular"; `speed` and `limit` are in m/s or rad/s; `factor` is
-    their ratio. `tempo` is the largest whole tempo at which it fits, None if that is below 1; `slow` is the smallest
-    simple number for the word `slow` at the tempo it has.
+    their ratio. `tempo` is the largest whole tempo at which it fits (None if below 1); `slow` is the
+    smallest simple factor for `slow` at the current tempo.
     """
 
     kind: str
@@ -42,15 +42,15 @@ class Excess:
 
 
 def speed(velocity: Velocity, profile: Profile, tempo: Fraction) -> Speed:
-    """How fast a robot of this kind is told to move, at `tempo` beats per minute."""
+    """How fast a robot with this profile is told to move at `tempo` beats per minute."""
     linear, angular = _squares(velocity, profile, tempo)
     return Speed(_root(linear), _root(angular))
 
 
 def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) -> Speed | None:
-    """The largest speeds in a movement; None where it has voices with more moments than `most`.
+    """The largest speeds in a movement; None if it has voices with more moments than `most`.
 
-    As in `path.extent`, each part is looked at once, however often it repeats.
+    As in `path.extent`, each part is visited once, no matter how often it repeats.
     """
     known: dict[int, Speed | None] = {}
     waiting = [movement]
@@ -88,7 +88,7 @@ def _top_speed(
 
 
 def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | None:
-    """What is too fast for a robot of this kind, at `tempo` beats per minute; None if nothing is."""
+    """What is too fast for a robot with this profile at `tempo` beats per minute; None if nothing is."""
     linear, angular = _squares(velocity, profile, tempo)
     over = [
         (square / _as_written(limit) ** 2, kind, square, limit)
@@ -104,25 +104,25 @@ def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | No
 
 
 def unsupported(velocity: Velocity | Peak, profile: Profile) -> tuple[str, ...]:
-    """The motions of a velocity that a robot of this kind can't make, in the order of `MOTIONS`."""
+    """The motions of a velocity that a robot with this profile can't make, in the order of `MOTIONS`."""
     asked = zip(MOTIONS, (velocity.x, velocity.yaw, velocity.y, velocity.z), strict=True)
     return tuple(motion for motion, value in asked if value and motion not in profile.motions)
 
 
 def _squares(velocity: Velocity, profile: Profile, tempo: Fraction) -> tuple[Fraction, Fraction]:
-    """The squares of both speeds: unlike the length of a vector, they are exact."""
+    """The squares of both speeds. Unlike the length of a vector, they are exact."""
     step, turn = (_as_written(measure) * tempo / 60 for measure in (profile.step, profile.quarter_turn))
     length = velocity.x**2 + velocity.y**2 + velocity.z**2
     return length * step**2, (velocity.yaw * turn) ** 2
 
 
 def _as_written(number: float) -> Fraction:
-    """0.2 as people mean it, not its nearest binary fraction, so that a speed right at the limit is within it."""
+    """0.2 as people mean it, not the nearest binary fraction, so a speed exactly at the limit is allowed."""
     return Fraction(repr(number))
 
 
 def _root(square: Fraction) -> float:
-    """The root as a float; infinite beyond all floats."""
+    """The square root as a float; infinity if it is too large for one."""
     try:
         return math.sqrt(square)
     except OverflowError:
@@ -130,5 +130,5 @@ def _root(square: Fraction) -> float:
 
 
 def _root_up(square: Fraction) -> int:
-    """The smallest whole number whose square is at least this, which is above 0."""
+    """The smallest whole number whose square is at least `square`, which must be above 0."""
     return math.isqrt(math.ceil(square) - 1) + 1

@@ -1,4 +1,4 @@
-"""Reads the values of a TOML text; what can't be used is reported at its place and counts as not written."""
+"""Reads the values of a TOML text. Invalid values are reported where they are and then ignored."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from improv_core.robots.toml_text import Entry, Keys
 from improv_core.text import Span
 
 Range = tuple[str, float, float]
-"""Of a number its unit, the least and the most it may be."""
+"""The unit, the minimum, and the maximum of a number."""
 
 
 @dataclass(frozen=True, slots=True)
 class TomlReading:
-    """Values by the keys that lead to them. The public methods never raise; `diagnostics` grows."""
+    """Reads values by their keys. The public methods never raise; they add to `diagnostics`."""
 
     entries: Mapping[Keys, Entry]
     diagnostics: list[Diagnostic]
@@ -38,7 +38,7 @@ class TomlReading:
         return None
 
     def numbers(self, keys: Keys, table: Mapping[str, Any], ranges: Mapping[str, Range]) -> dict[str, float]:
-        """Those that are written and right."""
+        """The valid numbers in a table."""
         names = [name for name in table if name in ranges]
         found = {name: self.number((*keys, name), table[name], ranges[name]) for name in names}
         return {name: number for name, number in found.items() if number is not None}
@@ -58,7 +58,7 @@ class TomlReading:
         return None
 
     def table(self, keys: Keys, value: Any, known: Collection[str] = ()) -> dict[str, Any]:
-        """The entries of a table: those that are known, or all if none is said to be."""
+        """The entries of a table with `known` keys, or all of them if `known` is empty."""
         if not isinstance(value, dict):
             self.at_value(keys, f"write `{keys[-1]}` as a section: `[{'.'.join(map(str, keys))}]`")
             return {}

@@ -1,4 +1,4 @@
-"""A TOML text, and where its keys and values stand: the standard library reads TOML, but does not say where from."""
+"""A TOML text and the positions of its keys and values, which the standard library's parser does not report."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from improv_core.diagnostics import Diagnostic
 from improv_core.text import LineIndex, Span
 
 Keys = tuple[str | int, ...]
-"""The keys that lead to a value; for an item of an array its number."""
+"""The keys that lead to a value. For an item of an array, the last one is its index."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """Where a key and its value stand. A table that is only named in headers has its first name as both."""
+    """The spans of a key and its value. A table that is only named in headers has its first name as both."""
 
     key: Span
     value: Span
@@ -26,9 +26,9 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class TomlText:
-    """What a text says and where; nothing if it is not TOML, which `diagnostics` then say.
+    """The data of a text and its positions. If it is not valid TOML, there are only `diagnostics`.
 
-    A table may be named many times, in headers and in dotted keys: `named` has all places.
+    A table may be named many times, in headers and in dotted keys. `named` has all those spans.
     """
 
     data: Mapping[str, Any] = field(default_factory=dict)
@@ -38,8 +38,8 @@ class TomlText:
 
 
 def read_toml(text: str) -> TomlText:
-    """Read a text. Never raises; what is no TOML is a diagnostic `syntax` at its place."""
-    text = re.sub("^\ufeff", " ", text)  # a byte order mark; the blank keeps the offsets
+    """Read a text. Never raises; invalid TOML gives a `syntax` diagnostic where it is."""
+    text = re.sub("^\ufeff", " ", text)  # a byte order mark; the space keeps the offsets
     try:
         data = tomllib.loads(text)
         scanner = _Scanner(text)
@@ -52,18 +52,18 @@ def read_toml(text: str) -> TomlText:
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|' r"'''.*?'{3,5}|" r'"(?:\\.|[^"\\])*"|' r"'[^']*'", re.DOTALL)
 _BARE_KEY = re.compile(r"[\w-]+")
-_BARE_VALUE = re.compile(r"[^,\]}#\r\n]*[^,\]}#\s]")  # between a date and its time there may be a blank
+_BARE_VALUE = re.compile(r"[^,\]}#\r\n]*[^,\]}#\s]")  # there may be a space between a date and its time
 
 
 @dataclass(slots=True)
 class _Scanner:
-    """Finds all entries of a text, from left to right. The text is valid, so that it need not look for mistakes."""
+    """Finds all entries of a text, from left to right. The text is valid, so it need not check for errors."""
 
     text: str
     at: int = 0
     found: dict[Keys, Entry] = field(default_factory=dict)
     named: dict[Keys, list[Span]] = field(default_factory=dict)
-    last: dict[Keys, int] = field(default_factory=dict)  # of each array of tables, the number of the table last begun
+    last: dict[Keys, int] = field(default_factory=dict)  # for each array of tables, the index of its latest table
 
     def document(self) -> None:
         table: Keys = ()
@@ -106,7 +106,7 @@ class _Scanner:
         self.named.setdefault(keys, []).append(span)
 
     def keys(self) -> list[tuple[str, Span]]:
-        """`a . "b"`, and the blanks around it."""
+        """`a . "b"`, and the spaces around it."""
         found = []
         while True:
             self.skip(_BLANK)
@@ -148,7 +148,7 @@ class _Scanner:
         return Span(*found.span())
 
 
-# What to do about the messages of tomllib, by how they begin.
+# How to fix what tomllib reports, by the start of its message.
 _ADVICE = {
     "Invalid value": 'write a value: a number, "text", [a list] or { a table }',
     "Invalid statement": "write `key = value` or `[section]`",
@@ -167,7 +167,7 @@ _ADVICE = {
 }
 _MESSAGE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
 _WORD = re.compile(r"[^\s,\]}]+|\S?")
-# These are noticed behind what they are about; so it begins in the same line.
+# tomllib notices these after the text in question, which starts earlier on the same line.
 _BEFORE = {
     "Cannot": re.compile(r"\S.*$"),
     "Duplicate": re.compile(r"[^\s,{][^,{]*$"),
@@ -178,12 +178,12 @@ _BEFORE = {
 def _unreadable(text: str, error: str) -> Diagnostic:
     lines = LineIndex(text)
     found = _MESSAGE.fullmatch(error)
-    if not found:  # not from the reader itself but from Python's bounds
+    if not found:  # not from tomllib itself but from one of Python's limits
         message = "this file can't be read: nest brackets less deeply and use shorter numbers"
         return Diagnostic("syntax", Span(lines.start(0), lines.end(0)), message)
     what, line, column = found.groups()
     advice = next((advice for start, advice in _ADVICE.items() if what.startswith(start)), None)
-    # Lines of TOML end with \n or \r\n, never with \r alone. At the end it is the last word that lacks something.
+    # Lines of TOML end with \n or \r\n, never with \r alone. At the end of the text, mark the last word.
     starts = [0, *(end.end() for end in re.finditer("\n", text))]
     at = starts[int(line) - 1] + int(column) - 1 if line else len(text.rstrip())
     word = _WORD.match(text, at)

@@ -1,4 +1,4 @@
-"""Reads the section `[world]` of an `improv.toml`: the size of the floor, walls, circles and boxes."""
+"""Reads the section `[world]` of an `improv.toml`: the size of the floor, walls, circles, and boxes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _BOX: Mapping[str, Range] = {
 
 
 def read_world(reading: TomlReading, value: Any) -> World:
-    """The world that a section says, as far as it is right; what is wrong is reported."""
+    """The valid content of the section as a world. Errors are reported."""
     table = reading.table(("world",), value, _KEYS)
     size = _numbers(reading, ("world", "size"), table["size"], 2, _LENGTH, "[6, 4]") if "size" in table else None
     walls = [
@@ -69,7 +69,7 @@ def _numbers(
 def _obstacle(
     reading: TomlReading, keys: Keys, value: Any, ranges: Mapping[str, Range], needed: tuple[str, ...], example: str
 ) -> dict[str, float] | None:
-    """All numbers of an obstacle; those of its place that are left out are 0."""
+    """All numbers of an obstacle. Position and heading default to 0."""
     if not isinstance(value, dict):
         reading.at_value(keys, f"write it in meters: `{example}`")
         return None

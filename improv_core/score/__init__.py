@@ -1,1 +1,1 @@
-"""What is played: movements, motion, profiles, scores. Standard library only, Python 3.10 and newer."""
+"""What is played: movements, motion, profiles, and scores. Standard library only, Python 3.10 and newer."""

@@ -1,4 +1,4 @@
-"""Twists and poses in SI units, in the axes of REP-103: x forward, y left, z up, yaw counter-clockwise."""
+"""Twists and poses in SI units, in the axes of REP-103: x forward, y left, z up, yaw counterclockwise."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ class Twist:
     yaw: float = 0.0
 
     def within(self, max_linear: float | None, max_angular: float | None) -> Twist:
-        """This twist, or a slower one where it is over a limit (m/s in any direction, rad/s; None: no limit).
+        """This twist, or a slower one if it exceeds a limit (m/s in any direction, rad/s; None: no limit).
 
-        One factor scales all of it, so that a curve keeps its shape.
+        One factor scales all components, so a curve keeps its shape.
         """
         slower, factor = self, 1.0
         while (over := _times_over(slower, max_linear, max_angular)) > 1:
-            # Rounding may leave it a hair over the limit, where dividing by `over` would change nothing.
+            # Rounding may leave it barely over the limit, where dividing by `over` changes nothing.
             factor = min(factor / over, math.nextafter(factor, 0))
             slower = Twist(self.x * factor, self.y * factor, self.z * factor, self.yaw * factor)
         return slower
@@ -39,7 +39,7 @@ STILL = Twist()
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """A place in the world: x, y, z in meters, heading in radians, counter-clockwise from the x axis."""
+    """A place in the world: x, y, z in meters, heading in radians, counterclockwise from the x axis."""
 
     x: float = 0.0
     y: float = 0.0
@@ -53,7 +53,7 @@ class Pose:
         (x sin a - y (1 - cos a), x (1 - cos a) + y sin a) / yaw (Lynch & Park, Modern Robotics, 3.3.3).
         """
         angle = twist.yaw * seconds
-        # sin(a)/a and (1-cos(a))/a; their series near zero avoids 0/0 and cancellation.
+        # sin(a)/a and (1-cos(a))/a. Near zero, their series avoid 0/0 and cancellation.
         if abs(angle) < 1e-4:
             along, across = 1 - angle * angle / 6, angle / 2
         else:
@@ -63,7 +63,7 @@ class Pose:
         return self.then(Pose(dx, dy, twist.z * seconds, angle))
 
     def then(self, other: Pose) -> Pose:
-        """The composition of two poses: `other`, which is given in the frame of this one, in the frame of the world."""
+        """The composition of two poses: `other` is relative to this pose; the result is in the world frame."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return Pose(
             self.x + cos * other.x - sin * other.y,

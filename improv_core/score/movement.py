@@ -18,14 +18,14 @@ from typing import NamedTuple, TypeAlias
 from improv_core.text import Span
 
 ENDLESS = math.inf
-Exact: TypeAlias = Fraction | int  # whole numbers come as int where they can: most are, and it is many times faster
+Exact: TypeAlias = Fraction | int  # whole numbers are int: most are whole, and int is many times faster
 Duration: TypeAlias = Fraction | int | float  # the only float is ENDLESS
 NORMAL = Fraction(1)
-"""The rate of what is not paced. A fraction: two integers would divide to a float."""
+"""The rate of a movement without Pace. It is a Fraction, because dividing two ints gives a float."""
 
 
 class Velocity(NamedTuple):
-    """Forward, leftward and upward steps per beat; counter-clockwise quarter turns per beat."""
+    """Forward, left, and up in steps per beat; yaw in quarter turns per beat, counterclockwise."""
 
     x: Exact = 0
     y: Exact = 0
@@ -36,7 +36,7 @@ class Velocity(NamedTuple):
         return Velocity(self.x + other.x, self.y + other.y, self.z + other.z, self.yaw + other.yaw)
 
     def times(self, other: Velocity) -> Velocity:
-        """Each component times the same component of `other`. Most are zero, and need no arithmetic."""
+        """Each component times the same component of `other`. Most are zero and need no arithmetic."""
         if other is SAME:
             return self
         return Velocity(
@@ -52,27 +52,27 @@ SAME = Velocity(1, 1, 1, 1)
 
 
 def exact(number: Fraction) -> Exact:
-    """The same number, as an int where it is whole."""
+    """The same number, as an int if it is whole."""
     return number if number.denominator != 1 else number.numerator
 
 
 FINEST = 1_000_000
-"""Parts of a beat at which playing, or what tells of it, may begin."""
+"""Positions in beats are rounded to this many parts of a beat."""
 
 
 LONGEST_WRITTEN = 4096
-"""Bits of a number that is written out: Python writes no integer beyond 4,300 digits."""
+"""The most bits of a number that is written in full: Python refuses to write integers of more than 4,300 digits."""
 
 
 def near(beat: float) -> Exact:
-    """A beat as an exact number that is not long."""
+    """A beat rounded to an exact number with few digits."""
     return exact(Fraction(round(beat * FINEST), FINEST))
 
 
 def brief(number: Exact) -> Exact:
-    """A number short enough to be written: itself, or the nearest of those with a denominator up to `FINEST`.
+    """A number short enough to write: itself, or the nearest with a denominator up to `FINEST`.
 
-    The parts of all statements of a robot add up to fractions of any length.
+    The statements of one robot may add up to fractions of any length.
     """
     return number if bits(number) <= LONGEST_WRITTEN else exact(Fraction(number).limit_denominator(FINEST))
 
@@ -82,10 +82,10 @@ def all_by(factor: Exact) -> Velocity:
     return Velocity(factor, factor, factor, factor)
 
 
-class Place(NamedTuple):
-    """A span that counts from the start of the statement it is written in, and that statement's number.
+class Source(NamedTuple):
+    """A span that counts from the start of its statement, and that statement's ID.
 
-    Movements are kept while statements before them grow and shrink; so they know no offsets in the document.
+    Movements stay valid while the statements before them change, so they hold no offsets in the document.
     """
 
     statement: int
@@ -93,16 +93,16 @@ class Place(NamedTuple):
 
 
 class Moment(NamedTuple):
-    """A stretch of constant velocity: start and duration in beats, and the words that are playing in it."""
+    """A stretch of constant velocity: its start and duration in beats, and the words that play."""
 
     start: Exact
     duration: Exact
     velocity: Velocity
-    places: tuple[Place, ...]
+    sources: tuple[Source, ...]
 
 
 class Peak(NamedTuple):
-    """Bounds: the components of the velocity are at most so large, and no item is shorter than so many beats."""
+    """Bounds: the largest absolute components of the velocity, and the shortest item in beats."""
 
     x: float
     y: float
@@ -126,9 +126,8 @@ _NO_PEAK = Peak(0.0, 0.0, 0.0, 0.0, math.inf)
 class Movement:
     """A movement. Made by the functions below, never directly.
 
-    `uniform` is its velocity where that never changes; `depth` is how many levels of voices stand within voices;
-    `bits` is how long the fractions of its moments may get from the factors around them; `peak` is what none of its
-    moments exceeds.
+    `uniform` is its velocity if that never changes. `depth` is how deeply voices are nested. `bits` is how many bits
+    the factors around its moments may add to their fractions. `peak` bounds all of its moments.
     """
 
     duration: Duration
@@ -186,13 +185,13 @@ class Use(Movement):
 
 
 def hold(velocity: Velocity, duration: Exact = 1, span: Span | None = None) -> Movement:
-    """One velocity for `duration` beats, written at `span`."""
+    """A constant velocity for `duration` beats, written at `span`."""
     x, y, z, yaw = (abs(float(value)) for value in velocity)
     return Hold(duration, velocity, 0, 0, _peak(x, y, z, yaw, float(duration)), velocity, span)
 
 
 def series(items: Sequence[Movement]) -> Movement:
-    """One after the other; what follows an endless item is never reached."""
+    """The items one after another. Items after an endless one are never reached."""
     if len(items) == 1:
         return items[0]
     end: Duration = 0
@@ -200,7 +199,7 @@ def series(items: Sequence[Movement]) -> Movement:
     depth = bits = 0
     velocities = set()
     peaks = set()
-    for item in items:  # one loop: most of what is understood at a keystroke passes here
+    for item in items:  # a single loop, because most of the work at a keystroke goes through here
         if item.duration:
             end += item.duration
             velocities.add(item.uniform)
@@ -216,7 +215,7 @@ def series(items: Sequence[Movement]) -> Movement:
 
 
 def _bound(peaks: Collection[Peak], together: Callable[[Sequence[float]], float]) -> Peak:
-    """The peak of what is made of several: the highest of them in series, their sum in parallel."""
+    """The combined peak of several movements: the maximum in series, the sum in parallel."""
     if not peaks:
         return _NO_PEAK
     x, y, z, yaw, shortest = zip(*peaks, strict=True)
@@ -224,7 +223,7 @@ def _bound(peaks: Collection[Peak], together: Callable[[Sequence[float]], float]
 
 
 def parallel(voices: Sequence[Movement]) -> Movement:
-    """All at once, velocities added, cut where the shortest ends; empty voices are ignored."""
+    """All voices at once: velocities add up, the shortest voice ends all, and empty voices are ignored."""
     voices = [voice for voice in voices if voice.duration]
     if len(voices) < 2:
         return series(voices)
@@ -238,7 +237,7 @@ def parallel(voices: Sequence[Movement]) -> Movement:
 
 
 def repeat(body: Movement, times: int | None = None) -> Movement:
-    """So many times, or forever. Repeating what takes no time takes no time."""
+    """The movement repeated `times` times, or forever if None. Repeating an empty movement gives an empty movement."""
     if not body.duration or times == 0:
         return series(())
     duration = ENDLESS if times is None else body.duration * times
@@ -255,7 +254,7 @@ def pace(body: Movement, rate: Fraction) -> Movement:
 
 
 def gain(body: Movement, factors: Velocity) -> Movement:
-    """The same time, each component of the velocity multiplied."""
+    """The same duration, with each component of the velocity multiplied."""
     if not body.duration:
         return body
     uniform = body.uniform and body.uniform.times(factors)
@@ -264,35 +263,35 @@ def gain(body: Movement, factors: Velocity) -> Movement:
 
 
 def reverse(body: Movement) -> Movement:
-    """What is performed, in reverse order. Raises ValueError if it is endless."""
+    """The same moments in reverse order. Raises ValueError if the movement is endless."""
     if body.duration == ENDLESS:
         raise ValueError("an endless movement has no end to start from")
     return Reverse(body.duration, body.uniform, body.depth, body.bits, body.peak, body)
 
 
 def use(body: Movement, span: Span | None, statement: int) -> Movement:
-    """A movement that is written in another statement, by that one's number; the name for it stands at `span`."""
+    """A movement written in the statement with this ID, used by a name at `span`."""
     return Use(body.duration, body.uniform, body.depth, body.bits, body.peak, body, span, statement)
 
 
 def bits(number: Exact) -> int:
-    """How long an exact number is; 1 and -1 count as nothing."""
+    """The number of bits of an exact number, where 1 and -1 have none."""
     return abs(number.numerator).bit_length() + number.denominator.bit_length() - 2
 
 
 def walk(movement: Movement, start: Exact = 0, *, merge: bool = False) -> Iterator[Moment]:
-    """The moments of a movement from beat `start` on, in order, without gaps, each longer than zero.
+    """The moments of a movement from beat `start` on, in order, without gaps. None is empty.
 
-    With `merge`, a finite part of one velocity comes as one moment, however often it repeats, and without its places.
+    With `merge`, a finite part of constant velocity is one moment, no matter how often it repeats, without sources.
     """
-    for duration, velocity, places in _moments(movement, start, False, merge, _NOWHERE):
-        yield Moment(start, duration, velocity, places)
+    for duration, velocity, sources in _moments(movement, start, False, merge, _NOWHERE):
+        yield Moment(start, duration, velocity, sources)
         start += duration
 
 
-_NOWHERE = -1  # the number of the statement of what is in none
-_Piece = tuple[Exact, Velocity, tuple[Place, ...]]
-_Visit = tuple[Movement, Duration, bool]  # a part, where in its own time to begin, whether to go backward from there
+_NOWHERE = -1  # the statement ID of movements outside all statements
+_Piece = tuple[Exact, Velocity, tuple[Source, ...]]
+_Visit = tuple[Movement, Duration, bool]  # a part, the beat in it to start at, and whether to go backward
 
 
 class _Frame(NamedTuple):
@@ -300,14 +299,14 @@ class _Frame(NamedTuple):
     rate: Fraction
     gain: Velocity
     statement: int
-    places: tuple[Place, ...]
+    sources: tuple[Source, ...]
 
 
 def _moments(movement: Movement, at: Duration, backward: bool, merge: bool, statement: int) -> Iterator[_Piece]:
-    """An explicit stack, so that long chains of names cost no recursion; only voices within voices recurse."""
+    """Uses an explicit stack, so long chains of names need no recursion. Only nested voices recurse."""
     stack = [_Frame(iter(((movement, at, backward),)), NORMAL, SAME, statement, ())]
     while stack:
-        visits, rate, gain, statement, places = stack[-1]
+        visits, rate, gain, statement, sources = stack[-1]
         visit = next(visits, None)
         if visit is None:
             stack.pop()
@@ -319,32 +318,32 @@ def _moments(movement: Movement, at: Duration, backward: bool, merge: bool, stat
         if isinstance(part, Hold) or (merge and part.uniform is not None and left != ENDLESS):
             assert part.uniform is not None
             assert not isinstance(left, float)
-            own = (*places, Place(statement, part.span)) if isinstance(part, Hold) and part.span else places
+            own = (*sources, Source(statement, part.span)) if isinstance(part, Hold) and part.span else sources
             yield *_at_rate(left, part.uniform.times(gain), rate), own
         elif isinstance(part, Parallel):
             for duration, velocity, inner in _together(part, at, backward, merge, statement):
-                yield *_at_rate(duration, velocity.times(gain), rate), places + inner
+                yield *_at_rate(duration, velocity.times(gain), rate), sources + inner
         elif isinstance(part, Pace):
             inside = iter(((part.body, at * part.rate, backward),))
-            stack.append(_Frame(inside, rate * part.rate, gain, statement, places))
+            stack.append(_Frame(inside, rate * part.rate, gain, statement, sources))
         elif isinstance(part, Gain):
             inside = iter(((part.body, at, backward),))
-            stack.append(_Frame(inside, rate, gain.times(part.gain), statement, places))
+            stack.append(_Frame(inside, rate, gain.times(part.gain), statement, sources))
         elif isinstance(part, Reverse):
             inside = iter(((part.body, part.duration - at, not backward),))
-            stack.append(_Frame(inside, rate, gain, statement, places))
+            stack.append(_Frame(inside, rate, gain, statement, sources))
         elif isinstance(part, Use):
             inside = iter(((part.body, at, backward),))
-            here = (*places, Place(statement, part.span)) if part.span else places
+            here = (*sources, Source(statement, part.span)) if part.span else sources
             stack.append(_Frame(inside, rate, gain, part.statement, here))
         elif isinstance(part, Repeat):
-            stack.append(_Frame(_turns(part, at, backward), rate, gain, statement, places))
+            stack.append(_Frame(_turns(part, at, backward), rate, gain, statement, sources))
         elif isinstance(part, Series):
-            stack.append(_Frame(_items(part, at, backward), rate, gain, statement, places))
+            stack.append(_Frame(_items(part, at, backward), rate, gain, statement, sources))
 
 
 def _at_rate(duration: Exact, velocity: Velocity, rate: Fraction) -> tuple[Exact, Velocity]:
-    """Most is played at its own rate, and needs no arithmetic."""
+    """Most movements play at their normal rate, which needs no arithmetic."""
     return (duration, velocity) if rate is NORMAL else (duration / rate, velocity.times(all_by(rate)))
 
 
@@ -381,18 +380,18 @@ def _turns(part: Repeat, at: Duration, backward: bool) -> Iterator[_Visit]:
 
 
 def _together(part: Parallel, at: Duration, backward: bool, merge: bool, statement: int) -> Iterator[_Piece]:
-    """Voices side by side: each piece ends where the first voice changes."""
+    """Parallel voices: each piece ends as soon as one voice changes."""
     voices = [_moments(voice, at, backward, merge, statement) for voice in part.voices]
     pieces = [next(voice, None) for voice in voices]
-    # Forward, the shortest voice ends first and cuts the others; backward, all arrive at their beginning together.
+    # Forward, the shortest voice ends first and cuts off the others. Backward, all reach their start together.
     while all(pieces):
         step = min(piece[0] for piece in pieces if piece)
         velocity = STILL
-        places: tuple[Place, ...] = ()
+        sources: tuple[Source, ...] = ()
         for piece in pieces:
             assert piece
-            velocity, places = velocity.plus(piece[1]), places + piece[2]
-        yield step, velocity, places
+            velocity, sources = velocity.plus(piece[1]), sources + piece[2]
+        yield step, velocity, sources
         for index, piece in enumerate(pieces):
             assert piece
             rest = piece[0] - step
@@ -400,7 +399,7 @@ def _together(part: Parallel, at: Duration, backward: bool, merge: bool, stateme
 
 
 def parts(movement: Movement) -> tuple[Movement, ...]:
-    """The movements it is made of, one level down."""
+    """The movements directly inside a movement."""
     if isinstance(movement, Series):
         return movement.items
     if isinstance(movement, Parallel):

@@ -1,4 +1,4 @@
-"""The way a movement goes: how far, how much it turns, and where it leads. Standard library only."""
+"""The path of a movement: its length, its turns, and where it ends. Standard library only."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, twist
 
 MOST_MOMENTS = 10_000
-"""Voices side by side are walked to measure them; beyond this many moments their way is not known."""
+"""Parallel voices are walked to measure them. If they have more moments than this, the result is unknown."""
 MOST_WALKED = 2_000
-"""The same for where they lead: that is asked while robots play."""
+"""The same limit for the pose where they end, which is computed while robots play."""
 A_BEAT_A_SECOND = Fraction(60)
-"""The tempo at which beats are seconds: a way does not depend on it."""
+"""A tempo at which beats are seconds. A path does not depend on the tempo."""
 
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """The length of the way in steps, however it bends, and the turning in quarter turns, left positive."""
+    """The length of a path in steps, and its total turn in quarter turns, positive to the left."""
 
     steps: float
     turns: float
 
 
 def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
-    """The extent of a movement; None where it is endless, or has voices with more moments than `most`.
+    """The extent of a movement; None if it is endless or has voices with more moments than `most`.
 
-    Repeats are multiplied, not walked; parts are measured before what is made of them, without recursion.
+    Repeats are multiplied, not walked. Inner movements are measured first, without recursion.
     """
     if movement.duration == ENDLESS:
         return None
@@ -61,7 +61,7 @@ def _extent(part: Movement, inner: list[Extent | None], most: int) -> Extent | N
     if isinstance(part, algebra.Repeat):
         return Extent(steps * (part.times or 0), turns * (part.times or 0))
     if isinstance(part, algebra.Gain):
-        # Every gain of the language is one factor with signs, so that all lengths grow alike.
+        # In this language, all components of a gain have the same absolute value, so it scales every length equally.
         return Extent(steps * float(abs(part.gain.x)), turns * float(part.gain.yaw))
     return Extent(steps, turns)
 
@@ -78,16 +78,16 @@ def _walked(part: Movement, most: int) -> Extent | None:
 
 
 def pose_at(part: Part, beat: Exact) -> Pose | None:
-    """Where a robot ideally is at a beat of its part; None where its voices side by side are too long to be walked.
+    """A robot's ideal pose at a beat of its part; None if its parallel voices are too long to walk.
 
-    Repeats are multiplied, not walked: the billionth turn of a repeat costs no more than the second.
+    Repeats are multiplied, not walked: the billionth repetition costs no more than the second.
     """
     gone = _way(_Leg(part.movement, SAME, False), min(beat, part.movement.duration), part.profile)
     return None if gone is None else part.start.then(gone)
 
 
 class _Leg(NamedTuple):
-    """A part of a movement as it is performed: its velocities multiplied, perhaps from its end to its beginning."""
+    """A part of a movement as it plays: with its velocities multiplied by `gain`, and perhaps backward."""
 
     movement: Movement
     gain: Velocity
@@ -95,7 +95,7 @@ class _Leg(NamedTuple):
 
 
 def _way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
-    """How the first beats of a leg move a robot, as a pose seen from the one it starts in."""
+    """How the first `until` beats of a leg move a robot, as a pose relative to its start."""
     known: dict[tuple[int, Velocity, bool], Pose | None] = {}
     way = Pose()
     while True:
@@ -116,7 +116,7 @@ def _way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
 
 
 def _split(leg: _Leg, until: Duration) -> tuple[list[tuple[_Leg, int]], _Leg, Duration]:
-    """The legs inside one that are done within so many beats, and how often; the one that is not, and how far."""
+    """The inner legs that finish within `until` beats and how often; the one that doesn't, and how far it gets."""
     part, gain, backward = leg
     if isinstance(part, algebra.Series):
         done: list[tuple[_Leg, int]] = []
@@ -135,7 +135,7 @@ def _split(leg: _Leg, until: Duration) -> tuple[list[tuple[_Leg, int]], _Leg, Du
 
 
 def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose | None]) -> Pose | None:
-    """How all of a leg moves a robot; parts before what is made of them, without recursion."""
+    """How a whole leg moves a robot. Inner legs come first, without recursion."""
     waiting = [leg]
     while waiting:
         part, gain, backward = waiting[-1]
@@ -159,7 +159,7 @@ def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], 
 
 
 def _inside(leg: _Leg) -> list[_Leg]:
-    """The legs that one is made of, in the order of performance; none where it is walked as a whole."""
+    """The inner legs in the order they play; none if the leg is walked as a whole."""
     part, gain, backward = leg
     if part.uniform is not None or isinstance(part, algebra.Parallel):
         return []
@@ -198,9 +198,9 @@ _SINGLE = (algebra.Use, algebra.Gain, algebra.Pace, algebra.Reverse)
 
 
 def _period(movement: Movement) -> Exact | None:
-    """After how many beats voices side by side are all at their beginning again; None where they never are.
+    """The beats after which all parallel voices are back at their start; None if that never happens.
 
-    0 for what never changes. Backward it is the same.
+    0 if the velocity never changes. The period is the same backward.
     """
     rate = Fraction(1)
     while movement.uniform is None and isinstance(movement, _SINGLE):
@@ -222,14 +222,14 @@ def _period(movement: Movement) -> Exact | None:
 
 
 def _common(one: Fraction, other: Fraction) -> Fraction:
-    """The least common multiple, where 0 counts as none."""
+    """The least common multiple; 0 is ignored."""
     if not one:
         return other
     return Fraction(math.lcm(one.numerator, other.numerator), math.gcd(one.denominator, other.denominator))
 
 
 def _times(way: Pose, times: int) -> Pose:
-    """A way gone so many times, by squaring."""
+    """The pose after a path is repeated `times` times, computed by repeated squaring."""
     gone = Pose()
     while times:
         if times % 2:

@@ -1,4 +1,4 @@
-"""What a kind of robot is like: how far a step goes, how fast it may move and where to. Standard library only."""
+"""Robot profiles: the length of a step, speed limits, and possible motions. Standard library only."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _WHEELS = ("forward", "turn")
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """A kind of robot. A limit that is None does not apply.
+    """A kind of robot. Values that are not given impose no limit.
 
     `step`: meters that `forward` covers. `quarter_turn`: radians that `left` turns. `max_linear` (m/s), `max_angular`
-    (rad/s) and the accelerations (m/s², rad/s²): None where there is no limit. `motions`: those of `MOTIONS` that it
-    can make, backward as well as forward. `command_rate`: how often it wants a command, in Hz. `radius`: meters, of
-    the disc that it is in the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator
-    moves it: exactly as the score says, or as motors do.
+    (rad/s), and the accelerations (m/s², rad/s²): None if there is no limit. `motions`: those of `MOTIONS` that it can
+    make, in both directions. `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in
+    the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as
+    the score says, or as motors would.
     """
 
     name: str
@@ -36,29 +36,29 @@ class Profile:
     # 0.5 s; 20 Hz leaves room.
     command_rate: float = 20.0
     radius: float = 0.3
-    # What a TurtleBot3 or a TurtleBot 4 takes depends on the release of ROS, so none of the built-in ones fixes it.
+    # Which message a TurtleBot3 or a TurtleBot 4 expects depends on the ROS release, so no built-in profile fixes it.
     message: str = "auto"
     dynamics: str = "ideal"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "motions", tuple(self.motions))  # a list when it comes from JSON
+        object.__setattr__(self, "motions", tuple(self.motions))  # a list if it comes from JSON
 
 
-# turtlesim's turtle.cpp has no limit of speed and no height. It takes `linear.y` only with its parameter `holonomic`,
-# which is false unless set (ros_tutorials#131, from turtlesim 1.5.0 on: Iron, Jazzy and later; Humble's always does).
+# turtlesim's turtle.cpp has no speed limit and no height. It obeys `linear.y` only if its parameter `holonomic` is set,
+# which is false by default (ros_tutorials#131, since turtlesim 1.5.0: Iron, Jazzy, and later; Humble always obeys it).
 TURTLESIM = Profile("turtlesim", step=2.0, motions=_WHEELS)
 
 DEFAULT = replace(TURTLESIM, motions=MOTIONS)
-"""A robot whose kind nobody has said: it steps as turtlesim does, and as nothing is known, it may move everywhere."""
+"""For a robot without a profile: it steps like turtlesim and, since nothing is known about it, may use all motions."""
 
-# Robots on a floor step 0.2 m: at tempo 60 that is 0.2 m/s, within the limit of each, as are the 1.57 rad/s of a
-# quarter turn. It is the same for all of them, so that a program takes the same room with each.
-# The radius is half the longer side of the body in the manual.
+# Robots on a floor step 0.2 m. At tempo 60 that is 0.2 m/s, within every robot's limit, as is a quarter turn at
+# 1.57 rad/s. It is the same for all of them, so a program takes up the same space with each.
+# The radius is half the longer side of the body, according to the manual.
 _FLOOR_STEP = 0.2
 
 # ROBOTIS e-Manual, TurtleBot3, Specifications: Burger 0.22 m/s, 2.84 rad/s, 138 mm × 178 mm; Waffle and Waffle Pi
-# 0.26 m/s, 1.82 rad/s, 281 mm × 306 mm. The same speeds are in turtlebot3_teleop. A Burger may ignore what is faster
-# (turtlebot3#765, OpenCR#322). The manual has no limit of acceleration.
+# 0.26 m/s, 1.82 rad/s, 281 mm × 306 mm. The same speeds are in turtlebot3_teleop. A Burger may ignore faster commands
+# (turtlebot3#765, OpenCR#322). The manual gives no acceleration limit.
 TURTLEBOT3_BURGER = Profile(
     "turtlebot3_burger", _FLOOR_STEP, max_linear=0.22, max_angular=2.84, motions=_WHEELS, radius=0.089
 )
@@ -66,7 +66,7 @@ TURTLEBOT3_WAFFLE = Profile(
     "turtlebot3_waffle", _FLOOR_STEP, max_linear=0.26, max_angular=1.82, motions=_WHEELS, radius=0.153
 )
 
-# iRobot Create 3 docs, API, Safety: 0.306 m/s; 0.46 m/s only where the user sets `safety_override` to `full`;
+# iRobot Create 3 docs, API, Safety: 0.306 m/s; 0.46 m/s only if the user sets `safety_override` to `full`;
 # 0.9 m/s² (`wheel_accel_limit`). TurtleBot 4 User Manual, Features: 1.90 rad/s, 342 mm × 339 mm.
 # 7.725 rad/s²: both wheels at 0.9 m/s², as in create3_sim's control.yaml.
 TURTLEBOT4 = Profile(

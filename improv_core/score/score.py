@@ -1,4 +1,4 @@
-"""A score: which robot plays which movement, how fast. What the stage is given to play. Standard library only."""
+"""A score: which robot plays which movement, and how fast. The stage plays it. Standard library only."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One robot's part: what it plays, what kind of robot it is, where it starts and where it listens.
+    """One robot's part: its movement, its profile, its start pose, and its topic.
 
-    `reset` names the service that puts it at its start, if there is one. With `use_sim_time` what it is sent is stamped
-    with the time on /clock.
+    `reset` is the service that moves it to its start pose, if there is one. With `use_sim_time`, its messages are
+    stamped with the time on /clock.
     """
 
     robot: str
@@ -36,10 +36,10 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """All parts, played together from beat 0 at `tempo` beats per minute.
+    """All parts, which play together from beat 0 at `tempo` beats per minute.
 
-    `world` is what stands around simulated robots. For the page, `text` is the program, and `offsets` are the places in
-    it where statements begin, by their number.
+    `world` is the surroundings of simulated robots. For the page, `text` is the program, and `offsets` are the offsets
+    of its statements by ID.
     """
 
     tempo: Fraction
@@ -50,28 +50,28 @@ class Score:
 
     @property
     def beats(self) -> algebra.Duration:
-        """How long the longest part lasts."""
+        """The length of the longest part, in beats."""
         return max((part.movement.duration for part in self.parts.values()), default=0)
 
     def seconds(self, beats: algebra.Duration) -> float:
-        """The time these beats take."""
+        """How long these beats take, in seconds."""
         return float(beats * 60 / self.tempo)
 
 
 def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
-    """A velocity in SI units: steps per beat times metres per step times beats per second."""
+    """A velocity in SI units: steps per beat times meters per step times beats per second."""
     per_second = tempo / 60
     x, y, z, yaw = (float(value * per_second) if value else 0.0 for value in velocity)
     return Twist(x * profile.step, y * profile.step, z * profile.step, yaw * profile.quarter_turn)
 
 
 def to_json(score: Score) -> dict[str, Any]:
-    """The score as JSON values: each distinct part of a movement once, before what is made of it."""
+    """The score as JSON values. Each distinct movement is listed once, after the movements inside it."""
     rows: list[list[Any]] = []
-    places: dict[int, int] = {}
+    indices: dict[int, int] = {}
     parts = {
         name: {
-            "movement": _add(part.movement, rows, places),
+            "movement": _add(part.movement, rows, indices),
             "profile": asdict(part.profile),
             "start": asdict(part.start),
             "topic": part.topic,
@@ -106,20 +106,20 @@ def from_json(data: Mapping[str, Any]) -> Score:
     return Score(Fraction(data["tempo"]), parts, data["text"], dict(data["offsets"]), world)
 
 
-def _add(whole: Movement, rows: list[list[Any]], places: dict[int, int]) -> int:
-    """Append the rows of a movement, parts first, and return its own place; an explicit stack, for long chains."""
+def _add(whole: Movement, rows: list[list[Any]], indices: dict[int, int]) -> int:
+    """Append the rows of a movement, inner ones first, and return its index. Uses an explicit stack for long chains."""
     waiting = [whole]
     while waiting:
         part = waiting[-1]
-        inner = [child for child in algebra.parts(part) if id(child) not in places]
+        inner = [child for child in algebra.parts(part) if id(child) not in indices]
         if inner:
             waiting += inner
             continue
         waiting.pop()
-        if id(part) not in places:
-            places[id(part)] = len(rows)
-            rows.append(_row(part, [places[id(child)] for child in algebra.parts(part)]))
-    return places[id(whole)]
+        if id(part) not in indices:
+            indices[id(part)] = len(rows)
+            rows.append(_row(part, [indices[id(child)] for child in algebra.parts(part)]))
+    return indices[id(whole)]
 
 
 def _row(part: Movement, inner: list[int]) -> list[Any]:
@@ -141,7 +141,7 @@ def _row(part: Movement, inner: list[int]) -> list[Any]:
 
 
 def _number(value: algebra.Exact) -> int | str:
-    """An exact number: most are whole, and come as they are."""
+    """An exact number for JSON: an int if it is whole, otherwise text."""
     return value.numerator if value.denominator == 1 else str(value)
 
 

@@ -1,4 +1,4 @@
-"""The picture of a dance as SVG: each robot's ideal path, and who does what when. Standard library only."""
+"""Draws a dance as SVG: each robot's ideal path, and a timeline. Standard library only."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from html import escape
 from typing import NamedTuple
 
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import ENDLESS, Exact, Place, walk
+from improv_core.score.movement import ENDLESS, Exact, Source, walk
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.world import Box, World
 
 COLORS = ("#e8590c", "#1c7ed6", "#2f9e44", "#9c36b5", "#c78100", "#d6336c", "#0c8599", "#8d6e58")
-"""Of the robots, one after the other; each can be told apart on white and on near-black."""
+"""The robots' colors, in order. All are easy to tell apart on white and on near-black."""
 MOST_STROKES = 400
-"""Lines and arcs of one path; with these a picture stays under 20 KB, as editors like it for a hover."""
+"""The most lines and arcs of a path. This keeps a picture under 20 KB, which suits hovers in editors."""
 MOST_MOMENTS = 20_000
 ENDLESS_BEATS = 64
-"""How much is drawn of what never ends."""
+"""The number of beats drawn of an endless movement."""
 SIZE = 240.0
-"""Pixels of the longer side of a small picture."""
+"""The longer side of a small picture, in pixels."""
 LARGE = 720.0
-"""Pixels of the longer side of a plot."""
+"""The longer side of a plot, in pixels."""
 _MARGIN = 26.0  # room for names
 _FLAT = 1e-9
 
 
 class Stroke(NamedTuple):
-    """A stretch of a path: from one pose to another, straight or along a circle with this radius (0: straight)."""
+    """A stretch of a path from one pose to another, along a circle with this radius (0: a straight line)."""
 
     start: Pose
     end: Pose
@@ -40,7 +40,7 @@ class Stroke(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """One robot's way; `whole` says whether nothing had to be left out."""
+    """One robot's path. `whole` is false if something had to be left out."""
 
     robot: str
     start: Pose
@@ -50,12 +50,12 @@ class Path:
 
 
 def paths(score: Score, most_moments: int = MOST_MOMENTS) -> list[Path]:
-    """The ideal path of each robot; what never ends is drawn for its first beats, what repeats itself once."""
+    """The ideal path of each robot: only the first beats of an endless path, and repeated strokes only once."""
     return [_path(score, part, most_moments) for part in score.parts.values()]
 
 
 def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) -> str:
-    """A small SVG of the paths alone: start, direction and end, under 20 KB for one robot."""
+    """A small SVG of only the paths, with start, direction, and end; under 20 KB for one robot."""
     drawn = paths(score, most_moments)
     frame = _Frame.around((point for path in drawn for point in _points(path)), size)
     return _svg(
@@ -64,7 +64,7 @@ def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) 
 
 
 def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS) -> str:
-    """A large SVG of the paths, what stands around them, names and a scale; below, if asked for, the timeline."""
+    """A large SVG of the paths, the world, names, and a scale, with the timeline below if asked for."""
     drawn = paths(score, most_moments)
     points = [point for path in drawn for point in _points(path)]
     frame = _Frame.around([*points, *_outline(score.world)], LARGE)
@@ -84,11 +84,11 @@ def _path(score: Score, part: Part, most_moments: int) -> Path:
     endless = part.movement.duration == ENDLESS
     pose = part.start
     strokes: dict[tuple[float, ...], Stroke] = {}
-    latest: Exact = 0  # when something new was drawn
+    latest: Exact = 0  # the last time something new was drawn
     whole = True
     for walked, moment in enumerate(walk(part.movement, merge=True)):
         if endless and moment.start >= ENDLESS_BEATS:
-            whole = latest < ENDLESS_BEATS / 2  # round and round the same
+            whole = latest < ENDLESS_BEATS / 2  # it only repeats itself
             break
         if walked == most_moments or len(strokes) >= MOST_STROKES:
             whole = False
@@ -106,7 +106,7 @@ def _path(score: Score, part: Part, most_moments: int) -> Path:
 
 
 def _strokes(pose: Pose, moving: Twist, seconds: float) -> Iterator[Stroke]:
-    """A moment as arcs of less than half a circle, at most one whole circle of them; all of it if it is straight."""
+    """A moment as a line, or as arcs of less than half a circle that make up at most one full circle."""
     speed = math.hypot(moving.x, moving.y)
     turn = moving.yaw * seconds
     if abs(turn) < _FLAT or not speed:
@@ -128,7 +128,7 @@ def _strokes(pose: Pose, moving: Twist, seconds: float) -> Iterator[Stroke]:
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """Where metres are in pixels: x to the right, y up."""
+    """Converts meters to pixels: x to the right, y up."""
 
     left: float
     top: float
@@ -144,7 +144,7 @@ class _Frame:
         longer = max(right - left, top - bottom, 0.5)
         scale = (size - 2 * _MARGIN) / longer
         width, height = (max(span * scale, size / 4) + 2 * _MARGIN for span in (right - left, top - bottom))
-        # What is narrow stands in the middle.
+        # Center the drawing if it is narrow.
         return cls(
             left - ((width - 2 * _MARGIN) / scale - (right - left)) / 2,
             top + ((height - 2 * _MARGIN) / scale - (top - bottom)) / 2,
@@ -158,7 +158,7 @@ class _Frame:
 
 
 def _points(path: Path) -> Iterator[tuple[float, float]]:
-    """The points of a path that are farthest out, nearly."""
+    """Approximately the outermost points of a path."""
     yield path.start.x, path.start.y
     for stroke in path.strokes:
         yield stroke.end.x, stroke.end.y
@@ -170,14 +170,14 @@ def _middle(stroke: Stroke) -> tuple[float, float]:
     """The point of an arc that is farthest from the line between its ends."""
     (x0, y0), (x1, y1) = (stroke.start.x, stroke.start.y), (stroke.end.x, stroke.end.y)
     half = math.dist((x0, y0), (x1, y1)) / 2
-    # Not the root of a difference of squares, which may be too large for a float.
+    # The difference of squares could be too large for a float, so take two square roots.
     bulge = stroke.radius - math.sqrt(max(stroke.radius - half, 0.0)) * math.sqrt(stroke.radius + half)
     across = math.copysign(bulge, stroke.turn) / max(2 * half, _FLAT)
     return (x0 + x1) / 2 + (y1 - y0) * across, (y0 + y1) / 2 - (x1 - x0) * across
 
 
 def _outline(world: World) -> Iterator[tuple[float, float]]:
-    """Points that show how much room a world takes."""
+    """Points that mark the extent of a world."""
     for x1, y1, x2, y2 in world.all_walls():
         yield from ((x1, y1), (x2, y2))
     for x, y, radius in world.circles:
@@ -227,7 +227,7 @@ def _drawn(path: Path, frame: _Frame, place: int) -> str:
 
 
 def _arrow(pose: Pose, frame: _Frame) -> str:
-    """A small triangle that looks where the robot looks at the end."""
+    """A small triangle that points in the robot's final direction."""
     corners = []
     for angle, far in ((0.0, 9.0), (2.5, 7.0), (-2.5, 7.0)):
         x = pose.x + math.cos(pose.heading + angle) * far / frame.scale
@@ -243,12 +243,12 @@ def _named(path: Path, frame: _Frame, place: int) -> str:
 
 
 def _scale(frame: _Frame) -> str:
-    """A bar of a round length in metres, about a quarter of the picture long."""
+    """A bar of a round length in meters, about a quarter of the picture's width."""
     about = frame.width / frame.scale / 4
     power = 10.0 ** math.floor(math.log10(about))
-    metres = max(step * power for step in (1, 2, 5) if step * power <= about)
-    y, right = _number(frame.height + 10), _number(_MARGIN + metres * frame.scale)
-    label = f'<text x="{_MARGIN:g}" y="{_number(frame.height + 24)}" fill="{_QUIET}">{metres:g} m</text>'
+    meters = max(step * power for step in (1, 2, 5) if step * power <= about)
+    y, right = _number(frame.height + 10), _number(_MARGIN + meters * frame.scale)
+    label = f'<text x="{_MARGIN:g}" y="{_number(frame.height + 24)}" fill="{_QUIET}">{meters:g} m</text>'
     return f'<path d="M{_MARGIN:g} {y}H{right}" stroke="{_QUIET}" stroke-width="2"/>{label}'
 
 
@@ -257,7 +257,7 @@ _ROW = 30.0
 
 
 def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
-    """A row for each robot, an item for each moment as wide as it lasts; and how high that is."""
+    """A row for each robot, with a bar for each moment as wide as it lasts, and the total height."""
     longest = score.beats
     beats = float(ENDLESS_BEATS if longest == ENDLESS else max(longest, 1))
     room = width - 2 * _MARGIN
@@ -272,7 +272,7 @@ def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
             left = _MARGIN + float(moment.start) / beats * room
             wide = max(min(float(moment.duration), beats - float(moment.start)) / beats * room - 1, 0.5)
             still = not any(moment.velocity)
-            title = " || ".join(_words(score, moment.places)) or "rest"
+            title = " || ".join(_words(score, moment.sources)) or "rest"
             rows.append(
                 f'<rect x="{_number(left)}" y="{_number(y + 3)}" width="{_number(wide)}" height="10" rx="2"'
                 f' fill="{color}" fill-opacity="{0.2 if still else 0.8}"><title>{escape(title)}</title></rect>'
@@ -280,8 +280,8 @@ def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
     return "".join(rows), 12 + len(score.parts) * _ROW
 
 
-def _words(score: Score, places: Sequence[Place]) -> list[str]:
-    placed = [(score.offsets[statement], span) for statement, span in places if statement in score.offsets]
+def _words(score: Score, sources: Sequence[Source]) -> list[str]:
+    placed = [(score.offsets[statement], span) for statement, span in sources if statement in score.offsets]
     return [score.text[start + span.start : start + span.end] for start, span in placed]
 
 

@@ -1,4 +1,4 @@
-"""Where playing stands: which beat it is, when the score ends, when another may take over. Standard library only."""
+"""The playback position: the current beat, when the score ends, and when another takes over. Standard library only."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Switch = Literal["now", "beat", "end"]
 
 @dataclass(frozen=True, slots=True)
 class Transport:
-    """A score that plays, or has been left at a beat. Replaced whole whenever it goes on from elsewhere.
+    """The position in a score that plays or was left at a beat. Replaced as a whole when playback moves elsewhere.
 
-    Three kinds of time: the clock's, in seconds; performance time, in seconds since `zero` by the clock; and beats,
-    which are places in the score and pass at `tempo`, in beats per minute. At performance time `since`, playing was
-    taken up at beat `origin`.
+    There are three kinds of time: the clock's, in seconds; performance time, in seconds since `zero` on the clock; and
+    beats, which are positions in the score and pass at `tempo`, in beats per minute. At performance time `since`,
+    playback started from beat `origin`.
     """
 
     zero: float
@@ -28,24 +28,24 @@ class Transport:
     tempo: Fraction
 
     def performed(self, now: float) -> float:
-        """The performance time at a time by the clock."""
+        """The performance time at a time on the clock."""
         return now - self.zero
 
     def clock(self, performed: float) -> float:
-        """The time by the clock at a performance time."""
+        """The time on the clock at a performance time."""
         return performed + self.zero
 
     def beat(self, now: float, beats: Duration) -> Exact:
-        """The beat at a time by the clock, in a score of so many beats."""
+        """The beat at a time on the clock, in a score that lasts `beats`."""
         passed = self.origin + Fraction(max(self.performed(now) - self.since, 0.0)) * self.tempo / 60
         return near(float(min(passed, beats)))
 
     def end(self, beats: Duration) -> float:
-        """The performance time at which a score of so many beats ends."""
+        """The performance time at which a score that lasts `beats` ends."""
         return math.inf if beats == ENDLESS else self.since + float((beats - self.origin) * 60 / self.tempo)
 
     def switch_time(self, when: Switch, performed: float, beats: Duration) -> float:
-        """The performance time, from `performed` on, at which another score takes over from one of so many beats."""
+        """The performance time, `performed` or later, at which another score takes over from one that lasts `beats`."""
         performed = max(performed, self.since)
         if when == "end" and (end := self.end(beats)) != math.inf:
             return end

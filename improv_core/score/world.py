@@ -1,4 +1,4 @@
-"""What stands around simulated robots: walls and obstacles, in metres and radians. Standard library only."""
+"""The surroundings of simulated robots: walls and obstacles, in meters and radians. Standard library only."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Circle(NamedTuple):
 
 
 class Box(NamedTuple):
-    """A rectangular obstacle around its middle; `heading` is the direction of its width."""
+    """A rectangular obstacle with its center at x, y. `heading` is the direction of its width."""
 
     x: float
     y: float
@@ -37,9 +37,9 @@ class Box(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """Where robots are: all obstacles, and the size of the floor (along x and y) if walls stand around it.
+    """All obstacles, and the size of the floor along x and y if it has walls around it.
 
-    The origin is the middle of the floor. Obstacles reach up as high as anything flies.
+    The origin is the center of the floor. Obstacles are infinitely high.
     """
 
     size: tuple[float, float] | None = None
@@ -48,7 +48,7 @@ class World:
     boxes: tuple[Box, ...] = ()
 
     def all_walls(self) -> Iterator[Wall]:
-        """Those that are listed, and those around the floor."""
+        """The walls that are listed and those around the floor."""
         yield from self.walls
         if self.size:
             x, y = self.size[0] / 2, self.size[1] / 2
@@ -65,7 +65,7 @@ EMPTY = World()
 
 
 def to_json(world: World) -> dict[str, Any] | None:
-    """The world as JSON values; None where there is nothing in it."""
+    """The world as JSON values; None if it is empty."""
     if world == EMPTY:
         return None
     return {

@@ -1,6 +1,6 @@
-"""Looks at ROS 2's graph, and never sends anything (rclpy, imported lazily). Standard library only.
+"""Inspects the ROS 2 graph and never publishes anything (rclpy, imported lazily). Standard library only.
 
-Started as `python …/improv_core/stage/graph.py look TOPIC...` or `receive TOPIC` by ROS's interpreter.
+Run by ROS's interpreter as `python …/improv_core/stage/graph.py look TOPIC...` or `receive TOPIC`.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from pathlib import Path
 from typing import Any
 
 VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
-"""The types of message that move robots."""
+"""The message types that move robots."""
 LOOK = 3.0
-"""Seconds after which what is not seen counts as not there: two processes took up to 2.64 s to discover each other."""
+"""Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
 RECEIVE_LIMIT = 60.0
-"""Seconds to wait for a Twist, so that a receiver whose parent was killed does not stay."""
+"""Seconds to wait for a Twist, so a receiver whose parent was killed does not run forever."""
 
 
 def look(topics: Sequence[str]) -> dict[str, Any]:
-    """Who listens and who publishes on these topics and on all others of velocities: `[node, type]` each."""
+    """The listeners and publishers on these topics and on all other velocity topics, as `[node, type]`."""
     with _node("improv_look") as node:
         time.sleep(LOOK)
         moving = [topic for topic, types in node.get_topic_names_and_types() if set(types) & set(VELOCITIES)]
@@ -36,7 +36,7 @@ def look(topics: Sequence[str]) -> dict[str, Any]:
 
 
 def receive(topic: str) -> bool:
-    """Say `true` once it listens, then wait for a Twist that moves: whether one came in time."""
+    """Print `true` as soon as it listens, then wait for a nonzero Twist. Returns whether one came in time."""
     import rclpy
     from geometry_msgs.msg import Twist
 
@@ -64,7 +64,7 @@ def _node(name: str) -> Iterator[Any]:
     try:
         yield node
     finally:
-        # A node that does not say goodbye stays in everybody's graph for its lease, some twenty seconds.
+        # A node that exits without destroying itself stays in the graph for its lease, about twenty seconds.
         node.destroy_node()
         rclpy.try_shutdown()
 
@@ -78,7 +78,7 @@ def _say(value: Any) -> None:
 
 
 if __name__ == "__main__":
-    # As in __main__.py: our modules must not hide others of the same name.
+    # As in __main__.py: our modules must not shadow others of the same name.
     here = Path(__file__).resolve().parent
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
     command, *arguments = sys.argv[1:]

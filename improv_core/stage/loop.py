@@ -1,4 +1,4 @@
-"""What a stage does with what arrives, and when nothing does. Knows no clock but the one it is given."""
+"""A stage's main loop: handles messages as they arrive and plays in between. It only uses the clock it is given."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from improv_core.stage.protocol import (
 from improv_core.stage.sinks import Sink
 
 EARLY = 0.0004
-"""Seconds by which a stage with real robots wakes up before a setpoint is due: the system wakes it 0.2 ms late. It
-costs about 1 % of a core while something plays."""
+"""Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
+This costs about 1% of a core while something plays."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Play:
 
 @dataclass(frozen=True, slots=True)
 class Unreadable:
-    """A line that is no message, or has a score that can't be read: why, and whether it was a score."""
+    """A line that is not a valid message, or whose score can't be read: why, and whether it was a score."""
 
     problem: str
     is_score: bool = False
@@ -45,7 +45,7 @@ class Unreadable:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A long line has arrived. Until it has been read, pings behind it wait."""
+    """A long line is arriving. Pings after it wait until it has been read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +54,11 @@ class End:
 
 
 Arrival = ToStage | Play | Unreadable | Reading | End
-"""What may come in while a stage plays."""
+"""What may arrive while a stage plays."""
 
 
 class Inbox(Protocol):
-    """Where arrivals wait, such as `queue.SimpleQueue`."""
+    """A queue of arrivals, such as `queue.SimpleQueue`."""
 
     def get(self, *, timeout: float | None) -> Arrival:
         """The next arrival. Raises queue.Empty after `timeout` seconds without one (None: never)."""
@@ -72,12 +72,12 @@ class Clock(Protocol):
     def wall(self) -> float: ...
 
     def wait_until(self, now: float) -> None:
-        """Return at this monotonic time, as exactly as the system can."""
+        """Return at this monotonic time, as precisely as the system can."""
 
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A sink, where everything the stage says goes, and who is shown what is to be played."""
+    """A sink, a function that sends a message to the parent, and one that shows a score on the page."""
 
     sink: Sink
     tell: Callable[[FromStage], None]
@@ -85,7 +85,7 @@ class Opened:
 
 
 def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
-    """Play what arrives until the end. Whatever ends it, robots are told to stop. Exit code 1 after a failure."""
+    """Play what arrives until the end. Robots are stopped, whatever ends it. Returns exit code 1 after a failure."""
     loop = _Loop(opened, clock)
     last: Stopped = {"type": "stopped"}
     early = EARLY if opened.sink.real else 0.0
@@ -113,7 +113,7 @@ def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
 
 
 def one_line(error: Exception) -> str:
-    """An exception in words."""
+    """An exception as one line of text."""
     return " ".join(str(error).split()) or type(error).__name__
 
 
@@ -122,17 +122,17 @@ class _Loop:
         self._opened = opened
         self._clock = clock
         self.failed = False
-        """From then on only the last message is told: that robots stand is not known of one that can't be told."""
+        """From then on only the last message is sent, since we don't know whether all robots have stopped."""
         self.player = Player(opened.sink, self._tell, clock.wall)
-        self._hangs_from = math.inf  # when the parent, if it has pinged at all, counts as hung
+        self._hangs_from = math.inf  # when the parent counts as hung, if it has ever pinged
 
     def deadline(self, now: float) -> float:
-        """When `advance` must be called if nothing arrives."""
+        """The time at which `advance` must be called if nothing arrives."""
         deadline = self.player.deadline(now)
         return self._hangs_from if deadline is None else min(deadline, self._hangs_from)
 
     def advance(self, now: float) -> None:
-        """Do what is due."""
+        """Do everything that is due."""
         if now >= self._hangs_from:
             self._hangs_from = math.inf
             if self.player.state in ("playing", "waiting"):
@@ -143,7 +143,7 @@ class _Loop:
         self.player.advance(now)
 
     def take(self, arrival: ToStage | Play | Unreadable | Reading, now: float) -> None:
-        """Do what is asked for. What goes wrong ends the stage, which stops the robots."""
+        """Handle an arrival. An exception ends the stage, which stops the robots."""
         pinged = isinstance(arrival, dict) and arrival["type"] == "ping"
         if self._opened.sink.real and (pinged or self._hangs_from < math.inf):
             self._hangs_from = now + (LOADING_LIMIT if isinstance(arrival, Reading) else SILENCE_LIMIT)
@@ -157,10 +157,10 @@ class _Loop:
             self._obey(arrival, now)
 
     def stop(self) -> None:
-        """Send every robot its last zeros, as far as the sink still can: what fails for one is not to harm others."""
+        """Send every robot its last zeros, as far as the sink still can. A failure for one does not affect others."""
         clock, player = self._clock, self.player
-        end = clock.now() + END_LIMIT  # nobody waits longer
-        if player.state in ("playing", "waiting"):  # else they stand already, and belong to whoever moves them next
+        end = clock.now() + END_LIMIT  # the parent waits no longer than this
+        if player.state in ("playing", "waiting"):  # otherwise they have stopped and may be moved by others
             with suppress(Exception):
                 player.hush(clock.now())
         while (deadline := player.deadline(clock.now())) is not None and deadline < end:
@@ -198,5 +198,5 @@ class _Loop:
             player.set_silent(message["muted"], message["soloed"], at)
 
     def _as_of(self, at: float | None, now: float) -> float:
-        """All stages act as of the time of a request; but what has been sent since can't be taken back."""
+        """The effective time of a request. Setpoints that have been sent since then can't be taken back."""
         return max(min(now if at is None else at, now), self.player.reached)

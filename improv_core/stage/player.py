@@ -1,7 +1,7 @@
-"""Plays scores: sends what is due, and does what it is asked. Knows no clock but the times it is given.
+"""Plays scores: sends setpoints when they are due and obeys commands. It never reads a clock; callers pass the time in.
 
-`now` is the clock's time, in seconds; `performed` and `at` are performance times: seconds since the latest restart,
-also while nothing moves.
+`now` is the clock's time in seconds. `performed` and `at` are performance times: seconds since the latest restart,
+including pauses.
 """
 
 from __future__ import annotations
@@ -34,16 +34,17 @@ from improv_core.stage.setpoints import LAST_ZEROS, Setpoint, setpoints, zeros
 from improv_core.stage.sinks import Sink
 
 PATIENCE = 5.0
-"""Seconds to wait for a new robot's listener before beat 0: ROS 2 discovery took up to 2.64 s where it was measured on
-a quiet machine, and more than 3 s on a busy one."""
+"""Seconds to wait for a new robot's listener before beat 0. ROS 2 discovery took up to 2.64 s in measurements on a
+quiet machine, and more than 3 s on a busy one."""
 LOOK_AGAIN = 0.01
-"""Seconds between two looks for listeners before beat 0, and at robots that still move after their end."""
+"""Seconds between two checks for listeners before beat 0, and of robots that still move after the end."""
 LOOK_WHILE_PLAYING = 1.0
-"""Seconds in which all robots are looked at once: whether they are still heard, and nobody else moves them."""
+"""Seconds in which every robot is checked once: whether it still listens, and whether other nodes move it."""
 LOOK_AT = 20
-"""Robots to look at between two setpoints: with ROS 2 each took some 0.02 ms."""
+"""How many robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
 LATE = 0.5
-"""Seconds. After so long without sending, real robots are stopped: they have stopped by themselves, or should have."""
+"""Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
+should have."""
 
 TOPIC = "\0"
 """Stands for a robot's topic in a line about several robots."""
@@ -54,7 +55,7 @@ EMPTY = Score(Fraction(60), {})
 
 @dataclass(frozen=True, slots=True)
 class Swap:
-    """A score that waits to take over: `when` is now, beat or end, `at` the performance time that makes."""
+    """A score that waits to take over: `when` is now, beat, or end, and `at` the resulting performance time."""
 
     score: Score
     generation: int
@@ -63,7 +64,7 @@ class Swap:
 
 
 class _Due(NamedTuple):
-    """What a robot is told at a performance time, and the rest of its setpoints, whose times count from `offset`."""
+    """A robot's next setpoint at a performance time, and the rest of them, whose times count from `offset`."""
 
     at: float
     robot: str
@@ -73,7 +74,7 @@ class _Due(NamedTuple):
 
 
 class Player:
-    """Plays one score at a time on a sink, and tells what it does in transport messages (see docs/protocol.md)."""
+    """Plays one score at a time on a sink and reports what it does in messages (see docs/protocol.md)."""
 
     def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
         self._sink = sink
@@ -81,7 +82,7 @@ class Player:
         self._wall = wall
         self._score = EMPTY
         self.backend = sink.name
-        """What everything plays on, in words, for those who watch."""
+        """What everything plays on, in words for people."""
         self._generation = 0
         self._state: State = "stopped"
         self._speed = Fraction(1)
@@ -90,27 +91,27 @@ class Player:
         self._next: Swap | None = None
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
-        self._wanted: dict[str, Twist] = {}  # what each robot does, or would do if it were not silent
-        self._zeros_left: dict[str, int] = {}  # of each robot that is silent
+        self._wanted: dict[str, Twist] = {}  # each robot's velocity, or what it would be if the robot were not silent
+        self._zeros_left: dict[str, int] = {}  # for each silent robot
         self._met: dict[str, float] = {}  # when each robot was first prepared
-        self._unheard: set[str] = set()  # who is waited for
+        self._unheard: set[str] = set()  # robots whose listeners we wait for
         self._warned: dict[str, str | None] = {}
         self._news: dict[str, list[str]] = {}  # of each line to tell, without its topic, the topics
         self._look = math.inf
         self._looked_at = 0
         self.reached = 0.0
-        """The clock's time up to which everything has been sent."""
+        """The time on the clock up to which everything has been sent."""
         self._start_poses: dict[str, PoseJson] = {}
 
     @property
     def state(self) -> State:
-        """stopped, waiting (for listeners), playing, paused or ended."""
+        """stopped, waiting (for listeners), playing, paused, or ended."""
         return self._state
 
     def load(self, score: Score, generation: int, when: When, now: float, zero: float | None = None) -> None:
-        """Play a score: `restart` from beat 0 with robots at their start, or take over `now`, at the `beat` or `end`.
+        """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat`, or at `end`.
 
-        `zero` is the clock's time of beat 0 where another stage has set it.
+        `zero` is the time of beat 0 on the clock if another stage has set it.
         """
         self._warned, self._news = {}, {}
         if self._state == "playing" and when != "restart":
@@ -125,27 +126,27 @@ class Player:
             self._restart(score, generation, now, zero)
 
     def hush(self, now: float) -> None:
-        """Stop every robot at once. If one can't be told, the others still are; what went wrong first is raised.
+        """Stop every robot at once. If one can't be stopped, the others still are, and the first exception is raised.
 
-        Robots that wait only to be stopped are still waited for: nobody would hear it yet.
+        Does nothing while it waits for listeners only to stop their robots: nothing would hear it yet.
         """
         if self._state == "waiting" and not self._score.beats:
             return
         self._stop_all(now, "stopped")
 
     def pause(self, now: float) -> None:
-        """Stop every robot at once, to go on from here."""
+        """Stop every robot at once, to resume from here later."""
         self._catch_up(now)
         if self._state == "playing":
             self._stop_all(now, "paused")
 
     def resume(self, now: float) -> None:
-        """Go on from where it was paused."""
+        """Continue from where it was paused."""
         if self._state == "paused":
             self._play_from(self._transport.origin, self._transport.performed(now), now)
 
     def seek(self, beat: float, now: float) -> None:
-        """Play from another beat on, or be paused there; simulated robots stand where the score has them then.
+        """Jump to another beat and keep playing, or stay paused there. Simulated robots move to their poses there.
 
         Ignored if nothing has been loaded.
         """
@@ -163,7 +164,7 @@ class Player:
             self._tell_transport(now)
 
     def set_speed(self, factor: float, now: float) -> None:
-        """Play so many times as fast: 0.1 to 4. Kept for what is played later."""
+        """Set the speed factor, 0.1 to 4. Later scores keep it."""
         self._catch_up(now)
         beat = self._beat(now)
         self._speed = Fraction(str(min(max(factor, SLOWEST), FASTEST)))
@@ -174,7 +175,7 @@ class Player:
             self._tell_transport(now)
 
     def set_silent(self, muted: Collection[str], soloed: Collection[str], now: float) -> None:
-        """These robots stand still while the others play; or all but the soloed ones. Kept for what is played later."""
+        """Have muted robots, or all except soloed ones, stand still while others play. Applies to later scores too."""
         self._catch_up(now)
         before = {robot for robot in self._score.parts if self._is_silent(robot)}
         self._muted, self._soloed = frozenset(muted), frozenset(soloed)
@@ -202,7 +203,7 @@ class Player:
         performed = self._performed(now)
         if self._next and performed >= self._next.at:
             swap, self._next = self._next, None
-            # What the old score has to say at that very moment, the new one says instead.
+            # At exactly this time, the new score's setpoints replace those of the old one.
             self._send_due(math.nextafter(swap.at, -math.inf))
             self._take_over(swap, now)
         end = self._transport.end(self._score.beats)
@@ -225,7 +226,7 @@ class Player:
             self._look = now + LOOK_WHILE_PLAYING * min(LOOK_AT / max(len(robots), 1), 1)
 
     def deadline(self, now: float) -> float | None:
-        """When `advance` must be called next, by the clock; None if nothing is to come."""
+        """The time on the clock at which `advance` must be called next; None if nothing is left to do."""
         if self._state == "waiting":
             return now + LOOK_AGAIN
         due = self._due()
@@ -236,27 +237,27 @@ class Player:
 
     @property
     def _tempo(self) -> Fraction:
-        """Beats a minute as they pass."""
+        """The actual tempo in beats per minute, including the speed factor."""
         return self._score.tempo * self._speed
 
     def _beat(self, now: float) -> Exact:
-        """Where in the score it is."""
+        """The current beat of the score."""
         playing = self._state == "playing"
         return self._transport.beat(now, self._score.beats) if playing else self._transport.origin
 
     def _leave_at(self, beat: Exact) -> None:
-        """Stay at a beat, once it is no longer played."""
+        """Remember the beat at which playback stopped."""
         self._transport = replace(self._transport, origin=beat)
 
     def _due(self) -> float:
-        """The performance time of what comes next."""
+        """The performance time of the next event."""
         queued = self._queue[0].at if self._queue else math.inf
         swap = self._next.at if self._next else math.inf
         end = self._transport.end(self._score.beats) if self._state == "playing" else math.inf
         return min(queued, swap, end)
 
     def _performed(self, now: float) -> float:
-        """Performance time by the clock; never a rounding error before what is due by the clock."""
+        """The current performance time. Rounding never puts it before an event that is due on the clock."""
         due = self._due()
         performed = self._transport.performed(now)
         return max(performed, due) if self._transport.clock(due) <= now else performed
@@ -283,14 +284,14 @@ class Player:
         self._look_for_listeners(now)
         if self._state == "waiting":
             for robot in old.keys() & score.parts.keys():
-                self._sink.send(robot, STILL, 0.0)  # they must not go on as they were while others are waited for
+                self._sink.send(robot, STILL, 0.0)  # they must not keep moving while we wait for others
             self._tell_transport(now)
 
     def _look_for_listeners(self, now: float) -> None:
         found, self._unheard = self._unheard, set(self._sink.missing(self._unheard))
         for robot in found - self._unheard:
             if not self._score.parts[robot].movement.duration:
-                self._sink.send(robot, STILL, 0.0)  # one that is only to stop need not wait for the others
+                self._sink.send(robot, STILL, 0.0)  # a robot that only has to stop need not wait for the others
         if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in self._unheard):
             return
         self._transport = replace(self._transport, zero=now)
@@ -313,7 +314,7 @@ class Player:
         self._tell_news()
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
-        """Play the score from a beat on, as of this performance time."""
+        """Play the score from a beat on, starting at this performance time."""
         self._transport = Transport(self._transport.zero, performed, beat, self._tempo)
         self._state = "playing"
         self._drop_parts()
@@ -329,7 +330,7 @@ class Player:
         self.advance(now)
 
     def _catch_up(self, now: float) -> None:
-        """Send what was due before something changes, or robots would miss it."""
+        """Send what is due before something changes, so robots don't miss it."""
         if self._state == "playing":
             self.advance(now)
 
@@ -342,7 +343,7 @@ class Player:
             burst = zeros(performed, 1 / part.profile.command_rate)
             try:
                 self._sink.send(robot, STILL, next(burst).at)
-            except Exception as problem:  # whatever a sink's library raises
+            except Exception as problem:  # a sink's library may raise anything
                 problems.append(problem)
             self._enqueue(robot, burst, 0.0)
         self._leave_at(self._beat(now))
@@ -353,7 +354,7 @@ class Player:
         self._tell_transport(now)
 
     def _drop_parts(self) -> None:
-        """Forget what the robots of the score were to be told; those that have left it still get their zeros."""
+        """Drop the setpoints of the score's robots. Robots that have left the score still get their zeros."""
         self._queue = [due for due in self._queue if due.robot not in self._score.parts]
         heapify(self._queue)
 
@@ -369,7 +370,7 @@ class Player:
         queue = self._queue
         while queue and queue[0].at <= performed:
             at, robot, moving, rest, offset = queue[0]
-            # Before it is sent: one robot that can't be told must not come first again and hold up the others.
+            # Do this before sending: a robot that can't be reached must not come first again and hold up the others.
             following = next(rest, None)
             if following:
                 heapreplace(queue, _Due(following.at + offset, robot, following.twist, rest, offset))
@@ -406,12 +407,12 @@ class Player:
         self._news = {}
 
     def whereabouts(self) -> Poses:
-        """Where simulated robots were at beat 0, and are now; nothing for others."""
+        """The poses of simulated robots at beat 0 and now; empty for real robots."""
         poses = _as_json(self._sink.poses())
         return {"start": self._start_poses, "poses": poses} if poses else {}
 
     def _tell_transport(self, now: float, at: float | None = None) -> None:
-        """Tell where it is at a time by the clock, or now: the sink must be there, as poses are told too."""
+        """Report the position and poses at a time on the clock (default: now). The sink must have advanced to it."""
         at = now if at is None else at
         beats = self._score.beats
         self._tell(

@@ -1,4 +1,4 @@
-"""What a robot is told to play its part: setpoints at their times, repeated at its rate, and zeros at the end."""
+"""A robot's setpoints: every change of velocity at its exact time, repeated at the command rate, then zeros."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from improv_core.score.movement import Exact, walk
 from improv_core.score.score import Part, twist
 
 LAST_ZEROS = 3
-"""How many zeros end a robot's motion: one may be lost, and a steady stream of them would fight other publishers."""
+"""How many zeros end a robot's motion. One may be lost, but an endless stream would conflict with other publishers."""
 SHORTEST = Fraction(1, 1000)
-"""Seconds. Changes that come faster than this are sampled at this distance, so that no program can swamp a robot."""
+"""Seconds. Faster changes are sampled at this interval, so no program can flood a robot."""
 
 
 class Setpoint(NamedTuple):
-    """A robot's velocity, from `at` seconds on."""
+    """A robot's velocity from `at` seconds on."""
 
     at: float
     twist: Twist
 
 
 def setpoints(part: Part, tempo: Fraction, start: Exact = 0) -> Iterator[Setpoint]:
-    """All setpoints from beat `start` on, timed from there: each change at its time and repeated, then zeros."""
+    """All setpoints from beat `start` on, with times counted from there: each change, repetitions, then zeros."""
     period = 1 / part.profile.command_rate
     seconds = 60 / tempo
     shortest = SHORTEST / seconds
@@ -46,12 +46,12 @@ def setpoints(part: Part, tempo: Fraction, start: Exact = 0) -> Iterator[Setpoin
 
 
 def zeros(start: float, period: float) -> Iterator[Setpoint]:
-    """The short burst that stops a robot."""
+    """The short burst of zeros that stops a robot."""
     return (Setpoint(start + count * period, STILL) for count in range(LAST_ZEROS))
 
 
 def _held(moving: Twist, start: float, end: float, period: float) -> Iterator[Setpoint]:
-    # Each time is counted from the start, never added up: no error grows however long the velocity is held.
+    # Compute each time from the start instead of adding up, so no error grows however long the velocity is held.
     count = 0
     while (at := start + count * period) < end:
         yield Setpoint(at, moving)

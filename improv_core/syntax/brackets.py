@@ -1,4 +1,4 @@
-"""Which bracket closes which; what is missing or too much is said on the bracket itself, and mended."""
+"""Matches brackets. Missing and extra ones are repaired and reported at the bracket itself."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ _TEXT = {"LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]"}
 
 
 def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
-    """The tokens with every bracket matched, and what had to be done for it."""
-    mended: list[Token] = []
+    """The tokens with every bracket matched, and a diagnostic for each repair."""
+    repaired: list[Token] = []
     diagnostics: list[Diagnostic] = []
     opened: list[Token] = []
 
@@ -23,7 +23,7 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
         message = f"close this bracket with `{_TEXT[closer]}`"
         fixes = replace(f"Insert {_TEXT[closer]}", Span(place, place), _TEXT[closer])
         diagnostics.append(Diagnostic("unclosed-bracket", opener.span, message, fixes))
-        mended.append(Token(closer, "", place, place))
+        repaired.append(Token(closer, "", place, place))
 
     for token in tokens:
         if token.type in _CLOSER:
@@ -36,7 +36,7 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
                 continue
             if any(_CLOSER[opener.type] == token.type for opener in opened):
                 while _CLOSER[opened[-1].type] != token.type:
-                    close(opened.pop(), mended[-1].end)
+                    close(opened.pop(), repaired[-1].end)
             else:
                 wanted = _CLOSER[opened[-1].type]
                 message = f"write `{_TEXT[wanted]}` here to close `{opened[-1].text}`"
@@ -44,7 +44,7 @@ def close_brackets(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnosti
                 diagnostics.append(Diagnostic("unmatched-bracket", token.span, message, fixes))
                 token = token._replace(type=wanted)
             opened.pop()
-        mended.append(token)
+        repaired.append(token)
     while opened:
-        close(opened.pop(), mended[-1].end)
-    return mended, sorted(diagnostics, key=lambda diagnostic: diagnostic.span)
+        close(opened.pop(), repaired[-1].end)
+    return repaired, sorted(diagnostics, key=lambda diagnostic: diagnostic.span)

@@ -1,7 +1,7 @@
-"""How the grammar reads a sequence of terminals, and what it would accept. The only room that knows lark.
+"""How the grammar parses a sequence of terminals, and which terminals it would accept next. Only this module uses lark.
 
-A derivation depends on the kinds of the tokens alone, and people write the same few shapes again and again: it is
-kept, and read with other tokens the next time. lark is imported when the first statement is read, not before.
+A derivation depends only on the kinds of the tokens, and people write the same few shapes again and again. So
+derivations are cached and filled in with the actual tokens. lark is imported when the first statement is parsed.
 """
 
 from __future__ import annotations
@@ -12,29 +12,30 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-MOST_MENDS = 2
-"""How many things in a row may be put in: `fast ||` lacks a number and a movement."""
-MOST_MISTAKES = 20
-"""After so many in one statement, what does not fit is only left out: mending is slow, and only the first is told."""
+MOST_INSERTED = 2
+"""How many missing terminals may be inserted in a row: `fast ||` lacks a number and a movement."""
+MOST_REPAIRS = 20
+"""After this many errors in a statement, tokens that don't fit are only skipped: repairs are slow, and only the first
+error is reported."""
 NEVER = frozenset({"STRAY", "DOLLAR", "EQUAL", "BEAT"})
-"""Terminals that no movement has: after a first mistake they need no trial."""
+"""Terminals that no movement contains. After the first error they are skipped without a trial."""
 LONGEST_SHAPE = 1_000
-"""How many terminals a shape that is kept may have."""
+"""The most terminals of a shape that is cached."""
 
 
 class Leaf(NamedTuple):
-    """A terminal: the token at place `at`, or where `put_in`, one that is missing before it."""
+    """A terminal: the token at index `at`, or if `inserted`, one that is missing before it."""
 
     type: str
     at: int
-    put_in: bool = False
+    inserted: bool = False
 
 
 _leaf = lru_cache(maxsize=10_000)(Leaf)  # thousands of shapes share a few hundred
 
 
 class Branch(NamedTuple):
-    """What a rule of the grammar has made of its parts."""
+    """A rule of the grammar and the parts that it matched."""
 
     rule: str
     parts: tuple[Shape, ...]
@@ -45,7 +46,7 @@ Shape: TypeAlias = Leaf | Branch
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
-    """The token at place `at` (behind the last: the end) does not fit; these terminals would."""
+    """The token at index `at` does not fit (the end, if there is no such token). These terminals would."""
 
     at: int
     wanted: frozenset[str]
@@ -53,19 +54,19 @@ class Mistake:
 
 @dataclass(frozen=True, slots=True)
 class Derivation:
-    """What the grammar makes of the terminals, and where that had to be mended first."""
+    """The tree of the terminals, and the first place where it had to be repaired."""
 
     statement: Branch | None
     mistake: Mistake | None
 
 
 def derive(terminals: tuple[str, ...]) -> Derivation:
-    """Read the terminals of a statement. Never raises: what is missing is put in, what is too much left out."""
+    """Parse the terminals of a statement. Never raises: missing terminals are inserted, and extra ones are skipped."""
     return _kept(terminals) if len(terminals) <= LONGEST_SHAPE else _derived(terminals)
 
 
 def may_come_next(terminals: Sequence[str]) -> frozenset[str]:
-    """The terminals that the grammar accepts behind these, which are mended first where they are wrong."""
+    """The terminals that the grammar accepts after these. If these have errors, they are repaired first."""
     parser, _ = _fed(terminals)
     return frozenset(parser.accepts())
 
@@ -76,7 +77,7 @@ def _lark() -> Any:
     from lark.lexer import Lexer
 
     class TokensAsTheyAre(Lexer):
-        """Our lexer has done the work; lark only asks for one."""
+        """Our lexer has already run, but lark requires one."""
 
         def __init__(self, lexer_conf: Any) -> None: ...
 
@@ -84,11 +85,11 @@ def _lark() -> Any:
             return iter(())
 
     class Branches:
-        """What lark calls with the parts of each rule; so it makes branches at once, and no tree of its own."""
+        """lark calls this with the parts of each rule. So it builds branches directly, without a tree of its own."""
 
         def __getattr__(self, rule: str) -> Callable[[list[Shape]], Branch]:
             if rule.startswith("_") or not rule.islower():
-                raise AttributeError(rule)  # what lark makes of `+`, and takes apart again; a terminal
+                raise AttributeError(rule)  # a rule that lark makes for `+` and inlines again, or a terminal
             return lambda parts: Branch(rule, tuple(parts))
 
     grammar = Path(__file__).with_name("grammar.lark").read_text(encoding="utf-8")
@@ -116,14 +117,14 @@ def _derived(terminals: Sequence[str]) -> Derivation:
             shape = parser.feed_token(_leaf("$END", end))
         except _unexpected():
             mistakes.append(Mistake(end, frozenset(parser.accepts())))
-            if not _mend(parser, end):
+            if not _insert(parser, end):
                 return Derivation(None, mistakes[0])
         else:
             return Derivation(shape if isinstance(shape, Branch) else None, mistakes[0] if mistakes else None)
 
 
 def _fed(terminals: Sequence[str]) -> tuple[Any, list[Mistake]]:
-    """A parser that has read these terminals, and the mistakes in them."""
+    """A parser that has read these terminals, and the errors in them."""
     parser = _lark().parse_interactive()
     mistakes: list[Mistake] = []
     for at, kind in enumerate(terminals):
@@ -132,27 +133,27 @@ def _fed(terminals: Sequence[str]) -> tuple[Any, list[Mistake]]:
         try:
             parser.feed_token(_leaf(kind, at))
         except _unexpected():
-            if len(mistakes) < MOST_MISTAKES:
+            if len(mistakes) < MOST_REPAIRS:
                 mistakes.append(Mistake(at, frozenset(parser.accepts())))
-                _mend_before(parser, _leaf(kind, at))
+                _insert_before(parser, _leaf(kind, at))
     return parser, mistakes
 
 
-def _mend_before(parser: Any, leaf: Leaf) -> None:
-    """Put in what is missing before a leaf that does not fit; if that does not help, the leaf is left out."""
+def _insert_before(parser: Any, leaf: Leaf) -> None:
+    """Insert what is missing before a leaf that does not fit. If that does not help, skip the leaf."""
     trial = parser.copy()
-    for mends in range(1, MOST_MENDS + 1):
-        if not _mend(trial, leaf.at):
+    for inserted in range(1, MOST_INSERTED + 1):
+        if not _insert(trial, leaf.at):
             return
         if leaf.type in trial.accepts():
-            for _ in range(mends):
-                _mend(parser, leaf.at)
+            for _ in range(inserted):
+                _insert(parser, leaf.at)
             parser.feed_token(leaf)
             return
 
 
-def _mend(parser: Any, at: int) -> bool:
-    """Put in the one thing that is missing here, if there is one."""
+def _insert(parser: Any, at: int) -> bool:
+    """Insert the one terminal that is missing here, if there is one."""
     wanted = parser.accepts()
     for kind in ("MISSING", "NUMBER", "PLANE"):
         if kind in wanted:

@@ -1,4 +1,4 @@
-"""The one layout of programs: where blanks, line ends and comments go. What a program means never changes."""
+"""The standard layout of programs: spaces, line ends, and comments. The meaning of a program never changes."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from improv_core.syntax.statements import split
 from improv_core.text import LINE_END, Span
 
 WIDTH = 100
-"""The columns that code may take before its brackets are broken over lines; comments may stand beyond."""
+"""The most columns of code on a line. Longer brackets are broken over lines; comments may be longer."""
 
 INDENT = "  "
 _OPENERS, _CLOSERS = ("LPAR", "LSQB"), ("RPAR", "RSQB")
-# What a term may begin with: these and the token that follows are never parted, but by a comment.
+# What a term may start with. Only a comment may separate one of these from the token that follows it.
 _LEADS = ("MIRROR", "REPEAT", "REFLECT", "FACTOR", "NUMBER", "PLANE")
 _COMMENT = re.compile(r"#[^\r\n]*")
-_BLANKS = " \t\ufeff"
+_SPACES = " \t\ufeff"
 _BOM = "\ufeff"
 
 
 def format_text(text: str) -> str:
-    """The program in its one layout; statements with errors of form stay as they are."""
+    """The program in the standard layout. Statements with syntax errors stay as they are."""
     pieces, place = [], 0
     for edit in edits(text):
         pieces += [text[place : edit.span.start], edit.text]
@@ -37,7 +37,7 @@ def format_text(text: str) -> str:
 
 
 def edits(text: str) -> list[Edit]:
-    """What to write in place of what, so that a program has its one layout; in the order of the text, none overlap."""
+    """The edits that give a program the standard layout, in the order of the text. None overlap."""
     parts = [_Part(start, source, _lines(source)) for start, source in _parts(text)]
     line_end = _line_end(text, [part for part in parts if part.lines is None])
     mark = _BOM if text.startswith(_BOM) else ""
@@ -54,7 +54,7 @@ def edits(text: str) -> list[Edit]:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """A statement or a line of comment, and the lines that it becomes: None if it stays as it is."""
+    """A statement or a comment line, and the lines it becomes (None if it stays as it is)."""
 
     start: int
     source: str
@@ -62,18 +62,18 @@ class _Part:
 
 
 def _parts(text: str) -> Iterator[tuple[int, str]]:
-    """The offset and text of each statement and each line of comment alone; between them are blanks and line ends."""
+    """The offset and text of each statement and each comment line. Only spaces and line ends are between them."""
     place = 0
     for start, source in [*split(text), (len(text), "")]:
         for comment in _COMMENT.finditer(text, place, start):
-            yield comment.start(), comment.group().rstrip(_BLANKS)
+            yield comment.start(), comment.group().rstrip(_SPACES)
         if source:
             yield start, source
         place = start + len(source)
 
 
 def _line_end(text: str, kept: Sequence[_Part]) -> str:
-    """The most common line end, the first of equals. One in a part that stays counts only if there is no other."""
+    """The most common line end, or the first of several. Those in unchanged parts count only if there are no others."""
     others, place = [], 0
     for part in kept:
         others += LINE_END.findall(text, place, part.start)
@@ -91,7 +91,7 @@ def _lines(source: str) -> Sequence[str] | None:
 
 
 class _Comment(NamedTuple):
-    """A comment, whether it has its line to itself, and whether a blank line sets it off."""
+    """A comment, whether it is alone on its line, and whether a blank line precedes it."""
 
     text: str
     alone: bool
@@ -102,8 +102,8 @@ class _Comment(NamedTuple):
 class _Flat:
     """A statement on one line, without its comments.
 
-    For each token: where it starts and ends in that line, the comments behind it, and how many comments stand before
-    it. For each opening bracket: the token that closes it.
+    For each token: where it starts and ends in that line, the comments after it, and how many comments come before it.
+    For each opening bracket: the token that closes it.
     """
 
     line: str
@@ -121,18 +121,18 @@ class _Flat:
         return self.comments_before[last] > self.comments_before[first]
 
     def breakable(self, index: int) -> bool:
-        """Whether a token is an opening bracket that something stands in."""
+        """Whether a token is an opening bracket that is not empty."""
         closer = self.closers.get(index, 0)
         return closer > index + 1 or self.commented(index, closer)
 
     def term_end(self, index: int) -> int:
-        """The last token of the term that begins here."""
+        """The last token of the term that starts here."""
         while self.tokens[index].type in _LEADS:
             index += 1
         return self.closers.get(index, index)
 
     def line_end(self, index: int) -> int:
-        """The last token that must share the line of a token outside all brackets: the next bracket can be broken."""
+        """The last token that stays on the line of a token outside all brackets, up to the next breakable bracket."""
         last = len(self.tokens) - 1
         return next((later for later in range(index + 1, last) if self.breakable(later)), last)
 
@@ -144,7 +144,7 @@ def _flat(source: str, tokens: Sequence[Token]) -> _Flat:
     closers: dict[int, int] = {}
     for index, token in enumerate(tokens):
         last = tokens[index - 1] if index else None
-        # What touches before the sign is one name, such as `my-robot`, though not a right one.
+        # Tokens that touch before the sign are one name, such as `my-robot`, even if it is invalid.
         touches = last is not None and index < sign and last.end == token.start
         if last and not (touches or last.type in _OPENERS or token.type in _CLOSERS):
             line += " "
@@ -168,13 +168,13 @@ def _comments(token: Token, gap: str) -> list[_Comment]:
     for match in _COMMENT.finditer(gap):
         line_ends = len(LINE_END.findall(gap, place, match.start()))
         opens = not found and token.type in _OPENERS
-        found.append(_Comment(match.group().rstrip(_BLANKS), line_ends > 0, line_ends > 1 and not opens))
+        found.append(_Comment(match.group().rstrip(_SPACES), line_ends > 0, line_ends > 1 and not opens))
         place = match.end()
     return found
 
 
 def _broken(flat: _Flat) -> list[str]:
-    """The lines of a statement: brackets that do not fit, or hold a comment, are broken over lines, outermost first."""
+    """The lines of a statement. Brackets that don't fit or contain a comment are broken over lines, outermost first."""
     lines: list[str] = []
     line = ""
     open_until: list[int] = []  # the closing tokens of the broken brackets around
@@ -213,7 +213,7 @@ def _broken(flat: _Flat) -> list[str]:
 
 
 def _begins_line(flat: _Flat, index: int, column: int, *, after_broken: bool) -> bool:
-    """Whether a token begins a new line in a broken bracket: voices do, and terms that the line has no room for."""
+    """Whether a token starts a new line in a broken bracket: voices do, and terms that don't fit on the line."""
     before = flat.tokens[index - 1].type
     if flat.tokens[index].type == "BAR":
         return True

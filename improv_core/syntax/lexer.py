@@ -1,4 +1,4 @@
-"""The tokens of a statement: words by their kind in the vocabulary, names, numbers and signs. Never raises."""
+"""The tokens of a statement: words by their kind in the vocabulary, names, numbers, and signs. Never raises."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _TERMINALS = {word.text: word.kind.value for word in WORDS.values()}
 
 
 class Token(NamedTuple):
-    """A piece of a statement; `type` is its terminal in the grammar, offsets count from the statement's start."""
+    """A piece of a statement. `type` is its terminal in the grammar; offsets count from the start of the statement."""
 
     type: str
     text: str
@@ -39,7 +39,7 @@ class Token(NamedTuple):
 
 
 def lex(text: str) -> list[Token]:
-    """The tokens of a text, without blanks and comments; what belongs to no token is a `STRAY` of one character."""
+    """The tokens of a text, without whitespace and comments. A character that fits no token becomes a `STRAY`."""
     tokens = []
     for match in _TOKEN.finditer(text):
         kind = match.lastgroup

@@ -1,4 +1,4 @@
-"""The tree of a statement. Spans count from the statement's start, so that a tree can be kept wherever it moves."""
+"""The tree of a statement. Spans count from the start of the statement, so trees stay valid when statements move."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from improv_core.syntax.vocabulary import WORDS, Word
 from improv_core.text import Span
 
 LONGEST = 100_000
-"""How many characters a statement may have to be read: a wrong paste must not stop the editor."""
+"""The most characters of a statement that is parsed: a bad paste must not freeze the editor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Name:
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """A movement that should be here; the parser has said so."""
+    """A movement that is missing here. The parser has reported it."""
 
     span: Span
 
@@ -50,7 +50,7 @@ class Parallel:
 
 @dataclass(frozen=True, slots=True)
 class Bracket:
-    """`( )`, or `[ ]` which squeezes."""
+    """`( )`, or `[ ]`, which squeezes its items."""
 
     span: Span
     squeezes: bool
@@ -59,7 +59,7 @@ class Bracket:
 
 @dataclass(frozen=True, slots=True)
 class Apply:
-    """A transformer, its number or plane if it has one, and the one term it applies to."""
+    """A transformer, its number or plane if it has one, and the term that it applies to."""
 
     span: Span
     word: Token
@@ -76,11 +76,12 @@ Node: TypeAlias = Primitive | Name | Missing | Series | Parallel | Bracket | App
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """A statement's tree and mistakes of form.
+    """A statement's tree and syntax errors.
 
-    `sign` is the `beat`, `=` or `$` that makes it a tempo, a definition or a play; None if it has none of them.
-    `heads` are the names before the sign. `body` is the movement, `number` the tempo. `defines` is the name that it
-    defines, if it may; `uses` are the names in the movement, each once; `has_voices` says whether it has a `||`.
+    `sign` is the `beat`, `=`, or `$` that makes it a tempo, a definition, or a play statement; None if it has none.
+    `heads` are the names before the sign. `body` is the movement, and `number` the tempo. `defines` is the name that
+    it defines, if that name is allowed. `uses` are the names in the movement, each once. `has_voices` says whether it
+    contains `||`.
     """
 
     text: str
@@ -95,7 +96,7 @@ class Statement:
 
     @property
     def tokens(self) -> list[Token]:
-        """All its tokens, made anew: many statements are kept, and few of them asked. None if it is too long."""
+        """All tokens, lexed again: many statements are kept, but few are asked for tokens. Empty if it is too long."""
         return lex(self.text) if len(self.text) <= LONGEST else []
 
 
@@ -113,7 +114,7 @@ def children(node: Node) -> tuple[Node, ...]:
 
 
 def nodes(node: Node) -> Iterator[Node]:
-    """A node and all inside it, in the order of the text."""
+    """A node and all nodes inside it, in the order of the text."""
     yield node
     for child in children(node):
         yield from nodes(child)
@@ -125,5 +126,5 @@ def names(node: Node) -> Iterator[Name]:
 
 
 def items(voice: Node) -> int:
-    """How many items a bracket counts in one of its voices."""
+    """The number of items that a bracket counts in one of its voices."""
     return len(voice.items) if isinstance(voice, Series) else 1

@@ -1,4 +1,4 @@
-"""A statement's text to its tree. Never raises: what is missing is put in, what is too much left out, and both said."""
+"""Parses a statement. Never raises: missing tokens are inserted, extra ones are skipped, and each is reported."""
 
 from __future__ import annotations
 
@@ -28,27 +28,27 @@ from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
 DEEPEST = 200
-"""How many brackets and transformers may stand within one another."""
+"""How deeply brackets and transformers may be nested."""
 
-# Each level costs those who read a tree up to ten frames of recursion, more than Python's thousand allow in all.
+# Code that reads a tree recurses up to ten frames per level, which is more than Python's default limit of 1,000.
 sys.setrecursionlimit(max(sys.getrecursionlimit(), 5_000))
 
 
 MOST_KEPT = 4_000_000
-"""How many characters the statements whose trees are kept may have together; a tree takes some 50 bytes for each."""
+"""The most characters of all statements whose trees are cached. A tree takes about 50 bytes per character."""
 
 
 LONGEST_KEPT = 10_000
-"""How many characters a statement may have whose tree is kept, so that edits of a huge line push out nothing else."""
+"""The most characters of a statement whose tree is cached, so edits to a huge line don't evict everything else."""
 
 
 def parse_statement(text: str) -> Statement:
-    """The tree of one statement, and what is wrong with its form."""
+    """The tree of one statement and its syntax errors."""
     return _KEPT.get(text) if len(text) <= LONGEST_KEPT else _parsed(text)
 
 
 class Kept:
-    """The trees of the statements parsed most recently, `most` characters of them."""
+    """The trees of the most recently parsed statements, up to `most` characters in all."""
 
     def __init__(self, most: int) -> None:
         self._most = most
@@ -83,7 +83,7 @@ def _parsed(text: str) -> Statement:
     diagnostics += wrong_heads
     feed = [*heads, sign, *rest] if sign and sign.type != "BEAT" else rest
     body, wrong_form = _parse(feed)
-    if not diagnostics:  # one mistake, one message: a bracket or a head that is wrong makes the rest look wrong too
+    if not diagnostics:  # one error, one message: a wrong bracket or head makes the rest look wrong too
         diagnostics += wrong_form
     number = next((token for token in rest if token.type == "NUMBER"), None) if body is None else None
     names = dict.fromkeys(token.text for token in rest if token.type == "NAME")
@@ -93,7 +93,7 @@ def _parsed(text: str) -> Statement:
 
 
 def _heads(text: str, tokens: Sequence[Token]) -> tuple[list[Token], Token | None, list[Token], list[Diagnostic]]:
-    """The names before the sign (as HEAD tokens), the sign, the tokens to parse, and what is wrong up to there."""
+    """The names before the sign (as HEAD tokens), the sign, the tokens to parse, and the errors before them."""
     sign = _sign(tokens)
     if sign is None:
         return [], None, list(tokens), _without_sign(tokens)
@@ -139,7 +139,7 @@ def _without_sign(tokens: Sequence[Token]) -> list[Diagnostic]:
 
 
 def _joined(text: str, tokens: Sequence[Token]) -> list[Token]:
-    """Names and strays that touch become one token, so that `my-robot` is one wrong name and not three."""
+    """Names and strays that touch become one token, so `my-robot` is one invalid name instead of three tokens."""
     joined: list[Token] = []
     for token in tokens:
         last = joined[-1] if joined else None
@@ -151,7 +151,7 @@ def _joined(text: str, tokens: Sequence[Token]) -> list[Token]:
 
 
 def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
-    """Brackets within brackets, and transformers of transformers; a transformer lasts until its one term begins."""
+    """The error if brackets and transformers are nested too deeply. A transformer applies until its term starts."""
     brackets, waiting = [], 0
     for token in tokens:
         if token.type in ("LPAR", "LSQB"):
@@ -170,7 +170,7 @@ def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
 
 
 def _parse(tokens: Sequence[Token]) -> tuple[Node | None, list[Diagnostic]]:
-    """The movement of a statement, and the first mistake of its form, from which others may follow."""
+    """The movement of a statement, and its first syntax error. Later ones may only follow from it."""
     derivation = derive(tuple(token.type for token in tokens))
     diagnostics = []
     if mistake := derivation.mistake:
@@ -184,7 +184,7 @@ def _parse(tokens: Sequence[Token]) -> tuple[Node | None, list[Diagnostic]]:
 
 
 def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
-    """The node of a shape, read with these tokens."""
+    """The node of a shape, filled in with these tokens."""
     rule, parts = shape.rule, shape.parts
     if rule == "series":
         items = tuple([_node(part, tokens) for part in parts if isinstance(part, Branch)])
@@ -214,7 +214,7 @@ _span = lru_cache(maxsize=20_000)(Span)
 
 @lru_cache(maxsize=20_000)
 def _primitive(text: str, start: int) -> Primitive:
-    """Shared by all statements with that word in that place: most of every tree is primitives."""
+    """Shared by all statements that have this word at this offset: most nodes are primitives."""
     span, word = _span(start, start + len(text)), WORDS[text]
     return Primitive(span, word, hold(word.velocity, span=span))
 
@@ -225,14 +225,14 @@ def _name(text: str, start: int) -> Name:
 
 
 def _token(leaf: Leaf, tokens: Sequence[Token]) -> Token:
-    if not leaf.put_in:
+    if not leaf.inserted:
         return tokens[leaf.at]
     place = tokens[leaf.at].start if leaf.at < len(tokens) else tokens[-1].end if tokens else 0
     return Token(leaf.type, "", place, place)
 
 
 def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) -> tuple[str, tuple[Fix, ...]]:
-    """What to write instead of `found` (None at the statement's end), after `last`; and how to mend it."""
+    """The message about `found` (None at the end of the statement), which comes after `last`, and its fixes."""
     after = f" after `{last.text}`" if last else ""
     if accepts == {"PLANE"}:
         return f"write a plane{after}: YZ, XZ, or XY", ()

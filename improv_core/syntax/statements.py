@@ -8,21 +8,21 @@ from collections.abc import Iterator
 from improv_core.syntax.lexer import NAME
 
 _LINE = re.compile(r"([^\r\n#]*)(#[^\r\n]*)?(?:\r\n|\n|\r|$)")
-# A line that begins like a statement always starts one, so that one missing bracket never swallows the rest.
+# A line that looks like the start of a statement always is one, so a missing bracket never swallows the rest.
 _BEGINS = re.compile(rf"\s*(?:beat[ \t]+[-+.0-9]|{NAME}[ \t]*=|{NAME}[^()\[\]$=|]*\$)")
 _BRACKET = re.compile(r"[()\[\]]")
-_BLANKS = " \t\r\n\ufeff"
+_SPACES = " \t\r\n\ufeff"
 
 
 def split(text: str, begin: int = 0) -> Iterator[tuple[int, str]]:
-    """Each statement's offset and text, without the blanks around it; lines of comment alone belong to none.
+    """Each statement's offset and text, without surrounding whitespace. Comment lines belong to no statement.
 
-    `begin` is the start of a line in which no statement goes on.
+    `begin` is the start of a line that does not continue a statement.
     """
     start, open_brackets = None, 0
     for match in _LINE.finditer(text, begin):
         line = match[1]
-        code = line.strip(_BLANKS)
+        code = line.strip(_SPACES)
         if start is not None and (not open_brackets or (code and _BEGINS.match(line))):
             yield _trimmed(text, start, match.start())
             start, open_brackets = None, 0
@@ -40,6 +40,6 @@ def split(text: str, begin: int = 0) -> Iterator[tuple[int, str]]:
 
 
 def _trimmed(text: str, start: int, end: int) -> tuple[int, str]:
-    piece = text[start:end].rstrip(_BLANKS)
-    body = piece.lstrip(_BLANKS)
+    piece = text[start:end].rstrip(_SPACES)
+    body = piece.lstrip(_SPACES)
     return start + len(piece) - len(body), body

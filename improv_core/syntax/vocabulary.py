@@ -1,4 +1,4 @@
-"""The words of the language: one table for the lexer, the compiler, completion, hover and the editors' grammars."""
+"""The words of the language: one table for the lexer, the compiler, completion, hover, and the editors' grammars."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from improv_core.score.primitives import PRIMITIVES
 
 
 class Kind(Enum):
-    """What a word is; the value is its terminal in the grammar."""
+    """The kind of a word. The value is its terminal in the grammar."""
 
     BEAT = "BEAT"
     PRIMITIVE = "PRIMITIVE"
@@ -23,7 +23,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """A built-in word; `velocity` is a primitive's velocity, or the gain of a reflection in a plane."""
+    """A built-in word. `velocity` is the velocity of a primitive, or the gain of a reflection across a plane."""
 
     text: str
     kind: Kind

@@ -34,7 +34,7 @@ def _converted(ls: Session, document: Document, action: Action) -> types.CodeAct
     changed = {document.uri: Changed(document.version, document.lines, action.edits)}
     fixed = [
         to_lsp.diagnostic(document.uri, document.lines, each, editor.encoding, editor.diagnostic_support)
-        for each in action.mends
+        for each in action.diagnostics
     ]
     return types.CodeAction(
         title=action.title,

@@ -16,7 +16,7 @@ import pymunk
 from improv_core.commands.rehearsal import perform
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.robots.starts import APART, SIDE_BY_SIDE
+from improv_core.robots.start_poses import APART, SIDE_BY_SIDE
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 from improv_core.score.world import World

@@ -239,7 +239,7 @@ def test_moments_know_the_words_they_come_from() -> None:
     analysis = analyze(text)
     offsets = dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
     words = [
-        [text[slice(*span.shifted(offsets[statement]))] for statement, span in moment.places]
+        [text[slice(*span.shifted(offsets[statement]))] for statement, span in moment.sources]
         for moment in walk(analysis.robots["r"])
     ]
     assert words == [["x", "forward", "rest"], ["x", "left", "rest"]]

@@ -1,4 +1,4 @@
-"""Where velocities go. A sink turns timed twists into motion: simulated or real."""
+"""Sinks turn timed twists into motion, simulated or real."""
 
 from __future__ import annotations
 
@@ -13,46 +13,46 @@ class Sink(Protocol):
     """Something that moves robots. The stage's loop calls it from one thread only."""
 
     name: str
-    """How it is called in the status: "simulator", "ROS 2"."""
+    """Its name in the status: "simulator", "ROS 2"."""
 
     real: bool
-    """Whether robots move while nothing is sent: then what is late must not be sent after all."""
+    """Whether it moves real robots, which keep moving while nothing is sent. Late setpoints must not reach them."""
 
     period: float | None
-    """Seconds between two calls of `advance` while something plays, or None if it needs none."""
+    """Seconds between calls of `advance` while something plays; None if it needs no calls."""
 
     def prepare(self, score: Score, restart: bool) -> None:
-        """Get ready to play a score; with `restart`, put its robots at their start poses where that is possible.
+        """Get ready to play a score. With `restart`, move its robots to their start poses if possible.
 
-        Robots of earlier calls are kept. Called before the first `send` of each new score.
+        Keeps the robots of earlier calls. Called before the first `send` of each new score.
         """
 
     def resetting(self) -> bool:
-        """Whether beat 0 should still wait, as robots are being put at their starts; within a second it need not.
+        """Whether beat 0 must still wait for robots to reach their start poses. False after a second at most.
 
-        To be asked again and again before beat 0, and not after.
+        Call it repeatedly before beat 0, and not after.
         """
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        """Who of these robots, or all of the latest `prepare`, would not hear a command now: a plain line for each."""
+        """One line for each of these robots (default: all of the latest `prepare`) that would not hear a command."""
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        """What people should know about these robots, or all of the latest `prepare`, one plain line for each."""
+        """One line for each of these robots (default: all of the latest `prepare`) that people should know about."""
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
-        """The robot's velocity from `at` on, in seconds of performance since beat 0 (never decreasing)."""
+        """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing)."""
 
     def place(self, poses: Mapping[str, Pose]) -> None:
-        """Put robots somewhere else, where that is possible."""
+        """Move robots to other poses, if possible."""
 
     def advance(self, to: float) -> None:
-        """Performance time is now `to` seconds since beat 0; every twist up to then has been sent."""
+        """Advance to performance time `to` (seconds since beat 0). Every twist up to then has been sent."""
 
     def coasting(self) -> bool:
-        """Whether robots still move that have been told to stop; as long as it is so, `advance` is called on."""
+        """Whether robots that were told to stop still move. While they do, `advance` is called."""
 
     def poses(self) -> dict[str, Pose]:
-        """Where the robots are, if the sink knows; else empty."""
+        """The poses of the robots if the sink knows them, otherwise empty."""
 
     def close(self) -> None:
-        """Let go of everything. The robots have been stopped already."""
+        """Release all resources. The robots have already been stopped."""

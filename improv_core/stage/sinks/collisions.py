@@ -1,4 +1,4 @@
-"""What happens where simulated robots come near each other, walls or obstacles: they push, and bump (pymunk)."""
+"""Collisions of simulated robots with each other, walls, and obstacles: pushes and bumps (pymunk)."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ if TYPE_CHECKING:
     import pymunk
 
 OVERLAP = 0.001
-"""How deep two robots in contact may rest in each other, in metres; pymunk needs some to keep the contact."""
+"""How far two robots in contact may overlap, in meters. pymunk needs some overlap to keep the contact."""
 STEP = 1 / STEPS_PER_SECOND
 """Seconds that pymunk is told each step takes."""
 BUMP = 0.01
-"""m/s. Who comes nearer more slowly leans on the other, but does not bump."""
+"""m/s. Robots that approach more slowly lean on each other but do not bump."""
 APART = 0.5
-"""Seconds without touching after which two that touch again bump anew."""
+"""Seconds without contact after which touching again counts as a new bump."""
 GRIP = 0.6
-"""Friction of bases with motors, about that of rubber on a floor; ideal robots have none: no push turns them."""
+"""Friction of bases with motors, about that of rubber on a floor. Ideal robots have none, so no push turns them."""
 
 
 class Disc(NamedTuple):
-    """What of a robot touches others: its radius in metres, which is half its height too, and whether it has grip."""
+    """The shape of a robot: its radius in meters, which is also half its height, and whether it has grip."""
 
     radius: float
     grips: bool
 
 
 class Bump(NamedTuple):
-    """Who ran into whom, or alone into something that stands there: when in seconds, and where in metres."""
+    """A collision of two robots, or of one with an obstacle: when (seconds), where (meters), and who."""
 
     at: float
     x: float
@@ -44,7 +44,7 @@ class Bump(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Pushed:
-    """What became of a robot in a step: where it is, and its velocity in the axes of the world, m/s and rad/s."""
+    """A robot's pose after a step in which it was pushed, and its velocity in the world frame, in m/s and rad/s."""
 
     pose: Pose
     x: float
@@ -53,7 +53,7 @@ class Pushed:
 
 
 class Collisions:
-    """The obstacles of a world, and those robots that are near something."""
+    """The obstacles of a world and the robots that are near something."""
 
     def __init__(self, world: World) -> None:
         import pymunk
@@ -66,13 +66,13 @@ class Collisions:
         self._bodies: dict[str, tuple[pymunk.Body, pymunk.Circle, Disc]] = {}
         self._names: dict[pymunk.Shape, str] = {}
         self._ways: Mapping[str, tuple[Pose, Pose]] = {}
-        self._touched: dict[tuple[str, ...], float] = {}  # when each two that have bumped touched last
-        self._above: dict[tuple[str, ...], float] = {}  # when one of two was above the other last
+        self._touched: dict[tuple[str, ...], float] = {}  # when each pair that has bumped last touched
+        self._above: dict[tuple[str, ...], float] = {}  # when one of a pair was last above the other
         self._start = self._end = 0.0
         self._bumps: list[Bump] = []
 
     def near_obstacle(self, x: float, y: float, reach: float) -> bool:
-        """Whether a wall or an obstacle is within so many metres of a point."""
+        """Whether a wall or an obstacle is within `reach` meters of a point."""
         import pymunk
 
         if self._empty:
@@ -80,7 +80,7 @@ class Collisions:
         return self._space.point_query_nearest((x, y), reach, pymunk.ShapeFilter(mask=_OBSTACLES)) is not None
 
     def keep(self, discs: Mapping[str, Disc]) -> None:
-        """Take in these robots, and let go of all others."""
+        """Add these robots and remove all others."""
         for name in [name for name, (*_, disc) in self._bodies.items() if discs.get(name) != disc]:
             body, shape, _ = self._bodies.pop(name)
             del self._names[shape]
@@ -90,12 +90,12 @@ class Collisions:
                 self._bodies[name] = self._take_in(name, disc)
 
     def push(self, ways: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> dict[str, Pushed]:
-        """Let the robots go their ways, from where they are at `start` to where they want to be at `end`.
+        """Move the robots along their ways, from their poses at `start` to where they want to be at `end`.
 
-        Returns those that others did not let go there.
+        Returns those that were pushed.
         """
-        # pymunk always hears of steps as long, of robots that are slower in shorter ones: it would multiply what two
-        # pushed each other in the step before by how much longer this one is, and throw them apart.
+        # pymunk always gets steps of the same length, with slower robots in shorter ones. Otherwise it would scale the
+        # impulses of the previous step by the ratio of the lengths and throw robots apart.
         real = STEP / (end - start)
         self._ways, self._start, self._end = ways, start, end
         wanted = {}
@@ -118,7 +118,7 @@ class Collisions:
         return pushed
 
     def take_bumps(self) -> list[Bump]:
-        """Those that have happened since this was asked last."""
+        """The bumps since the last call."""
         bumps, self._bumps = self._bumps, []
         return bumps
 
@@ -135,7 +135,7 @@ class Collisions:
             corners = [(sx * width / 2, sy * height / 2) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
             shapes.append(pymunk.Poly(ground, corners, turned))
         for shape in shapes:
-            shape.friction = 1.0  # what counts is the grip of who touches it
+            shape.friction = 1.0  # only the grip of the robot that touches it matters
             shape.filter = pymunk.ShapeFilter(categories=_OBSTACLES)
         self._space.add(*shapes)
 
@@ -143,8 +143,8 @@ class Collisions:
         import pymunk
 
         body = pymunk.Body(mass=1.0, moment=pymunk.moment_for_circle(1.0, 0.0, disc.radius))
-        # pymunk moves bodies first and solves contacts after; `push` moves them after, so that the velocities it
-        # sets are solved before they are used, and nobody drives into a robot that is in the way.
+        # pymunk moves bodies first and then solves contacts. `push` moves them afterward instead, so the velocities it
+        # sets are solved before they are used, and no robot drives into another that is in the way.
         body.position_func = _stay
         shape = pymunk.Circle(body, disc.radius)  # no bounce
         shape.friction = GRIP if disc.grips else 0.0
@@ -154,9 +154,9 @@ class Collisions:
         return body, shape, disc
 
     def _touch(self, arbiter: pymunk.Arbiter, space: pymunk.Space, data: object) -> None:
-        """Called by pymunk for every two that touch, before it lets them push each other."""
+        """pymunk calls this for every pair that touches, before they push each other."""
         names = tuple(sorted(self._names[shape] for shape in arbiter.shapes if shape in self._names))
-        arbiter.process_collision = True  # pymunk keeps what was said of these two until they separate
+        arbiter.process_collision = True  # pymunk keeps this until the two separate
         if len(names) == 2 and self._pass_over(*names):
             arbiter.process_collision = False
             self._above[names] = self._end
@@ -172,12 +172,12 @@ class Collisions:
             self._bumps.append(Bump(self._end, point.x, point.y, names))
 
     def _pass_over(self, one: str, other: str) -> bool:
-        """Whether one flies above the other."""
+        """Whether one robot flies above the other."""
         (*_, disc), (*_, beside) = self._bodies[one], self._bodies[other]
         return abs(self._ways[one][0].z - self._ways[other][0].z) >= disc.radius + beside.radius
 
     def _sinking(self, one: str, other: str) -> float:
-        """How fast the upper one of two comes down on the other."""
+        """How fast the upper robot sinks toward the lower one."""
         (before, after), (below, later) = self._ways[one], self._ways[other]
         return (abs(before.z - below.z) - abs(after.z - later.z)) / (self._end - self._start)
 
@@ -187,7 +187,7 @@ _ROUNDING = 1e-9
 
 
 def _closing(arbiter: pymunk.Arbiter) -> float:
-    """How fast two that touch come nearer, by pymunk's time."""
+    """How fast two touching shapes approach each other, in pymunk's time."""
     one, other = (shape.body.velocity for shape in arbiter.shapes if shape.body)
     return float((one - other).dot(arbiter.normal))
 

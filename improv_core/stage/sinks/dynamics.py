@@ -1,4 +1,4 @@
-"""How a simulated robot follows what it is told: exactly, or as its motors let it. Standard library only."""
+"""How a simulated robot follows its setpoints: exactly, or as its motors allow. Standard library only."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import Profile
 
 STEPS_PER_SECOND = 240
-"""The grid of all that is not exact: speeding up here, and pushing. It makes the same program give the same poses."""
+"""The time grid for everything inexact: acceleration and pushes. It makes the same program give the same poses."""
 LINEAR_ACCELERATION, ANGULAR_ACCELERATION = 1.0, 5.0
-"""m/s² and rad/s² of motors whose profile does not say: no machine in particular, a little quicker than a Create 3."""
+"""m/s² and rad/s² of motors whose profile sets no limits: no particular machine, a bit quicker than a Create 3."""
 
 
 class Motors(NamedTuple):
@@ -26,7 +26,7 @@ class Motors(NamedTuple):
 
 
 def motors_of(profile: Profile) -> Motors | None:
-    """The motors of a kind of robot; None if it is an ideal one."""
+    """The motors of a profile; None if it is ideal."""
     if profile.dynamics != "motors":
         return None
     return Motors(
@@ -39,7 +39,7 @@ def motors_of(profile: Profile) -> Motors | None:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """A robot from `at` seconds on: its pose then, how it moves, and how it was told to, which ideally is the same."""
+    """A robot from `at` seconds on: its pose then, its twist, and its commanded twist (ideally the same)."""
 
     at: float
     pose: Pose
@@ -47,15 +47,15 @@ class Motion:
     commanded: Twist = STILL
 
     def pose_at(self, time: float) -> Pose:
-        """Where it is later, as long as it goes on as it does: on the exact arc."""
+        """Its pose at a later time on the exact arc, as long as its twist stays the same."""
         return self.pose.after(self.twist, time - self.at)
 
 
 def follow(motion: Motion, setpoints: Iterable[tuple[float, Twist]], to: float, motors: Motors | None) -> Motion:
-    """The motion as of its latest change up to `to`, with all setpoints (times and twists) until then obeyed.
+    """The motion as of its latest change up to `to`, after all setpoints (times and twists) until then.
 
-    Motors that speed up change all the time. They do it in steps cut at the whole grid, at setpoints and where a speed
-    is reached, so that it makes no difference when, and how often, one asks.
+    Accelerating motors change all the time. Their steps end at grid times, at setpoints, and when a speed is reached.
+    So it makes no difference when or how often this is called.
     """
     for at, twist in setpoints:
         if at > to:
@@ -72,20 +72,20 @@ def _obey(motion: Motion, at: float, twist: Twist, motors: Motors | None) -> Mot
 
 
 def _speed_up(motion: Motion, to: float, motors: Motors | None) -> Motion:
-    """The motion once its speed is reached, or at `to`. One that holds its speed stays as it is."""
+    """The motion when its commanded speed is reached, or at `to`. A motion at constant speed stays as it is."""
     while motors and motion.twist != motion.commanded and motion.at < to:
         motion = _piece(motion, to, motors)
     return motion
 
 
 def _piece(motion: Motion, to: float, motors: Motors) -> Motion:
-    """Up to `to` at most, at constant acceleration; trapezoids, whose error is of second order in the step."""
+    """One step at constant acceleration, up to `to` at most. Trapezoidal, with an error of second order in the step."""
     now, commanded = motion.twist, motion.commanded
     missing = math.hypot(commanded.x - now.x, commanded.y - now.y, commanded.z - now.z)
     linear, angular = missing / motors.linear_acceleration, abs(commanded.yaw - now.yaw) / motors.angular_acceleration
     step_end = (math.floor(motion.at * STEPS_PER_SECOND + 1e-6) + 1) / STEPS_PER_SECOND
     reached = [motion.at + needed for needed in (linear, angular) if motion.at + needed > motion.at]
-    if not reached:  # so little is missing that no time passes
+    if not reached:  # the difference is too small to take any time
         return replace(motion, twist=commanded)
     end = min(to, step_end, *reached)
     seconds = end - motion.at

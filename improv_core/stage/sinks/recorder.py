@@ -1,4 +1,4 @@
-"""Velocities to a file: MCAP, as `ros2 bag play` and Foxglove read it (mcap, imported lazily)."""
+"""Records velocities in an MCAP file that `ros2 bag play` and Foxglove can read (mcap, imported lazily)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from improv_core.score.profiles import Profile
 from improv_core.score.score import Score
 
 SECOND = 1_000_000_000
-"""Nanoseconds."""
+"""In nanoseconds."""
 
 _VECTOR3 = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z"
 _TWIST = "Vector3 linear\nVector3 angular"
@@ -25,16 +25,16 @@ SCHEMAS = {
         ["std_msgs/Header header\nTwist twist", f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME]
     ),
 }
-"""Each message and all that it is made of, in the order and with the lines of 80 `=` that `ros2msg` asks for."""
+"""Each message and its components, in the order and with the lines of 80 `=` that `ros2msg` requires."""
 
-# CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after four bytes that say so, each field is aligned to its own size.
-# An empty string is its length, 1, and a zero byte; three more align the first float64.
+# CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after a four-byte header, each field is aligned to its own size.
+# An empty string is its length, 1, and a zero byte; three more bytes align the first float64.
 _CDR = b"\x00\x01\x00\x00"
 _CDR_TWIST = struct.Struct("<4s6d")
 _CDR_STAMPED = struct.Struct("<4siII4x6d")
 
-# What sinks/ros.py offers: keep last 10, reliable, volatile. In numbers, as rosbag2 writes them up to Iron: later
-# releases understand both forms, and Humble only this one. A duration of 9223372036.854775807 s is endless.
+# What sinks/ros.py offers: keep last 10, reliable, volatile. Written as numbers, as in rosbag2 up to Iron: later
+# releases understand both forms, Humble only this one. A duration of 9223372036.854775807 s means infinite.
 _ENDLESS = "{sec: 9223372036, nsec: 854775807}"
 OFFERED_QOS_PROFILES = f"""\
 - history: 1
@@ -50,10 +50,10 @@ OFFERED_QOS_PROFILES = f"""\
 
 
 class Recorder:
-    """A sink that writes what robots are told, within the limits of their profiles, on their topics.
+    """A sink that records the robots' commands on their topics, within the limits of their profiles.
 
     `start` is the Unix time of beat 0, in nanoseconds. `finish` completes the file, which the caller closes. It is
-    written in chunks of 1 MiB; in memory, only the index grows, by some hundred bytes for each.
+    written in chunks of 1 MiB. Only the index is kept in memory, about a hundred bytes per chunk.
     """
 
     name: str = "recorder"
@@ -66,21 +66,21 @@ class Recorder:
         self._writer = Writer(file)
         self._writer.start(profile="ros2")
         self._start = start
-        self._robots: dict[str, tuple[Profile, int]] = {}  # with the channel of each
+        self._robots: dict[str, tuple[Profile, int]] = {}  # and the channel of each
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
         self._times: tuple[int, int] | None = None
         self.setpoints = 0
-        """How many have been recorded."""
+        """The number of setpoints recorded."""
 
     @property
     def robots(self) -> int:
-        """How many have been prepared."""
+        """The number of robots prepared."""
         return len(self._robots)
 
     @property
     def seconds(self) -> float:
-        """From the first command to the last."""
+        """The time from the first command to the last."""
         return (self._times[1] - self._times[0]) / SECOND if self._times else 0.0
 
     def prepare(self, score: Score, restart: bool) -> None:
@@ -101,7 +101,7 @@ class Recorder:
         self.record(robot, twist, self._start + round(at * SECOND))
 
     def record(self, robot: str, twist: Twist, time: int) -> None:
-        """A command as of a Unix time in nanoseconds. Raises ValueError if it is no number, OSError."""
+        """Record a command at a Unix time in nanoseconds. Raises ValueError if it is not finite, and OSError."""
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
         profile, channel = self._robots[robot]
@@ -117,10 +117,10 @@ class Recorder:
         self.setpoints += 1
 
     def place(self, poses: Mapping[str, Pose]) -> None:
-        """Nothing: a recording has velocities alone."""
+        """Does nothing: a recording contains only velocities."""
 
     def advance(self, to: float) -> None:
-        """Nothing: what is sent is all there is."""
+        """Does nothing: a recording contains only what is sent."""
 
     def coasting(self) -> bool:
         return False
@@ -129,11 +129,11 @@ class Recorder:
         return {}
 
     def finish(self) -> None:
-        """Write what comes last: the index, without which the file can't be played. Raises OSError."""
+        """Write the index at the end of the file, without which it can't be played. Raises OSError."""
         self._writer.finish()  # type: ignore[no-untyped-call]
 
     def close(self) -> None:
-        """Nothing: the file is the caller's."""
+        """Does nothing: the file belongs to the caller."""
 
     def _channel(self, topic: str, kind: str) -> int:
         if kind not in self._schemas:

@@ -1,4 +1,4 @@
-"""Velocities to ROS 2 topics, from one node that lives as long as the stage (rclpy, imported lazily)."""
+"""Publishes velocities on ROS 2 topics from one node that lives as long as the stage (rclpy, imported lazily)."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from improv_core.stage.sinks.ros_standby import Standby
 from improv_core.stage.sinks.ros_topic import Now, Topic
 
 REST = 0.005
-"""Seconds between two things received: /clock may come a thousand times a second, and its latest message is enough."""
+"""Seconds between received messages: /clock may come a thousand times a second, but the latest one is enough."""
 LINGER = 0.2
-"""Seconds to keep the publishers after the last zeros: a listener loses what it has not received when they go."""
+"""Seconds to keep the publishers after the last zeros. When they go away, a listener loses what it has not received."""
 
 
 class Ros:
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
-    `discovery` is how far it looks for robots where the environment does not say (stage/discovery.py).
-    Raises ImportError if there is no rclpy.
+    `discovery` is how far it looks for robots if the environment does not set that (stage/discovery.py).
+    Raises ImportError without rclpy.
     """
 
     name: str = "ROS 2"
@@ -56,13 +56,13 @@ class Ros:
 
     @property
     def description(self) -> str:
-        """What is reached, in words: the domain and how far discovery goes."""
+        """What it reaches, in words: the domain and the range of discovery."""
         return f"{self.name}, {described(os.environ)}"
 
     def prepare(self, score: Score, restart: bool) -> None:
-        """Make publishers for new topics; those that are there are kept, since discovery takes up to seconds.
+        """Create publishers for new topics. Existing ones are kept, since discovery can take seconds.
 
-        With `restart`, the robots that have a reset service are stopped, and it is called.
+        With `restart`, robots that have a reset service are stopped, and the service is called.
         """
         self._standby.renew()
         self._standby.live(LOADING_LIMIT)
@@ -121,7 +121,7 @@ class Ros:
         return found
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
-        """Publish at once. What rclpy raises goes up: the stage then stops all robots. ValueError if no number."""
+        """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
         profile, topic = self._parts[robot].profile, self._topic(robot)
@@ -132,10 +132,10 @@ class Ros:
             self._standby.stands(topic.name)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
-        """Nothing: real robots stay where they are."""
+        """Does nothing: real robots stay where they are."""
 
     def advance(self, to: float) -> None:
-        """Robots move by themselves; the standby hears that the stage lives."""
+        """Tell the standby that the stage is alive. Real robots need nothing."""
         self._standby.live()
 
     def coasting(self) -> bool:
@@ -153,7 +153,7 @@ class Ros:
         self._nodes.close()
 
     def _receive(self) -> None:
-        """On a thread of its own: the simulated time, answers of services, and what others ask of our parameters."""
+        """Receive simulated time, service responses, and parameter requests, on a thread of its own."""
         while not self._closing.wait(REST):
             self._executor.spin_once()
 

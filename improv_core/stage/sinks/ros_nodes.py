@@ -1,4 +1,4 @@
-"""The nodes by which Improv publishes to ROS 2, and their names (rclpy, imported lazily)."""
+"""The nodes from which Improv publishes to ROS 2, and their names (rclpy, imported lazily)."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from collections.abc import Callable
 from typing import Any
 
 DEPTH = 10
-"""Messages kept for a slow listener, reliably: as teleop_twist_keyboard and Nav2 publish, so all listeners match."""
+"""QoS history depth. It is reliable, like teleop_twist_keyboard and Nav2, so all listeners match."""
 STANDBY = "_standby"
-"""How the names of nodes end that send only after their stage has died."""
+"""The suffix of the names of nodes that publish only after their stage has died."""
 
 
 class Nodes:
-    """One node that lives as long as its process, and a second one where a topic needs both types of message."""
+    """One node that lives as long as its process, and a second one if a topic needs both message types."""
 
     def __init__(self, name: str, **options: bool) -> None:
         import rclpy
@@ -29,19 +29,19 @@ class Nodes:
         return [node.get_fully_qualified_name() for node in self._all]
 
     def advertise(self, kind: Any, topic: str, second: bool) -> tuple[Any, Callable[[], None]]:
-        """A publisher of a type of message, on the second node if asked to, and what destroys it."""
+        """A publisher of a message type, on the second node if asked to, and a function that destroys it."""
         try:
             from rclpy.event_handler import PublisherEventCallbacks
         except ImportError:  # Humble
             from rclpy.qos_event import PublisherEventCallbacks
         node = self._second_node() if second else self.first
-        # The default callbacks keep a publisher in use while the executor waits, and its type on the topic too.
+        # With the default callbacks, a destroyed publisher stays on the topic as long as the executor waits.
         none = PublisherEventCallbacks(use_default_callbacks=False)
         publisher = node.create_publisher(kind, topic, DEPTH, event_callbacks=none)
         return publisher, lambda: node.destroy_publisher(publisher)
 
     def close(self) -> None:
-        """Say goodbye: a node that does not stays in everybody's graph for some twenty seconds."""
+        """Destroy the nodes. Otherwise they would stay in the graph for about twenty seconds."""
         import rclpy
 
         for node in self._all:
@@ -55,26 +55,26 @@ class Nodes:
     def _second_node(self) -> Any:
         """Fast DDS refuses two types on one topic within one context.
 
-        Made when it is needed, and used for nothing else: its discovery takes up to seconds.
+        Created only when needed, and used for nothing else: its discovery can take seconds.
         """
         if not self._second:
             import rclpy
 
-            # Nobody spins it, so it offers no services.
+            # No executor spins it, so it offers no services.
             name = f"{self.first.get_name()}_2"
             self._second = _node(rclpy.Context(), name, start_parameter_services=False)
         return self._second
 
 
 def node_name(process: int | str = "") -> str:
-    """A name that no other Improv on this machine or another one has."""
+    """A name that no other Improv process has, on this machine or another."""
     return f"improv_{re.sub('[^A-Za-z0-9_]', '_', socket.gethostname())}_{process or os.getpid()}"
 
 
 def is_harmless(node: str) -> bool:
-    """Whether a node named by the graph sends nothing: a standby, or one of a stage here that was killed.
+    """Whether a node in the graph publishes nothing: a standby, or a node of a stage on this machine that was killed.
 
-    The graph shows a killed one for some twenty seconds more.
+    The graph still shows a killed node for about twenty seconds.
     """
     if re.fullmatch(f"/improv_\\w+{STANDBY}(?:_2)?", node):
         return True
@@ -86,7 +86,7 @@ def is_harmless(node: str) -> bool:
     except ProcessLookupError:
         return True
     except PermissionError:
-        pass  # somebody else's, and alive
+        pass  # another user's process, and alive
     return False
 
 

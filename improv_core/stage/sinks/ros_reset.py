@@ -1,4 +1,4 @@
-"""Calls the services that put robots back to where they start (std_srvs, imported lazily; the node is given)."""
+"""Calls the services that move robots back to their start poses (std_srvs, imported lazily; the node is passed in)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 from improv_core.stage.sinks.ros_topic import SETTLE, Now, Topic
 
 LIMIT = 0.5
-"""Seconds that beat 0 waits for a service to be found, and then for its answer."""
+"""Seconds that beat 0 waits until a service is found, and then for its response."""
 
 
 @dataclass(slots=True)
 class _Call:
-    """A service to call, whom it resets, and how far that is: `ends` is when it no longer holds up beat 0."""
+    """A service to call, the robots it resets, and its progress. `ends` is when it no longer holds up beat 0."""
 
     service: str
     client: Any
@@ -24,7 +24,7 @@ class _Call:
     answer: Any = None
     done: bool = False
 
-    def go_on(self, now: float) -> None:
+    def proceed(self, now: float) -> None:
         if self.answer is None and self.client.service_is_ready():
             self.answer = self.client.call_async(self.client.srv_type.Request())
             self.ends = now + LIMIT
@@ -45,7 +45,7 @@ class _Call:
 
 
 class Resets:
-    """The calls of the latest restart. Nothing here waits; the executor that spins `node` receives the answers."""
+    """The calls of the latest restart. Nothing here blocks; the executor that spins `node` receives the responses."""
 
     def __init__(self, node: Any, now: Now) -> None:
         self._node = node
@@ -54,7 +54,7 @@ class Resets:
         self._calls: list[_Call] = []
 
     def begin(self, services: Iterable[tuple[str, str, Topic]]) -> None:
-        """Call each service once, of these (service, robot, topic); the robots must have been told to stop."""
+        """Call each service in these (service, robot, topic) once. The robots must have been told to stop."""
         calls: dict[str, _Call] = {}
         for service, robot, topic in services:
             if service not in calls:
@@ -65,13 +65,13 @@ class Resets:
         self.under_way()
 
     def under_way(self) -> bool:
-        """Whether beat 0 should still wait. Must be asked again and again: it calls services that have just come."""
+        """Whether beat 0 must still wait. Call it repeatedly: it calls services as they appear."""
         for call in self._calls:
-            call.go_on(self._now())
+            call.proceed(self._now())
         return any(self._now() < call.ends for call in self._calls)
 
     def warnings(self) -> Mapping[str, str]:
-        """Of each service that has not answered so far one line, under the first robot it was to reset."""
+        """One line for each service that has not responded yet, under the first robot that it resets."""
         return {call.robots[0]: line for call in self._calls if (line := call.warning())}
 
     def _client(self, service: str) -> Any:

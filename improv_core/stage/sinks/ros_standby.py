@@ -1,4 +1,4 @@
-"""The process that stops robots when the stage can't any more, as the stage has it (see standby.py)."""
+"""The stage's side of the standby process, which stops robots if the stage dies (see standby.py)."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from collections.abc import Callable
 from improv_core.stage.protocol import FOLDER, SILENCE_LIMIT, ToStandby
 
 PULSE_PERIOD = 0.1
-"""Seconds between two signs of life, while robots move."""
+"""Seconds between two signs of life while robots move."""
 END_LIMIT = 2.0
-"""Seconds it may take to end."""
+"""Seconds it may take to exit."""
 
 
 class Standby:
-    """Told what is published where and which robots move, it sends the zeros that a stage that has died can't send.
+    """Knows what is published where and which robots move, and sends zeros if the stage dies.
 
     Nothing here waits for it: one that doesn't read its input has failed, and `problem` says so.
     """
@@ -50,12 +50,12 @@ class Standby:
             self._tell({"type": "moves", "topic": topic, "patience": SILENCE_LIMIT})
 
     def publish(self, topic: str, kind: str, second: bool) -> None:
-        """The stage has a publisher now: of a type of message, on a topic, by its second node or not."""
+        """The stage has created a publisher of a message type on a topic, on its second node or not."""
         self._publishers[topic, kind] = second
         self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
 
     def withdraw(self, topic: str, kind: str) -> None:
-        """The stage no longer has it."""
+        """The stage has destroyed this publisher."""
         del self._publishers[topic, kind]
         self._tell({"type": "withdraw", "topic": topic, "kind": kind})
 
@@ -74,14 +74,14 @@ class Standby:
                 self._tell({"type": "stands"})
 
     def live(self, patience: float = SILENCE_LIMIT) -> None:
-        """A sign of life, at most each `PULSE_PERIOD`, or at once where more patience is needed than usual."""
+        """A sign of life, at most once per `PULSE_PERIOD`, or at once if it needs more patience than usual."""
         now = self._clock()
         if self._moving and (now >= self._pulse or patience != SILENCE_LIMIT):
             self._tell({"type": "pulse", "patience": patience})
             self._pulse = now + PULSE_PERIOD
 
     def close(self) -> None:
-        """End it; where robots still move, because they could not be told to stop, it tries that first."""
+        """End the process. If robots still move because the stage could not stop them, it tries that first."""
         if not self._moving:
             self._tell({"type": "end"})
         if self._process and self._process.stdin:
@@ -97,7 +97,7 @@ class Standby:
         assert self._process
         assert self._process.stdin
         try:
-            # Lines this short are written whole or not at all, also where the pipe is full.
+            # Lines this short are written completely or not at all, even if the pipe is full.
             os.write(self._process.stdin.fileno(), json.dumps(message).encode() + b"\n")
         except OSError as error:
             what = "has ended" if isinstance(error, BrokenPipeError) else "does not respond"

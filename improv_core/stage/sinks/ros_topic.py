@@ -1,4 +1,4 @@
-"""One ROS 2 topic that robots hear velocities on: what its listeners want, and publishers of that (nodes are given)."""
+"""A ROS 2 topic on which robots listen: the types its listeners expect, and its publishers (nodes are passed in)."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from typing import Any
 from improv_core.score.motion import Twist
 
 TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
-"""What can be sent: the names of profiles and of ROS."""
+"""The message types Improv can send: their names in profiles and in ROS."""
 SETTLE = 0.2
-"""Seconds until a match counts: the listener's side follows ours, and until then a command came up to 0.16 s late."""
+"""Seconds until a match counts. The listener matches after us; until then, commands arrived up to 0.16 s late."""
 
 Now = Callable[[], float]
 """The monotonic time, in seconds."""
 Advertise = Callable[[Any, str, bool], tuple[Any, Callable[[], None]]]
-"""Makes a publisher, and returns it and what destroys it: of a type, on a topic, on the second node or not."""
+"""Creates a publisher of a type on a topic, on the second node or not. Returns it and a function that destroys it."""
 
 
 class Topic:
-    """A topic and its publishers: of the fixed type, or with "auto" of each type that somebody wants there.
+    """A topic and its publishers: of the fixed type, or with "auto" of each type that a listener expects.
 
-    `node` sees the graph. `advertise` makes a publisher of a type, on the second node if asked to: one node can't send
-    two types on one topic. A topic of a score that takes over can't wait: with `at_once`, whoever is matched already
-    counts as there.
+    `node` sees the graph. `advertise` creates a publisher, on the second node if asked to: one node can't publish two
+    types on one topic. A score that takes over can't wait, so with `at_once`, listeners that already match count at
+    once.
     """
 
     def __init__(self, name: str, message: str, node: Any, advertise: Advertise, now: Now, at_once: bool) -> None:
@@ -41,26 +41,26 @@ class Topic:
         return "TwistStamped" in self._publishers
 
     def take(self, message: str) -> None:
-        """From now on `message` says what is sent: a type, or "auto"."""
+        """From now on, send `message`: a type, or "auto"."""
         self._message = message
         if message in TYPES:
             self._serve({message}, self._now())
 
     def unsettle(self) -> None:
-        """The listeners may be others in a moment, as after a reset: they count again once they had time to match."""
+        """The listeners may be about to change, as after a reset. They count again after they settle."""
         for publisher in self._publishers.values():
             publisher.unheard = self._now()
 
     def missing(self) -> str | None:
-        """Why a command would not be heard now, or None; listeners that want another type are served from now on.
+        """Why a command would not be heard now, or None. Listeners that expect another type are served from now on.
 
-        Some microseconds where everybody is matched: it is asked about every topic while robots move.
+        Takes a few microseconds if all listeners match: it is called for every topic while robots move.
         """
         counts = [publisher.count() for publisher in self._publishers.values()]
         listeners = self._node.count_subscribers(self.name)
         wanted: set[str] = set()
         if listeners and (listeners != sum(counts) or 0 in counts):
-            # Listeners of another type never match, but the graph tells what they want.
+            # Listeners of another type never match, but the graph shows their type.
             wanted = {listener.topic_type for listener in self._node.get_subscriptions_info_by_topic(self.name)}
             kinds = {kind for kind, name in TYPES.items() if name in wanted}
             if kinds and self._message not in TYPES:
@@ -75,14 +75,14 @@ class Topic:
         return f"a listener on {self.name} did not match: its QoS may ask for more than reliable and volatile"
 
     def others(self, own: Collection[str]) -> list[str]:
-        """The nodes that send here too: all but our `own`."""
+        """The nodes that also publish here, except our `own`."""
         if self._node.count_publishers(self.name) == len(self._publishers):
             return []
         infos = self._node.get_publishers_info_by_topic(self.name)
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))
 
     def publish(self, twist: Twist, clock: Any) -> None:
-        """Send to everybody; what is stamped is so by `clock`."""
+        """Send to all listeners. `clock` stamps TwistStamped messages."""
         for publisher in self._publishers.values():
             publisher.publish(twist, clock)
 
@@ -93,7 +93,7 @@ class Topic:
         return f"{found}, but Improv can only send {' or '.join(TYPES.values())}"
 
     def _serve(self, kinds: set[str], unheard: float) -> None:
-        # Not kept: with two types on a topic, `ros2 topic echo` refuses it.
+        # Don't keep them: `ros2 topic echo` refuses a topic with two types.
         for kind in self._publishers.keys() - kinds:
             self._publishers.pop(kind).destroy()
         for kind in kinds - self._publishers.keys():
@@ -102,7 +102,7 @@ class Topic:
 
 
 class _Publisher:
-    """A publisher of one type; `unheard` is when it was last without listeners."""
+    """A publisher of one type. `unheard` is when it last had no listeners."""
 
     def __init__(self, advertise: Advertise, kind: str, topic: str, second: bool, unheard: float) -> None:
         import geometry_msgs.msg
@@ -124,7 +124,7 @@ class _Publisher:
         if self._is_stamped:
             message.header.stamp = clock.now().to_msg()
             velocity = message.twist
-        # An int would not be refused: rclpy reads its memory as a float64, about 0.
+        # Convert ints: rclpy would read their memory as a float64 of about 0.
         velocity.linear.x, velocity.linear.y, velocity.linear.z = float(twist.x), float(twist.y), float(twist.z)
         velocity.angular.z = float(twist.yaw)
         self._publisher.publish(message)

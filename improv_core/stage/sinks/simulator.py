@@ -1,4 +1,4 @@
-"""Simulated robots: discs that follow what they are told, and push and bump where they meet something."""
+"""Simulated robots: discs that follow their setpoints, push each other, and bump into things."""
 
 from __future__ import annotations
 
@@ -16,19 +16,21 @@ from improv_core.stage.sinks.collisions import Bump, Collisions, Disc, Pushed
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, follow, motors_of
 
 LOOK = 24
-"""Steps between two looks at who is near whom: 0.1 s. Who could not touch anything until the next is not pushed."""
+"""Steps between two searches for robots near something: 0.1 s. A robot that can't touch anything before the next search
+is not pushed."""
 MARGIN = 0.05
-"""Metres more that count as near, for what pushing adds to the speeds of robots."""
+"""Extra meters that count as near, because pushing can make robots faster."""
 MOST_PARTS = 16
-"""Of a step, for robots that are fast or small: up to so many, each disc goes at most half its radius in one."""
+"""The most parts of a step. Steps are divided so even fast or small discs move at most half their radius at once."""
 BUMPS_KEPT = 200
 
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """What a page draws: poses at `at` seconds of performance, radii in metres, and the latest bumps.
+    """What the page draws: poses at performance time `at` (seconds), radii in meters, and the latest bumps.
 
-    `placed` counts how often robots were put elsewhere: between two that differ, nobody went the way between.
+    `placed` counts how often robots were moved by hand or by a seek: between two snapshots in which it differs, robots
+    jumped.
     """
 
     at: float = 0.0
@@ -40,7 +42,7 @@ class Snapshot:
 
 @dataclass(slots=True)
 class _Robot:
-    """A robot as of its latest change, and what it is told from then on."""
+    """A robot as of its latest change, and its setpoints from then on."""
 
     disc: Disc
     motors: Motors | None
@@ -49,13 +51,13 @@ class _Robot:
     commanded: Twist = STILL
     """The last twist it was sent."""
     pushed: Pushed | None = None
-    """Set while it can't go where it wants to."""
+    """Set while something keeps it from going where it wants."""
 
     def ahead(self, to: float) -> Motion:
         return follow(self.motion, self.setpoints, to, self.motors)
 
     def settle(self, to: float) -> None:
-        """Forget the way up to `to`."""
+        """Drop the history up to `to`."""
         self.motion = self.ahead(to)
         while self.setpoints and self.setpoints[0][0] <= to:
             self.setpoints.popleft()
@@ -64,7 +66,7 @@ class _Robot:
         ideally = self.ahead(time).pose_at(time)
         if not self.pushed:
             return ideally
-        # Its own twists would take it into what it touches: it goes on as in the last step.
+        # Its own twists would take it into what it touches, so it keeps moving as in the last step.
         at, seconds = self.pushed.pose, time - self.motion.at
         return Pose(at.x + self.pushed.x * seconds, at.y + self.pushed.y * seconds, ideally.z, ideally.heading)
 
@@ -72,10 +74,10 @@ class _Robot:
 class Simulator:
     """A sink that moves discs in a world of walls and obstacles.
 
-    Robots that are near nothing are on exact arcs, with no step at all. Those that could touch something are pushed in
-    whole steps of 1/240 s counted from beat 0, cut in equal parts where one is fast, and only the ones that are really
-    pushed leave their arcs. Who is near is decided at whole steps too: so the same program gives bit-equal poses,
-    however often `advance` is called.
+    Robots that are near nothing move on exact arcs, without steps. Those that could touch something are pushed in whole
+    steps of 1/240 s counted from beat 0, divided into equal parts if one is fast, and only robots that are really
+    pushed leave their arcs. Who is near is also decided at whole steps. So the same program gives bit-identical poses,
+    no matter how often `advance` is called.
     """
 
     name: str = "simulator"
@@ -83,7 +85,7 @@ class Simulator:
 
     def __init__(self, period: float | None = 1 / 60) -> None:
         self.period = period
-        self._lock = Lock()  # poses are asked for from any thread
+        self._lock = Lock()  # any thread may ask for poses
         self._placed = 0
         self._clear(World())
 
@@ -91,9 +93,9 @@ class Simulator:
         self._world = world
         self._collisions = Collisions(world)
         self._robots: dict[str, _Robot] = {}
-        self._awake: list[str] = []  # those near something
-        self._fastest = 0.0  # m/s, of all that was told so far
-        self._faster: deque[tuple[float, float]] = deque()  # when that will rise, and to what
+        self._awake: list[str] = []  # robots near something
+        self._fastest = 0.0  # m/s, of all setpoints so far
+        self._faster: deque[tuple[float, float]] = deque()  # when that increases, and to what
         self._steps = 0
         self._look_again = 0
         self._now = 0.0
@@ -101,10 +103,10 @@ class Simulator:
         self._met: dict[str, dict[str, None]] = {}
 
     def prepare(self, score: Score, restart: bool) -> None:
-        """Put new robots at their starts; with `restart`, start everything afresh at time 0.
+        """Put new robots at their start poses. With `restart`, start everything over at time 0.
 
-        Without `restart`, robots that are already there go on from where they are, also those without a part: whoever
-        sends twists stops them, and knows at which exact time.
+        Without `restart`, existing robots continue from where they are, including those without a part: the sender of
+        twists stops them at the exact time.
         """
         with self._lock:
             if restart:
@@ -123,7 +125,7 @@ class Simulator:
         return {}
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        """Who bumped into whom so far, at the one of them whose name comes first."""
+        """Who has bumped into whom so far, listed under the robot whose name comes first."""
         return {
             name: f"{name} bumped into {_listed(met)}: start them farther apart or change their paths"
             for name, met in self._met.items()
@@ -131,7 +133,7 @@ class Simulator:
         }
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
-        """Robots that have left with a restart are told to stop once more; they are no longer there."""
+        """Queue a twist. Ignored for robots that a restart has removed: they are still told to stop."""
         known = self._robots.get(robot)
         if known is None or known.commanded == twist:
             return
@@ -146,14 +148,14 @@ class Simulator:
         with self._lock:
             for name, pose in poses.items():
                 robot = self._robots[name]
-                # What it was told elsewhere no longer moves it.
+                # Setpoints from before no longer apply.
                 robot.motion, robot.commanded, robot.pushed = Motion(self._now, pose), STILL, None
                 robot.setpoints.clear()
             self._placed += 1
             self._look_again = self._steps
 
     def advance(self, to: float) -> None:
-        """Let every whole step pass that ends by `to`; the rest of the way only shows in `poses`."""
+        """Run every whole step that ends by `to`. The rest of the time only shows in `poses`."""
         with self._lock:
             last = _whole_steps(to)
             while self._steps < last:
@@ -173,7 +175,7 @@ class Simulator:
         return any(robot.ahead(self._now).twist != STILL for robot in self._robots.values() if robot.motors)
 
     def poses(self) -> dict[str, Pose]:
-        """The poses at exactly the time of the latest `advance`."""
+        """The poses at the exact time of the latest `advance`."""
         return dict(self.snapshot().poses)
 
     def snapshot(self) -> Snapshot:
@@ -188,7 +190,7 @@ class Simulator:
             )
 
     def close(self) -> None:
-        """Nothing to let go of; a page still sees the last poses."""
+        """Does nothing: a page can still show the last poses."""
 
     def _cast(self, name: str, part: Part) -> None:
         motors = motors_of(part.profile)
@@ -200,13 +202,13 @@ class Simulator:
             self._robots[name] = _Robot(disc, motors, Motion(self._now, part.start))
 
     def _next_rise(self) -> int:
-        """The step in which a robot becomes faster than all were before."""
+        """The step in which a robot becomes faster than all robots so far."""
         if not self._faster:
             return self._steps + LOOK
         return max(_whole_steps(self._faster[0][0]), self._steps + 1)
 
     def _look(self) -> None:
-        """Find out who could touch something before the next look."""
+        """Find the robots that could touch something before the next search."""
         now = self._steps / STEPS_PER_SECOND
         self._look_again = self._steps + LOOK
         reach = self._fastest * LOOK / STEPS_PER_SECOND + MARGIN
@@ -239,12 +241,12 @@ class Simulator:
         self._steps += 1
 
     def _ways(self, start: float, end: float) -> dict[str, tuple[Pose, Pose]]:
-        """From where to where the robots go that are near something, if nothing pushes them."""
+        """The start and end poses of the robots near something, if nothing pushes them."""
         robots = {name: self._robots[name] for name in self._awake}
         return {name: (robot.pose_at(start), robot.ahead(end).pose_at(end)) for name, robot in robots.items()}
 
     def _parts(self, ways: Mapping[str, tuple[Pose, Pose]]) -> int:
-        """In how many parts a step has to be, so that nobody goes further than half its radius at once."""
+        """How many parts a step needs, so that no robot moves farther than half its radius in one."""
         farthest = max(
             math.dist((before.x, before.y, before.z), (after.x, after.y, after.z)) / self._robots[name].disc.radius
             for name, (before, after) in ways.items()
@@ -262,7 +264,7 @@ class Simulator:
 
 
 def _whole_steps(time: float) -> int:
-    """How many steps have ended by then, also where the product is rounded."""
+    """How many steps have ended by `time`, even if the product is rounded."""
     steps = math.floor(time * STEPS_PER_SECOND)
     if (steps + 1) / STEPS_PER_SECOND <= time:
         return steps + 1
@@ -270,7 +272,7 @@ def _whole_steps(time: float) -> int:
 
 
 def _after_push(motion: Motion, pushed: Pushed, at: float, motors: Motors | None) -> Motion:
-    """Goes on from where it was pushed; one with motors has to gain its speed anew."""
+    """The motion from where it was pushed to. A robot with motors has to speed up again."""
     if not motors:
         return Motion(at, pushed.pose, motion.commanded, motion.commanded)
     cos, sin = math.cos(pushed.pose.heading), math.sin(pushed.pose.heading)
@@ -279,7 +281,7 @@ def _after_push(motion: Motion, pushed: Pushed, at: float, motors: Motors | None
 
 
 def _near(circles: Mapping[str, tuple[float, float, float]]) -> set[str]:
-    """Those circles (x, y, radius) that overlap another: each is compared with those in the cells around its own."""
+    """The circles (x, y, radius) that overlap another one. Each is compared only with those in neighboring cells."""
     if not circles:
         return set()
     size = 2 * max(radius for *_, radius in circles.values())
@@ -296,7 +298,7 @@ def _near(circles: Mapping[str, tuple[float, float, float]]) -> set[str]:
 
 
 def _pairs(cells: Mapping[tuple[int, int], list[str]]) -> Iterator[tuple[str, str]]:
-    """All pairs in a cell, or in cells that touch."""
+    """All pairs in the same cell or in cells that touch."""
     for (x, y), names in cells.items():
         for place, one in enumerate(names):
             for other in names[place + 1 :]:

@@ -62,7 +62,7 @@ def _stretch(score: Score, part: Part, begin: Exact, end: float, most: int) -> S
         if moment.start >= end or len(moments) == most:
             break
         moving = twist(moment.velocity, part.profile, score.tempo)
-        words = [[place.statement, *place.span] for place in moment.places]
+        words = [[source.statement, *source.span] for source in moment.sources]
         moments.append([float(moment.start), float(moment.duration), *astuple(moving), words])
         until = float(moment.start + moment.duration)
     pose = pose_at(part, begin)

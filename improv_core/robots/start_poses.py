@@ -1,4 +1,4 @@
-"""Where robots start: those that nobody has placed in rows, and inside the walls around the floor."""
+"""Start poses of robots. Those without one in `improv.toml` start in rows, inside the walls around the floor."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from improv_core.robots.config import Robot
 from improv_core.score.motion import Pose
 
 APART = 3.0
-"""Metres between robots that nobody has placed, side by side and from row to row."""
+"""Meters between robots without a start pose, side by side and from row to row."""
 SIDE_BY_SIDE = 8
-"""How many of them stand in a row; the others stand behind, so that a whole class can be seen."""
+"""The number of robots in a row. The others stand behind, so that a whole class can be seen."""
 MOST_PLACES = 4_096
-"""To look for free ones among: robots' starts are asked for at every hover."""
+"""The most places to search for free ones: every hover asks for start poses."""
 _TOUCHING = 1 - 1e-9
-"""Those that stand side by side from wall to wall do not overlap because of rounding."""
+"""Keeps robots that fill a row from wall to wall from overlapping because of rounding."""
 
 
 def start_poses(robots: Mapping[str, Robot], size: tuple[float, float] | None) -> dict[str, Pose]:
-    """Where the robots start, on a floor with walls around it, `size` metres along x and y, or on an endless one.
+    """The start poses, on a floor with walls around it, `size` meters along x and y, or on an endless floor (None).
 
-    Where the usual rows do not fit, all robots without a start stand around the origin instead, as far apart as there
-    is room. They overlap only if no rows are found that have room for all.
+    If the usual rows don't fit, all robots without a start pose stand around the origin instead, as far apart as there
+    is room. They overlap only if no rows have room for all of them.
     """
     poses = {name: robot.start or _usual(place) for place, (name, robot) in enumerate(robots.items())}
     new = [name for name, robot in robots.items() if not robot.start]
@@ -43,7 +43,7 @@ def _usual(place: int) -> Pose:
 def _rows(
     robots: int, radius: float, size: tuple[float, float], placed: Collection[tuple[float, float, float]]
 ) -> list[Pose]:
-    """Places on a floor where the usual ones are not free; they overlap only if no such rows have room for all."""
+    """Places on a floor where the usual ones are not free. They overlap only if no rows have room for all."""
     count = robots
     while True:
         room, places = _grid(count, radius, size)
@@ -52,17 +52,17 @@ def _rows(
         free = [pose for pose in places if _is_free(pose, radius, size, placed)]
         if len(free) >= robots:
             return free[:robots]
-        count += robots - len(free) + count // 8  # a few more than needed, so that few tries are
+        count += robots - len(free) + count // 8  # a few more than needed, to need fewer tries
 
 
 def _grid(count: int, radius: float, size: tuple[float, float]) -> tuple[float, list[Pose]]:
-    """So many places around the middle of the floor, and the most metres from one to the next that there can be."""
+    """This many places around the middle of the floor, and the largest possible distance between them in meters."""
     most = max(APART, 2 * radius)
 
     def room(columns: int) -> tuple[float, float]:
         return min(most, size[0] / math.ceil(count / columns)), min(most, size[1] / columns)
 
-    # As many side by side as it makes no difference for.
+    # The most columns that don't reduce the distance, up to the usual number.
     columns = max(range(1, count + 1), key=lambda columns: (min(room(columns)), min(columns, SIDE_BY_SIDE), -columns))
     rows = math.ceil(count / columns)
     behind, beside = room(columns)
@@ -73,7 +73,7 @@ def _grid(count: int, radius: float, size: tuple[float, float]) -> tuple[float, 
 
 
 def _inside(pose: Pose, radius: float, size: tuple[float, float]) -> Pose:
-    """The nearest pose whose disc is inside the walls, if that is not larger than the floor."""
+    """The nearest pose whose disc is inside the walls, if the disc fits on the floor."""
     x, y = (max(length / 2 - radius, 0.0) for length in size)
     return Pose(min(max(pose.x, -x), x), min(max(pose.y, -y), y))
 
@@ -81,7 +81,7 @@ def _inside(pose: Pose, radius: float, size: tuple[float, float]) -> Pose:
 def _is_free(
     pose: Pose, radius: float, size: tuple[float, float], placed: Collection[tuple[float, float, float]]
 ) -> bool:
-    """Whether a disc at a pose is inside the walls, and overlaps none of those (x, y, radius) that are there."""
+    """Whether a disc at a pose is inside the walls and overlaps no placed disc (x, y, radius)."""
     least = radius * _TOUCHING
     return (
         abs(pose.x) + least <= size[0] / 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import re
 import signal
 import subprocess
@@ -12,8 +13,11 @@ from pathlib import Path
 import pytest
 from watchfiles import watch
 
-from improv_core.commands.record import RecordError, record_live
+from improv_core.commands.record import RecordError, record_live, recording
+from improv_core.commands.rehearsal import perform
 from improv_core.playback.start import Options
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
 from improv_core.stage.sinks.recorder import Recorder
 from tests.commands.command_line import IMPROV, LIMIT, run
 from tests.recordings import changes, read
@@ -135,6 +139,18 @@ def test_interrupted_while_it_plays_it_is_complete(number: signal.Signals, endle
     assert last.startswith(f"{path}: 1 robot, {len(messages)} messages, ")
     assert [moving for _, moving in changes(messages, "/r/cmd_vel")] == [FORWARD, STILL]
     assert [message.velocity for message in messages[-4:]] == [FORWARD, *[STILL] * 3]
+
+
+def test_a_link_with_a_guessed_name_is_not_followed(tmp_path: Path) -> None:
+    victim = tmp_path / "victim"
+    victim.write_text("somebody else's")
+    guessed = tmp_path / f".dance.mcap.{os.getpid()}"
+    guessed.symlink_to(victim)
+    with recording(tmp_path / "dance.mcap") as recorder:
+        perform(score_of(analyze("r $ left\n")), recorder, None)
+    assert victim.read_text() == "somebody else's"
+    assert guessed.is_symlink()
+    assert read(tmp_path / "dance.mcap")
 
 
 def test_a_full_disk_ends_what_plays(endless: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,6 @@ import difflib
 import os
 import re
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import click
 from improv_core.commands import parameters
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
+from improv_core.commands.replacing import replacing
 from improv_core.plain import printable
 from improv_core.program.files import ReadError, read_program
 from improv_core.syntax.formatter import format_text
@@ -105,24 +105,12 @@ def _file_lines(text: str) -> list[str]:
 
 def _rewrite(path: Path, before: str, after: str) -> None:
     """Replace the file in one step, if it still holds the text that was read. Raises WriteError."""
-    target = path.resolve()  # a link stays a link
-    temporary = None
     try:
-        old = target.read_bytes()
-        mark = codecs.BOM_UTF8 if old.startswith(codecs.BOM_UTF8) else b""
-        if old != mark + before.encode():
-            raise WriteError(f"{path}: it changed while it was being formatted: run this again")
-        if not os.access(target, os.W_OK):
-            raise WriteError(f"{path}: permission denied")
-        with tempfile.NamedTemporaryFile(dir=target.parent, prefix=f".{target.name}.", delete=False) as file:
-            temporary = Path(file.name)
+        with replacing(path) as file:
+            old = path.read_bytes()
+            mark = codecs.BOM_UTF8 if old.startswith(codecs.BOM_UTF8) else b""
+            if old != mark + before.encode():
+                raise WriteError(f"{path}: it changed while it was being formatted: run this again")
             file.write(mark + after.encode())
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.chmod(target.stat().st_mode)
-        temporary.replace(target)
     except OSError as error:
         raise WriteError(f"{path}: {(error.strerror or 'it cannot be written').lower()}") from None
-    finally:
-        if temporary:
-            temporary.unlink(missing_ok=True)

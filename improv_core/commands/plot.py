@@ -10,6 +10,7 @@ import click
 from improv_core.commands import parameters
 from improv_core.commands.exit_codes import PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
+from improv_core.commands.replacing import replacing
 from improv_core.program.compiler import score_of
 from improv_core.score.svg import plot
 
@@ -29,7 +30,8 @@ def command(file: Path, output: Path, timeline: bool) -> None:
         sys.exit(PROBLEMS)
     picture = plot(score_of(analysis), timeline)
     try:
-        output.write_bytes(picture.encode() if output.suffix == ".svg" else _png(picture))
+        with replacing(output) as target:
+            target.write(picture.encode() if output.suffix == ".svg" else _png(picture))
     except OSError as error:
         raise CommandError(f"{output}: {(error.strerror or 'it cannot be written').lower()}") from None
 

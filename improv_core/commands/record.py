@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.play import play
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
+from improv_core.commands.replacing import replacing
 from improv_core.commands.terminal import run
 from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
@@ -87,28 +87,22 @@ def recording(output: Path) -> Iterator[Recorder]:
 
     Beat 0 is now. Raises RecordError, also for what the body raises if it can't be written or performed.
     """
-    target = output.resolve()  # a link stays a link
-    part = target.with_name(f".{target.name}.{os.getpid()}")
     if output.suffix != ".mcap":
         raise RecordError(f"{output}: the recording's name must end in .mcap")
-    if target.exists() and not target.is_file():
-        raise RecordError(f"{output} was not written: something else has that name")
-    if target.exists() and not os.access(target, os.W_OK):
-        raise RecordError(f"{output} was not written: permission denied")
     try:
-        with part.open("wb") as file:
+        with suppress(_NothingRecordedError), replacing(output) as file:
             recorder = Recorder(file, time.time_ns())
             yield recorder
             recorder.finish()
-            file.flush()
-            os.fsync(file.fileno())
-        if recorder.setpoints:
-            part.replace(target)
+            if not recorder.setpoints:
+                raise _NothingRecordedError
     except (OSError, ValueError, OverflowError) as error:
         why = error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)
         raise RecordError(f"{output} was not written: {why}") from None
-    finally:
-        part.unlink(missing_ok=True)
+
+
+class _NothingRecordedError(Exception):
+    """Keeps an empty recording from replacing another."""
 
 
 def _summary(output: Path, recorder: Recorder) -> str:

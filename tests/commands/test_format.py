@@ -108,7 +108,7 @@ def test_files_that_can_not_be_read_are_named_and_the_others_still_formatted(unt
     ("place", "stand_in", "problem"),
     [
         ("os.access", lambda *_: False, "permission denied"),
-        ("tempfile.NamedTemporaryFile", fails_with(errno.ENOSPC), "no space left on device"),
+        ("tempfile.mkstemp", fails_with(errno.ENOSPC), "no space left on device"),
         ("os.fsync", fails_with(errno.EIO), "input/output error"),
         ("pathlib.Path.replace", fails_with(errno.EPERM), "operation not permitted"),
     ],

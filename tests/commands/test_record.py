@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import re
 import signal
 import subprocess
@@ -12,8 +13,11 @@ from pathlib import Path
 import pytest
 from watchfiles import watch
 
-from improv_core.commands.record import RecordError, record_live
+from improv_core.commands.record import RecordError, record_live, recording
+from improv_core.commands.rehearsal import perform
 from improv_core.playback.start import Options
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
 from improv_core.stage.sinks.recorder import Recorder
 from tests.commands.command_line import IMPROV, LIMIT, run
 from tests.recordings import changes, read
@@ -101,7 +105,8 @@ def test_what_can_not_be_done_is_said_in_a_line(program: Path, tmp_path: Path) -
 def test_interrupted_while_it_computes_nothing_is_left(number: signal.Signals, endless: Path, tmp_path: Path) -> None:
     process = start(endless, tmp_path / "x.mcap", "--for", "1e9")
     for _ in watch(tmp_path, rust_timeout=100, yield_on_timeout=True):
-        if any(".mcap" in each.name for each in tmp_path.iterdir()):
+        # Not before something is written: Python's exit code differs if it is interrupted while it imports mcap.
+        if any(".mcap" in each.name and each.stat().st_size for each in tmp_path.iterdir()):
             break
     process.send_signal(number)
     assert process.communicate(timeout=LIMIT)[1] == f"improv: interrupted: {tmp_path / 'x.mcap'} was not written\n"
@@ -135,6 +140,18 @@ def test_interrupted_while_it_plays_it_is_complete(number: signal.Signals, endle
     assert last.startswith(f"{path}: 1 robot, {len(messages)} messages, ")
     assert [moving for _, moving in changes(messages, "/r/cmd_vel")] == [FORWARD, STILL]
     assert [message.velocity for message in messages[-4:]] == [FORWARD, *[STILL] * 3]
+
+
+def test_a_link_with_a_guessed_name_is_not_followed(tmp_path: Path) -> None:
+    victim = tmp_path / "victim"
+    victim.write_text("somebody else's")
+    guessed = tmp_path / f".dance.mcap.{os.getpid()}"
+    guessed.symlink_to(victim)
+    with recording(tmp_path / "dance.mcap") as recorder:
+        perform(score_of(analyze("r $ left\n")), recorder, None)
+    assert victim.read_text() == "somebody else's"
+    assert guessed.is_symlink()
+    assert read(tmp_path / "dance.mcap")
 
 
 def test_a_full_disk_ends_what_plays(endless: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

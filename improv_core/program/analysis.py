@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from itertools import count
 from improv_core.diagnostics import Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.feasibility import check_casting
-from improv_core.program.meaning import Definition, Meaning, Scope, movement_of, understand
+from improv_core.program.meaning import MOST_BITS, Definition, Meaning, Scope, movement_of, understand
 from improv_core.robots.config import Robots
 from improv_core.score import movement
 from improv_core.score.movement import Movement
@@ -25,6 +26,8 @@ from improv_core.syntax.statements import split
 from improv_core.text import LineIndex, Span
 
 DEFAULT_TEMPO = Fraction(60)
+EVEN = 1_000
+"""Lengths with denominators up to this can always be added: all of these have a common one of 1,439 bits."""
 NO_ROBOTS = Robots()
 
 _new_ids = count()  # every statement of every document gets its own, and keeps it wherever it moves
@@ -50,7 +53,8 @@ class Analysis:
 
     The sequences run side by side, one entry for each statement: its offset, tree, number and meaning. `tempos` has
     the indices of the statements with a tempo, `faulty` those of the statements whose meaning has diagnostics or
-    undefined names. `infeasible` says, by index, what the robots of a statement can't do.
+    undefined names, and `uneven` those that play something whose length has a denominator over `EVEN`. `infeasible`
+    says, by index, what the robots of a statement can't do.
     """
 
     lines: LineIndex
@@ -61,6 +65,7 @@ class Analysis:
     bindings: Bindings
     tempos: Sequence[int]
     faulty: frozenset[int]
+    uneven: frozenset[int]
     cast: Robots  # what improv.toml says
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
 
@@ -82,16 +87,17 @@ class Analysis:
     def robots(self) -> Mapping[str, Movement]:
         """What each robot plays, in order of appearance."""
         plays: dict[str, list[Movement]] = {}
-        for number, meaning in zip(self.statement_ids, self.meanings, strict=True):
-            for robot in meaning.robots:
-                plays.setdefault(robot, []).append(movement.use(meaning.movement, None, number))
+        for index, (number, meaning) in enumerate(zip(self.statement_ids, self.meanings, strict=True)):
+            if index not in self._too_uneven:
+                for robot in meaning.robots:
+                    plays.setdefault(robot, []).append(movement.use(meaning.movement, None, number))
         return {robot: movement.series(parts) for robot, parts in plays.items()}
 
     @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All that is to be said about the program, in the order of the text."""
         found: list[Diagnostic] = []
-        for index in self.faulty.union(self.bindings.unused, self.tempos[1:], self.infeasible):
+        for index in self.faulty.union(self.bindings.unused, self.tempos[1:], self.infeasible, self._too_uneven):
             found += (each.shifted(self.offsets[index]) for each in self._said_of(index))
         return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
 
@@ -157,6 +163,21 @@ class Analysis:
             self, cast=robots, infeasible=_infeasible(self.meanings, self.statements, robots, self.tempo)
         )
 
+    @cached_property
+    def _too_uneven(self) -> frozenset[int]:
+        """The statements whose length can't be added to those above it for the same robot: the sum is too long."""
+        commons: dict[str, int] = {}
+        found = set()
+        for index in sorted(self.uneven):
+            meaning = self.meanings[index]
+            for robot in meaning.robots:
+                common = math.lcm(commons.get(robot, 1), _denominator(meaning.movement))
+                if common.bit_length() > MOST_BITS:
+                    found.add(index)
+                else:
+                    commons[robot] = common
+        return frozenset(found)
+
     def _scope(self, index: int) -> Scope:
         return _scope(self.statements[index], index, self.bindings, self.meanings)
 
@@ -176,6 +197,9 @@ class Analysis:
             related = Related(self._relative(Span(first, first + len("beat")), index), "the first `beat`")
             fixes = (Fix("Remove it", (Edit(self._whole_line(index), ""),)),)
             yield Diagnostic("duplicate-beat", Span(0, len(statement.text)), message, fixes, (related,))
+        if index in self._too_uneven and statement.body:
+            message = "use simpler numbers: with the lines above, they make a fraction too long to compute exactly"
+            yield Diagnostic("bad-number", statement.body.span, message)
         for node in meaning.unresolved:
             yield self._unresolved(index, node)
 
@@ -268,6 +292,7 @@ def _assembled(
         bindings=bind(statements),
         tempos=tempos,
         faulty=frozenset(index for index, meaning in enumerate(meanings) if _is_faulty(meaning)),
+        uneven=frozenset(index for index, meaning in enumerate(meanings) if _is_uneven(meaning)),
         cast=cast,
         infeasible=_infeasible(meanings, statements, cast, tempo, infeasible, changed),
     )
@@ -299,6 +324,7 @@ def _with_others(
         bindings=bindings,
         tempos=tempos,
         faulty=old.faulty.difference(again).union(index for index in again if _is_faulty(meanings[index])),
+        uneven=old.uneven.difference(again).union(index for index in again if _is_uneven(meanings[index])),
         infeasible=_infeasible(meanings, statements, old.cast, tempo, known, doubtful),
     )
 
@@ -353,8 +379,11 @@ def _infeasible(
 
 
 def _scope(statement: Statement, index: int, bindings: Bindings, meanings: Sequence[Meaning]) -> Scope:
-    definers = {name: bindings.definer(name, index) for name in statement.uses}
-    return {name: None if at is None else meanings[at].definition for name, at in definers.items()}
+    scope = {}
+    for name in statement.uses:
+        definer = bindings.definer(name, index)
+        scope[name] = None if definer is None else meanings[definer].definition
+    return scope
 
 
 def _tempos(statements: Sequence[Statement]) -> Sequence[int]:
@@ -371,3 +400,11 @@ def _sets_tempo(statement: Statement) -> bool:
 
 def _is_faulty(meaning: Meaning) -> bool:
     return bool(meaning.diagnostics or meaning.unresolved)
+
+
+def _is_uneven(meaning: Meaning) -> bool:
+    return bool(meaning.robots) and _denominator(meaning.movement) > EVEN
+
+
+def _denominator(played: Movement) -> int:
+    return played.duration.denominator if isinstance(played.duration, Fraction) else 1

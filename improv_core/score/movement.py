@@ -19,7 +19,7 @@ from improv_core.text import Span
 
 ENDLESS = math.inf
 Exact: TypeAlias = Fraction | int  # whole numbers come as int where they can: most are, and it is many times faster
-Duration: TypeAlias = Fraction | int | float  # the only float is ENDLESS
+Duration: TypeAlias = Fraction | int | float  # the only float is ENDLESS, and its type is the quickest way to tell
 NORMAL = Fraction(1)
 """The rate of what is not paced. A fraction: two integers would divide to a float."""
 
@@ -126,14 +126,13 @@ _NO_PEAK = Peak(0.0, 0.0, 0.0, 0.0, math.inf)
 class Movement:
     """A movement. Made by the functions below, never directly.
 
-    `uniform` is its velocity where that never changes; `depth` is how many levels of voices stand within voices;
-    `bits` is how long the fractions of its moments may get from the factors around them; `peak` is what none of its
-    moments exceeds.
+    `uniform` is its velocity if that never changes. `width` is how many voices may play at once. `bits` is how long
+    the fractions of its moments may get from the factors around them. No moment exceeds `peak`.
     """
 
     duration: Duration
     uniform: Velocity | None
-    depth: int
+    width: int
     bits: int
     peak: Peak
 
@@ -188,7 +187,7 @@ class Use(Movement):
 def hold(velocity: Velocity, duration: Exact = 1, span: Span | None = None) -> Movement:
     """One velocity for `duration` beats, written at `span`."""
     x, y, z, yaw = (abs(float(value)) for value in velocity)
-    return Hold(duration, velocity, 0, 0, _peak(x, y, z, yaw, float(duration)), velocity, span)
+    return Hold(duration, velocity, 1, 0, _peak(x, y, z, yaw, float(duration)), velocity, span)
 
 
 def series(items: Sequence[Movement]) -> Movement:
@@ -197,28 +196,32 @@ def series(items: Sequence[Movement]) -> Movement:
         return items[0]
     end: Duration = 0
     ends = []
-    depth = bits = 0
-    velocities = set()
+    width = bits = 0
+    uniform: Velocity | None = None
+    peak = _NO_PEAK
     peaks = set()
     for item in items:  # one loop: most of what is understood at a keystroke passes here
         if item.duration:
+            if not end:
+                uniform = item.uniform
+            elif uniform is not item.uniform and uniform != item.uniform:
+                uniform = None
             end += item.duration
-            velocities.add(item.uniform)
         ends.append(end)
-        peaks.add(item.peak)
-        if item.depth > depth:
-            depth = item.depth
+        if item.peak is not peak:
+            peak = item.peak
+            peaks.add(peak)
+        if item.width > width:
+            width = item.width
         if item.bits > bits:
             bits = item.bits
-    uniform = velocities.pop() if len(velocities) == 1 else None
-    peak = peaks.pop() if len(peaks) == 1 else _bound(peaks, max)
-    return Series(end, uniform, depth, bits, peak, tuple(items), tuple(ends))
+    if len(peaks) > 1:
+        peak = _bound(peaks, max)
+    return Series(end, uniform, width, bits, peak, tuple(items), tuple(ends))
 
 
 def _bound(peaks: Collection[Peak], together: Callable[[Sequence[float]], float]) -> Peak:
     """The peak of what is made of several: the highest of them in series, their sum in parallel."""
-    if not peaks:
-        return _NO_PEAK
     x, y, z, yaw, shortest = zip(*peaks, strict=True)
     return _peak(together(x), together(y), together(z), together(yaw), min(shortest))
 
@@ -231,10 +234,10 @@ def parallel(voices: Sequence[Movement]) -> Movement:
     uniform: Velocity | None = STILL
     for voice in voices:
         uniform = uniform.plus(voice.uniform) if uniform and voice.uniform else None
-    depth = 1 + max(voice.depth for voice in voices)
+    width = sum(voice.width for voice in voices)
     bits = max(voice.bits for voice in voices)
     peak = _bound([voice.peak for voice in voices], sum)
-    return Parallel(min(voice.duration for voice in voices), uniform, depth, bits, peak, tuple(voices))
+    return Parallel(min(voice.duration for voice in voices), uniform, width, bits, peak, tuple(voices))
 
 
 def repeat(body: Movement, times: int | None = None) -> Movement:
@@ -242,16 +245,16 @@ def repeat(body: Movement, times: int | None = None) -> Movement:
     if not body.duration or times == 0:
         return series(())
     duration = ENDLESS if times is None else body.duration * times
-    return Repeat(duration, body.uniform, body.depth, body.bits, body.peak, body, times)
+    return Repeat(duration, body.uniform, body.width, body.bits, body.peak, body, times)
 
 
 def pace(body: Movement, rate: Fraction) -> Movement:
     """The same path, `rate` times as fast."""
     if not body.duration:
         return body
-    duration = body.duration / rate if body.duration != ENDLESS else ENDLESS
+    duration = ENDLESS if isinstance(body.duration, float) else body.duration / rate
     uniform = body.uniform and body.uniform.times(all_by(exact(rate)))
-    return Pace(duration, uniform, body.depth, body.bits + bits(rate), body.peak.sped_up(float(rate)), body, rate)
+    return Pace(duration, uniform, body.width, body.bits + bits(rate), body.peak.sped_up(float(rate)), body, rate)
 
 
 def gain(body: Movement, factors: Velocity) -> Movement:
@@ -260,24 +263,25 @@ def gain(body: Movement, factors: Velocity) -> Movement:
         return body
     uniform = body.uniform and body.uniform.times(factors)
     longer = max(bits(factor) for factor in factors)
-    return Gain(body.duration, uniform, body.depth, body.bits + longer, body.peak.times(factors), body, factors)
+    return Gain(body.duration, uniform, body.width, body.bits + longer, body.peak.times(factors), body, factors)
 
 
 def reverse(body: Movement) -> Movement:
     """What is performed, in reverse order. Raises ValueError if it is endless."""
-    if body.duration == ENDLESS:
+    if isinstance(body.duration, float):
         raise ValueError("an endless movement has no end to start from")
-    return Reverse(body.duration, body.uniform, body.depth, body.bits, body.peak, body)
+    return Reverse(body.duration, body.uniform, body.width, body.bits, body.peak, body)
 
 
 def use(body: Movement, span: Span | None, statement: int) -> Movement:
     """A movement that is written in another statement, by that one's number; the name for it stands at `span`."""
-    return Use(body.duration, body.uniform, body.depth, body.bits, body.peak, body, span, statement)
+    return Use(body.duration, body.uniform, body.width, body.bits, body.peak, body, span, statement)
 
 
 def bits(number: Exact) -> int:
     """How long an exact number is; 1 and -1 count as nothing."""
-    return abs(number.numerator).bit_length() + number.denominator.bit_length() - 2
+    above, below = number.as_integer_ratio()  # one call, where `numerator` and `denominator` of a fraction are two
+    return above.bit_length() + below.bit_length() - 2
 
 
 def walk(movement: Movement, start: Exact = 0, *, merge: bool = False) -> Iterator[Moment]:

@@ -195,8 +195,10 @@ WORST = [
     "r $ " + "repeat 1000000000 " * 35 + "forward",
     "r $ " + "slow 1000000000 " * 35 + "fast 100 forward",
     "r $ " + "fast 1000000000 " * 35 + "rest",
+    "x = left right\n" + "x = x || x\n" * 30 + "r $ x",
     "x = forward\n" + ("x = " + " || ".join(["x"] * 1_000) + "\n") * 150 + "r $ x",
     "r $ " + " ".join(f"fast 1.{odd:07} left" for odd in range(4_000)),
+    "".join(f"r $ {f'fast 1.{odd:028} ' * 10}left\n" for odd in range(1_000)),
 ]
 
 

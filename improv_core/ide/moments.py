@@ -10,7 +10,8 @@ from improv_core.score.movement import near, walk
 from improv_core.text import Span
 
 MOST_MOMENTS = 4_000
-"""Of all robots together, in one answer; who plays on asks for more."""
+MOST_WORDS = 40_000
+"""Of all robots together in one answer, though at least one moment of each; an editor that needs more asks again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,14 +37,15 @@ def playing(played: Analysis, now: Analysis, start: float = 0.0) -> Mapping[str,
     Words of statements that have been edited since are left out; those that only moved are found.
     """
     begin = near(max(start, 0.0))
-    most = MOST_MOMENTS // max(len(played.robots), 1)
+    robots = max(len(played.robots), 1)
     starts = dict(zip(now.statement_ids, now.offsets, strict=True))
     stretches = {}
     for robot, movement in played.robots.items():
         moments: list[Moment] = []
-        until = None
+        words, until = 0, None
         for moment in walk(movement, begin) if begin < movement.duration else ():
-            if len(moments) == most:
+            words += len(moment.places)
+            if moments and (len(moments) == MOST_MOMENTS // robots or words > MOST_WORDS // robots):
                 until = float(moment.start)
                 break
             spans = tuple(

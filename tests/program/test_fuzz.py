@@ -47,8 +47,6 @@ SECONDS = float(os.environ.get("IMPROV_FUZZ_SECONDS", "6"))
 LIMIT = 600
 """Seconds after which a test counts as hanging, on a busy machine."""
 pytestmark = pytest.mark.timeout(2 * SECONDS + LIMIT)
-LONG = 10_000
-"""Characters of a program beyond which only what is asked for unprompted is tried."""
 
 EXAMPLES = [path.read_text(encoding="utf-8") for path in sorted(Path("examples").glob("*.improv"))]
 PIECES = [*WORDS, "x", "y", "größe", "=", "$", "(", ")", "[", "]", "||", "|", "\n", "\r\n", "\r", " ", "\t", "# ", "2"]
@@ -104,8 +102,7 @@ def use(text: str, offset: int) -> Analysis:
     hover(analysis, offset, pictures=True)
     complete(analysis, offset)
     lenses(analysis)
-    if len(text) < LONG:
-        use_in_editor(analysis, offset)
+    use_in_editor(analysis, offset)
     compiled(analysis, 100)
     summary(analysis)
     format_text(text)

@@ -10,7 +10,9 @@ from improv_core.score.movement import near, walk
 from improv_core.text import Span
 
 MOST_MOMENTS = 4_000
-"""The most moments of all robots in one response. The client asks for more when it needs them."""
+MOST_WORDS = 40_000
+"""The most words of all robots in one response, though at least one moment of each. The client asks for more when it
+needs them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,14 +38,15 @@ def playing(played: Analysis, now: Analysis, start: float = 0.0) -> Mapping[str,
     Words of statements that were edited since are left out. Those that only moved are included.
     """
     begin = near(max(start, 0.0))
-    most = MOST_MOMENTS // max(len(played.robots), 1)
+    robots = max(len(played.robots), 1)
     offsets = dict(zip(now.statement_ids, now.offsets, strict=True))
     stretches = {}
     for robot, movement in played.robots.items():
         moments: list[Moment] = []
-        until = None
+        words, until = 0, None
         for moment in walk(movement, begin) if begin < movement.duration else ():
-            if len(moments) == most:
+            words += len(moment.sources)
+            if moments and (len(moments) == MOST_MOMENTS // robots or words > MOST_WORDS // robots):
                 until = float(moment.start)
                 break
             spans = tuple(

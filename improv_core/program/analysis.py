@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from itertools import count
 from improv_core.diagnostics import Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.feasibility import check_casting
-from improv_core.program.meaning import Definition, Meaning, Scope, movement_of, understand
+from improv_core.program.meaning import MOST_BITS, Definition, Meaning, Scope, movement_of, understand
 from improv_core.robots.config import Robots
 from improv_core.score import movement
 from improv_core.score.movement import Movement
@@ -25,6 +26,8 @@ from improv_core.syntax.statements import split
 from improv_core.text import LineIndex, Span
 
 DEFAULT_TEMPO = Fraction(60)
+EVEN = 1_000
+"""Lengths with denominators up to this can always be added: all of these have a common one of 1,439 bits."""
 NO_ROBOTS = Robots()
 LONGEST_PROGRAM = 10_000_000
 """Characters of a program that is analyzed."""
@@ -52,8 +55,9 @@ class Analysis:
     """The meaning of one version of a document. Made by `analyze`, or by `edited` from the previous version.
 
     The sequences are parallel, with one entry for each statement: its offset, tree, ID, and meaning. `tempos` has the
-    indices of the statements that set a tempo, and `faulty` those of the statements whose meaning has diagnostics or
-    undefined names. `infeasible` lists, by index, what the robots of a statement can't do.
+    indices of the statements that set a tempo, `faulty` those of the statements whose meaning has diagnostics or
+    undefined names, and `uneven` those that play something whose length has a denominator over `EVEN`. `infeasible`
+    lists, by index, what the robots of a statement can't do.
     """
 
     lines: LineIndex
@@ -64,6 +68,7 @@ class Analysis:
     bindings: Bindings
     tempos: Sequence[int]
     faulty: frozenset[int]
+    uneven: frozenset[int]
     cast: Robots  # from improv.toml
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
 
@@ -85,9 +90,10 @@ class Analysis:
     def robots(self) -> Mapping[str, Movement]:
         """What each robot plays, in order of appearance."""
         plays: dict[str, list[Movement]] = {}
-        for statement_id, meaning in zip(self.statement_ids, self.meanings, strict=True):
-            for robot in meaning.robots:
-                plays.setdefault(robot, []).append(movement.use(meaning.movement, None, statement_id))
+        for index, (statement_id, meaning) in enumerate(zip(self.statement_ids, self.meanings, strict=True)):
+            if index not in self._too_uneven:
+                for robot in meaning.robots:
+                    plays.setdefault(robot, []).append(movement.use(meaning.movement, None, statement_id))
         return {robot: movement.series(parts) for robot, parts in plays.items()}
 
     @cached_property
@@ -96,7 +102,7 @@ class Analysis:
         if len(self.text) > LONGEST_PROGRAM:
             return (_TOO_LONG,)
         found: list[Diagnostic] = []
-        for index in self.faulty.union(self.bindings.unused, self.tempos[1:], self.infeasible):
+        for index in self.faulty.union(self.bindings.unused, self.tempos[1:], self.infeasible, self._too_uneven):
             found += (each.shifted(self.offsets[index]) for each in self._diagnostics_of(index))
         return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
 
@@ -164,6 +170,21 @@ class Analysis:
             self, cast=robots, infeasible=_infeasible(self.meanings, self.statements, robots, self.tempo)
         )
 
+    @cached_property
+    def _too_uneven(self) -> frozenset[int]:
+        """The statements whose length can't be added to those above it for the same robot: the sum is too long."""
+        commons: dict[str, int] = {}
+        found = set()
+        for index in sorted(self.uneven):
+            meaning = self.meanings[index]
+            for robot in meaning.robots:
+                common = math.lcm(commons.get(robot, 1), _denominator(meaning.movement))
+                if common.bit_length() > MOST_BITS:
+                    found.add(index)
+                else:
+                    commons[robot] = common
+        return frozenset(found)
+
     def _scope(self, index: int) -> Scope:
         return _scope(self.statements[index], index, self.bindings, self.meanings)
 
@@ -183,6 +204,9 @@ class Analysis:
             related = Related(self._relative(Span(first, first + len("beat")), index), "the first `beat`")
             fixes = (Fix("Remove it", (Edit(self._whole_line(index), ""),)),)
             yield Diagnostic("duplicate-beat", Span(0, len(statement.text)), message, fixes, (related,))
+        if index in self._too_uneven and statement.body:
+            message = "use simpler numbers: with the lines above, they make a fraction too long to compute exactly"
+            yield Diagnostic("bad-number", statement.body.span, message)
         for node in meaning.unresolved:
             yield self._unresolved(index, node)
 
@@ -275,6 +299,7 @@ def _assembled(
         bindings=bind(statements),
         tempos=tempos,
         faulty=frozenset(index for index, meaning in enumerate(meanings) if _is_faulty(meaning)),
+        uneven=frozenset(index for index, meaning in enumerate(meanings) if _is_uneven(meaning)),
         cast=cast,
         infeasible=_infeasible(meanings, statements, cast, tempo, infeasible, changed),
     )
@@ -306,6 +331,7 @@ def _with_others(
         bindings=bindings,
         tempos=tempos,
         faulty=old.faulty.difference(again).union(index for index in again if _is_faulty(meanings[index])),
+        uneven=old.uneven.difference(again).union(index for index in again if _is_uneven(meanings[index])),
         infeasible=_infeasible(meanings, statements, old.cast, tempo, known, doubtful),
     )
 
@@ -360,8 +386,11 @@ def _infeasible(
 
 
 def _scope(statement: Statement, index: int, bindings: Bindings, meanings: Sequence[Meaning]) -> Scope:
-    definers = {name: bindings.definer(name, index) for name in statement.uses}
-    return {name: None if at is None else meanings[at].definition for name, at in definers.items()}
+    scope = {}
+    for name in statement.uses:
+        definer = bindings.definer(name, index)
+        scope[name] = None if definer is None else meanings[definer].definition
+    return scope
 
 
 def _tempos(statements: Sequence[Statement]) -> Sequence[int]:
@@ -378,3 +407,11 @@ def _sets_tempo(statement: Statement) -> bool:
 
 def _is_faulty(meaning: Meaning) -> bool:
     return bool(meaning.diagnostics or meaning.unresolved)
+
+
+def _is_uneven(meaning: Meaning) -> bool:
+    return bool(meaning.robots) and _denominator(meaning.movement) > EVEN
+
+
+def _denominator(played: Movement) -> int:
+    return played.duration.denominator if isinstance(played.duration, Fraction) else 1

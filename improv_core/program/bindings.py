@@ -42,13 +42,13 @@ class Bindings:
 
     def edited(self, before: Mapping[int, Statement], now: Mapping[int, Statement]) -> Bindings:
         """The bindings after some statements have been replaced by others at the same indices."""
+        if all(_names(before[index]) == _names(statement) for index, statement in now.items()):
+            return self  # as after most keystrokes
         defined, used = dict(self.defined), dict(self.used)
         names: set[str] = set()  # whose definitions or uses have changed
         for index, statement in now.items():
             names |= _moved(defined, index, _defines(before[index]), _defines(statement))
             names |= _moved(used, index, before[index].uses, statement.uses)
-        if not names:
-            return self
         unused = self.unused.difference(*(self.defined.get(name, ()) for name in names))
         unused = unused.union(*(_unused(name, defined, used) for name in names if name in defined))
         nearest = self.nearest if defined.keys() == self.defined.keys() else _nearest(defined)
@@ -68,6 +68,10 @@ def bind(statements: Iterable[Statement]) -> Bindings:
     return Bindings(defined, used, unused, _nearest(defined))
 
 
+def _names(statement: Statement) -> tuple[str | None, tuple[str, ...]]:
+    return statement.defines, statement.uses
+
+
 def _defines(statement: Statement) -> tuple[str, ...]:
     return (statement.defines,) if statement.defines else ()
 
@@ -84,7 +88,7 @@ def _moved(table: dict[str, Sequence[int]], index: int, before: Sequence[str], n
         indices = [*table.get(name, ())]
         insort(indices, index)
         table[name] = indices
-    return {*before, *now}
+    return set(before) ^ set(now)
 
 
 def _unused(name: str, defined: _Table, used: _Table) -> Iterator[int]:

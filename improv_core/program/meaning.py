@@ -12,7 +12,7 @@ from functools import lru_cache
 from improv_core.diagnostics import Diagnostic, Severity, replace
 from improv_core.program.unreachable import unperformed
 from improv_core.score import movement
-from improv_core.score.movement import ENDLESS, SAME, Movement, Peak, all_by
+from improv_core.score.movement import ENDLESS, SAME, Movement, all_by
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
@@ -28,8 +28,11 @@ LARGEST = 10**100
 
 With any tempo and step, the product of any two of them stays below the largest float (1.8e308).
 """
-DEEPEST_VOICES = 200
-"""How deeply `||` may be nested through names: walking recurses once per level."""
+MOST_VOICES = 250
+"""How many voices may play at once, including those within names.
+
+Each is walked by itself, and each level of voices within voices costs two of Python's levels of recursion.
+"""
 
 NOTHING = movement.series(())
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -80,7 +83,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     robots: tuple[str, ...] = ()
     if statement.body:
         meant = reader.movement(statement.body)
-        if meant.duration == ENDLESS or statement.has_voices:  # otherwise all of it plays
+        if statement.has_voices or isinstance(meant.duration, float):  # otherwise all of it plays
             diagnostics += unperformed(statement.body, reader.movement_made)
     if statement.number:
         tempo = reader.number(statement.number, "the tempo")
@@ -121,7 +124,7 @@ class _Reader:
             self.made[id(node)] = made = movement.use(found.movement, node.span, found.statement) if found else NOTHING
             return made
         made = self._made(node)
-        if problem := _too_much(made, may_be_faster=not isinstance(node, nodes.Series)):
+        if problem := _too_much(made):
             span = node.argument.span if isinstance(node, nodes.Apply) and node.argument else node.span
             self.report(Diagnostic("bad-number", span, problem))
             made = NOTHING
@@ -167,23 +170,23 @@ class _Reader:
     def _made(self, node: Node) -> Movement:
         if isinstance(node, nodes.Series):
             items = [self.movement(item) for item in node.items]
-            if _share_a_denominator(items):
+            if len(items) < FEW or _share_a_denominator(items):
                 return movement.series(items)
             self.report(Diagnostic("bad-number", node.span, _TOO_LONG))
             return NOTHING
-        if isinstance(node, nodes.Parallel):
-            return self._together(node.span, [self.movement(voice) for voice in node.voices])
-        if isinstance(node, nodes.Bracket):
-            return self._bracketed(node)
         if isinstance(node, nodes.Apply):
             return self._applied(node)
+        if isinstance(node, nodes.Bracket):
+            return self._bracketed(node)
+        if isinstance(node, nodes.Parallel):
+            return self._together(node.span, [self.movement(voice) for voice in node.voices])
         return NOTHING
 
     def _together(self, span: Span, voices: Sequence[Movement]) -> Movement:
         made = movement.parallel(voices)
-        if made.depth <= DEEPEST_VOICES:
+        if made.width <= MOST_VOICES:
             return made
-        message = f"`||` is nested more than {DEEPEST_VOICES} levels deep here: use fewer names within names"
+        message = f"{made.width:,} voices play at once here, and {MOST_VOICES} is the most: use fewer"
         self.report(Diagnostic("too-deep", span, message))
         return NOTHING
 
@@ -205,7 +208,7 @@ class _Reader:
     def _applied(self, node: nodes.Apply) -> Movement:
         body, word, argument = self.movement(node.body), node.word.text, node.argument
         if word in ("reverse", "retrograde"):
-            if body.duration == ENDLESS:
+            if isinstance(body.duration, float):
                 message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
                 self.report(Diagnostic("endless-reverse", node.word.span, message))
                 return NOTHING
@@ -237,34 +240,31 @@ class _Reader:
         return movement.repeat(body, int(count))
 
 
-_SHORTEST = 1 / LARGEST
 FEW = 50
 """Up to this many fractions are added without checking their common denominator."""
+_FEW_BITS = 150
+"""A movement whose numbers have so few bits is neither too long nor too fast: its factors are below 2^300 together."""
 _TOO_LONG = "these numbers make a fraction too long to compute exactly: use simpler ones"
 
 
-def _too_much(made: Movement, may_be_faster: bool) -> str | None:
+def _too_much(made: Movement) -> str | None:
     """The message about numbers too long to stay exact or too large for a float; None if there are none.
 
     All code that converts a movement's numbers to floats relies on this check.
     """
     duration = made.duration
-    if LARGEST < duration < ENDLESS or (may_be_faster and _is_too_fast(made.peak)):
+    length = made.bits if isinstance(duration, float) else made.bits + movement.bits(duration)
+    if length <= _FEW_BITS:
+        return None
+    *speeds, shortest = made.peak
+    if LARGEST < duration < ENDLESS or max(speeds) > LARGEST or shortest < 1 / LARGEST:
         return "these numbers make the movement too long or too fast to play: use smaller ones"
-    length = made.bits + (movement.bits(duration) if not isinstance(duration, float) else 0)
     return _TOO_LONG if length > MOST_BITS else None
-
-
-def _is_too_fast(peak: Peak) -> bool:
-    x, y, z, yaw, shortest = peak
-    return x > LARGEST or y > LARGEST or z > LARGEST or yaw > LARGEST or shortest < _SHORTEST
 
 
 def _share_a_denominator(items: Sequence[Movement]) -> bool:
     """Whether durations can be added exactly: the sum of thousands of unrelated fractions gets longer and longer."""
     common = 1
-    if len(items) < FEW:
-        return True
     for item in items:
         if isinstance(item.duration, Fraction):
             common = math.lcm(common, item.duration.denominator)

@@ -19,7 +19,7 @@ from improv_core.text import Span
 
 ENDLESS = math.inf
 Exact: TypeAlias = Fraction | int  # whole numbers are int: most are whole, and int is many times faster
-Duration: TypeAlias = Fraction | int | float  # the only float is ENDLESS
+Duration: TypeAlias = Fraction | int | float  # the only float is ENDLESS, and its type is the quickest way to tell
 NORMAL = Fraction(1)
 """The rate of a movement without Pace. It is a Fraction, because dividing two ints gives a float."""
 
@@ -126,13 +126,13 @@ _NO_PEAK = Peak(0.0, 0.0, 0.0, 0.0, math.inf)
 class Movement:
     """A movement. Made by the functions below, never directly.
 
-    `uniform` is its velocity if that never changes. `depth` is how deeply voices are nested. `bits` is how many bits
-    the factors around its moments may add to their fractions. `peak` bounds all of its moments.
+    `uniform` is its velocity if that never changes. `width` is how many voices may play at once. `bits` is how many
+    bits the factors around its moments may add to their fractions. `peak` bounds all of its moments.
     """
 
     duration: Duration
     uniform: Velocity | None
-    depth: int
+    width: int
     bits: int
     peak: Peak
 
@@ -187,7 +187,7 @@ class Use(Movement):
 def hold(velocity: Velocity, duration: Exact = 1, span: Span | None = None) -> Movement:
     """A constant velocity for `duration` beats, written at `span`."""
     x, y, z, yaw = (abs(float(value)) for value in velocity)
-    return Hold(duration, velocity, 0, 0, _peak(x, y, z, yaw, float(duration)), velocity, span)
+    return Hold(duration, velocity, 1, 0, _peak(x, y, z, yaw, float(duration)), velocity, span)
 
 
 def series(items: Sequence[Movement]) -> Movement:
@@ -196,28 +196,32 @@ def series(items: Sequence[Movement]) -> Movement:
         return items[0]
     end: Duration = 0
     ends = []
-    depth = bits = 0
-    velocities = set()
+    width = bits = 0
+    uniform: Velocity | None = None
+    peak = _NO_PEAK
     peaks = set()
     for item in items:  # a single loop, because most of the work at a keystroke goes through here
         if item.duration:
+            if not end:
+                uniform = item.uniform
+            elif uniform is not item.uniform and uniform != item.uniform:
+                uniform = None
             end += item.duration
-            velocities.add(item.uniform)
         ends.append(end)
-        peaks.add(item.peak)
-        if item.depth > depth:
-            depth = item.depth
+        if item.peak is not peak:
+            peak = item.peak
+            peaks.add(peak)
+        if item.width > width:
+            width = item.width
         if item.bits > bits:
             bits = item.bits
-    uniform = velocities.pop() if len(velocities) == 1 else None
-    peak = peaks.pop() if len(peaks) == 1 else _bound(peaks, max)
-    return Series(end, uniform, depth, bits, peak, tuple(items), tuple(ends))
+    if len(peaks) > 1:
+        peak = _bound(peaks, max)
+    return Series(end, uniform, width, bits, peak, tuple(items), tuple(ends))
 
 
 def _bound(peaks: Collection[Peak], together: Callable[[Sequence[float]], float]) -> Peak:
     """The combined peak of several movements: the maximum in series, the sum in parallel."""
-    if not peaks:
-        return _NO_PEAK
     x, y, z, yaw, shortest = zip(*peaks, strict=True)
     return _peak(together(x), together(y), together(z), together(yaw), min(shortest))
 
@@ -230,10 +234,10 @@ def parallel(voices: Sequence[Movement]) -> Movement:
     uniform: Velocity | None = STILL
     for voice in voices:
         uniform = uniform.plus(voice.uniform) if uniform and voice.uniform else None
-    depth = 1 + max(voice.depth for voice in voices)
+    width = sum(voice.width for voice in voices)
     bits = max(voice.bits for voice in voices)
     peak = _bound([voice.peak for voice in voices], sum)
-    return Parallel(min(voice.duration for voice in voices), uniform, depth, bits, peak, tuple(voices))
+    return Parallel(min(voice.duration for voice in voices), uniform, width, bits, peak, tuple(voices))
 
 
 def repeat(body: Movement, times: int | None = None) -> Movement:
@@ -241,16 +245,16 @@ def repeat(body: Movement, times: int | None = None) -> Movement:
     if not body.duration or times == 0:
         return series(())
     duration = ENDLESS if times is None else body.duration * times
-    return Repeat(duration, body.uniform, body.depth, body.bits, body.peak, body, times)
+    return Repeat(duration, body.uniform, body.width, body.bits, body.peak, body, times)
 
 
 def pace(body: Movement, rate: Fraction) -> Movement:
     """The same path, `rate` times as fast."""
     if not body.duration:
         return body
-    duration = body.duration / rate if body.duration != ENDLESS else ENDLESS
+    duration = ENDLESS if isinstance(body.duration, float) else body.duration / rate
     uniform = body.uniform and body.uniform.times(all_by(exact(rate)))
-    return Pace(duration, uniform, body.depth, body.bits + bits(rate), body.peak.sped_up(float(rate)), body, rate)
+    return Pace(duration, uniform, body.width, body.bits + bits(rate), body.peak.sped_up(float(rate)), body, rate)
 
 
 def gain(body: Movement, factors: Velocity) -> Movement:
@@ -259,24 +263,25 @@ def gain(body: Movement, factors: Velocity) -> Movement:
         return body
     uniform = body.uniform and body.uniform.times(factors)
     longer = max(bits(factor) for factor in factors)
-    return Gain(body.duration, uniform, body.depth, body.bits + longer, body.peak.times(factors), body, factors)
+    return Gain(body.duration, uniform, body.width, body.bits + longer, body.peak.times(factors), body, factors)
 
 
 def reverse(body: Movement) -> Movement:
     """The same moments in reverse order. Raises ValueError if the movement is endless."""
-    if body.duration == ENDLESS:
+    if isinstance(body.duration, float):
         raise ValueError("an endless movement has no end to start from")
-    return Reverse(body.duration, body.uniform, body.depth, body.bits, body.peak, body)
+    return Reverse(body.duration, body.uniform, body.width, body.bits, body.peak, body)
 
 
 def use(body: Movement, span: Span | None, statement: int) -> Movement:
     """A movement written in the statement with this ID, used by a name at `span`."""
-    return Use(body.duration, body.uniform, body.depth, body.bits, body.peak, body, span, statement)
+    return Use(body.duration, body.uniform, body.width, body.bits, body.peak, body, span, statement)
 
 
 def bits(number: Exact) -> int:
     """The number of bits of an exact number, where 1 and -1 have none."""
-    return abs(number.numerator).bit_length() + number.denominator.bit_length() - 2
+    above, below = number.as_integer_ratio()  # one call, where `numerator` and `denominator` of a fraction are two
+    return above.bit_length() + below.bit_length() - 2
 
 
 def walk(movement: Movement, start: Exact = 0, *, merge: bool = False) -> Iterator[Moment]:

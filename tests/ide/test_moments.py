@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.moments import MOST_MOMENTS, playing
+from improv_core.ide.moments import MOST_MOMENTS, MOST_WORDS, playing
 from improv_core.program.analysis import Analysis, analyze
 
 
@@ -41,6 +41,14 @@ def test_what_never_ends_comes_in_pieces() -> None:
     assert (len(stretch.moments), stretch.until) == (MOST_MOMENTS, MOST_MOMENTS)
     later = playing(played, played, MOST_MOMENTS + 0.5)["r"]
     assert (later.moments[0].start, later.moments[0].end) == (MOST_MOMENTS + 0.5, MOST_MOMENTS + 1)
+
+
+def test_names_within_names_come_in_pieces() -> None:
+    played = analyze("x = forward\n" + "x = x left\n" * 1_000 + "r $ x\n")
+    stretch = playing(played, played)["r"]
+    assert len(stretch.moments) == MOST_WORDS // 1_000
+    assert stretch.until == MOST_WORDS // 1_000
+    assert playing(played, played, stretch.until)["r"].moments[0].start == stretch.until
 
 
 def test_the_end_is_told() -> None:

@@ -167,9 +167,30 @@ def test_too_deep_is_said_and_never_raised(wrap: str) -> None:
     assert errors(nested(100_000)) == ["syntax"]  # too long to be read at all
 
 
-def test_voices_within_voices_through_names_are_bounded() -> None:
-    text = "x = forward left\n" + "x = x || left right\n" * 1000
-    assert set(errors(text)) == {"too-deep"}
+@pytest.mark.parametrize("line", ["x = x || left right", "x = x || x", "x = [x || left x]", "x = repeat (x || x)"])
+def test_voices_are_bounded_through_names(line: str) -> None:
+    assert set(errors("x = forward left\n" + f"{line}\n" * 1000 + "r $ x")) == {"too-deep"}
+
+
+def test_as_many_voices_as_may_play_at_once() -> None:
+    check("r $ " + " || ".join(["forward"] * 250))
+    (diagnostic,) = analyze("r $ " + " || ".join(["forward"] * 251)).diagnostics
+    assert diagnostic.message == "251 voices play at once here, and 250 is the most: use fewer"
+
+
+def test_the_lines_of_a_robot_make_no_fraction_too_long() -> None:
+    lines = [f"r $ {f'fast 1.{odd:028} ' * 10}left" for odd in range(1, 20)]
+    assert errors("\n".join(lines[:4])) == []
+    assert errors("\n".join(lines[:4] + ["q" + line[1:] for line in lines[4:8]])) == []
+    analysis = analyze("\n".join([*lines, "r $ forward"]))
+    assert {(each.code, each.span.start > sum(map(len, lines[:4]))) for each in analysis.diagnostics} == {
+        ("bad-number", True)
+    }
+    assert len(analysis.diagnostics) == 15
+    assert analysis.robots["r"].duration == analyze("\n".join([*lines[:4], "r $ forward"])).robots["r"].duration
+    shorter = analysis.edited(0, len(lines[0]), "r $ left")
+    assert shorter.diagnostics == analyze(shorter.text).diagnostics
+    assert len(shorter.diagnostics) == 14
 
 
 def test_fractions_can_not_be_blown_up() -> None:

@@ -47,8 +47,6 @@ SECONDS = float(os.environ.get("IMPROV_FUZZ_SECONDS", "6"))
 LIMIT = 600
 """Seconds after which a test counts as hanging, on a busy machine."""
 pytestmark = pytest.mark.timeout(2 * SECONDS + LIMIT)
-LONG = 10_000
-"""Characters of a program beyond which only what is asked for unprompted is tried."""
 
 EXAMPLES = [path.read_text(encoding="utf-8") for path in sorted(Path("examples").glob("*.improv"))]
 PIECES = [*WORDS, "x", "y", "größe", "=", "$", "(", ")", "[", "]", "||", "|", "\n", "\r\n", "\r", " ", "\t", "# ", "2"]
@@ -104,8 +102,7 @@ def use(text: str, offset: int) -> Analysis:
     hover(analysis, offset, pictures=True)
     complete(analysis, offset)
     lenses(analysis)
-    if len(text) < LONG:
-        use_in_editor(analysis, offset)
+    use_in_editor(analysis, offset)
     compiled(analysis, 100)
     summary(analysis)
     format_text(text)
@@ -195,8 +192,10 @@ WORST = [
     "r $ " + "repeat 1000000000 " * 35 + "forward",
     "r $ " + "slow 1000000000 " * 35 + "fast 100 forward",
     "r $ " + "fast 1000000000 " * 35 + "rest",
+    "x = left right\n" + "x = x || x\n" * 30 + "r $ x",
     "x = forward\n" + ("x = " + " || ".join(["x"] * 1_000) + "\n") * 150 + "r $ x",
     "r $ " + " ".join(f"fast 1.{odd:07} left" for odd in range(4_000)),
+    "".join(f"r $ {f'fast 1.{odd:028} ' * 10}left\n" for odd in range(1_000)),
 ]
 
 

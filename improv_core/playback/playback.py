@@ -29,6 +29,7 @@ from improv_core.stage.protocol import (
     Watched,
     When,
 )
+from improv_core.stage.tickets import issue
 
 HALT_LIMIT = 8.0
 """Seconds a new stage may take to find the robots of one that has died, and to stop them."""
@@ -113,11 +114,15 @@ class Playback:
 
     @property
     def page(self) -> str | None:
-        """The URL of the simulator's page."""
+        """The address of the simulator's page."""
         for stage in (self._twin, self._leader):
             if stage and "page" in stage.ready:
                 return str(stage.ready["page"])
         return None
+
+    def link(self) -> str | None:
+        """A new URL that opens the page once."""
+        return f"{self.page}?ticket={issue(self._token)}" if self.page else None
 
     async def open(self) -> None:
         """Start the stages, unless they run. Raises StageError."""
@@ -174,8 +179,9 @@ class Playback:
         self.conduct({"type": "silence", "muted": sorted(self.muted), "soloed": sorted(self.soloed)})
 
     def keep_as(self, other: Playback) -> None:
-        """Have the same robots stand still as in another playback, at the same speed."""
+        """Have the same robots stand still as in another playback, at the same speed, and open pages stay valid."""
         self._kept, self.muted, self.soloed = dict(other._kept), other.muted, other.soloed
+        self._token = other._token
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""

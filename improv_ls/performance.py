@@ -80,7 +80,7 @@ class Performance:
             self._editor.server.protocol.notify(live.EVALUATED, self.moments(0.0))
         self._editor.say(f"▶ {summary(analysis)}, {playback.status}")
         if self._editor.settings.page_open and playback.page and not self._page_shown:
-            self._show(playback.page)
+            self._show(playback)
 
     async def restart(self) -> None:
         """Play the last dance again from beat 0."""
@@ -90,7 +90,10 @@ class Performance:
             self._editor.warn("improv.restart: nothing has been played yet; save a program or use improv.play")
 
     async def show_page(self) -> str | None:
-        """Show the simulator's page, or say its URL where nothing can show it. Returns the URL, if there is a page."""
+        """Show the simulator's page, or print its URL if nothing can show it. Returns another URL, if there is a page.
+
+        Each URL opens the page once.
+        """
         playback = self._stages()
         try:
             await playback.open()
@@ -100,8 +103,8 @@ class Performance:
         if not playback.page:
             self._editor.warn("improv.page: there is no page; set improv.backend to auto, sim or both")
             return None
-        self._show(playback.page)
-        return playback.page
+        self._show(playback)
+        return playback.link()
 
     def moments(self, start: float) -> Mapping[str, Any]:
         """What plays from a beat on, and where that is in the text as it is now; empty if nothing was played."""
@@ -240,12 +243,15 @@ class Performance:
     def _say_why(self, error: StageError) -> None:
         self._editor.report(f"Improv can't play: {error}")
 
-    def _show(self, url: str) -> None:
+    def _show(self, playback: Playback) -> None:
         self._page_shown = True
-        self._editor.soon(self._show_or_say(url))
+        self._editor.soon(self._show_or_say(playback))
 
-    async def _show_or_say(self, url: str) -> None:
-        """Have the editor show a page, or else a browser; say its URL where neither does."""
+    async def _show_or_say(self, playback: Playback) -> None:
+        """Have the editor show the page, or else a browser; print its URL if neither does."""
+        url = playback.link()
+        if url is None:  # closed meanwhile
+            return
         if self._editor.can("window.show_document.support"):
             params = types.ShowDocumentParams(uri=url, external=True)
             try:
@@ -259,7 +265,8 @@ class Performance:
         else:
             shown = False
         if not shown:
-            self._editor.say(f"the simulator's page is at {url}")
+            # Another URL, as the first one may have been seen by others.
+            self._editor.say(f"the simulator's page is at {playback.link()}")
 
 
 def _refusal(document: Document) -> str | None:

@@ -28,7 +28,7 @@ ROWS: Mapping[str, Sequence[str]] = {
     "program": BELOW_PROGRAM,
     "ide": ["program", *BELOW_PROGRAM],
     "stage": ["score", "plain", "text"],
-    "playback": ["stage.protocol", "stage.discovery", "score"],
+    "playback": ["stage.protocol", "stage.discovery", "stage.urgent_queue", "stage.tickets", "score"],
     "commands": ["improv_core", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
     "__main__": ["commands"],
     "improv_ls": ["improv_core", "playback", "stage", "ide", "program", *BELOW_PROGRAM],

@@ -181,10 +181,7 @@ Brackets that an earlier statement leaves open do not count."
 (defun improv-page ()
   "Show the simulated robots in the browser."
   (interactive nil improv-mode)
-  (let ((page (or (plist-get (slot-value (improv--server) 'transport) :page)
-                  (user-error "There is no page yet; save a program first"))))
-    (message "The robots are at %s" page) ; the browser may not open
-    (browse-url page)))
+  (improv--execute "improv.page"))
 
 (defun improv--read-robot (what)
   "Ask which of the current robots to WHAT, such as \"Mute\"."

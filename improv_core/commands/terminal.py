@@ -89,8 +89,9 @@ class Performance:
         await self._playback.open()
         if not self._playback.page:
             return
-        self.say(f"watch it at {self._playback.page}")
-        if browser and await asyncio.to_thread(webbrowser.open, self._playback.page):
+        self.say(f"watch it at {self._playback.link()}")
+        link = self._playback.link()  # another one, as each opens the page once
+        if browser and link and await asyncio.to_thread(webbrowser.open, link):
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
 

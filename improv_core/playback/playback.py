@@ -29,6 +29,7 @@ from improv_core.stage.protocol import (
     Watched,
     When,
 )
+from improv_core.stage.tickets import issue
 
 HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
@@ -114,11 +115,15 @@ class Playback:
 
     @property
     def page(self) -> str | None:
-        """The URL of the simulator's page."""
+        """The address of the simulator's page."""
         for stage in (self._twin, self._leader):
             if stage and "page" in stage.ready:
                 return str(stage.ready["page"])
         return None
+
+    def link(self) -> str | None:
+        """A new URL that opens the page once."""
+        return f"{self.page}?ticket={issue(self._token)}" if self.page else None
 
     async def open(self) -> None:
         """Start the stages unless they are running. Raises StageError."""
@@ -175,8 +180,9 @@ class Playback:
         self.conduct({"type": "silence", "muted": sorted(self.muted), "soloed": sorted(self.soloed)})
 
     def keep_as(self, other: Playback) -> None:
-        """Take over the speed and the muted and soloed robots of another playback."""
+        """Take over the speed, the muted and soloed robots, and the open pages of another playback."""
         self._kept, self.muted, self.soloed = dict(other._kept), other.muted, other.soloed
+        self._token = other._token
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""

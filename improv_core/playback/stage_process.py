@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Literal, TypedDict
+from typing import IO, Literal, TypedDict
 
 from improv_core.playback.isolation import isolated
 from improv_core.playback.watch import LOOK_PERIOD, PING_PERIOD, Watch
@@ -23,6 +23,7 @@ from improv_core.stage.protocol import (
     ToStage,
     read_from_stage,
 )
+from improv_core.stage.urgent_queue import UrgentQueue
 
 START_LIMIT = 60.0
 """Seconds a stage may take until it is ready, on a busy machine."""
@@ -61,7 +62,7 @@ class Stage:
         self._first: asyncio.Future[Heard] = self._loop.create_future()
         self._ended = asyncio.Event()
         self._last_words: deque[str] = deque(maxlen=5)
-        self._outbox: queue.SimpleQueue[ToStage | None] = queue.SimpleQueue()
+        self._outbox: UrgentQueue[ToStage | None] = UrgentQueue()
         self._watch = Watch(time.monotonic())
         for work in (self._write, self._read, self._read_log):
             threading.Thread(target=work, daemon=True).start()
@@ -129,22 +130,21 @@ class Stage:
         next_ping = time.monotonic() + PING_PERIOD
         with suppress(OSError):  # it has ended
             while True:
+                now = time.monotonic()
+                if now >= next_ping:  # whatever else waits
+                    next_ping = now + PING_PERIOD
+                    if number := self._watch.ping(now):
+                        _write_line(pipe, {"type": "ping", "number": number})
                 try:
                     message = self._outbox.get(timeout=max(next_ping - time.monotonic(), 0))
-                    if message is None:
-                        break
                 except queue.Empty:
-                    now = time.monotonic()
-                    next_ping = now + PING_PERIOD
-                    number = self._watch.ping(now)
-                    if number is None:
-                        continue
-                    message = {"type": "ping", "number": number}
+                    continue
+                if message is None:
+                    break
                 if message["type"] == "load":
                     self._watch.loading()
                     next_ping = time.monotonic()
-                pipe.write(json.dumps(message).encode() + b"\n")
-                pipe.flush()
+                _write_line(pipe, message)
         with suppress(OSError):
             pipe.close()
 
@@ -188,3 +188,8 @@ class Stage:
         with self._process.stderr as lines:
             for line in lines:
                 self._last_words.append(line.decode(errors="replace").strip())
+
+
+def _write_line(pipe: IO[bytes], message: ToStage) -> None:
+    pipe.write(json.dumps(message).encode() + b"\n")
+    pipe.flush()

@@ -29,6 +29,7 @@ from improv_core.stage.loop import EARLY, Arrival, End, Opened, one_line, run
 from improv_core.stage.pipes import read_arrivals, write_messages
 from improv_core.stage.protocol import VERSION, FromStage, Ready
 from improv_core.stage.sinks import Sink
+from improv_core.stage.urgent_queue import UrgentQueue
 
 SWITCH_INTERVAL = 0.0005
 """Seconds that a thread of ours may work while the player waits: a long score takes its reader a hundred times that."""
@@ -40,7 +41,7 @@ def main() -> int:
     """Play what standard input asks for until it ends. Exit code 1 after a failure, 2 if the sink can't be had."""
     options = _options()
     sys.setswitchinterval(SWITCH_INTERVAL)
-    inbox: queue.SimpleQueue[Arrival] = queue.SimpleQueue()
+    inbox: UrgentQueue[Arrival] = UrgentQueue()
     outbox: queue.SimpleQueue[FromStage | None] = queue.SimpleQueue()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: inbox.put(End()))
@@ -110,7 +111,7 @@ def _open(options: argparse.Namespace, put: Tell) -> tuple[Opened, Ready]:
             viewer.publish(message)
         put(message)
 
-    ready = {"type": "ready", "protocol": VERSION, "sink": simulator.name, "real": False, "page": viewer.url}
+    ready = {"type": "ready", "protocol": VERSION, "sink": simulator.name, "real": False, "page": viewer.address}
     return Opened(simulator, tell, viewer.show), ready
 
 

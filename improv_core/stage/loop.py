@@ -58,7 +58,7 @@ Arrival = ToStage | Play | Unreadable | Reading | End
 
 
 class Inbox(Protocol):
-    """A queue of arrivals, such as `queue.SimpleQueue`."""
+    """A queue of arrivals, such as `urgent_queue.UrgentQueue`."""
 
     def get(self, *, timeout: float | None) -> Arrival:
         """The next arrival. Raises queue.Empty after `timeout` seconds without one (None: never)."""
@@ -97,11 +97,12 @@ def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
                 arrival = inbox.get(timeout=max(deadline - early - now, 0) if deadline < math.inf else None)
             except queue.Empty:
                 clock.wait_until(deadline)
-                loop.advance(clock.now())
             else:
                 if isinstance(arrival, End):
                     return 0
                 loop.take(arrival, clock.now())
+            if (now := clock.now()) >= deadline:  # also if another arrival waits: robots must not wait for a flood
+                loop.advance(now)
     except Exception as error:
         last["message"] = one_line(error)
         loop.failed = True

@@ -98,12 +98,24 @@ class Silence(_Timed):
     soloed: Sequence[str]
 
 
+class Held(_Timed):
+    """Somebody holds the deadman button of a gamepad at the page; sent again and again."""
+
+    type: Literal["held"]
+
+
+class Released(_Timed):
+    """The deadman button at the page was let go."""
+
+    type: Literal["released"]
+
+
 class Ping(TypedDict):
     type: Literal["ping"]
     number: int
 
 
-Conduct = Hush | Pause | Resume | Seek | Speed | Silence
+Conduct = Hush | Pause | Resume | Seek | Speed | Silence | Held | Released
 """How somebody, at an editor or at the page, has a say in what plays."""
 ToStage = Load | Conduct | Ping
 
@@ -290,6 +302,12 @@ class ShownRobot(TypedDict):
     beats: float | None
 
 
+class Deadman(TypedDict):
+    """The button of a gamepad that somebody has to hold so that robots move."""
+
+    button: int
+
+
 class ShownScore(TypedDict):
     """A score for those who watch."""
 
@@ -303,6 +321,7 @@ class ShownScore(TypedDict):
     words: Mapping[str, Sequence[float]]
     robots: Mapping[str, ShownRobot]
     takes_start_poses: bool
+    deadman: Deadman | None
 
 
 class BumpJson(TypedDict):

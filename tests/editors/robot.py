@@ -1,13 +1,21 @@
-"""Watches the simulated robots as their page does: `python -m tests.editors.robot URL moves|stands`."""
+"""Watches the simulated robots as their page does: `python -m tests.editors.robot URL moves|stands`.
+
+The URL has a ticket that nothing else has used, or the page's token.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import math
+import re
 import sys
+import tempfile
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
-from urllib.parse import urlsplit
+from hashlib import sha256
+from pathlib import Path
+from urllib.parse import parse_qs, quote, urlsplit
+from urllib.request import urlopen
 
 from aiohttp import ClientSession, ClientWebSocketResponse
 
@@ -45,11 +53,25 @@ async def stands(url: str) -> None:
 async def _live(url: str) -> AsyncIterator[ClientWebSocketResponse]:
     page = urlsplit(url)
     address = f"{page.scheme}://{page.netloc}"
+    token = quote(await asyncio.to_thread(_token, url))
     async with (
         ClientSession() as session,
-        session.ws_connect(f"{address}/live?{page.query}", headers={"Origin": address}) as live,
+        session.ws_connect(f"{address}/live?token={token}", headers={"Origin": address}) as live,
     ):
         yield live
+
+
+def _token(url: str) -> str:
+    """The page's token. The URL opens the page once, so the token is kept in a file for the next process."""
+    if token := parse_qs(urlsplit(url).query).get("token"):
+        return token[0]
+    kept = Path(tempfile.gettempdir(), f"improv-robot-{sha256(url.encode()).hexdigest()}")
+    if not kept.exists():
+        with urlopen(url, timeout=LIMIT) as answer:
+            found = re.search(r'<meta id="token" .*content="(.+)">', answer.read().decode())
+        assert found, f"{url} has been used"
+        kept.write_text(found[1], encoding="utf-8")
+    return kept.read_text(encoding="utf-8")
 
 
 async def _poses(live: ClientWebSocketResponse) -> AsyncIterator[Mapping[int, Sequence[float]]]:

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import quote, urlsplit
 
 import pytest
 from playwright.sync_api import Frame, Locator, Page, expect
@@ -197,9 +197,10 @@ def _keys_stop_the_robots(page: Page, robots: str) -> None:
 def _a_new_server_plays(page: Page) -> None:
     run_command(page, "Improv: Restart Language Server")
     expect(_status(page)).to_have_text("Improv")
-    with page.expect_event("framenavigated", lambda frame: "token=" in frame.url) as frame:
+    with page.expect_event("framenavigated", lambda frame: "ticket=" in frame.url) as frame:
         page.get_by_text("▶ play").click()
     expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
+    expect(framed_page(page).get_by_text("playing")).to_be_visible()
     _robot(_robots(frame.value), "moves")
     expect(_explained(page, "forward")).to_contain_text("1 beat")
 
@@ -238,13 +239,13 @@ def _color(its: Locator) -> str:
 
 
 def _frame(page: Page) -> Frame:
-    return next(frame for frame in page.frames if "token=" in frame.url)
+    return next(frame for frame in page.frames if urlsplit(frame.url).path.startswith("/proxy/"))
 
 
 def _robots(frame: Frame) -> str:
-    """The page's own address: the frame has it from code-server's proxy."""
-    shown = urlsplit(frame.url)
-    return f"http://127.0.0.1:{shown.path.split('/')[2]}/?token={parse_qs(shown.query)['token'][0]}"
+    """The page's own address with its token: the frame has it from code-server's proxy."""
+    token = frame.evaluate("sessionStorage.getItem('improv.token')")
+    return f"http://127.0.0.1:{urlsplit(frame.url).path.split('/')[2]}/?token={quote(token)}"
 
 
 def _robot(url: str, does: str) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import pytest
@@ -23,12 +25,14 @@ LIMIT = 30
 class Process:
     """A stage with the simulator, spoken to as its parent does."""
 
-    def __init__(self) -> None:
+    def __init__(self, env: Mapping[str, str] = MappingProxyType({})) -> None:
         folder = Path(stage.__file__).parent
         command = [sys.executable, str(folder), "--sink", "simulator"]
         pipe = subprocess.PIPE
-        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe)
-        assert self.wait("ready")["protocol"] == 1
+        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, env={**os.environ, **env})
+        ready = self.wait("ready")
+        assert ready["protocol"] == 1
+        self.page: str = ready["page"]
 
     def write(self, line: bytes) -> None:
         assert self.process.stdin

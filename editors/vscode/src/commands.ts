@@ -5,7 +5,6 @@ import { stopOnSecondEscape } from "./escape";
 import { openFirstDance } from "./firstDance";
 import { showMenu } from "./menu";
 import { NowPlaying } from "./nowPlaying";
-import { browse } from "./page";
 import { Server } from "./server";
 import { showVersions } from "./versions";
 
@@ -20,10 +19,8 @@ export function registerCommands(
     "improv.showLogs": () => log.show(),
     "improv.showVersions": () => showVersions(context, server),
     "improv.menu": () => showMenu(playing.transport, playing.robots),
-    // If there is no page yet, the server starts the simulator and asks us to show its page.
-    "improv.openPage": () =>
-      playing.transport?.page ? playing.page.show(playing.transport.page) : commands.executeCommand("improv.page"),
-    "improv.browsePage": () => playing.transport?.page && browse(playing.transport.page),
+    "improv.openPage": () => playing.page.open(),
+    "improv.browsePage": () => playing.page.browse(),
     "improv.escape": stopOnSecondEscape(),
     "improv.openFirstDance": openFirstDance,
   };

@@ -24,7 +24,9 @@ export class NowPlaying implements Listener, Disposable {
 
   onServerState(state: ServerState): void {
     this.status.setServer(state);
-    if (state !== "running") this.setTransport(undefined);
+    if (state === "running") return;
+    this.setTransport(undefined);
+    this.page.forget();
   }
 
   onTransport(transport: Transport): void {

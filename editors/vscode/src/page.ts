@@ -1,38 +1,74 @@
-// The page with the simulated robots, beside the text.
+// The page with the simulated robots, beside the text. A URL of the server opens it once, so each use asks for a new one.
 
-import { Disposable, env, Uri, ViewColumn, WebviewPanel, window } from "vscode";
+import { commands, Disposable, env, Uri, ViewColumn, WebviewPanel, window } from "vscode";
 
 export class PagePanel implements Disposable {
   private panel?: WebviewPanel;
-  private url = "";
+  private column?: ViewColumn;
+  private shown = ""; // the address of what the panel shows
+  private asked = ""; // the address for which a URL is on its way
+  private browses = false; // the next URL is for the browser
 
   constructor(private readonly extension: Uri) {}
 
-  /** Shows the page at an address, and leaves the cursor in the text. */
+  /** Asks the server to show the page; the URL comes to `show`. If there is no page yet, it starts the simulator. */
+  async open(): Promise<void> {
+    await commands.executeCommand("improv.page");
+  }
+
+  /** Opens the page in the browser. */
+  async browse(): Promise<void> {
+    this.browses = true;
+    if (!(await commands.executeCommand("improv.page"))) this.browses = false;
+  }
+
+  /** Shows the page with a URL that the server has sent, and leaves the cursor in the text. */
   async show(url: string): Promise<void> {
+    if (this.browses) {
+      this.browses = false;
+      await env.openExternal(Uri.parse(url));
+      return;
+    }
     if (!this.panel) {
       const column = { viewColumn: ViewColumn.Beside, preserveFocus: true };
       // The frame can do no more than the page around it, which has no script of its own.
       const options = { enableScripts: true, retainContextWhenHidden: true };
       this.panel = window.createWebviewPanel("improv.page", "Improv Robots", column, options);
       this.panel.iconPath = { light: this.icon("light"), dark: this.icon("dark") };
+      this.column = this.panel.viewColumn;
+      this.panel.onDidChangeViewState(() => this.reopenIfMoved());
       this.panel.onDidDispose(() => {
         this.panel = undefined;
-        this.url = "";
+        this.forget();
       });
     } else {
       this.panel.reveal(undefined, true);
     }
-    await this.follow(url);
+    const page = Uri.parse(url).with({ query: "" }).toString();
+    if (page === this.shown) return;
+    this.shown = page;
+    const address = await externalAddress(url);
+    if (this.panel && page === this.shown) this.panel.webview.html = html(address);
   }
 
-  /** Loads another address, if the page is open. */
-  async follow(url: string): Promise<void> {
-    if (!this.panel || url === this.url) return;
-    const address = await externalAddress(url);
-    if (!this.panel || url === this.url) return; // closed meanwhile, or another call was faster
-    this.url = url;
-    this.panel.webview.html = html(address);
+  /** Opens the page again if it is open and now has another address. */
+  async follow(page: string): Promise<void> {
+    if (!this.panel || page === this.shown || page === this.asked) return;
+    this.asked = page;
+    await this.open();
+  }
+
+  /** What the panel shows is no longer valid, such as after the server has ended. */
+  forget(): void {
+    this.shown = this.asked = "";
+  }
+
+  /** VS Code loads a panel again that was moved, and its URL has been used. */
+  private reopenIfMoved(): void {
+    if (!this.panel || this.panel.viewColumn === this.column) return;
+    this.column = this.panel.viewColumn;
+    this.forget();
+    void this.open();
   }
 
   dispose(): void {
@@ -44,16 +80,11 @@ export class PagePanel implements Disposable {
   }
 }
 
-/** Opens the page in the browser. */
-export async function browse(url: string): Promise<void> {
-  await env.openExternal(Uri.parse(url));
-}
-
 /** The address as seen from the window, which may be on another machine than the server. */
 async function externalAddress(url: string): Promise<Uri> {
   const given = Uri.parse(url);
   const address = await env.asExternalUri(given);
-  return address.with({ query: given.query }); // a proxy may have dropped the token
+  return address.with({ query: given.query }); // a proxy may have dropped the ticket
 }
 
 function html(address: Uri): string {
@@ -70,6 +101,6 @@ function html(address: Uri): string {
       .vscode-dark iframe, .vscode-high-contrast:not(.vscode-high-contrast-light) iframe { color-scheme: dark }
     </style>
   </head>
-  <body><iframe title="Simulated robots" src="${address.toString(true).replaceAll('"', "%22")}"></iframe></body>
+  <body><iframe title="Simulated robots" allow="gamepad" src="${address.toString(true).replaceAll('"', "%22")}"></iframe></body>
 </html>`;
 }

@@ -8,11 +8,15 @@ import secrets
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from improv_core.stage.protocol import PageRequest, Watched
+from improv_core.stage.tickets import Tickets
+from improv_core.stage.viewer.connections import SILENT_LIMIT, Connections
 from improv_core.stage.viewer.requests import read
+from improv_core.stage.viewer.throttle import Throttle
 
 if TYPE_CHECKING:
     import socket
@@ -33,23 +37,27 @@ MAX_MESSAGE = 256 * 1024
 """Bytes of a message from a page: enough to silence every robot by name."""
 WATCHED: Watched = {"type": "watched"}
 FOLDER = Path(__file__).parent / "page"
+NO_TOKEN = '<meta id="token" name="improv-token" content="">'
+"""What index.html has in the place of the token."""
 CONTENT_TYPES = {".css": "text/css", ".js": "text/javascript"}
 
-_LOOPBACK = " ".join(f"{scheme}://{name}:*" for scheme in ("http", "https") for name in (HOST, "localhost"))
+# Only VS Code shows the page in a frame. Every frame around the page has to be among these. On a desktop, that is the
+# window (vscode-file:) and the webview (vscode-webview:). In a browser, it is code-server or `code serve-web` on this
+# machine, on any port, and webviews from VS Code's CDN, where each has a host of its own. In a frame of any other
+# website on this machine, the page has no token, because only the tab in which a ticket was redeemed has it.
+FRAMES = f"http://{HOST}:* http://localhost:* vscode-file: vscode-webview: https://*.vscode-cdn.net"
 HEADERS = {
-    # Editors show the page in a frame: VS Code on a desktop from schemes of its own, in a browser from this machine and
-    # with webviews from its CDN. Every frame around the page has to be among these.
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
     "img-src 'self' data:; base-uri 'none'; form-action 'none'; "
-    f"frame-ancestors {_LOOPBACK} vscode-webview: vscode-file: https://*.vscode-cdn.net",
-    "Referrer-Policy": "no-referrer",  # the address holds the token
+    f"frame-ancestors {FRAMES}",
+    "Referrer-Policy": "no-referrer",  # the address holds a ticket
     "X-Content-Type-Options": "nosniff",
     "Cache-Control": "no-store",
 }
 
 
 class Application:
-    """Serves the page on a socket to anybody who has the token.
+    """Serves the page on a socket: with the token if the URL has a valid ticket. All but its files requires the token.
 
     `command` gets each command from a page, and `WATCHED` when one is opened.
     """
@@ -58,21 +66,29 @@ class Application:
         self, token: str, pages: Pages, answers: Answers, command: Callable[[PageRequest | Watched], None]
     ) -> None:
         self._token = token
+        self._tickets = Tickets(token)
         self._pages = pages
         self._answers = answers
         self._command = command
+        self._throttle = Throttle(command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
         self._open: dict[Outbox, web.Request] = {}
-        self._index = (FOLDER / "index.html").read_bytes()
+        self._index = (FOLDER / "index.html").read_text(encoding="utf-8")
+        assert self._index.count(NO_TOKEN) == 1
         self._files = _files()
 
     async def serve(self, listening: socket.socket, stop: asyncio.Event) -> None:
         """Serve until `stop` is set; then pages get what still waits for them, and are disconnected."""
         from aiohttp import web
 
-        runner = web.AppRunner(self._application(), access_log=None, shutdown_timeout=1.0)
+        runner = web.AppRunner(
+            self._application(), access_log=None, shutdown_timeout=1.0, keepalive_timeout=SILENT_LIMIT
+        )
         await runner.setup()
-        await web.SockSite(runner, listening).start()
+        assert runner.server is not None
+        self._connections = Connections(runner.server)
+        server = await asyncio.get_running_loop().create_server(self._connections.connect, sock=listening)
         await stop.wait()
+        server.close()
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._pages.emptied(), PARTING)
         for request in self._open.values():
@@ -83,26 +99,52 @@ class Application:
     def _application(self) -> web.Application:
         from aiohttp import web
 
-        application = web.Application(middlewares=[_guard()])
+        application = web.Application(middlewares=[self._guard()])
         application.on_response_prepare.append(_harden)
         application.router.add_get("/", self._show_page)
+        application.router.add_get("/token", self._accept_token)
         application.router.add_get("/path.svg", self._show_path)
         application.router.add_get("/live", self._live)
         for path in self._files:
             application.router.add_get(path, self._show_file)
         return application
 
-    async def _show_page(self, request: web.Request) -> web.Response:
+    def _guard(self) -> Middleware:
         from aiohttp import web
 
-        self._check_token(request)
-        return web.Response(body=self._index, content_type="text/html", charset="utf-8")
+        @web.middleware
+        async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
+            # Another website may point a name of its own at this machine, so only this machine's names are answered.
+            # The port may differ: an editor brings the page to its window through a tunnel.
+            if not OWN_HOST.fullmatch(request.headers.get("Host", "")):
+                raise web.HTTPForbidden
+            with self._connections.busy(request):
+                return await handler(request)
+
+        return guard
+
+    async def _show_page(self, request: web.Request) -> web.Response:
+        """The page: with the token for a valid ticket, else without it, as after a reload."""
+        from aiohttp import web
+
+        ticket = request.query.get("ticket")
+        valid = ticket is not None and self._tickets.redeem(ticket)
+        given = NO_TOKEN.replace('""', f'"{escape(self._token)}"') if valid else NO_TOKEN
+        page = self._index.replace(NO_TOKEN, given)
+        return web.Response(text=page, content_type="text/html", charset="utf-8")
 
     async def _show_file(self, request: web.Request) -> web.Response:
         from aiohttp import web
 
         content_type = CONTENT_TYPES[Path(request.path).suffix]
         return web.Response(body=self._files[request.path], content_type=content_type, charset="utf-8")
+
+    async def _accept_token(self, request: web.Request) -> web.Response:
+        """Whether the page's token is right, as browsers hide from a page why its WebSocket was refused."""
+        from aiohttp import web
+
+        self._check_token(request)
+        return web.Response(status=204)
 
     async def _show_path(self, request: web.Request) -> web.Response:
         from aiohttp import web
@@ -148,7 +190,7 @@ class Application:
         if request["type"] == "window":
             outbox.ask(request)
         else:
-            self._command(request)
+            self._throttle.take(request)
 
     async def _answer(self, outbox: Outbox) -> None:
         """Answer the latest question of a page, forever."""
@@ -162,26 +204,12 @@ class Application:
         from aiohttp import web
 
         if not secrets.compare_digest(request.query.get("token", "").encode(), self._token.encode()):
-            raise web.HTTPForbidden(text="Open the page with the address that Improv printed.")
+            raise web.HTTPForbidden
 
 
 def _files() -> Mapping[str, bytes]:
     """The page's files by path, read once: no path ever comes from a URL."""
     return {f"/{path.name}": path.read_bytes() for path in FOLDER.iterdir() if path.suffix in CONTENT_TYPES}
-
-
-def _guard() -> Middleware:
-    from aiohttp import web
-
-    @web.middleware
-    async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
-        # Another website may point a name of its own at this machine, so only this machine's names are answered. The
-        # port may differ: an editor brings the page to its window through a tunnel.
-        if not OWN_HOST.fullmatch(request.headers.get("Host", "")):
-            raise web.HTTPForbidden
-        return await handler(request)
-
-    return guard
 
 
 async def _harden(request: web.Request, response: web.StreamResponse) -> None:

@@ -67,6 +67,8 @@ REQUESTS: Mapping[str, Mapping[str, Check]] = {
     "pause": {},
     "resume": {},
     "restart": {},
+    "held": {},
+    "released": {},
     "seek": {"beat": _between(0, LAST_BEAT)},
     "speed": {"factor": _between(SLOWEST, FASTEST)},
     "silence": {"muted": _are_names, "soloed": _are_names},

@@ -55,9 +55,9 @@ class Viewer:
         atexit.register(self.close)  # a page should know whether a performance is over or was cut off
 
     @property
-    def url(self) -> str:
-        """The page's address, with the token that opens it."""
-        return f"http://{HOST}:{self._port}/?token={self._token}"
+    def address(self) -> str:
+        """The page's address. It takes a ticket to open the page there."""
+        return f"http://{HOST}:{self._port}/"
 
     def publish(self, message: TransportMessage | Stopped | ShownScore) -> None:
         """Send a message to every page, and to later ones until another of its type replaces it."""

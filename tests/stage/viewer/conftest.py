@@ -25,6 +25,7 @@ from improv_core.score.profiles import Profile
 from improv_core.score.score import Part
 from improv_core.stage.protocol import PageRequest, State, TransportMessage, Watched, When
 from improv_core.stage.sinks.simulator import Simulator
+from improv_core.stage.tickets import issue
 from improv_core.stage.viewer.server import Viewer
 from tests.needs import need
 
@@ -39,6 +40,7 @@ FLAGS = [
     "--disable-sync",
 ]
 LIMIT = 20.0
+TOKEN = "a token"
 
 
 def part(robot: str, start: Pose) -> Part:
@@ -57,9 +59,14 @@ def simulator() -> Simulator:
 
 @pytest.fixture
 def viewer(simulator: Simulator, commands: queue.SimpleQueue[PageRequest | Watched]) -> Iterator[Viewer]:
-    viewer = Viewer(0, simulator.snapshot, lambda command: commands.put(command))
+    viewer = Viewer(0, simulator.snapshot, lambda command: commands.put(command), token=TOKEN)
     yield viewer
     viewer.close()
+
+
+def link(viewer: Viewer) -> str:
+    """A URL that opens the page once."""
+    return f"{viewer.address}?ticket={issue(TOKEN)}"
 
 
 def transport(generation: int, state: State, beats: float | None = 8.0, beat: float = 0.0) -> TransportMessage:
@@ -96,8 +103,10 @@ class Show:
 
     @property
     def url(self) -> str:
-        assert self._playback.page
-        return self._playback.page
+        """It opens the page once."""
+        link = self._playback.link()
+        assert link
+        return link
 
     def end_stage(self) -> None:
         """As if it had never been started: only what is played next starts another."""

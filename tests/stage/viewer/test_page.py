@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import queue
 import time
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -17,11 +18,11 @@ from improv_core.score.score import Score
 from improv_core.stage.protocol import PageRequest, Watched
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import LIMIT, part, transport, wait
+from tests.stage.viewer.conftest import LIMIT, TOKEN, link, part, transport, wait
 
 
 def open_page(page: Page, viewer: Viewer) -> None:
-    page.goto(viewer.url)
+    page.goto(link(viewer))
     wait(page, "window.improv?.connected")
 
 
@@ -66,15 +67,20 @@ def test_the_page_shows_a_dance_and_stop_sends_hush(
     next_frame(page)
     page.screenshot(path=artifacts / "page-dark-phone.png")
 
+    assert commands.get(timeout=LIMIT) == {"type": "watched"}
     stop = page.get_by_role("button", name="Stop")
-    stop.click()
-    page.keyboard.press("Space")  # while the button has the focus: once, not twice
-    page.keyboard.press("Escape")
-    assert [commands.get(timeout=LIMIT) for _ in range(4)] == [{"type": "watched"}] + [{"type": "hush"}] * 3
+    stops: list[Callable[[], None]] = [
+        stop.click,
+        lambda: page.keyboard.press("Space"),  # while the button has the focus: once, not twice
+        lambda: page.keyboard.press("Escape"),
+    ]
+    for press in stops:
+        press()
+        assert commands.get(timeout=LIMIT) == {"type": "hush"}
     viewer.publish(transport(1, "stopped", beat=2.5))
     expect(page.locator("#state")).to_have_text("stopped")
     assert commands.empty()
-    assert {urlsplit(url).netloc for url in requested} == {urlsplit(viewer.url).netloc}
+    assert {urlsplit(url).netloc for url in requested} == {urlsplit(viewer.address).netloc}
 
 
 def test_the_beat_is_counted_by_the_page_itself(page: Page, viewer: Viewer) -> None:
@@ -157,8 +163,7 @@ def test_starts_are_only_copied_where_nobody_would_write_them(page: Page, viewer
 
 def test_the_page_comes_back_after_the_server(page: Page, viewer: Viewer, simulator: Simulator) -> None:
     open_page(page, viewer)
-    where = urlsplit(viewer.url)
-    token = where.query.removeprefix("token=")
+    where = urlsplit(viewer.address)
     viewer.close()
     notice = page.locator("#notice")
     expect(notice).to_have_text("Disconnected. Trying again…")
@@ -167,7 +172,7 @@ def test_the_page_comes_back_after_the_server(page: Page, viewer: Viewer, simula
     assert page.evaluate("improv.connected") is False
 
     assert where.port
-    again = Viewer(where.port, simulator.snapshot, lambda command: None, token=token)
+    again = Viewer(where.port, simulator.snapshot, lambda command: None, token=TOKEN)
     again.publish(transport(4, "stopped"))
     expect(page.locator("#state")).to_have_text("stopped")
     expect(notice).to_be_hidden()
@@ -179,10 +184,29 @@ def test_the_page_comes_back_after_the_server(page: Page, viewer: Viewer, simula
 def test_a_page_of_an_earlier_token_is_told_so(browser: Browser, viewer: Viewer) -> None:
     page = browser.new_page()
     open_page(page, viewer)
-    port = urlsplit(viewer.url).port
+    port = urlsplit(viewer.address).port
     assert port
     viewer.close()
     other = Viewer(port, Simulator().snapshot, lambda command: None)
     expect(page.locator("#notice")).to_contain_text("This link has expired", timeout=LIMIT * 1000)
     other.close()
     page.close()
+
+
+def test_a_reloaded_page_goes_on_and_its_address_opens_nothing_for_others(
+    browser: Browser, page: Page, viewer: Viewer
+) -> None:
+    url = link(viewer)
+    page.goto(url)
+    wait(page, "window.improv?.connected")
+    assert page.url == viewer.address
+    page.reload()
+    wait(page, "window.improv?.connected")
+    page.goto(url)  # as a frame does that is loaded again
+    wait(page, "window.improv?.connected")
+    other = browser.new_page()
+    for address in (viewer.address, url):
+        other.goto(address)
+        expect(other.locator("#notice")).to_contain_text("This link has expired", timeout=LIMIT * 1000)
+        assert not other.evaluate("improv.connected")
+    other.close()

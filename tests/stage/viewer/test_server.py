@@ -6,13 +6,14 @@ import asyncio
 import http.client
 import json
 import queue
+import re
 import socket
 import sys
 from collections.abc import Callable
 from fractions import Fraction
 from types import FrameType
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import quote, urlsplit
 
 import aiohttp
 import pytest
@@ -25,10 +26,13 @@ from improv_core.score.svg import plot
 from improv_core.stage.protocol import PageRequest, Watched
 from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
+from improv_core.stage.tickets import issue
+from improv_core.stage.viewer import connections
 from improv_core.stage.viewer.answers import MOST_BEATS
 from improv_core.stage.viewer.application import MAX_MESSAGE, MAX_PAGES
+from improv_core.stage.viewer.connections import MAX_CONNECTIONS
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import part, transport
+from tests.stage.viewer.conftest import TOKEN, link, part, transport
 
 LIMIT = 20.0
 UPGRADE = {
@@ -42,7 +46,7 @@ NOBODY: Callable[[], Snapshot] = Snapshot
 
 def ask(viewer: Viewer, path: str, **headers: str) -> http.client.HTTPResponse:
     """The answer to a request with exactly these headers; `_` in their names is `-`."""
-    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(viewer.url).port or 0, timeout=LIMIT)
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(viewer.address).port or 0, timeout=LIMIT)
     connection.putrequest("GET", path, skip_host="Host" in headers)
     for name, value in headers.items():
         connection.putheader(name, value)
@@ -51,17 +55,57 @@ def ask(viewer: Viewer, path: str, **headers: str) -> http.client.HTTPResponse:
 
 
 def own(viewer: Viewer) -> tuple[str, str]:
-    """The server's own host and token."""
-    where = urlsplit(viewer.url)
-    return where.netloc, where.query
+    """The server's own host, and what authorizes a request."""
+    return urlsplit(viewer.address).netloc, f"token={quote(TOKEN)}"
 
 
-def test_the_page_needs_the_token(viewer: Viewer) -> None:
-    _, token = own(viewer)
-    assert ask(viewer, f"/?{token}").status == 200
-    assert ask(viewer, "/").status == 403
-    assert ask(viewer, "/?token=guess").status == 403
-    assert ask(viewer, "/?token=%C3%A9").status == 403
+def token_in(answer: http.client.HTTPResponse) -> str:
+    """The token that a page came with."""
+    assert answer.status == 200
+    (token,) = re.findall(r'<meta id="token" name="improv-token" content="(.*?)">', answer.read().decode())
+    return str(token)
+
+
+def test_a_ticket_opens_the_page_once(viewer: Viewer) -> None:
+    first, second = (urlsplit(link(viewer)).query for _ in range(2))
+    assert token_in(ask(viewer, f"/?{second}")) == TOKEN
+    assert token_in(ask(viewer, f"/?{first}")) == TOKEN  # several may be out at once
+    for used in (first, second):
+        assert token_in(ask(viewer, f"/?{used}")) == ""
+
+
+def test_nothing_but_a_ticket_opens_the_page(viewer: Viewer) -> None:
+    ticket = urlsplit(link(viewer)).query
+    forged = (
+        *(f"ticket={each}" for each in ("", "-", "1-2-3", "%C3%A9", quote(TOKEN), issue("another token"))),
+        ticket.replace("=", "=1"),
+        f"{ticket[:-1]}{'1' if ticket[-1] == '0' else '0'}",
+        own(viewer)[1],
+        "",
+    )
+    for query in forged:
+        assert token_in(ask(viewer, f"/?{query}")) == ""
+    assert token_in(ask(viewer, f"/?{ticket}")) == TOKEN
+
+
+def test_a_ticket_authorizes_nothing_else(viewer: Viewer) -> None:
+    host, _ = own(viewer)
+    for query in (urlsplit(link(viewer)).query, urlsplit(link(viewer)).query.replace("ticket", "token")):
+        assert ask(viewer, f"/live?{query}", **UPGRADE, Origin=f"http://{host}").status == 403
+        assert ask(viewer, f"/path.svg?{query}").status == 403
+        assert ask(viewer, f"/token?{query}").status == 403
+    assert ask(viewer, f"/token?{own(viewer)[1]}").status == 204
+
+
+def test_no_ticket_survives_the_server_that_could_remember_it(viewer: Viewer) -> None:
+    used, unused = (urlsplit(link(viewer)).query for _ in range(2))
+    assert token_in(ask(viewer, f"/?{used}")) == TOKEN
+    viewer.close()
+    again = Viewer(urlsplit(viewer.address).port or 0, NOBODY, lambda command: None, token=TOKEN)
+    for query in (used, unused):
+        assert token_in(ask(again, f"/?{query}")) == ""
+    assert ask(again, f"/token?{own(again)[1]}").status == 204  # an open page goes on
+    again.close()
 
 
 def test_only_hosts_of_this_machine_are_answered(viewer: Viewer) -> None:
@@ -71,7 +115,7 @@ def test_only_hosts_of_this_machine_are_answered(viewer: Viewer) -> None:
     assert ask(viewer, f"/?{token}", Host="127.0.0.1:1").status == 200  # through an editor's tunnel
     strangers = ("evil.example", f"evil.example:{local.split(':')[1]}", "127.0.0.1", "127.0.0.1:1.evil.example", "")
     for stranger in strangers:
-        assert ask(viewer, f"/?{token}", Host=stranger).status == 403
+        assert ask(viewer, f"/token?{token}", Host=stranger).status == 403
         assert ask(viewer, "/page.js", Host=stranger).status == 403
 
 
@@ -97,15 +141,17 @@ def test_the_page_may_load_nothing_from_elsewhere_but_may_be_framed(viewer: View
     assert "default-src 'none'" in policy
     assert "script-src 'self'" in policy
     around = next(each for each in policy.split("; ") if each.startswith("frame-ancestors ")).split()
-    assert {"vscode-webview:", "vscode-file:", "http://127.0.0.1:*", "http://localhost:*"} < set(around)
-    assert {"*", "http:", "https:"}.isdisjoint(around)
+    assert set(around[1:]) == {
+        *("vscode-webview:", "vscode-file:"),  # VS Code on a desktop
+        *("http://127.0.0.1:*", "http://localhost:*", "https://*.vscode-cdn.net"),  # in a browser on this machine
+    }
     assert answer.getheader("X-Frame-Options") is None
     assert answer.getheader("Referrer-Policy") == "no-referrer"
 
 
 def test_a_taken_port_is_a_plain_error(viewer: Viewer) -> None:
     with pytest.raises(OSError, match="in use"):
-        Viewer(urlsplit(viewer.url).port or 0, NOBODY, lambda command: None)
+        Viewer(urlsplit(viewer.address).port or 0, NOBODY, lambda command: None)
 
 
 # What travels over the WebSocket
@@ -179,7 +225,7 @@ def test_each_bump_is_told_once_also_those_of_a_dance_that_is_played_again() -> 
     bump = Bump(1.5, 0.25, 0.0, ("ada", "bo"))
     again = Bump(*bump)
     shown = Snapshot(bumps=(bump,))
-    viewer = Viewer(0, lambda: shown, lambda command: None)
+    viewer = Viewer(0, lambda: shown, lambda command: None, token=TOKEN)
 
     async def check() -> None:
         nonlocal shown
@@ -387,7 +433,7 @@ def test_a_page_that_does_not_read_holds_nobody_back(viewer: Viewer) -> None:
     host, token = own(viewer)
     stuck = socket.socket()
     stuck.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    stuck.connect(("127.0.0.1", urlsplit(viewer.url).port))
+    stuck.connect(("127.0.0.1", urlsplit(viewer.address).port))
     headers = "".join(f"{name}: {value}\r\n" for name, value in UPGRADE.items())
     stuck.sendall(f"GET /live?{token} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n{headers}\r\n".encode())
     assert b" 101 " in stuck.recv(1024)
@@ -424,3 +470,44 @@ def test_publishing_and_closing_after_the_end_do_nothing(viewer: Viewer) -> None
     viewer.close()
     viewer.publish(transport(1, "playing"))
     viewer.close()
+
+
+# Connections
+
+
+def silent(viewer: Viewer) -> socket.socket:
+    """A connection that sends nothing."""
+    where = urlsplit(viewer.address)
+    return socket.create_connection((where.hostname, where.port or 0), timeout=LIMIT)
+
+
+def is_closed(connection: socket.socket) -> bool:
+    """Wait until the server has closed a connection."""
+    try:
+        return connection.recv(1) == b""
+    except ConnectionResetError:
+        return True
+
+
+def test_a_connection_without_a_request_is_closed(monkeypatch: pytest.MonkeyPatch, viewer: Viewer) -> None:
+    monkeypatch.setattr(connections, "SILENT_LIMIT", 0.1)
+    for sent in (b"", b"GET / HTTP/1.1\r\n"):
+        connection = silent(viewer)
+        connection.sendall(sent)
+        assert is_closed(connection)
+
+
+def test_connections_without_requests_do_not_keep_anybody_out(viewer: Viewer) -> None:
+    async def check() -> None:
+        async with aiohttp.ClientSession() as session:
+            page = await connected(viewer, session)
+            hanging = [silent(viewer) for _ in range(2 * MAX_CONNECTIONS)]
+            assert token_in(await asyncio.to_thread(ask, viewer, f"/?{urlsplit(link(viewer)).query}")) == TOKEN
+            for each in hanging[:MAX_CONNECTIONS]:  # the oldest ones went first
+                assert await asyncio.to_thread(is_closed, each)
+            viewer.publish(transport(7, "playing"))
+            await until(page, lambda message: message.get("generation") == 7)
+            for each in hanging:
+                each.close()
+
+    asyncio.run(check())

@@ -2,11 +2,12 @@
 // The WebSocket to the server, opened again whenever it closes.
 
 import { read } from "./messages.js"
+import { withToken } from "./token.js"
 
 /** @import { Message } from "./messages.js" */
 /** @typedef {{ x: number, y: number, heading: number }} StartPose in meters and degrees */
 /**
- * @typedef {{ type: "hush" | "pause" | "resume" | "restart" }
+ * @typedef {{ type: "hush" | "pause" | "resume" | "restart" | "held" | "released" }
  *   | { type: "seek", beat: number }
  *   | { type: "speed", factor: number }
  *   | { type: "silence", muted: string[], soloed: string[] }
@@ -25,8 +26,7 @@ const LONGEST_DELAY = 3000
  * @returns {(request: Request) => void}
  */
 export function connect(onMessage, onChange) {
-  const token = new URLSearchParams(location.search).get("token") ?? ""
-  const address = new URL(`live?token=${encodeURIComponent(token)}`, location.href)
+  const address = withToken("live")
   address.protocol = address.protocol.replace("http", "ws")
   /** @type {WebSocket} */
   let socket
@@ -46,9 +46,9 @@ export function connect(onMessage, onChange) {
       onChange("lost")
       setTimeout(open, delay)
       delay = Math.min(delay * 1.5, LONGEST_DELAY)
-      // A refused handshake looks like no server at all; the page's own address tells them apart.
-      const page = await fetch(location.href, { method: "HEAD" }).catch(() => null)
-      if (page?.status === 403) onChange("refused")
+      // A refused handshake looks like no server at all; an ordinary request tells them apart.
+      const answer = await fetch(withToken("token"), { method: "HEAD" }).catch(() => null)
+      if (answer?.status === 403) onChange("refused")
     }
   }
 

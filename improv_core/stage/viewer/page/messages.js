@@ -66,6 +66,7 @@ const MESSAGES = {
     beats: nullOr(number),
     text,
     takes_start_poses: flag,
+    deadman: nullOr(shape({ button: count })),
     offsets: mapOf(count),
     words: mapOf(numbers(4)),
     robots: mapOf(

@@ -9,7 +9,7 @@ import { find } from "./elements.js"
 /** @type {Partial<Record<Connection, string>>} */
 const NOTICES = {
   lost: "Disconnected. Trying again…",
-  refused: "This link has expired. Open the page again from your editor or terminal.",
+  refused: "This link has expired: it opens the page once. Open the page again from your editor or terminal.",
 }
 const OVER = "The performance is over. Play again from your editor or terminal."
 

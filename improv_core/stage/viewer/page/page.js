@@ -6,6 +6,7 @@ import { Cast } from "./cast.js"
 import { Clock } from "./clock.js"
 import { connect } from "./connection.js"
 import { Controls } from "./controls.js"
+import { Deadman } from "./deadman.js"
 import { find, findA } from "./elements.js"
 import { hold } from "./hands.js"
 import { Motion } from "./motion.js"
@@ -30,6 +31,7 @@ const lights = new Lights(new Score(find("score-text")), clock)
 const send = connect(take, change)
 const program = new Program(clock, send)
 const controls = new Controls(clock, send)
+const deadman = new Deadman(send)
 const timeline = new Timeline(clock, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const startPoses = new StartPoses(send, () => view.touch())
 const panels = new Panels({
@@ -49,11 +51,17 @@ function take(message) {
   if (message.type === "poses") takePoses(message)
   else if (message.type === "robots") takeRobots(message)
   else if (message.type === "transport") takeTransport(message)
-  else if (message.type === "score") program.takeScore(message) && showProgram()
+  else if (message.type === "score") takeScore(message)
   else if (message.type === "window") program.takeWindow(message)
   else if (message.type === "bumps") bumps.take(message)
   else notices.end(message)
   view.touch()
+}
+
+/** @param {Messages["score"]} message */
+function takeScore(message) {
+  deadman.require(message.deadman)
+  if (program.takeScore(message)) showProgram()
 }
 
 /** @param {Messages["poses"]} message */
@@ -132,6 +140,7 @@ function frame() {
   const now = seconds()
   const beat = clock.atStart ? 0 : clock.beat()
   const open = notices.connection === "open"
+  deadman.look(performance.now())
   if (open) program.want(beat)
   if (clock.playing && open && controls.showBeat()) timeline.showPosition()
   program.place(motion.newest, now)

@@ -2,6 +2,7 @@
 // Files to save: the paths as SVG and PNG, and a video of the stage.
 
 import { penOn } from "./pen.js"
+import { withToken } from "./token.js"
 
 
 const PNG_WIDTH = 2400 // pixels of the longer side
@@ -23,7 +24,7 @@ export function download(name, blob) {
 /** The paths as SVG, drawn by the server; null if there are none, or no server. */
 export async function fetchPicture() {
   try {
-    const answer = await fetch(`path.svg${location.search}`)
+    const answer = await fetch(withToken("path.svg"))
     return answer.ok ? await answer.text() : null
   } catch {
     return null

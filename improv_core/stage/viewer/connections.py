@@ -1,0 +1,56 @@
+"""Bounds the connections to the page's server, so that nobody can use up the process's file handles."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aiohttp.web import Request, Server
+    from aiohttp.web_protocol import RequestHandler
+
+SILENT_LIMIT = 10.0
+"""Seconds after which a connection that has no request is closed."""
+MAX_CONNECTIONS = 256
+"""More than all pages and their files need, and far fewer than the usual limit of 1024 open files."""
+
+
+class Connections:
+    """The connections of a server. If there are too many, a new one replaces the oldest one that has no request."""
+
+    def __init__(self, server: Server) -> None:
+        self._server = server
+        self._busy: set[RequestHandler] = set()
+
+    def connect(self) -> asyncio.BaseProtocol:
+        """What speaks on a new connection."""
+        idle = [each for each in self._server.connections if self._is_idle(each)]
+        if len(idle) + len(self._busy) >= MAX_CONNECTIONS and idle:
+            _abort(idle[0])
+        connection = self._server()
+        asyncio.get_running_loop().call_later(SILENT_LIMIT, self._close_idle, connection)
+        return connection
+
+    @contextmanager
+    def busy(self, request: Request) -> Iterator[None]:
+        """While a request is answered, its connection stays open; a page's WebSocket is one long request."""
+        self._busy.add(request.protocol)
+        try:
+            yield
+        finally:
+            self._busy.discard(request.protocol)
+
+    def _is_idle(self, connection: RequestHandler) -> bool:
+        closing = connection.transport is None or connection.transport.is_closing()
+        return not closing and connection not in self._busy
+
+    def _close_idle(self, connection: RequestHandler) -> None:
+        if self._is_idle(connection):
+            _abort(connection)
+
+
+def _abort(connection: RequestHandler) -> None:
+    assert isinstance(connection.transport, asyncio.Transport)
+    connection.transport.abort()

@@ -1,0 +1,53 @@
+"""What overtakes what in the queue of messages to a stage."""
+
+from __future__ import annotations
+
+import queue
+
+import pytest
+
+from improv_core.stage.urgent_queue import UrgentQueue
+
+
+def order(*kinds: str) -> str:
+    """The order in which messages come out; what is in capitals is no message, such as a score that has been read."""
+    waiting: UrgentQueue[object] = UrgentQueue()
+    for kind in kinds:
+        waiting.put(kind if kind.isupper() else {"type": kind})
+    found: list[str] = []
+    while True:
+        try:
+            each = waiting.get(timeout=0)
+        except queue.Empty:
+            return " ".join(found)
+        found.append(each["type"] if isinstance(each, dict) else str(each))
+
+
+@pytest.mark.parametrize(
+    ("put", "got"),
+    [
+        ("seek speed pause", "seek speed pause"),
+        ("seek speed ping", "ping seek speed"),
+        ("seek ping speed ping", "ping ping seek speed"),
+        ("speed silence hush", "hush speed silence"),
+        ("seek ping hush ping", "ping hush ping"),
+        # What was asked for before a stop is not done after it; what was asked for later is.
+        ("seek pause resume speed hush seek", "hush speed seek"),
+        ("held seek released held", "released seek held"),
+        # Scores stay where they are, and so does what belongs to them.
+        ("seek load seek hush ping", "seek load hush ping"),
+        ("load hush load seek ping", "load hush load ping seek"),
+        ("seek READING PLAY seek hush", "seek READING PLAY hush"),
+        ("seek END", "seek END"),
+    ],
+)
+def test_order(put: str, got: str) -> None:
+    assert order(*put.split()) == got
+
+
+def test_who_waits_gets_what_arrives_first() -> None:
+    waiting: UrgentQueue[int] = UrgentQueue()
+    with pytest.raises(queue.Empty):
+        waiting.get(timeout=0)
+    waiting.put(1)
+    assert waiting.get() == 1

@@ -1,0 +1,70 @@
+"""How often a page may ask for something, by a clock that the tests turn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from improv_core.stage.protocol import PageRequest
+from improv_core.stage.viewer.throttle import Throttle
+
+
+class Turned:
+    """A throttle, what it has passed on, and what it wants to do later."""
+
+    def __init__(self) -> None:
+        self.passed: list[str] = []
+        self._later: list[Callable[[], None]] = []
+        self._throttle = Throttle(self._pass, lambda delay, do: self._later.append(do))
+
+    def ask(self, *requests: str | float) -> str:
+        """Ask for all of these at one time, a beat being a seek; what is passed on at once."""
+        for each in requests:
+            self._throttle.take(REQUESTS[each] if isinstance(each, str) else {"type": "seek", "beat": each})
+        return self._taken()
+
+    def turn(self) -> str:
+        """What is passed on a period later."""
+        later, self._later = self._later, []
+        assert len(later) <= 1
+        for do in later:
+            do()
+        return self._taken()
+
+    def _pass(self, request: PageRequest) -> None:
+        self.passed.append(f"{request['beat']:g}" if request["type"] == "seek" else request["type"])
+
+    def _taken(self) -> str:
+        passed, self.passed = self.passed, []
+        return " ".join(passed)
+
+
+REQUESTS: dict[str, PageRequest] = {
+    "hush": {"type": "hush"},
+    "pause": {"type": "pause"},
+    "resume": {"type": "resume"},
+    "restart": {"type": "restart"},
+    "speed": {"type": "speed", "factor": 2.0},
+}
+
+
+def test_a_single_request_is_passed_on_at_once() -> None:
+    turned = Turned()
+    for request in REQUESTS:
+        assert turned.ask(request) == request
+        assert turned.turn() == ""
+
+
+def test_of_many_the_latest_of_each_kind_is_passed_on() -> None:
+    turned = Turned()
+    assert turned.ask(*range(3000), "speed", 5, "pause", 6) == "0"
+    assert turned.turn() == "speed pause 6"
+    assert turned.ask(7) == ""  # also the period after those
+    assert turned.turn() == "7"
+    assert turned.turn() == ""
+    assert turned.ask(8) == "8"
+
+
+def test_a_stop_in_a_flood_is_passed_on_and_nothing_that_was_asked_for_before() -> None:
+    turned = Turned()
+    assert turned.ask(0, 1, "restart", "speed", "resume", "hush", "hush", 2, 3) == "0"
+    assert turned.turn() == "speed hush 3"

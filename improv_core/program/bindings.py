@@ -43,7 +43,7 @@ class Bindings:
     def edited(self, before: Mapping[int, Statement], now: Mapping[int, Statement]) -> Bindings:
         """The bindings after some statements have been replaced by others at the same indices."""
         defined, used = dict(self.defined), dict(self.used)
-        names: set[str] = set()  # whose definitions or uses have changed
+        names: set[str] = set()  # names whose definitions or uses have changed
         for index, statement in now.items():
             names |= _moved(defined, index, _defines(before[index]), _defines(statement))
             names |= _moved(used, index, before[index].uses, statement.uses)

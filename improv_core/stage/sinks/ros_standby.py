@@ -25,7 +25,7 @@ class Standby:
     def __init__(self, node: str, clock: Callable[[], float], wanted: bool) -> None:
         self._clock = clock
         self.problem: str | None = None
-        """What is wrong with it, in one line."""
+        """What is wrong with the standby, in one line."""
         self._moving: set[str] = set()
         self._pulse = 0.0  # when the next sign of life is due
         self._process = _start(node) if wanted else None

@@ -40,12 +40,12 @@ def fixes(analysis: Analysis, span: Span) -> list[Action]:
     return [*found, *(action for each in fixable.values() for action in _everywhere(analysis, each))]
 
 
-def _everywhere(analysis: Analysis, mistake: Diagnostic) -> Iterator[Action]:
-    alike = [each for each in analysis.diagnostics if each.code == mistake.code and each.fixes]
+def _everywhere(analysis: Analysis, problem: Diagnostic) -> Iterator[Action]:
+    alike = [each for each in analysis.diagnostics if each.code == problem.code and each.fixes]
     if len(alike) > 1:
         edits = _apart(edit for each in alike for edit in each.fixes[0].edits)
         others = "the other one" if len(alike) == 2 else f"all {len(alike) - 1} others"
-        yield Action(f"{mistake.fixes[0].title} and {others} of this kind", "quickfix", edits, (mistake,))
+        yield Action(f"{problem.fixes[0].title} and {others} of this kind", "quickfix", edits, (problem,))
 
 
 def _ordered(edits: Iterable[Edit]) -> tuple[Edit, ...]:

@@ -109,7 +109,7 @@ def _extract(analysis: Analysis, piece: _Piece) -> Iterator[Action]:
     indent = analysis.text[lines.start(lines.position(start).line) : start].strip("\ufeff")
     line_end = LINE_END.search(analysis.text)
     definition = Edit(Span(start, start), f"{name} = {text}{line_end[0] if line_end else chr(10)}{indent}")
-    yield Action(f"Name this movement: {name}", "refactor.extract", (definition, _replace(piece, name)))
+    yield Action(f"Extract to a name: {name}", "refactor.extract", (definition, _replace(piece, name)))
 
 
 def _inline_use(analysis: Analysis, piece: _Piece) -> Iterator[Action]:

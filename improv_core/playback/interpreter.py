@@ -49,7 +49,7 @@ def find_ros_python(setting: str | None) -> Interpreter | None:
 
 
 def private_environment() -> Path:
-    """The folder of the environment that `improv ros setup` makes."""
+    """The folder of the environment that `improv ros setup` creates."""
     data = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
     return Path(data) / "improv" / "ros"
 

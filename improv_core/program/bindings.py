@@ -45,7 +45,7 @@ class Bindings:
         if all(_names(before[index]) == _names(statement) for index, statement in now.items()):
             return self  # as after most keystrokes
         defined, used = dict(self.defined), dict(self.used)
-        names: set[str] = set()  # whose definitions or uses have changed
+        names: set[str] = set()  # names whose definitions or uses have changed
         for index, statement in now.items():
             names |= _moved(defined, index, _defines(before[index]), _defines(statement))
             names |= _moved(used, index, before[index].uses, statement.uses)

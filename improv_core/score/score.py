@@ -86,7 +86,7 @@ def to_json(score: Score) -> dict[str, Any]:
 
 
 def from_json(data: Mapping[str, Any]) -> Score:
-    """The score that `to_json` wrote. Raises KeyError, ValueError or TypeError on anything else."""
+    """The score that `to_json` wrote. Raises KeyError, ValueError, or TypeError on anything else."""
     made: list[Movement] = []
     for kind, *rest in data["movements"]:
         made.append(_read(kind, rest, made))

@@ -77,7 +77,7 @@ def to_json(world: World) -> dict[str, Any] | None:
 
 
 def from_json(data: Mapping[str, Any] | None) -> World:
-    """The world that `to_json` wrote. Raises KeyError, ValueError or TypeError on anything else."""
+    """The world that `to_json` wrote. Raises KeyError, ValueError, or TypeError on anything else."""
     if data is None:
         return EMPTY
     size = data["size"]

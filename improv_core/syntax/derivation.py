@@ -45,7 +45,7 @@ Shape: TypeAlias = Leaf | Branch
 
 
 @dataclass(frozen=True, slots=True)
-class Mistake:
+class Unexpected:
     """The token at index `at` does not fit (the end, if there is no such token). These terminals would."""
 
     at: int
@@ -57,7 +57,7 @@ class Derivation:
     """The tree of the terminals, and the first place where it had to be repaired."""
 
     statement: Branch | None
-    mistake: Mistake | None
+    unexpected: Unexpected | None
 
 
 def derive(terminals: tuple[str, ...]) -> Derivation:
@@ -110,33 +110,33 @@ def _kept(terminals: tuple[str, ...]) -> Derivation:
 
 
 def _derived(terminals: Sequence[str]) -> Derivation:
-    parser, mistakes = _fed(terminals)
+    parser, errors = _fed(terminals)
     end = len(terminals)
     while True:
         try:
             shape = parser.feed_token(_leaf("$END", end))
         except _unexpected():
-            mistakes.append(Mistake(end, frozenset(parser.accepts())))
+            errors.append(Unexpected(end, frozenset(parser.accepts())))
             if not _insert(parser, end):
-                return Derivation(None, mistakes[0])
+                return Derivation(None, errors[0])
         else:
-            return Derivation(shape if isinstance(shape, Branch) else None, mistakes[0] if mistakes else None)
+            return Derivation(shape if isinstance(shape, Branch) else None, errors[0] if errors else None)
 
 
-def _fed(terminals: Sequence[str]) -> tuple[Any, list[Mistake]]:
+def _fed(terminals: Sequence[str]) -> tuple[Any, list[Unexpected]]:
     """A parser that has read these terminals, and the errors in them."""
     parser = _lark().parse_interactive()
-    mistakes: list[Mistake] = []
+    errors: list[Unexpected] = []
     for at, kind in enumerate(terminals):
-        if mistakes and kind in NEVER:
+        if errors and kind in NEVER:
             continue
         try:
             parser.feed_token(_leaf(kind, at))
         except _unexpected():
-            if len(mistakes) < MOST_REPAIRS:
-                mistakes.append(Mistake(at, frozenset(parser.accepts())))
+            if len(errors) < MOST_REPAIRS:
+                errors.append(Unexpected(at, frozenset(parser.accepts())))
                 _insert_before(parser, _leaf(kind, at))
-    return parser, mistakes
+    return parser, errors
 
 
 def _insert_before(parser: Any, leaf: Leaf) -> None:

@@ -173,11 +173,11 @@ def _parse(tokens: Sequence[Token]) -> tuple[Node | None, list[Diagnostic]]:
     """The movement of a statement, and its first syntax error. Later ones may only follow from it."""
     derivation = derive(tuple(token.type for token in tokens))
     diagnostics = []
-    if mistake := derivation.mistake:
-        last = tokens[mistake.at - 1] if mistake.at else None
-        found = tokens[mistake.at] if mistake.at < len(tokens) else None
+    if unexpected := derivation.unexpected:
+        last = tokens[unexpected.at - 1] if unexpected.at else None
+        found = tokens[unexpected.at] if unexpected.at < len(tokens) else None
         if marked := found or last:
-            diagnostics.append(Diagnostic("syntax", marked.span, *_wanted(last, found, mistake.wanted)))
+            diagnostics.append(Diagnostic("syntax", marked.span, *_wanted(last, found, unexpected.wanted)))
     statement = derivation.statement
     movement = statement.parts[-1] if statement and statement.rule != "tempo" else None
     return _node(movement, tokens) if isinstance(movement, Branch) else None, diagnostics

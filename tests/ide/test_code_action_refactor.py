@@ -51,39 +51,41 @@ def applied(text: str, edits: tuple[Edit, ...]) -> str:
 
 
 def test_a_movement_gets_a_name() -> None:
-    check("Name", "r $ <forward left> up", "forward_left = forward left\nr $ forward_left up")
-    check("Name", "r $ |>[up down] up", "up_down = [up down]\nr $ up_down up")
-    check("Name", "r $ le|>ft up left", "my_left = left\nr $ my_left up left")
+    check("Extract", "r $ <forward left> up", "forward_left = forward left\nr $ forward_left up")
+    check("Extract", "r $ |>[up down] up", "up_down = [up down]\nr $ up_down up")
+    check("Extract", "r $ le|>ft up left", "my_left = left\nr $ my_left up left")
     check(
-        "Name",
+        "Extract",
         "r $ <repeat 4 (forward left)>",
         "repeat_forward_left = repeat 4 (forward left)\nr $ repeat_forward_left",
     )
-    check("Name", "x = up\nr $ <x x x x>", "x = up\nphrase = x x x x\nr $ phrase")
-    check("Name", "phrase = up\nr $ <up up up up> phrase", "phrase = up\nphrase_2 = up up up up\nr $ phrase_2 phrase")
-    check("Name", "  r $ <left || up>", "  left_up = left || up\n  r $ left_up")
-    check("Name", "\ufeffr$(left)<[up]>up # 🐢\r\n", "\ufeffmy_up = [up]\r\nr$(left)my_up up # 🐢\r\n")
-    check("Name", "r $ up <left > ", "my_left = left\nr $ up my_left  ")
+    check("Extract", "x = up\nr $ <x x x x>", "x = up\nphrase = x x x x\nr $ phrase")
+    check(
+        "Extract", "phrase = up\nr $ <up up up up> phrase", "phrase = up\nphrase_2 = up up up up\nr $ phrase_2 phrase"
+    )
+    check("Extract", "  r $ <left || up>", "  left_up = left || up\n  r $ left_up")
+    check("Extract", "\ufeffr$(left)<[up]>up # 🐢\r\n", "\ufeffmy_up = [up]\r\nr$(left)my_up up # 🐢\r\n")
+    check("Extract", "r $ up <left > ", "my_left = left\nr $ up my_left  ")
 
 
 def test_a_movement_over_lines_gets_brackets() -> None:
-    check("Name", "r $ (up\n  <left # l\n  down>)", "left_down = (left # l\n  down)\nr $ (up\n  left_down)")
-    check("Name", "r $ <(left\n  up)>", "left_up = (left\n  up)\nr $ left_up")
-    check("Name", "r $ (<(left)\n  up> up)", "left_up = ((left)\n  up)\nr $ (left_up up)")
+    check("Extract", "r $ (up\n  <left # l\n  down>)", "left_down = (left # l\n  down)\nr $ (up\n  left_down)")
+    check("Extract", "r $ <(left\n  up)>", "left_up = (left\n  up)\nr $ left_up")
+    check("Extract", "r $ (<(left)\n  up> up)", "left_up = ((left)\n  up)\nr $ (left_up up)")
 
 
 def test_part_of_a_selection_grows_to_whole_items() -> None:
-    check("Name", "r $ for<ward le>ft up", "forward_left = forward left\nr $ forward_left up")
-    check("Name", "r $ up (left <|| do>wn)", "left_down = left || down\nr $ up (left_down)")
+    check("Extract", "r $ for<ward le>ft up", "forward_left = forward left\nr $ forward_left up")
+    check("Extract", "r $ up (left <|| do>wn)", "left_down = left || down\nr $ up (left_down)")
 
 
 def test_what_a_bracket_counts_is_left_alone() -> None:
     for program in ("r $ [<left up> down]", "r $ [<left up>]", "r $ [<left up || down>]", "r $ [<left up> || down]"):
-        check_not("Name", program)
+        check_not("Extract", program)
         check_not("Wrap", program)
-    check("Name", "r $ [<left || up>]", "left_up = left || up\nr $ [left_up]")
-    check_not("Name", "x = up\nr $ |>x")
-    check_not("Name", "r $ (<left>")
+    check("Extract", "r $ [<left || up>]", "left_up = left || up\nr $ [left_up]")
+    check_not("Extract", "x = up\nr $ |>x")
+    check_not("Extract", "r $ (<left>")
 
 
 def test_a_name_is_written_out() -> None:

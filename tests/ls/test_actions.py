@@ -80,7 +80,7 @@ def place(text: str, offset: int) -> dict[str, int]:
 @pytest.mark.parametrize(
     ("title", "before", "after"),
     [
-        ("Name", "# 🐢\r\nr $ 𝑥 <up left> up\r\n", "# 🐢\r\nup_left = up left\r\nr $ 𝑥 up_left up\r\n"),
+        ("Extract", "# 🐢\r\nr $ 𝑥 <up left> up\r\n", "# 🐢\r\nup_left = up left\r\nr $ 𝑥 up_left up\r\n"),
         ("Inline", "𝑥 = up left\r\nr $ reverse <>𝑥 # 🐢\r\n", "r $ reverse (up left) # 🐢\r\n"),
         ("Inline 𝑥 here", "𝑥 = up left\nr $ 𝑥 <>𝑥\n", "𝑥 = up left\nr $ 𝑥 up left\n"),
         ("Inline 𝑥 everywhere", "<>𝑥 = up left\nr $ 𝑥 fast 2 𝑥\n", "r $ up left fast 2 (up left)\n"),

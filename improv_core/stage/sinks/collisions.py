@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 OVERLAP = 0.001
 """How far two robots in contact may overlap, in meters. pymunk needs some overlap to keep the contact."""
 STEP = 1 / STEPS_PER_SECOND
-"""Seconds that pymunk is told each step takes."""
+"""The length of a step in seconds, for pymunk."""
 BUMP = 0.01
 """m/s. Robots that approach more slowly lean on each other but do not bump."""
 APART = 0.5

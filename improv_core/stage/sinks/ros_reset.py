@@ -31,7 +31,7 @@ class _Call:
         if not self.done and self.answer is not None and self.answer.done():
             self.done = True
             self.ends = now + SETTLE
-            # turtlesim's `/reset` makes new turtles, with new listeners.
+            # turtlesim's `/reset` creates new turtles with new listeners.
             for topic in self.topics:
                 topic.unsettle()
 

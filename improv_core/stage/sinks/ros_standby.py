@@ -26,7 +26,7 @@ class Standby:
         self._node = node
         self._clock = clock
         self.problem: str | None = None
-        """What is wrong with it, in one line."""
+        """What is wrong with the standby, in one line."""
         self._publishers: dict[tuple[str, str], bool] = {}  # topic and kind: whether the second node has it
         self._moving: set[str] = set()
         self._pulse = 0.0  # when the next sign of life is due

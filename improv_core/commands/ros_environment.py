@@ -46,10 +46,10 @@ def make(place: Path, say: Say) -> None:
         raise SetupError(f"{place}: {problem}: make it writable, then {AGAIN}") from None
     if free < SPARE * SIZE:
         raise _no_space(place)
-    # -I: neither the current folder nor a sourced ROS has a say in this.
+    # With -I, Python ignores the current folder and PYTHONPATH, which a sourced ROS sets.
     _run([sys.executable, "-I", "-m", "venv", str(place)], _venv_problem, lambda line: None)
     pip = [str(place / "bin" / "python"), "-I", "-m", "pip", "install", "--no-input", "--disable-pip-version-check"]
-    # Wheels of the list only: a package in source form would run its own code, and fetch more to build itself.
+    # Only wheels: building a package from source runs code and downloads build tools, both without known hashes.
     listed = ["--require-hashes", "--only-binary", ":all:", "--no-deps", "--requirement", str(REQUIREMENTS)]
     _run([*pip, "--progress-bar", "off", *listed], lambda lines: _pip_problem(lines, place), _tell_progress(say))
 

@@ -1,4 +1,4 @@
-"""Where a Python is started, so that it imports nothing of the folder that people work in. Standard library only."""
+"""How to start a Python so that it imports nothing from the current folder. Standard library only."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class Surroundings(TypedDict):
 
 
 def isolated(env: Mapping[str, str]) -> Surroundings:
-    """This environment without the entries of PYTHONPATH that depend on the current folder, and the root folder.
+    """The root folder, and this environment without the entries of PYTHONPATH that are empty or relative.
 
-    Python's option `-I` would ignore PYTHONPATH altogether, but a sourced ROS is found by it.
+    Python's option `-I` ignores all of PYTHONPATH, but without its other entries Python can't find a sourced ROS.
     """
     absolute = [entry for entry in env.get("PYTHONPATH", "").split(os.pathsep) if Path(entry).is_absolute()]
     others = {name: value for name, value in env.items() if name != "PYTHONPATH"}

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Renews the list of the wheels that `improv ros setup` installs, for all Pythons it supports. Needs uv (PyPI).
+# Renews the list of the wheels that `improv ros setup` installs, for all Pythons it supports. Needs uv.
+# empy is left out: it only generates code for new messages, and PyPI has no wheel of it.
 set -eu
 cd "$(dirname "$0")/../.."
 python3 -c '
@@ -9,4 +10,3 @@ print(*(line.partition(";")[0] for line in extra), sep="\n")
 ' | uv pip compile - --quiet --universal --python-version 3.10 --no-python-downloads --upgrade --generate-hashes \
   --no-emit-package empy --no-annotate --no-emit-index-url --custom-compile-command "sh tests/ros/pin.sh" \
   --output-file improv_core/commands/ros_requirements.txt
-# Without empy, which only generates code for new messages, and is on PyPI in source form only.

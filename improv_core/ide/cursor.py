@@ -72,12 +72,12 @@ class Before:
 
 
 def before(analysis: Analysis, offset: int) -> Before | None:
-    """What comes before the cursor; None in a comment."""
+    """What comes before the cursor; None in a comment, and in a statement that is too long to be read."""
     index = bisect_left(analysis.offsets, offset)
     begin = analysis.offsets[index - 1] if index else 0
     pieces = list(split(analysis.text[begin:offset] + _MARK))
     start, piece = pieces[-1] if pieces else (0, "")
-    tokens = lex(piece)
+    tokens = lex(piece) if len(piece) <= nodes.LONGEST else []
     if not tokens or begin + start + tokens[-1].end != offset + len(_MARK):
         return None
     *tokens, last = tokens

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from improv_core.program.analysis import Analysis
-from improv_core.score.movement import near, walk
+from improv_core.score.movement import near
+from improv_core.score.walk import walk
 from improv_core.text import Span
 
 MOST_MOMENTS = 4_000

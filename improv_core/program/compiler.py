@@ -9,8 +9,9 @@ from typing import Any
 
 from improv_core.program.analysis import Analysis
 from improv_core.robots.start_poses import start_poses
-from improv_core.score.movement import ENDLESS, brief, walk
+from improv_core.score.movement import ENDLESS, brief
 from improv_core.score.score import Part, Score, twist
+from improv_core.score.walk import walk
 
 MOST_SEGMENTS = 10_000
 LONGEST_TEXT = 200_000

@@ -11,8 +11,9 @@ from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.program.meaning import Meaning
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import excess, unsupported
-from improv_core.score.movement import Moment, Peak, walk
+from improv_core.score.movement import Peak
 from improv_core.score.profiles import Profile
+from improv_core.score.walk import Moment, walk
 from improv_core.syntax.nodes import Statement
 from improv_core.text import Span
 

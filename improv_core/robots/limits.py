@@ -9,8 +9,9 @@ from fractions import Fraction
 from itertools import islice
 
 from improv_core.score import movement as algebra
-from improv_core.score.movement import Movement, Peak, Velocity, walk
+from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import MOTIONS, Profile
+from improv_core.score.walk import walk
 
 _LONGEST_FRACTION = 4
 """The largest denominator of a suggested `slow`: 4/3 is easy to read, 17/13 is not."""

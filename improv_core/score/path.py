@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 from improv_core.score import movement as algebra
 from improv_core.score.motion import Pose
-from improv_core.score.movement import ENDLESS, SAME, Duration, Exact, Movement, Velocity, walk
+from improv_core.score.movement import ENDLESS, SAME, Duration, Exact, Movement, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, twist
+from improv_core.score.walk import walk
 
 MOST_MOMENTS = 10_000
 """Parallel voices are walked to measure them. If they have more moments than this, the result is unknown."""

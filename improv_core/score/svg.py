@@ -10,8 +10,9 @@ from html import escape
 from typing import NamedTuple
 
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import ENDLESS, Exact, Source, walk
+from improv_core.score.movement import ENDLESS, Exact
 from improv_core.score.score import Part, Score, twist
+from improv_core.score.walk import Source, walk
 from improv_core.score.world import Box, World
 
 COLORS = ("#e8590c", "#1c7ed6", "#2f9e44", "#9c36b5", "#c78100", "#d6336c", "#0c8599", "#8d6e58")

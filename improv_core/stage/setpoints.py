@@ -7,8 +7,9 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.score.motion import STILL, Twist
-from improv_core.score.movement import Exact, walk
+from improv_core.score.movement import Exact
 from improv_core.score.score import Part, twist
+from improv_core.score.walk import walk
 
 LAST_ZEROS = 3
 """How many zeros end a robot's motion. One may be lost, but an endless stream would conflict with other publishers."""

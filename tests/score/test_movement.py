@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from improv_core.program.analysis import analyze
 from improv_core.score import movement as algebra
-from improv_core.score.movement import ENDLESS, SAME, Exact, Movement, Velocity, all_by, walk
+from improv_core.score.movement import ENDLESS, SAME, Exact, Movement, Velocity, all_by
+from improv_core.score.walk import walk
 
 NOTHING = algebra.series(())
 SAGITTAL = Velocity(SAME.x, -SAME.y, SAME.z, -SAME.yaw)

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Pose
-from improv_core.score.movement import Movement, walk
+from improv_core.score.movement import Movement
 from improv_core.score.path import pose_at
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part, twist
+from improv_core.score.walk import walk
 from tests.score.test_movement import movements
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.movement import walk
 from improv_core.score.primitives import PRIMITIVES
+from improv_core.score.walk import walk
 from improv_core.stage.viewer.lookahead import about
 from improv_core.syntax.vocabulary import Kind, of_kind
 

@@ -6,10 +6,11 @@ from dataclasses import astuple
 from typing import Any
 
 from improv_core.score import world as worlds
-from improv_core.score.movement import ENDLESS, Exact, near, walk
+from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.score import Part, Score, twist
+from improv_core.score.walk import walk
 from improv_core.stage.protocol import ShownScore, Stretch
 
 MOST_MOMENTS = 20_000

@@ -249,7 +249,7 @@ class Performance:
 
     async def _show_or_say(self, playback: Playback) -> None:
         """Have the editor show the page, or else a browser; print its URL if neither does."""
-        url = playback.link()
+        url = playback.link(own=True)
         if url is None:  # closed meanwhile
             return
         if self._editor.can("window.show_document.support"):

@@ -90,7 +90,7 @@ class Performance:
         if not self._playback.page:
             return
         self.say(f"watch it at {self._playback.link()}")
-        link = self._playback.link()  # another one, as each opens the page once
+        link = self._playback.link(own=True)
         if browser and link and await asyncio.to_thread(webbrowser.open, link):
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)

@@ -121,9 +121,12 @@ class Playback:
                 return str(stage.ready["page"])
         return None
 
-    def link(self) -> str | None:
-        """A new URL that opens the page once."""
-        return f"{self.page}?ticket={issue(self._token)}" if self.page else None
+    def link(self, *, own: bool = False) -> str | None:
+        """A new URL that opens the page once.
+
+        One that a browser is started with is to be this user's `own`, since others can see it in the list of processes.
+        """
+        return f"{self.page}?ticket={issue(self._token, own=own)}" if self.page else None
 
     async def open(self) -> None:
         """Start the stages unless they are running. Raises StageError."""

@@ -1,4 +1,4 @@
-"""Tickets: each opens the page once, so a URL that others can see, such as in the list of processes, is soon worthless.
+"""Tickets: each opens the page once, so a URL that others can see, such as in the list of processes, is worthless.
 
 The parent issues tickets, and the page's server redeems them for the token that both know: no message is needed.
 """
@@ -7,13 +7,17 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import os
 import secrets
 import time
 
+ROOT = 0
 
-def issue(token: str) -> str:
-    """A new ticket, for a URL."""
-    about = f"{time.monotonic():.6f}-{secrets.token_hex(8)}"
+
+def issue(token: str, *, own: bool = False) -> str:
+    """A new ticket, for a URL. One of its `own` opens the page only for this user, wherever connections have users."""
+    owner = os.getuid() if own and hasattr(os, "getuid") else ""
+    about = f"{time.monotonic():.6f}-{secrets.token_hex(8)}-{owner}"
     return f"{about}-{_sign(token, about)}"
 
 
@@ -25,12 +29,15 @@ class Tickets:
         self._started = time.monotonic()
         self._used: set[str] = set()
 
-    def redeem(self, ticket: str) -> bool:
-        """Whether this ticket is valid; it never is again."""
+    def redeem(self, ticket: str, user: int | None) -> bool:
+        """Whether this ticket is valid for a user (None: unknown). If so, it never is again."""
         about, _, signature = ticket.rpartition("-")
         if not hmac.compare_digest(signature.encode(), _sign(self._token, about).encode()):
             return False
-        if about in self._used or float(about.partition("-")[0]) < self._started:
+        issued, _, owner = about.split("-")
+        if about in self._used or float(issued) < self._started:
+            return False
+        if owner and user not in (None, ROOT, int(owner)):  # root may be a relay, as in WSL
             return False
         self._used.add(about)
         return True

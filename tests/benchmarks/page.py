@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 from playwright.sync_api import sync_playwright
 
 from tests.benchmarks.tables import p99, print_row
+from tests.page import live_behind
 from tests.processes import descendants
 from tests.stage.viewer.conftest import FLAGS, Show, watch
 
@@ -113,10 +114,10 @@ def _dance(robots: int) -> str:
 
 def _bytes_per_second(url: str, seconds: float) -> float:
     """What comes through the socket of one page, all that the WebSocket adds included."""
-    where = urlsplit(url)
+    where = urlsplit(live_behind(url))
     with socket.create_connection(("127.0.0.1", where.port or 0)) as page:
         page.sendall(
-            f"GET /live?{where.query} HTTP/1.1\r\nHost: {where.netloc}\r\nOrigin: http://{where.netloc}\r\n"
+            f"GET {where.path}?{where.query} HTTP/1.1\r\nHost: {where.netloc}\r\nOrigin: http://{where.netloc}\r\n"
             "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
             "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
         )

@@ -7,17 +7,16 @@ from __future__ import annotations
 
 import asyncio
 import math
-import re
 import sys
 import tempfile
 from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from hashlib import sha256
 from pathlib import Path
-from urllib.parse import parse_qs, quote, urlsplit
-from urllib.request import urlopen
 
 from aiohttp import ClientSession, ClientWebSocketResponse
+
+from tests.page import live_behind
 
 LIMIT = 30.0
 """Seconds a robot may take to do what is waited for, on a busy machine."""
@@ -51,26 +50,19 @@ async def stands(url: str) -> None:
 
 @asynccontextmanager
 async def _live(url: str) -> AsyncIterator[ClientWebSocketResponse]:
-    page = urlsplit(url)
-    address = f"{page.scheme}://{page.netloc}"
-    token = quote(await asyncio.to_thread(_token, url))
-    async with (
-        ClientSession() as session,
-        session.ws_connect(f"{address}/live?token={token}", headers={"Origin": address}) as live,
-    ):
-        yield live
+    live = await asyncio.to_thread(_address, url)
+    origin = live[: live.index("/live")]
+    async with ClientSession() as session, session.ws_connect(live, headers={"Origin": origin}) as socket:
+        yield socket
 
 
-def _token(url: str) -> str:
-    """The page's token. The URL opens the page once, so the token is kept in a file for the next process."""
-    if token := parse_qs(urlsplit(url).query).get("token"):
-        return token[0]
+def _address(url: str) -> str:
+    """The address of the WebSocket. A ticket works once, so this is kept in a file for the next process."""
+    if "?token=" in url:
+        return url.replace("/?", "/live?")
     kept = Path(tempfile.gettempdir(), f"improv-robot-{sha256(url.encode()).hexdigest()}")
     if not kept.exists():
-        with urlopen(url, timeout=LIMIT) as answer:
-            found = re.search(r'<meta id="token" .*content="(.+)">', answer.read().decode())
-        assert found, f"{url} has been used"
-        kept.write_text(found[1], encoding="utf-8")
+        kept.write_text(live_behind(url), encoding="utf-8")
     return kept.read_text(encoding="utf-8")
 
 

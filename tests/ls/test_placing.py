@@ -6,7 +6,6 @@ import asyncio
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import aiohttp
 import pytest
@@ -15,6 +14,7 @@ from lsprotocol import types
 from improv_core.text import LineIndex
 from improv_ls.positions import to_span
 from tests.ls.client import Client, Message
+from tests.page import live_behind
 
 CAPABILITIES = {
     "workspace": {"applyEdit": True, "workspaceEdit": {"resourceOperations": ["create"]}},
@@ -26,13 +26,11 @@ START = "start = { x = 1.5, y = -2, heading = 90 }\n"
 BERTS = "start = { x = 0.125, y = 0, heading = 0 }\n"
 
 
-def drag(page: str, starts: Mapping[str, Any]) -> None:
+def drag(live: str, starts: Mapping[str, Any]) -> None:
     """Send what a page sends."""
 
     async def send() -> None:
-        address = urlsplit(page)
-        origin = f"{address.scheme}://{address.netloc}"
-        live = f"{origin}/live?{address.query}"
+        origin = live[: live.index("/live")]
         async with aiohttp.ClientSession() as session, session.ws_connect(live, headers={"Origin": origin}) as socket:
             await socket.send_json({"type": "place", "start_poses": starts})
 
@@ -40,11 +38,11 @@ def drag(page: str, starts: Mapping[str, Any]) -> None:
 
 
 def play(client: Client, folder: Path) -> str:
-    """Play a program of two robots; the address of its page."""
+    """Play a program of two robots; the address of its page's WebSocket."""
     program = folder / "dance.improv"
     client.open(program.as_uri(), "anna $ forward\nbert $ forward\n")
     client.save(program.as_uri())
-    return client.wait_for_page()[0]
+    return live_behind(client.wait_for_page()[0])
 
 
 def asked(client: Client) -> list[Any]:

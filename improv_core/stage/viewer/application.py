@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from improv_core.stage.protocol import PageRequest, Watched
 from improv_core.stage.tickets import Tickets
 from improv_core.stage.viewer.connections import SILENT_LIMIT, Connections
+from improv_core.stage.viewer.peer import user_of
 from improv_core.stage.viewer.requests import read
 from improv_core.stage.viewer.throttle import Throttle
 
@@ -128,7 +129,7 @@ class Application:
         from aiohttp import web
 
         ticket = request.query.get("ticket")
-        valid = ticket is not None and self._tickets.redeem(ticket)
+        valid = ticket is not None and self._tickets.redeem(ticket, _user_of(request))
         given = NO_TOKEN.replace('""', f'"{escape(self._token)}"') if valid else NO_TOKEN
         page = self._index.replace(NO_TOKEN, given)
         return web.Response(text=page, content_type="text/html", charset="utf-8")
@@ -214,6 +215,11 @@ def _files() -> Mapping[str, bytes]:
 
 async def _harden(request: web.Request, response: web.StreamResponse) -> None:
     response.headers.update(HEADERS)
+
+
+def _user_of(request: web.Request) -> int | None:
+    transport = request.transport
+    return user_of(transport.get_extra_info("peername"), transport.get_extra_info("sockname")) if transport else None
 
 
 def _check_origin(request: web.Request) -> None:

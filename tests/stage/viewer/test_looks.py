@@ -215,7 +215,8 @@ def test_editors_on_this_machine_may_frame_the_page_and_strangers_may_not(
     browser: Browser, show: Show, tmp_path: Path
 ) -> None:
     show.play("beat 60\nada $ repeat (forward || left)\n")
-    (tmp_path / "index.html").write_text(f"<iframe src='{show.url}' width=900 height=600></iframe>", encoding="utf-8")
+    url = show.url
+    (tmp_path / "index.html").write_text(f"<iframe src='{url}' width=900 height=600></iframe>", encoding="utf-8")
     page = browser.new_page()
     with served(tmp_path) as editor:
         page.goto(editor)
@@ -225,7 +226,7 @@ def test_editors_on_this_machine_may_frame_the_page_and_strangers_may_not(
         expect(inside.locator("#state")).to_have_text("stopped")
     with page.expect_event("requestfailed") as failed:
         page.goto((tmp_path / "index.html").as_uri())
-    assert (failed.value.url, failed.value.failure) == (show.url, "net::ERR_BLOCKED_BY_RESPONSE")
+    assert (failed.value.url, failed.value.failure) == (url, "net::ERR_BLOCKED_BY_RESPONSE")
     page.close()
 
 

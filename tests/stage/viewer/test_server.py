@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import http.client
 import json
+import os
 import queue
-import re
 import socket
+import subprocess
 import sys
 from collections.abc import Callable
 from fractions import Fraction
@@ -27,11 +28,12 @@ from improv_core.stage.protocol import PageRequest, Watched
 from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
 from improv_core.stage.tickets import issue
-from improv_core.stage.viewer import connections
+from improv_core.stage.viewer import connections, peer
 from improv_core.stage.viewer.answers import MOST_BEATS
-from improv_core.stage.viewer.application import MAX_MESSAGE, MAX_PAGES
+from improv_core.stage.viewer.application import MAX_MESSAGE, MAX_PAGES, NO_TOKEN
 from improv_core.stage.viewer.connections import MAX_CONNECTIONS
 from improv_core.stage.viewer.server import Viewer
+from tests.page import token_behind
 from tests.stage.viewer.conftest import TOKEN, link, part, transport
 
 LIMIT = 20.0
@@ -59,19 +61,17 @@ def own(viewer: Viewer) -> tuple[str, str]:
     return urlsplit(viewer.address).netloc, f"token={quote(TOKEN)}"
 
 
-def token_in(answer: http.client.HTTPResponse) -> str:
-    """The token that a page came with."""
-    assert answer.status == 200
-    (token,) = re.findall(r'<meta id="token" name="improv-token" content="(.*?)">', answer.read().decode())
-    return str(token)
+def opened(viewer: Viewer, query: str) -> str:
+    """The token of the page that a query opens; empty if it opens none."""
+    return token_behind(f"{viewer.address}?{query}")
 
 
 def test_a_ticket_opens_the_page_once(viewer: Viewer) -> None:
     first, second = (urlsplit(link(viewer)).query for _ in range(2))
-    assert token_in(ask(viewer, f"/?{second}")) == TOKEN
-    assert token_in(ask(viewer, f"/?{first}")) == TOKEN  # several may be out at once
+    assert opened(viewer, second) == TOKEN
+    assert opened(viewer, first) == TOKEN  # several may be out at once
     for used in (first, second):
-        assert token_in(ask(viewer, f"/?{used}")) == ""
+        assert opened(viewer, used) == ""
 
 
 def test_nothing_but_a_ticket_opens_the_page(viewer: Viewer) -> None:
@@ -84,8 +84,34 @@ def test_nothing_but_a_ticket_opens_the_page(viewer: Viewer) -> None:
         "",
     )
     for query in forged:
-        assert token_in(ask(viewer, f"/?{query}")) == ""
-    assert token_in(ask(viewer, f"/?{ticket}")) == TOKEN
+        assert opened(viewer, query) == ""
+    assert opened(viewer, ticket) == TOKEN
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can be another user")
+def test_a_ticket_in_the_list_of_processes_is_of_no_use_to_another_user(viewer: Viewer) -> None:
+    """As soon as a browser is started, another user may be faster than it."""
+    url = f"{viewer.address}?ticket={issue(TOKEN, own=True)}"
+    where = urlsplit(url)
+    asked = f"GET /?{where.query} HTTP/1.1\r\nHost: {where.netloc}\r\nConnection: close\r\n\r\n".encode()
+    read = f"""
+import encodings.idna, os, socket
+os.setuid(1234)
+thief = socket.create_connection(("127.0.0.1", {where.port}))
+thief.sendall({asked!r})
+print(thief.makefile().read())
+"""
+    thief = subprocess.run([sys.executable, "-c", read], capture_output=True, text=True, timeout=LIMIT, check=True)
+    assert NO_TOKEN in thief.stdout
+    assert token_behind(url) == TOKEN  # the browser is not too late
+    assert token_behind(url) == ""
+
+
+@pytest.mark.skipif(not peer.TABLE.exists(), reason="only Linux tells whose connection it is")
+def test_the_user_of_a_connection_is_known() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server, socket.create_connection(server.getsockname()) as client:
+        assert peer.user_of(client.getsockname(), server.getsockname()) == os.getuid()
+        assert peer.user_of(("127.0.0.1", 1), server.getsockname()) is None
 
 
 def test_a_ticket_authorizes_nothing_else(viewer: Viewer) -> None:
@@ -99,11 +125,11 @@ def test_a_ticket_authorizes_nothing_else(viewer: Viewer) -> None:
 
 def test_no_ticket_survives_the_server_that_could_remember_it(viewer: Viewer) -> None:
     used, unused = (urlsplit(link(viewer)).query for _ in range(2))
-    assert token_in(ask(viewer, f"/?{used}")) == TOKEN
+    assert opened(viewer, used) == TOKEN
     viewer.close()
     again = Viewer(urlsplit(viewer.address).port or 0, NOBODY, lambda command: None, token=TOKEN)
     for query in (used, unused):
-        assert token_in(ask(again, f"/?{query}")) == ""
+        assert opened(again, query) == ""
     assert ask(again, f"/token?{own(again)[1]}").status == 204  # an open page goes on
     again.close()
 
@@ -502,7 +528,7 @@ def test_connections_without_requests_do_not_keep_anybody_out(viewer: Viewer) ->
         async with aiohttp.ClientSession() as session:
             page = await connected(viewer, session)
             hanging = [silent(viewer) for _ in range(2 * MAX_CONNECTIONS)]
-            assert token_in(await asyncio.to_thread(ask, viewer, f"/?{urlsplit(link(viewer)).query}")) == TOKEN
+            assert await asyncio.to_thread(opened, viewer, urlsplit(link(viewer)).query) == TOKEN
             for each in hanging[:MAX_CONNECTIONS]:  # the oldest ones went first
                 assert await asyncio.to_thread(is_closed, each)
             viewer.publish(transport(7, "playing"))

@@ -1,0 +1,23 @@
+"""What a browser gets for a URL that opens the page: a token, and with it the page's WebSocket."""
+
+from __future__ import annotations
+
+import re
+from urllib.parse import quote, urlsplit
+from urllib.request import urlopen
+
+LIMIT = 30
+
+
+def token_behind(url: str) -> str:
+    """The page's token; empty if the URL does not open the page, or no longer."""
+    with urlopen(url, timeout=LIMIT) as answer:
+        (token,) = re.findall(r'<meta id="token" name="improv-token" content="(.*?)">', answer.read().decode())
+    return str(token)
+
+
+def live_behind(url: str) -> str:
+    """The address of the page's WebSocket, which may be used any number of times."""
+    token = token_behind(url)
+    assert token, f"{url} has been used"
+    return f"http://{urlsplit(url).netloc}/live?token={quote(token)}"

@@ -12,7 +12,16 @@ from functools import lru_cache
 from improv_core.diagnostics import Diagnostic, Severity, replace
 from improv_core.program.unreachable import unperformed
 from improv_core.score import movement
-from improv_core.score.movement import ENDLESS, SAME, Movement, Peak, all_by
+from improv_core.score.movement import (
+    DEEPEST_VOICES,
+    ENDLESS,
+    LARGEST,
+    MOST_BITS,
+    SAME,
+    Movement,
+    all_by,
+    is_too_fast,
+)
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
@@ -21,15 +30,6 @@ from improv_core.text import Span
 
 LONGEST_NUMBER = 30
 """How many characters a number may have."""
-MOST_BITS = 4096
-"""How long the exact fractions of a movement may get: nested odd factors multiply."""
-LARGEST = 10**100
-"""Beats, steps per beat, quarter turns per beat and items per beat that a movement may have.
-
-With any tempo and step, the product of any two of them stays below the largest float (1.8e308).
-"""
-DEEPEST_VOICES = 200
-"""How many levels of `||` may stand within `||` through names: each costs a level of recursion when walked."""
 
 NOTHING = movement.series(())
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -237,7 +237,6 @@ class _Reader:
         return movement.repeat(body, int(count))
 
 
-_SHORTEST = 1 / LARGEST
 FEW = 50
 """So many fractions of any length that a movement may have are added at once."""
 _TOO_LONG = "use simpler numbers: together they make a fraction too long to compute exactly"
@@ -249,15 +248,10 @@ def _too_much(made: Movement, may_be_faster: bool) -> str | None:
     Whoever turns a number of a movement into a float relies on this.
     """
     duration = made.duration
-    if LARGEST < duration < ENDLESS or (may_be_faster and _is_too_fast(made.peak)):
+    if LARGEST < duration < ENDLESS or (may_be_faster and is_too_fast(made.peak)):
         return "use smaller numbers: together they make a movement too long or too fast to play"
     length = made.bits + (movement.bits(duration) if not isinstance(duration, float) else 0)
     return _TOO_LONG if length > MOST_BITS else None
-
-
-def _is_too_fast(peak: Peak) -> bool:
-    x, y, z, yaw, shortest = peak
-    return x > LARGEST or y > LARGEST or z > LARGEST or yaw > LARGEST or shortest < _SHORTEST
 
 
 def _share_a_denominator(items: Sequence[Movement]) -> bool:

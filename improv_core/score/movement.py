@@ -60,6 +60,17 @@ FINEST = 1_000_000
 """Parts of a beat at which playing, or what tells of it, may begin."""
 
 
+LARGEST = 10**100
+"""Beats, steps per beat, quarter turns per beat and items per beat that a movement may have.
+
+With any tempo and step, the product of any two of them stays below the largest float (1.8e308).
+"""
+MOST_BITS = 4096
+"""How long the exact fractions of a movement may get: nested odd factors multiply."""
+DEEPEST_VOICES = 200
+"""How many levels of `||` may nest through names: each costs a level of recursion when walked."""
+
+
 LONGEST_WRITTEN = 4096
 """Bits of a number that is written out: Python writes no integer beyond 4,300 digits."""
 
@@ -273,6 +284,15 @@ def reverse(body: Movement) -> Movement:
 def use(body: Movement, span: Span | None, statement: int) -> Movement:
     """A movement that is written in another statement, by that one's number; the name for it stands at `span`."""
     return Use(body.duration, body.uniform, body.depth, body.bits, body.peak, body, span, statement)
+
+
+def is_too_fast(peak: Peak) -> bool:
+    """Whether a bound is so large that floats can't hold what is computed from it."""
+    x, y, z, yaw, shortest = peak
+    return x > LARGEST or y > LARGEST or z > LARGEST or yaw > LARGEST or shortest < _SHORTEST
+
+
+_SHORTEST = 1 / LARGEST
 
 
 def bits(number: Exact) -> int:

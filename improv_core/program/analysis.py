@@ -15,7 +15,7 @@ from itertools import count
 from improv_core.diagnostics import Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.feasibility import check_casting
-from improv_core.program.meaning import MOST_BITS, Definition, Meaning, Scope, movement_of, understand
+from improv_core.program.meaning import Definition, Meaning, Scope, movement_of, understand
 from improv_core.robots.config import Robots
 from improv_core.score import movement
 from improv_core.score.movement import Movement
@@ -179,7 +179,7 @@ class Analysis:
             meaning = self.meanings[index]
             for robot in meaning.robots:
                 common = math.lcm(commons.get(robot, 1), _denominator(meaning.movement))
-                if common.bit_length() > MOST_BITS:
+                if common.bit_length() > movement.MOST_BITS:
                     found.add(index)
                 else:
                     commons[robot] = common

@@ -12,7 +12,7 @@ from functools import lru_cache
 from improv_core.diagnostics import Diagnostic, Severity, replace
 from improv_core.program.unreachable import unperformed
 from improv_core.score import movement
-from improv_core.score.movement import ENDLESS, SAME, Movement, all_by
+from improv_core.score.movement import ENDLESS, LARGEST, MOST_BITS, MOST_VOICES, SAME, Movement, all_by, is_too_fast
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
@@ -21,18 +21,6 @@ from improv_core.text import Span
 
 LONGEST_NUMBER = 30
 """The most characters of a number."""
-MOST_BITS = 4096
-"""The most bits of a movement's exact fractions: nested factors multiply."""
-LARGEST = 10**100
-"""The most beats, steps per beat, quarter turns per beat, and items per beat of a movement.
-
-With any tempo and step, the product of any two of them stays below the largest float (1.8e308).
-"""
-MOST_VOICES = 250
-"""How many voices may play at once, including those within names.
-
-Each is walked by itself, and each level of voices within voices costs two of Python's levels of recursion.
-"""
 
 NOTHING = movement.series(())
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -256,8 +244,7 @@ def _too_much(made: Movement) -> str | None:
     length = made.bits if isinstance(duration, float) else made.bits + movement.bits(duration)
     if length <= _FEW_BITS:
         return None
-    *speeds, shortest = made.peak
-    if LARGEST < duration < ENDLESS or max(speeds) > LARGEST or shortest < 1 / LARGEST:
+    if LARGEST < duration < ENDLESS or is_too_fast(made.peak):
         return "these numbers make the movement too long or too fast to play: use smaller ones"
     return _TOO_LONG if length > MOST_BITS else None
 

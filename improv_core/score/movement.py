@@ -58,6 +58,20 @@ FINEST = 1_000_000
 """Positions in beats are rounded to this many parts of a beat."""
 
 
+LARGEST = 10**100
+"""The most beats, steps per beat, quarter turns per beat, and items per beat of a movement.
+
+With any tempo and step, the product of any two of them stays below the largest float (1.8e308).
+"""
+MOST_BITS = 4096
+"""The most bits of the exact fractions of a movement: nested odd factors multiply."""
+MOST_VOICES = 250
+"""How many voices may play at once, including those within names.
+
+Each is walked by itself, and each level of voices within voices costs two of Python's levels of recursion.
+"""
+
+
 LONGEST_WRITTEN = 4096
 """The most bits of a number that is written in full: Python refuses to write integers of more than 4,300 digits."""
 
@@ -255,6 +269,15 @@ def reverse(body: Movement) -> Movement:
 def use(body: Movement, span: Span | None, statement: int) -> Movement:
     """A movement written in the statement with this ID, used by a name at `span`."""
     return Use(body.duration, body.uniform, body.width, body.bits, body.peak, body, span, statement)
+
+
+def is_too_fast(peak: Peak) -> bool:
+    """Whether a bound is so large that floats can't hold what is computed from it."""
+    x, y, z, yaw, shortest = peak
+    return x > LARGEST or y > LARGEST or z > LARGEST or yaw > LARGEST or shortest < _SHORTEST
+
+
+_SHORTEST = 1 / LARGEST
 
 
 def bits(number: Exact) -> int:

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypedDict
 
 from improv_core.score import movement as algebra
 from improv_core.score import world as worlds
+from improv_core.score.fits import checked, fits
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Movement, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.world import World
 from improv_core.text import Span
+
+FASTEST_RATE = 1_000
+"""Commands per second that a robot may be sent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,25 +90,63 @@ def to_json(score: Score) -> dict[str, Any]:
     return {"tempo": str(score.tempo), "movements": rows, "parts": parts, "world": world, **program}
 
 
+class _PartJson(TypedDict):
+    movement: int
+    profile: Mapping[str, Any]
+    start: Mapping[str, Any]
+    topic: str
+    reset: str | None
+    use_sim_time: bool
+
+
+class _ScoreJson(TypedDict):
+    tempo: str
+    movements: Sequence[Any]
+    parts: Mapping[str, _PartJson]
+    world: Mapping[str, Any] | None
+    text: str
+    offsets: Sequence[Sequence[int]]
+
+
 def from_json(data: Mapping[str, Any]) -> Score:
-    """The score that `to_json` wrote. Raises KeyError, ValueError, or TypeError on anything else."""
+    """The score that `to_json` wrote. Raises an exception on anything else, and on what is too much to play."""
+    if not fits(data, _ScoreJson):
+        raise ValueError("it is not a score")
     made: list[Movement] = []
     for kind, *rest in data["movements"]:
         made.append(_read(kind, rest, made))
     parts = {
         name: Part(
             name,
-            made[part["movement"]],
-            Profile(**part["profile"]),
-            Pose(**part["start"]),
+            _playable(_at(part["movement"], made)),
+            checked(Profile, part["profile"]),
+            checked(Pose, part["start"]),
             part["topic"],
             part["reset"],
             part["use_sim_time"],
         )
         for name, part in data["parts"].items()
     }
+    if any(not 0 < part.profile.command_rate <= FASTEST_RATE for part in parts.values()):
+        raise ValueError("a robot's command rate is out of range")
     world = worlds.from_json(data["world"])
-    return Score(Fraction(data["tempo"]), parts, data["text"], dict(data["offsets"]), world)
+    tempo = Fraction(_above_zero(data["tempo"]))
+    if not 1 <= tempo * algebra.LARGEST <= algebra.LARGEST**2:
+        raise ValueError("the tempo is out of range")
+    return Score(tempo, parts, data["text"], dict(data["offsets"]), world)
+
+
+def _playable(movement: Movement) -> Movement:
+    """A movement that the language would take too, which bounds what it costs to walk it."""
+    duration = movement.duration
+    if (
+        (duration > algebra.LARGEST**2 and duration != algebra.ENDLESS)
+        or movement.width > algebra.MOST_VOICES
+        or movement.bits > algebra.MOST_BITS
+        or algebra.is_too_fast(movement.peak)
+    ):
+        raise ValueError("its numbers are too large or its voices too many")
+    return movement
 
 
 def _add(whole: Movement, rows: list[list[Any]], indices: dict[int, int]) -> int:
@@ -147,30 +190,63 @@ def _number(value: algebra.Exact) -> int | str:
 
 @lru_cache(maxsize=1_000)
 def _exact(number: int | str) -> algebra.Exact:
-    return number if isinstance(number, int) else algebra.exact(Fraction(number))
+    if isinstance(number, int):
+        return number
+    if not _FRACTION.fullmatch(number):  # an exponent would make a number of any length
+        raise ValueError("a number is wrong")
+    return algebra.exact(Fraction(number))
+
+
+_FRACTION = re.compile(r"-?[0-9]{1,2000}(?:/[0-9]{1,2000})?")
+
+
+def _above_zero(number: int | str) -> algebra.Exact:
+    value = _exact(number)
+    if value <= 0:
+        raise ValueError("a number is not above zero")
+    return value
 
 
 def _velocity(numbers: Sequence[int | str]) -> Velocity:
     return Velocity(*(_exact(number) for number in numbers))
 
 
+def _span(span: list[int] | None) -> Span | None:
+    if span is None:
+        return None
+    start, end = span
+    if type(start) is not int or type(end) is not int:
+        raise ValueError("a span is wrong")
+    return Span(start, end)
+
+
+def _at(place: int, made: Sequence[Movement]) -> Movement:
+    if place < 0:
+        raise ValueError("a movement is missing")
+    return made[place]
+
+
 def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
     if kind == "hold":
         velocity, duration, span = rest
-        return algebra.hold(_velocity(velocity), _exact(duration), Span(*span) if span else None)
+        return algebra.hold(_velocity(velocity), _above_zero(duration), _span(span))
     if kind == "series":
-        return algebra.series([made[place] for place in rest[0]])
+        return algebra.series([_at(place, made) for place in rest[0]])
     if kind == "parallel":
-        return algebra.parallel([made[place] for place in rest[0]])
-    body = made[rest[0]]
+        return algebra.parallel([_at(place, made) for place in rest[0]])
+    body = _at(rest[0], made)
     if kind == "repeat":
+        if rest[1] is not None and (type(rest[1]) is not int or rest[1] < 0):
+            raise ValueError("a number of repeats is wrong")
         return algebra.repeat(body, rest[1])
     if kind == "pace":
-        return algebra.pace(body, Fraction(rest[1]))
+        return algebra.pace(body, Fraction(_above_zero(rest[1])))
     if kind == "gain":
         return algebra.gain(body, _velocity(rest[1]))
     if kind == "use":
-        return algebra.use(body, Span(*rest[1]) if rest[1] else None, rest[2])
+        if type(rest[2]) is not int:
+            raise ValueError("the number of a statement is wrong")
+        return algebra.use(body, _span(rest[1]), rest[2])
     if kind == "reverse":
         return algebra.reverse(body)
     raise ValueError(f"no movement is called {kind!r}")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
+
+from improv_core.score.fits import checked, fits
 
 
 class Wall(NamedTuple):
@@ -77,13 +79,15 @@ def to_json(world: World) -> dict[str, Any] | None:
 
 
 def from_json(data: Mapping[str, Any] | None) -> World:
-    """The world that `to_json` wrote. Raises KeyError, ValueError, or TypeError on anything else."""
+    """The world that `to_json` wrote. Raises KeyError, ValueError, TypeError, or AttributeError on anything else."""
     if data is None:
         return EMPTY
     size = data["size"]
+    if not fits(size, Sequence[float] | None) or not fits(data["walls"], Sequence[Sequence[float]]):
+        raise ValueError("the world has a wrong value")
     return World(
         (float(size[0]), float(size[1])) if size else None,
         tuple(Wall(*wall) for wall in data["walls"]),
-        tuple(Circle(**circle) for circle in data["circles"]),
-        tuple(Box(**box) for box in data["boxes"]),
+        tuple(checked(Circle, circle) for circle in data["circles"]),
+        tuple(checked(Box, box) for box in data["boxes"]),
     )

@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
+from improv_core.plain import message as in_plain_text
 from improv_core.score.score import Score
 from improv_core.stage.player import Player
 from improv_core.stage.protocol import (
@@ -50,7 +51,9 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """Standard input has ended, or a signal asks the stage to end."""
+    """Standard input has ended or, because of a problem, can't be read; or a signal asks the stage to end."""
+
+    problem: str = ""
 
 
 Arrival = ToStage | Play | Unreadable | Reading | End
@@ -99,7 +102,10 @@ def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
                 clock.wait_until(deadline)
             else:
                 if isinstance(arrival, End):
-                    return 0
+                    if not arrival.problem:
+                        return 0
+                    last["message"] = arrival.problem
+                    return 1
                 loop.take(arrival, clock.now())
             if (now := clock.now()) >= deadline:  # also if another arrival waits: robots must not wait for a flood
                 loop.advance(now)
@@ -113,9 +119,9 @@ def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
         opened.sink.close()
 
 
-def one_line(error: Exception) -> str:
-    """An exception as one line of text."""
-    return " ".join(str(error).split()) or type(error).__name__
+def one_line(error: BaseException) -> str:
+    """An exception as one printable line of text."""
+    return in_plain_text(" ".join(str(error).split()) or type(error).__name__)
 
 
 class _Loop:

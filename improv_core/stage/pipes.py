@@ -14,18 +14,31 @@ from improv_core.stage.urgent_queue import UrgentQueue
 
 LONG = 10_000
 """Bytes from which on a line counts as one that takes time to read."""
+LONGEST = 64_000_000
+"""Bytes of a line that is read: four times as many as the score of a program of 100,000 lines takes."""
+TOO_LONG = Unreadable(f"this program can't be played: it is longer than {LONGEST // 1_000_000} MB", is_score=True)
 
 
 def read_arrivals(inbox: UrgentQueue[Arrival]) -> None:
-    """Put in what each line of standard input says; its end, also in the middle of a line, ends the stage."""
-    # A file of our own: at its end Python waits for the lock of its own, which a thread that reads never lets go.
-    for line in open(0, "rb", closefd=False):  # noqa: SIM115
-        if not line.endswith(b"\n"):
-            break
-        if len(line) > LONG:
-            inbox.put(Reading())
-        inbox.put(arrival(line))
-    inbox.put(End())
+    """Put in what each line of standard input says. Its end ends the stage, also in the middle of a line, and so does
+    anything that is raised here: a stage that no longer listens could not be told to stop."""
+    problem = ""
+    try:
+        # A file of our own: at its end Python waits for the lock of its own, which a thread that reads never lets go.
+        with open(0, "rb", closefd=False) as stream:
+            while (line := stream.readline(LONGEST)).endswith(b"\n") or len(line) == LONGEST:
+                if not line.endswith(b"\n"):
+                    while (rest := stream.readline(LONGEST)) and not rest.endswith(b"\n"):
+                        pass
+                    inbox.put(TOO_LONG)
+                    continue
+                if len(line) > LONG:
+                    inbox.put(Reading())
+                inbox.put(arrival(line))
+    except BaseException as error:
+        problem = f"the stage can't read what it is sent: {one_line(error)}"
+    finally:
+        inbox.put(End(problem))
 
 
 def arrival(line: bytes) -> Arrival:

@@ -7,11 +7,13 @@ and for mypy. Where a message arrives from another process, `read_to_stage` or `
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from types import UnionType
-from typing import Any, Literal, TypedDict, cast, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypedDict, cast, get_args
+
+from improv_core.plain import message as in_plain_text
+from improv_core.score.fits import fits, hints_of
 
 VERSION = 1
 """The protocol's version."""
@@ -380,7 +382,7 @@ def read_from_stage(line: bytes) -> FromStage:
 
 def by_type(union: Any) -> dict[str, type]:
     """The messages of a union, by their `type`."""
-    return {get_args(_hints(each)["type"])[0]: each for each in get_args(union)}
+    return {get_args(hints_of(each)["type"])[0]: each for each in get_args(union)}
 
 
 def _read(line: bytes, union: Any) -> object:
@@ -393,40 +395,13 @@ def _read(line: bytes, union: Any) -> object:
         raise ProtocolError("this line is JSON, but not a message: it has no `type`")
     expected = _by_type(union).get(kind)
     if expected is None:
-        raise ProtocolError(f"there is no message `{kind}`")
+        raise ProtocolError(in_plain_text(f"there is no message `{kind}`"))
     if missing := expected.__required_keys__ - message.keys():  # type: ignore[attr-defined]
         raise ProtocolError(f"`{kind}` needs {' and '.join(f'`{name}`' for name in sorted(missing))}")
-    hints = _hints(expected)
-    if wrong := [name for name in hints if name in message and not _fits(message[name], hints[name])]:
+    hints = hints_of(expected)
+    if wrong := [name for name in hints if name in message and not fits(message[name], hints[name])]:
         raise ProtocolError(f"`{wrong[0]}` of `{kind}` has a wrong value")
     return message
 
 
 _by_type = lru_cache(by_type)
-_hints: Callable[[Any], dict[str, Any]] = lru_cache(get_type_hints)
-
-
-def _fits(value: object, hint: Any) -> bool:
-    """Whether a JSON value is of a type used above. NaN is no number; what is added to a message is left alone."""
-    origin, arguments = get_origin(hint), get_args(hint)
-    if hint is Any:
-        return True
-    if hint is float:
-        return isinstance(value, (int, float)) and not isinstance(value, bool) and value == value
-    if hint is int:
-        return isinstance(value, int) and not isinstance(value, bool)
-    if origin is Literal:
-        return isinstance(value, str) and value in arguments
-    if origin is UnionType:
-        return any(_fits(value, each) for each in arguments)
-    if origin is None and hasattr(hint, "__required_keys__"):
-        return (
-            isinstance(value, dict)
-            and hint.__required_keys__ <= value.keys()
-            and all(_fits(value[name], inner) for name, inner in _hints(hint).items() if name in value)
-        )
-    if origin is not None and issubclass(origin, Mapping):
-        return isinstance(value, dict) and all(_fits(each, arguments[1]) for each in value.values())
-    if origin is not None and issubclass(origin, Sequence):
-        return isinstance(value, list) and all(_fits(each, arguments[0]) for each in value)
-    return isinstance(value, hint)

@@ -1,0 +1,57 @@
+"""Whether a JSON value has the type that it should have. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from types import UnionType
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+T = TypeVar("T")
+
+LARGEST_FLOAT = 1e300
+"""Numbers beyond it are no numbers of ours."""
+
+hints_of: Callable[[Any], dict[str, Any]] = lru_cache(get_type_hints)
+
+
+def fits(value: object, hint: Any) -> bool:
+    """Whether a JSON value is of a type: Any, a simple type, a Literal, a union, a TypedDict, a Mapping, or a Sequence.
+
+    NaN and infinity are no numbers, and True is no 1. What is added to a TypedDict is left alone.
+    """
+    origin, arguments = get_origin(hint), get_args(hint)
+    if hint is Any:
+        return True
+    if hint is float:
+        return type(value) in (int, float) and -LARGEST_FLOAT <= value <= LARGEST_FLOAT  # type: ignore[operator]
+    if hint is int:
+        return type(value) is int
+    if origin is Literal:
+        return isinstance(value, str) and value in arguments
+    if origin is UnionType:
+        return any(fits(value, each) for each in arguments)
+    if origin is None and hasattr(hint, "__required_keys__"):
+        return (
+            isinstance(value, dict)
+            and hint.__required_keys__ <= value.keys()
+            and all(fits(value[name], inner) for name, inner in hints_of(hint).items() if name in value)
+        )
+    if origin is not None and issubclass(origin, Mapping):
+        return isinstance(value, dict) and _all_fit(value.values(), arguments[1])
+    if origin is not None and issubclass(origin, Sequence):
+        return isinstance(value, list) and _all_fit(value, arguments[0])
+    return isinstance(value, hint)
+
+
+def checked(kind: Callable[..., T], values: Any) -> T:
+    """A dataclass or named tuple of numbers and words. Raises ValueError if a value does not fit, TypeError if one is
+    missing or unknown."""
+    hints = hints_of(kind)
+    if wrong := [name for name, value in values.items() if name in hints and not fits(value, hints[name])]:
+        raise ValueError(f"`{wrong[0]}` has a wrong value")
+    return kind(**values)
+
+
+def _all_fit(values: Any, hint: Any) -> bool:
+    return hint is Any or all(fits(each, hint) for each in values)

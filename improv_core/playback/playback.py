@@ -6,7 +6,7 @@ import asyncio
 import math
 import secrets
 import time
-from collections.abc import AsyncIterator, Callable, Iterable
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Protocol
@@ -28,6 +28,7 @@ from improv_core.stage.protocol import (
     TransportMessage,
     Watched,
     When,
+    refused_by,
 )
 
 HALT_LIMIT = 8.0
@@ -96,6 +97,7 @@ class Playback:
         self._reviving: set[asyncio.Task[None]] = set()
         self._halting: RunningStage | None = None  # a new one that has yet to stop what another left moving
         self._still = asyncio.Event()
+        self._waits_for: Sequence[str] = ()  # what the stage that leads says has to change
         self._failed: RunningStage | None = None  # said in its last message that it could not stop all robots
         self._token = secrets.token_urlsafe()
         self._port = options.port
@@ -143,11 +145,15 @@ class Playback:
     async def play(self, score: Score, when: When = "restart") -> int | None:
         """Play a score: `restart`, or take over `now`, at the `beat` or `end`. Raises StageError.
 
-        Its generation; None if robots were to stop, or all to end, before the stages had been started.
+        Its generation; None if robots were to stop, or all to end, before the stages had been started, or if an
+        emergency stop is on.
         """
         stops = self._stops
         await self.open()
         if self._stops != stops:
+            return None
+        if (stop := score.safety.stop) and stop in self._waits_for:
+            self._listen({"type": "error", "message": refused_by(stop)}, True)
             return None
         self._score = score
         self._send_score(when)
@@ -240,7 +246,8 @@ class Playback:
             self.conduct(request)
 
     def _lead(self, transport: TransportMessage) -> None:
-        """Have the twin begin at the very same time as the stage that leads, and stop when that stops by itself."""
+        """Have the twin begin at the very same time as the stage that leads, and stop and pause when that does."""
+        waited, self._waits_for = self._waits_for, transport.get("waits_for", ())
         if transport["state"] in ("stopped", "ended"):
             self._halting = None
             self._still.set()
@@ -253,6 +260,10 @@ class Playback:
             self._loaded = None
         elif transport["state"] == "stopped":
             self._twin.send({"type": "hush"})
+        elif transport["state"] == "paused" and self._waits_for:
+            self._twin.send({"type": "pause", "at": transport["monotonic"]})
+        elif transport["state"] == "playing" and waited:
+            self._twin.send({"type": "resume", "at": transport["monotonic"]})
 
     def _revive(self, dead: RunningStage, gone: Gone) -> Gone:
         """Replace a stage that has died, and return the line that says so.
@@ -263,6 +274,8 @@ class Playback:
         if leads and self._twin:
             self._twin.send({"type": "hush"})
         self._loaded = None
+        if leads:
+            self._waits_for = ()
         if dead is self._halting:  # the next one would fare no better
             self._halting = None
             self._still.set()

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import Any, Literal
 
 from improv_core.score import movement as algebra
 from improv_core.score import world as worlds
@@ -34,6 +34,30 @@ class Part:
     use_sim_time: bool = False
 
 
+Rejoin = Literal["continue", "next", "pause"]
+"""What a robot does that listens again: continue with the others, or stand until the next play; or all wait for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Deadman:
+    """A button to hold while real robots move, counted from 0, on a topic of sensor_msgs/Joy."""
+
+    topic: str
+    button: int
+
+    def __str__(self) -> str:
+        return f"button {self.button} on {self.topic}"
+
+
+@dataclass(frozen=True, slots=True)
+class Safety:
+    """What stops real robots besides the score; `stop` is a topic of std_msgs/Bool that is true in an emergency."""
+
+    stop: str | None = None
+    deadman: Deadman | None = None
+    rejoin: Rejoin = "continue"
+
+
 @dataclass(frozen=True, slots=True)
 class Score:
     """All parts, played together from beat 0 at `tempo` beats per minute.
@@ -47,6 +71,7 @@ class Score:
     text: str = ""
     offsets: Mapping[int, int] = field(default_factory=dict)
     world: World = worlds.EMPTY
+    safety: Safety = Safety()
 
     @property
     def beats(self) -> algebra.Duration:
@@ -82,7 +107,8 @@ def to_json(score: Score) -> dict[str, Any]:
     }
     program = {"text": score.text, "offsets": list(score.offsets.items())}
     world = worlds.to_json(score.world)
-    return {"tempo": str(score.tempo), "movements": rows, "parts": parts, "world": world, **program}
+    safety = asdict(score.safety)
+    return {"tempo": str(score.tempo), "movements": rows, "parts": parts, "world": world, "safety": safety, **program}
 
 
 def from_json(data: Mapping[str, Any]) -> Score:
@@ -103,7 +129,10 @@ def from_json(data: Mapping[str, Any]) -> Score:
         for name, part in data["parts"].items()
     }
     world = worlds.from_json(data["world"])
-    return Score(Fraction(data["tempo"]), parts, data["text"], dict(data["offsets"]), world)
+    safety = data["safety"]
+    deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
+    safety = Safety(safety["stop"], deadman, safety["rejoin"])
+    return Score(Fraction(data["tempo"]), parts, data["text"], dict(data["offsets"]), world, safety)
 
 
 def _add(whole: Movement, rows: list[list[Any]], places: dict[int, int]) -> int:

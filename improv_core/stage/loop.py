@@ -20,7 +20,7 @@ from improv_core.stage.protocol import (
     Stopped,
     ToStage,
 )
-from improv_core.stage.sinks import Sink
+from improv_core.stage.sinks import Edge, Sink
 
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due: the system wakes it 0.2 ms late. It
@@ -53,12 +53,12 @@ class End:
     """Standard input has ended, or a signal asks the stage to end."""
 
 
-Arrival = ToStage | Play | Unreadable | Reading | End
+Arrival = ToStage | Play | Unreadable | Reading | Edge | End
 """What may come in while a stage plays."""
 
 
 class Inbox(Protocol):
-    """Where arrivals wait, such as `queue.SimpleQueue`."""
+    """Where arrivals wait: inbox.Inbox."""
 
     def get(self, *, timeout: float | None) -> Arrival:
         """The next arrival. Raises queue.Empty after `timeout` seconds without one (None: never)."""
@@ -143,9 +143,12 @@ class _Loop:
                 self._tell({"type": "error", "message": what})
         self.player.advance(now)
 
-    def take(self, arrival: ToStage | Play | Unreadable | Reading, now: float) -> None:
+    def take(self, arrival: ToStage | Play | Unreadable | Reading | Edge, now: float) -> None:
         """Do what is asked for. What goes wrong ends the stage, which stops the robots."""
         pinged = isinstance(arrival, dict) and arrival["type"] == "ping"
+        if isinstance(arrival, Edge):
+            self.player.sense(arrival, now)
+            return
         if self._opened.sink.real and (pinged or self._hangs_from < math.inf):
             self._hangs_from = now + (LOADING_LIMIT if isinstance(arrival, Reading) else SILENCE_LIMIT)
         if isinstance(arrival, Play):

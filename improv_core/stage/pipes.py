@@ -7,6 +7,7 @@ import queue
 import sys
 
 from improv_core.score.score import from_json
+from improv_core.stage.inbox import Inbox
 from improv_core.stage.loop import Arrival, End, Play, Reading, Unreadable, one_line
 from improv_core.stage.protocol import FromStage, ProtocolError, read_to_stage
 from improv_core.stage.setpoints import setpoints
@@ -15,7 +16,7 @@ LONG = 10_000
 """Bytes from which on a line counts as one that takes time to read."""
 
 
-def read_arrivals(inbox: queue.SimpleQueue[Arrival]) -> None:
+def read_arrivals(inbox: Inbox) -> None:
     """Put in what each line of standard input says; its end, also in the middle of a line, ends the stage."""
     # A file of our own: at its end Python waits for the lock of its own, which a thread that reads never lets go.
     for line in open(0, "rb", closefd=False):  # noqa: SIM115

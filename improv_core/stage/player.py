@@ -27,11 +27,13 @@ from improv_core.stage.protocol import (
     Poses,
     State,
     TransportMessage,
+    Waiting,
     WarningLine,
     When,
+    refused_by,
 )
 from improv_core.stage.setpoints import LAST_ZEROS, Setpoint, setpoints, zeros
-from improv_core.stage.sinks import Sink
+from improv_core.stage.sinks import Edge, Sink
 
 PATIENCE = 5.0
 """Seconds to wait for a new robot's listener before beat 0: ROS 2 discovery took up to 2.64 s where it was measured on
@@ -91,6 +93,8 @@ class Player:
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
         self._wanted: dict[str, Twist] = {}  # what each robot does, or would do if it were not silent
+        self._senses: dict[str, bool | None] = {}  # what the latest edges said
+        self._continues = False  # whether a pause ends by itself, once nothing is waited for
         self._zeros_left: dict[str, int] = {}  # of each robot that is silent
         self._met: dict[str, float] = {}  # when each robot was first prepared
         self._unheard: set[str] = set()  # who is waited for
@@ -112,6 +116,10 @@ class Player:
 
         `zero` is the clock's time of beat 0 where another stage has set it.
         """
+        if self._sink.real and (stop := self._stop_of(score)):
+            self._tell({"type": "error", "message": refused_by(stop)})
+            self._tell_transport(now)
+            return
         self._warned, self._news = {}, {}
         if self._state == "playing" and when != "restart":
             performed = self._transport.performed(now)
@@ -136,13 +144,28 @@ class Player:
     def pause(self, now: float) -> None:
         """Stop every robot at once, to go on from here."""
         self._catch_up(now)
+        self._continues = False
         if self._state == "playing":
             self._stop_all(now, "paused")
 
     def resume(self, now: float) -> None:
-        """Go on from where it was paused."""
+        """Go on from where it was paused, as soon as nothing is waited for."""
         if self._state == "paused":
             self._play_from(self._transport.origin, self._transport.performed(now), now)
+
+    def sense(self, edge: Edge, now: float) -> None:
+        """Take what people press: an emergency stop stops all robots, a deadman button that is released pauses them."""
+        before, self._senses[edge.what] = self._senses.get(edge.what), edge.value
+        if edge.what == self._score.safety.stop:
+            if edge.value:
+                self.hush(now)
+                what = f"the emergency stop on {edge.what} is on, so all robots were stopped"
+                self._tell({"type": "error", "message": what})
+            elif before:
+                self._tell_transport(now)  # first, so that who reads the line is not refused
+                what = f"the emergency stop on {edge.what} is off: save to play again"
+                self._tell({"type": "warning", "message": what})
+        self._keep_waiting(now)
 
     def seek(self, beat: float, now: float) -> None:
         """Play from another beat on, or be paused there; simulated robots stand where the score has them then.
@@ -315,7 +338,11 @@ class Player:
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, as of this performance time."""
         self._transport = Transport(self._transport.zero, performed, beat, self._tempo)
-        self._state = "playing"
+        if self._waits_for():
+            self._state = "paused"
+            self._wait(now)
+            return
+        self._state, self._continues = "playing", False
         self._drop_parts()
         self._zeros_left = {robot: LAST_ZEROS for robot in self._score.parts if self._is_silent(robot)}
         for robot, part in self._score.parts.items():
@@ -328,14 +355,46 @@ class Player:
         self._tell_transport(now, self._transport.clock(performed))
         self.advance(now)
 
+    def _stop_of(self, score: Score) -> str | None:
+        """The emergency stop of a score, if it is on."""
+        stop = score.safety.stop
+        return stop if stop and self._senses.get(stop) else None
+
+    def _waits_for(self) -> list[str]:
+        """What has to change before real robots may move."""
+        if not self._sink.real:
+            return []
+        if stop := self._stop_of(self._score):
+            return [stop]
+        deadman = self._score.safety.deadman
+        return [str(deadman)] if deadman and not self._senses.get(str(deadman)) else []
+
+    def _wait(self, now: float) -> None:
+        """Pause until nothing is waited for any more; an emergency stop also has somebody play again."""
+        if stop := self._stop_of(self._score):
+            self._stop_all(now, "stopped")
+            self._tell({"type": "error", "message": refused_by(stop)})
+            return
+        self._stop_all(now, "paused", continues=True)
+        what = f"paused: to let robots move, hold {', '.join(self._waits_for())}"
+        self._tell({"type": "warning", "message": what})
+
+    def _keep_waiting(self, now: float) -> None:
+        """Pause or go on, by what is waited for now."""
+        waits = self._waits_for()
+        if waits and self._state == "playing":
+            self._wait(now)
+        elif not waits and self._state == "paused" and self._continues:
+            self.resume(now)
+
     def _catch_up(self, now: float) -> None:
         """Send what was due before something changes, or robots would miss it."""
         if self._state == "playing":
             self.advance(now)
 
-    def _stop_all(self, now: float, state: State) -> None:
+    def _stop_all(self, now: float, state: State, continues: bool = False) -> None:
         performed = self._transport.performed(now)
-        self._next = None
+        self._next, self._continues = None, continues
         self._drop_parts()
         problems = []
         for robot, part in self._score.parts.items():
@@ -390,12 +449,12 @@ class Player:
     def _look_at(self, robots: Collection[str]) -> None:
         """Find what stands in the way of robots; what is new is told by `_tell_news`."""
         lines = {**self._sink.warnings(robots), **self._sink.missing(robots)}
-        for robot in robots:
-            line = lines.get(robot)
-            if line and self._warned.get(robot) != line:
-                topic = self._score.parts[robot].topic
+        for name in [*robots, *(lines.keys() | self._warned.keys()) - self._score.parts.keys()]:
+            line = lines.get(name)
+            if line and self._warned.get(name) != line:
+                topic = self._score.parts[name].topic if name in self._score.parts else line
                 self._news.setdefault(line.replace(topic, TOPIC, 1), []).append(topic)
-            self._warned[robot] = line
+            self._warned[name] = line
 
     def _tell_news(self) -> None:
         """Tell what is new, in one line where only the topics differ."""
@@ -414,24 +473,26 @@ class Player:
         """Tell where it is at a time by the clock, or now: the sink must be there, as poses are told too."""
         at = now if at is None else at
         beats = self._score.beats
-        self._tell(
-            {
-                "type": "transport",
-                "generation": self._generation,
-                "state": self._state,
-                "backend": self.backend,
-                "tempo": float(self._tempo),
-                "speed": float(self._speed),
-                "beats": None if beats == ENDLESS else float(beats),
-                "beat": float(self._beat(at)),
-                "performed": self._transport.performed(at),
-                "muted": sorted(self._muted),
-                "soloed": sorted(self._soloed),
-                "monotonic": at,
-                "wall": self._wall() - (now - at),
-                **self.whereabouts(),
-            }
-        )
+        waits = self._waits_for() if self._state in ("paused", "stopped") else []
+        waiting: Waiting = {"waits_for": waits} if waits else {}
+        message: TransportMessage = {
+            "type": "transport",
+            "generation": self._generation,
+            "state": self._state,
+            "backend": self.backend,
+            "tempo": float(self._tempo),
+            "speed": float(self._speed),
+            "beats": None if beats == ENDLESS else float(beats),
+            "beat": float(self._beat(at)),
+            "performed": self._transport.performed(at),
+            "muted": sorted(self._muted),
+            "soloed": sorted(self._soloed),
+            "monotonic": at,
+            "wall": self._wall() - (now - at),
+            **self.whereabouts(),
+            **waiting,
+        }
+        self._tell(message)
 
 
 def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:

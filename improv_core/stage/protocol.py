@@ -147,6 +147,12 @@ class Poses(TypedDict, total=False):
     poses: Mapping[str, PoseJson]
 
 
+class Waiting(TypedDict, total=False):
+    """What must change before robots move: an emergency stop, a deadman button, robots that are gone."""
+
+    waits_for: Sequence[str]
+
+
 class _TransportMessage(TypedDict):
     type: Literal["transport"]
     generation: int
@@ -163,7 +169,7 @@ class _TransportMessage(TypedDict):
     wall: float
 
 
-class TransportMessage(_TransportMessage, Poses):
+class TransportMessage(_TransportMessage, Poses, Waiting):
     """Where playing stands, as of the times `monotonic` and `wall`."""
 
 
@@ -343,6 +349,11 @@ Window = TypedDict(
 
 ToPage = DrawnRobots | DrawnPoses | TransportMessage | Stopped | ShownScore | Bumps | Window
 FromPage = PageRequest | AskWindow
+
+
+def refused_by(stop: str) -> str:
+    """What is told of a score that can't play as an emergency stop is on."""
+    return f"✗ the emergency stop on {stop} is on: release it, then save again"
 
 
 class ProtocolError(Exception):

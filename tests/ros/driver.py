@@ -95,7 +95,7 @@ def end(*_: object) -> None:
 
 
 signal.signal(signal.SIGTERM, end)
-sink = Ros(None, standby="standby" in sys.argv[1:])
+sink = Ros(None, "standby" in sys.argv[1:], lambda edge: None)
 answer(sink.description)
 methods: dict[str, Callable[..., Any]] = {
     "prepare": prepare,

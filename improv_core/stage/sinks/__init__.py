@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Protocol
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """What people or robots do has changed: `what` is a topic, or a button on one; None is silence.
+
+    `at` is when it came, in monotonic seconds.
+    """
+
+    what: str
+    value: bool | None
+    at: float
 
 
 class Sink(Protocol):
@@ -28,7 +41,7 @@ class Sink(Protocol):
         """
 
     def resetting(self) -> bool:
-        """Whether beat 0 should still wait, as robots are being put at their starts; within a second it need not.
+        """Whether beat 0 should still wait, for robots that are being put at their starts or for an emergency stop.
 
         To be asked again and again before beat 0, and not after.
         """
@@ -37,7 +50,10 @@ class Sink(Protocol):
         """Who of these robots, or all of the latest `prepare`, would not hear a command now: a plain line for each."""
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        """What people should know about these robots, or all of the latest `prepare`, one plain line for each."""
+        """What people should know about these robots, or all of the latest `prepare`, one plain line for each.
+
+        A line about the whole performance is under another key, such as a topic.
+        """
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """The robot's velocity from `at` on, in seconds of performance since beat 0 (never decreasing)."""

@@ -38,7 +38,10 @@ BARE = ("score", "stage", "playback")
 """Folders that run in ROS's Python: the standard library and Python 3.10, the libraries of sinks aside."""
 LIBRARIES = {
     "pymunk": ["stage/sinks/collisions.py"],
-    "rclpy": ["stage/graph.py", "stage/sinks/ros.py", "stage/sinks/ros_listening.py", "stage/sinks/ros_nodes.py"],
+    "rclpy": [
+        "stage/graph.py",
+        *(f"stage/sinks/{name}.py" for name in ("ros", "ros_listening", "ros_nodes")),
+    ],
     "aiohttp": ["stage/viewer/application.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "resvg_py": ["commands/plot.py"],

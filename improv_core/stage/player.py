@@ -16,7 +16,7 @@ from typing import NamedTuple
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
-from improv_core.score.score import Score
+from improv_core.score.score import Rejoin, Score
 from improv_core.score.transport import Switch, Transport
 from improv_core.stage.protocol import (
     FASTEST,
@@ -40,7 +40,7 @@ PATIENCE = 5.0
 a quiet machine, and more than 3 s on a busy one."""
 LOOK_AGAIN = 0.01
 """Seconds between two looks for listeners before beat 0, and at robots that still move after their end."""
-LOOK_WHILE_PLAYING = 1.0
+LOOK_WHILE_PLAYING = 0.5
 """Seconds in which all robots are looked at once: whether they are still heard, and nobody else moves them."""
 LOOK_AT = 20
 """Robots to look at between two setpoints: with ROS 2 each took some 0.02 ms."""
@@ -49,6 +49,12 @@ LATE = 0.5
 
 TOPIC = "\0"
 """Stands for a robot's topic in a line about several robots."""
+BACK: Mapping[Rejoin, str] = {
+    "continue": f"somebody listens on {TOPIC} again, and continues in the middle of the program",
+    "next": f"somebody listens on {TOPIC} again, and stands until the next play",
+    "pause": f"somebody listens on {TOPIC} again",
+}
+"""What is told of robots that are back."""
 
 Told = TransportMessage | WarningLine | ErrorLine
 EMPTY = Score(Fraction(60), {})
@@ -94,6 +100,9 @@ class Player:
         self._soloed: frozenset[str] = frozenset()
         self._wanted: dict[str, Twist] = {}  # what each robot does, or would do if it were not silent
         self._senses: dict[str, bool | None] = {}  # what the latest edges said
+        self._heard: set[str] = set()  # who has listened since the score began
+        self._away: set[str] = set()  # who listened, and no longer does
+        self._stands: set[str] = set()  # who was away, and stands until the next play
         self._continues = False  # whether a pause ends by itself, once nothing is waited for
         self._zeros_left: dict[str, int] = {}  # of each robot that is silent
         self._met: dict[str, float] = {}  # when each robot was first prepared
@@ -238,7 +247,7 @@ class Player:
                 self._tell_news()
             self._tell_transport(now)
         self._send_due(performed)
-        if now >= self._look and self._state == "playing":
+        if now >= self._look and (self._state == "playing" or self._looks_while_paused):
             robots = list(self._score.parts)
             self._look_at(robots[self._looked_at : self._looked_at + LOOK_AT])
             self._looked_at += LOOK_AT
@@ -246,16 +255,24 @@ class Player:
                 self._looked_at = 0
                 self._tell_news()
             self._look = now + LOOK_WHILE_PLAYING * min(LOOK_AT / max(len(robots), 1), 1)
+            self._keep_waiting(now)
 
     def deadline(self, now: float) -> float | None:
         """When `advance` must be called next, by the clock; None if nothing is to come."""
         if self._state == "waiting":
             return now + LOOK_AGAIN
         due = self._due()
+        if due == math.inf and self._looks_while_paused:
+            return self._look
         if due == math.inf:
             return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
         at = self._transport.clock(due)
         return min(at, now + self._sink.period) if self._sink.period else at
+
+    @property
+    def _looks_while_paused(self) -> bool:
+        """Whether robots are waited for that have gone away."""
+        return self._state == "paused" and self._continues and bool(self._away)
 
     @property
     def _tempo(self) -> Fraction:
@@ -294,6 +311,7 @@ class Player:
         self._queue, self._next, self._wanted = [], None, {}
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
+        self._heard, self._away, self._stands = set(), set(), set()
         self._score, self._generation = score, generation
         self._transport = Transport(now if zero is None else zero, 0.0, 0, self._tempo)
         for robot in score.parts:
@@ -324,6 +342,7 @@ class Player:
     def _take_over(self, swap: Swap, now: float) -> None:
         old = self._score
         self._sink.prepare(swap.score, False)
+        self._heard, self._away, self._stands = set(), set(), set()
         self._score, self._generation = swap.score, swap.generation
         for robot in swap.score.parts:
             self._met.setdefault(robot, now)
@@ -366,8 +385,9 @@ class Player:
             return []
         if stop := self._stop_of(self._score):
             return [stop]
-        deadman = self._score.safety.deadman
-        return [str(deadman)] if deadman and not self._senses.get(str(deadman)) else []
+        safety = self._score.safety
+        held = safety.deadman is None or self._senses.get(str(safety.deadman))
+        return [*([] if held else [str(safety.deadman)]), *(sorted(self._away) if safety.rejoin == "pause" else [])]
 
     def _wait(self, now: float) -> None:
         """Pause until nothing is waited for any more; an emergency stop also has somebody play again."""
@@ -376,7 +396,13 @@ class Player:
             self._tell({"type": "error", "message": refused_by(stop)})
             return
         self._stop_all(now, "paused", continues=True)
-        what = f"paused: to let robots move, hold {', '.join(self._waits_for())}"
+        self._look = now + LOOK_WHILE_PLAYING
+        first = self._waits_for()[0]
+        what = (
+            f"paused until {first} listens again"
+            if first in self._away
+            else f"paused: to let robots move, hold {first}"
+        )
         self._tell({"type": "warning", "message": what})
 
     def _keep_waiting(self, now: float) -> None:
@@ -417,7 +443,7 @@ class Player:
         heapify(self._queue)
 
     def _is_silent(self, robot: str) -> bool:
-        return robot not in self._soloed if self._soloed else robot in self._muted
+        return robot in self._stands or (robot not in self._soloed if self._soloed else robot in self._muted)
 
     def _enqueue(self, robot: str, told: Iterator[Setpoint], offset: float) -> None:
         first = next(told, None)
@@ -448,13 +474,32 @@ class Player:
 
     def _look_at(self, robots: Collection[str]) -> None:
         """Find what stands in the way of robots; what is new is told by `_tell_news`."""
-        lines = {**self._sink.warnings(robots), **self._sink.missing(robots)}
+        missing = self._sink.missing(robots)
+        lines = {**self._sink.warnings(robots), **missing}
         for name in [*robots, *(lines.keys() | self._warned.keys()) - self._score.parts.keys()]:
             line = lines.get(name)
+            if line == "":
+                continue
             if line and self._warned.get(name) != line:
                 topic = self._score.parts[name].topic if name in self._score.parts else line
                 self._news.setdefault(line.replace(topic, TOPIC, 1), []).append(topic)
             self._warned[name] = line
+        for robot in robots:
+            self._follow(robot, missing.get(robot))
+
+    def _follow(self, robot: str, problem: str | None) -> None:
+        """Note whether a robot listens, and what follows for one that has gone away or come back."""
+        rejoin = self._score.safety.rejoin
+        if problem is None:
+            self._heard.add(robot)
+            if robot in self._away:
+                self._away.discard(robot)
+                self._news.setdefault(BACK[rejoin], []).append(self._score.parts[robot].topic)
+        elif problem and robot in self._heard - self._away:
+            self._away.add(robot)
+            if rejoin == "next":
+                self._stands.add(robot)
+                self._zeros_left[robot] = LAST_ZEROS
 
     def _tell_news(self) -> None:
         """Tell what is new, in one line where only the topics differ."""

@@ -472,7 +472,24 @@ def test_who_stops_listening_is_named_once_and_again_after_a_return() -> None:
     for deaf in (gone, gone, {}, gone):
         stage.sink.deaf = deaf
         stage.run(1.5)
-    assert stage.lines == [gone["r"], gone["r"]]
+    back = "somebody listens on /r/cmd_vel again, and continues in the middle of the program"
+    assert stage.lines == [gone["r"], back, gone["r"]]
+
+
+def test_who_is_about_to_listen_is_waited_for_without_a_word() -> None:
+    stage = Stage()
+    stage.sink.deaf = {"r": ""}
+    stage.load("r $ repeat forward")
+    stage.run(1)
+    assert stage.sink.sent == []
+    stage.sink.deaf = {}
+    stage.run(1)
+    stage.sink.deaf = {"r": ""}
+    stage.run(2)
+    assert stage.lines == []
+
+
+GONE = {"r": "nobody listens on /r/cmd_vel"}
 
 
 def test_one_line_tells_of_many_robots() -> None:
@@ -601,6 +618,37 @@ def test_a_score_that_takes_over_needs_its_own_deadman() -> None:
     stage.load("r $ repeat left", "now")
     stage.run(1)
     assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, 0)]
+
+
+def test_a_robot_that_comes_back_stands_until_the_next_play() -> None:
+    stage = Guarded(Safety(rejoin="next"))
+    stage.load("r s $ repeat forward")
+    stage.run(1)
+    stage.sink.deaf = GONE
+    stage.run(1)
+    stage.sink.deaf = {}
+    stage.run(2)
+    assert stage.lines == [GONE["r"], "somebody listens on /r/cmd_vel again, and stands until the next play"]
+    assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0]
+    assert [x for _, x, _ in stage.sink.changes("s")] == [2]
+    stage.load("r s $ repeat forward", "now")
+    stage.run(1)
+    assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0, 2]
+
+
+def test_all_wait_for_a_robot_that_went_away() -> None:
+    stage = Guarded(Safety(rejoin="pause"))
+    stage.load("r s $ forward left")
+    stage.run(0.4)
+    stage.sink.deaf = GONE
+    stage.run(20)
+    assert (stage.states[-1], stage.transports[-1]["waits_for"]) == ("paused", ["r"])
+    assert {robot: twist for robot, _, twist in stage.sink.sent} == {"r": STILL, "s": STILL}
+    stage.sink.deaf = {}
+    stage.run(5)
+    assert stage.states == ["playing", "paused", "playing", "ended"]
+    assert stage.lines == [GONE["r"], "paused until r listens again", "somebody listens on /r/cmd_vel again"]
+    assert [(x, yaw) for _, x, yaw in stage.sink.changes("s")] == [(2, 0), (0, 0), (2, 0), (0, QUARTER), (0, 0)]
 
 
 def test_the_simulator_needs_no_deadman() -> None:

@@ -47,7 +47,10 @@ class Sink(Protocol):
         """
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        """Who of these robots, or all of the latest `prepare`, would not hear a command now: a plain line for each."""
+        """Who of these robots, or all of the latest `prepare`, would not hear a command now: a plain line for each.
+
+        The line is empty for one that will hear commands in a moment.
+        """
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         """What people should know about these robots, or all of the latest `prepare`, one plain line for each.

@@ -98,8 +98,8 @@ class Ros:
         found = {}
         for robot in self._cast if robots is None else robots:
             topic = self._topic(robot)
-            if problem := topic.missing():
-                found[robot] = f"{problem} ({self.description})"
+            if (problem := topic.missing()) is not None:
+                found[robot] = problem and f"{problem} ({self.description})"
             elif topic.is_stamped and clock.ros_time_is_active and not clock.now().nanoseconds:
                 found[robot] = f"no time has come on /clock, so {topic.name} is stamped 0: start the simulation"
         return found

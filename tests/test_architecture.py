@@ -39,12 +39,15 @@ BARE = ("score", "stage", "playback")
 """Folders that run in ROS's Python: the standard library and Python 3.10, the libraries of sinks aside."""
 LIBRARIES = {
     "pymunk": ["stage/sinks/collisions.py"],
-    "rclpy": ["stage/graph.py", "stage/sinks/ros.py", "stage/sinks/ros_nodes.py"],
+    "rclpy": [
+        "stage/graph.py",
+        *(f"stage/sinks/{name}.py" for name in ("ros", "ros_listening", "ros_nodes")),
+    ],
     "aiohttp": ["stage/viewer/application.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "resvg_py": ["commands/plot.py"],
 }
-MESSAGES_OF_ROS = {"geometry_msgs", "std_srvs"}
+MESSAGES_OF_ROS = {"geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs"}
 
 
 def name(path: Path) -> str:

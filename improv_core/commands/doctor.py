@@ -23,6 +23,7 @@ from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.files import ReadError, analyze_file, robots_near
 from improv_core.program.report import as_lines
 from improv_core.robots.config import FILE_NAME, Robot, Robots
+from improv_core.score.score import Safety
 
 
 @click.command("doctor")
@@ -40,17 +41,19 @@ def examine(path: Path | None) -> Iterator[Finding]:
     """Look at everything in turn, for the robots of a program, or of the nearest `improv.toml` without one."""
     yield Finding(Mark.GOOD, f"Improv {__version__}, Python {platform.python_version()}")
     cast: Mapping[str, Robot] = {}
+    safety = Safety()
     try:
         analysis = analyze_file(path) if path else analyze("", robots_near(Path.cwd()))
     except ReadError as error:
         yield Finding(Mark.BROKEN, str(error))
     else:
         yield from program(path, analysis)
+        safety = analysis.cast.safety
         cast = {name: analysis.cast.robot(name) for name in (analysis.robots if path else analysis.cast.robots)}
     yield works("the simulator", _start_simulator)
     yield works("the simulator's page", _open_page)
     yield browser(webbrowser.get)
-    yield from examine_ros(cast)
+    yield from examine_ros(cast, safety)
     yield server(os.environ.get("PATH", ""), Path(sysconfig.get_path("scripts")))
     yield from editors(os.environ.get("PATH", ""))
 

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from improv_core.commands.finding import Finding, Mark
@@ -13,6 +14,7 @@ from improv_core.commands.ros_environment import AGAIN, DOWNLOAD, unsuited
 from improv_core.playback.interpreter import SETUP, Interpreter, InterpreterError, find_ros_python, private_environment
 from improv_core.playback.isolation import isolated
 from improv_core.robots.config import FILE_NAME, Robot
+from improv_core.score.score import Safety
 from improv_core.stage.discovery import RANGE, REACH, advice, described, limited, reached
 from improv_core.stage.graph import VELOCITIES
 from improv_core.stage.protocol import FOLDER
@@ -25,8 +27,8 @@ Graph = Mapping[str, Mapping[str, Sequence[tuple[str, str]]]]
 """For each topic its `listeners` and `publishers`: node and message type of each."""
 
 
-def examine_ros(cast: Mapping[str, Robot]) -> Iterator[Finding]:
-    """Look for ROS 2 and for the listeners of these robots."""
+def examine_ros(cast: Mapping[str, Robot], safety: Safety) -> Iterator[Finding]:
+    """Look for ROS 2, for the listeners of these robots, and for what can stop them."""
     found: Interpreter | InterpreterError | None
     try:
         found = find_ros_python(None)
@@ -36,12 +38,14 @@ def examine_ros(cast: Mapping[str, Robot]) -> Iterator[Finding]:
     if isinstance(found, Interpreter):
         yield (reaching := reach(found.env))
         if reaching.mark is not Mark.BROKEN:
-            seen = _look(found, limited(found.env), [robot.topic for robot in cast.values()])
+            watched = [guard.topic for guard in _guards(safety)]
+            seen = _look(found, limited(found.env), [*watched, *(robot.topic for robot in cast.values())])
             if isinstance(seen, Finding):
                 yield seen
             else:
                 yield standby(found)
-                yield from listeners(cast, seen)
+                yield from guards(safety, seen)
+                yield from listeners(cast, {topic: ends for topic, ends in seen.items() if topic not in watched})
 
 
 def ros(found: Interpreter | InterpreterError | None, private: Path, env: Mapping[str, str]) -> Finding:
@@ -82,6 +86,32 @@ def standby(found: Interpreter) -> Finding:
     if isinstance(problem := _output(command, limited(found.env)), str):
         return Finding(Mark.BROKEN, f"{what}, does not start ({problem})", _repair(found))
     return Finding(Mark.GOOD, what)
+
+
+@dataclass(frozen=True, slots=True)
+class _Guard:
+    name: str
+    topic: str
+    kind: str
+    so: str
+
+
+def _guards(safety: Safety) -> Iterator[_Guard]:
+    if safety.stop:
+        yield _Guard("emergency stop", safety.stop, "std_msgs/msg/Bool", "until then it stops nothing")
+    if deadman := safety.deadman:
+        yield _Guard(f"deadman {deadman}", deadman.topic, "sensor_msgs/msg/Joy", "until then no robot moves")
+
+
+def guards(safety: Safety, seen: Graph) -> Iterator[Finding]:
+    """Who publishes the emergency stop and the deadman button, if `improv.toml` names them."""
+    for guard in _guards(safety):
+        publishers = sorted({node for node, kind in seen[guard.topic]["publishers"] if kind == guard.kind})
+        if publishers:
+            yield Finding(Mark.GOOD, f"{guard.name}: {' and '.join(publishers)} on {guard.topic}")
+        else:
+            what = f"{guard.name}: nobody publishes {guard.kind} on {guard.topic}"
+            yield Finding(Mark.ABSENT, what, f"start its node; {guard.so}")
 
 
 MOST_DOMAIN = 232

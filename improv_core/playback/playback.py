@@ -6,7 +6,7 @@ import asyncio
 import math
 import secrets
 import time
-from collections.abc import AsyncIterator, Callable, Iterable
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Protocol
@@ -28,6 +28,7 @@ from improv_core.stage.protocol import (
     TransportMessage,
     Watched,
     When,
+    refused_by,
 )
 from improv_core.stage.tickets import issue
 
@@ -97,6 +98,7 @@ class Playback:
         self._reviving: set[asyncio.Task[None]] = set()
         self._halting: RunningStage | None = None  # a new stage that still has to stop the robots of a dead one
         self._still = asyncio.Event()
+        self._waits_for: Sequence[str] = ()  # what the stage that leads says has to change
         self._failed: RunningStage | None = None  # said in its last message that it could not stop all robots
         self._token = secrets.token_urlsafe()
         self._port = options.port
@@ -151,11 +153,15 @@ class Playback:
     async def play(self, score: Score, when: When = "restart") -> int | None:
         """Play a score: `restart`, or take over `now`, at the next `beat`, or at the `end`. Raises StageError.
 
-        Returns its generation; None if robots or everything had to stop before the stages were started.
+        Returns its generation; None if robots or everything had to stop before the stages were started, or if an
+        emergency stop is on.
         """
         stops = self._stops
         await self.open()
         if self._stops != stops:
+            return None
+        if (stop := score.safety.stop) and stop in self._waits_for:
+            self._listen({"type": "error", "message": refused_by(stop)}, True)
             return None
         self._score = score
         self._send_score(when)
@@ -249,7 +255,8 @@ class Playback:
             self.conduct(request)
 
     def _lead(self, transport: TransportMessage) -> None:
-        """Start the twin at exactly the same time as the leading stage, and stop it when that stage stops by itself."""
+        """Start the twin at exactly the same time as the leading stage, and stop and pause it when that one does."""
+        waited, self._waits_for = self._waits_for, transport.get("waits_for", ())
         if transport["state"] in ("stopped", "ended"):
             self._halting = None
             self._still.set()
@@ -262,6 +269,10 @@ class Playback:
             self._loaded = None
         elif transport["state"] == "stopped":
             self._twin.send({"type": "hush"})
+        elif transport["state"] == "paused" and self._waits_for:
+            self._twin.send({"type": "pause", "at": transport["monotonic"]})
+        elif transport["state"] == "playing" and waited:
+            self._twin.send({"type": "resume", "at": transport["monotonic"]})
 
     def _revive(self, dead: RunningStage, gone: Gone) -> Gone:
         """Replace a stage that has died, and return the line that says so.
@@ -272,6 +283,8 @@ class Playback:
         if leads and self._twin:
             self._twin.send({"type": "hush"})
         self._loaded = None
+        if leads:
+            self._waits_for = ()
         if dead is self._halting:  # another one would fail too
             self._halting = None
             self._still.set()

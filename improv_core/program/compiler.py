@@ -32,9 +32,9 @@ def score_of(analysis: Analysis) -> Score:
             name, analysis.robots[name], profile, poses[name], robot.topic, robot.reset, cast.use_sim_time
         )
     if len(analysis.text) > LONGEST_TEXT:
-        return Score(analysis.tempo, parts, world=cast.world)
+        return Score(analysis.tempo, parts, world=cast.world, safety=cast.safety)
     offsets = dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
-    return Score(analysis.tempo, parts, analysis.text, offsets, cast.world)
+    return Score(analysis.tempo, parts, analysis.text, offsets, cast.world, cast.safety)
 
 
 def compiled(analysis: Analysis, most_segments: int = MOST_SEGMENTS) -> Mapping[str, Any]:

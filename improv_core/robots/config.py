@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast, get_args
 
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.robots.toml_reading import Range, TomlReading, listed
@@ -15,6 +15,7 @@ from improv_core.robots.toml_text import Keys, read_toml
 from improv_core.robots.world import read_world
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, DYNAMICS, MESSAGES, MOTIONS, Profile
+from improv_core.score.score import Deadman, Rejoin, Safety
 from improv_core.score.world import EMPTY, World
 from improv_core.syntax.vocabulary import WORDS
 
@@ -50,6 +51,7 @@ class Robots:
     namespace: str = ""
     use_sim_time: bool = False
     world: World = EMPTY
+    safety: Safety = field(default_factory=Safety)
 
     @property
     def ok(self) -> bool:
@@ -70,10 +72,11 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     ros = reading.table(("ros",), sections.get("ros", {}), _ROS_KEYS)
     namespace = reading.ros_name(("ros", "namespace"), ros, "") or ""
     use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
+    safety = reading.safety(ros, namespace)
     world = read_world(reading, sections.get("world", {}))
     robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
     diagnostics = tuple(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span))
-    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world)
+    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world, safety)
 
 
 def find_robots_file(folder: Path) -> Path | None:
@@ -119,7 +122,9 @@ _MEASURES: Mapping[str, Range] = {
     "radius": ("meters", 0.001, 100),
 }
 _SECTIONS = ("robots", "profiles", "ros", "world")
-_ROS_KEYS = ("namespace", "use_sim_time")
+_ROS_KEYS = ("namespace", "use_sim_time", "stop", "deadman", "rejoin")
+_DEADMAN_KEYS = ("topic", "button")
+_MOST_BUTTON = 99
 _ROBOT_KEYS = ("profile", "start", "topic", "message", "reset")
 _PROFILE_KEYS = ("base", *_MEASURES, "motions", "message", "dynamics")
 
@@ -155,6 +160,23 @@ class _RobotsReading(TomlReading):
         message = self.one_of((*keys, "message"), table, MESSAGES) or profile.message
         topic = self.ros_name((*keys, "topic"), table, namespace) or _topic(namespace, name)
         return Robot(profile, start, topic, message, self.ros_name((*keys, "reset"), table, namespace))
+
+    def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
+        rejoin = self.one_of(("ros", "rejoin"), ros, get_args(Rejoin)) or Safety().rejoin
+        deadman = self.deadman(ros["deadman"], namespace) if "deadman" in ros else None
+        return Safety(self.ros_name(("ros", "stop"), ros, namespace), deadman, cast(Rejoin, rejoin))
+
+    def deadman(self, value: Any, namespace: str) -> Deadman | None:
+        keys = ("ros", "deadman")
+        if not isinstance(value, dict) or not value.keys() >= {*_DEADMAN_KEYS}:
+            self.at_value(keys, 'write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`')
+            return None
+        table = self.table(keys, value, _DEADMAN_KEYS)
+        topic, button = self.ros_name((*keys, "topic"), table, namespace), table["button"]
+        if type(button) is not int or not 0 <= button <= _MOST_BUTTON:
+            self.at_value((*keys, "button"), f"write `button` as a whole number from 0 to {_MOST_BUTTON}")
+            return None
+        return Deadman(topic, button) if topic else None
 
     def start(self, keys: Keys, value: Any) -> Pose | None:
         if not isinstance(value, dict):

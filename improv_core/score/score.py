@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, TypedDict
+from typing import Any, Literal, TypedDict
 
 from improv_core.score import movement as algebra
 from improv_core.score import world as worlds
@@ -39,6 +39,30 @@ class Part:
     use_sim_time: bool = False
 
 
+Rejoin = Literal["continue", "next", "pause"]
+"""What a robot does that listens again: continue with the others, or stand until the next play; or all wait for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Deadman:
+    """A button to hold while real robots move, counted from 0, on a topic of sensor_msgs/Joy."""
+
+    topic: str
+    button: int
+
+    def __str__(self) -> str:
+        return f"button {self.button} on {self.topic}"
+
+
+@dataclass(frozen=True, slots=True)
+class Safety:
+    """What stops real robots besides the score; `stop` is a topic of std_msgs/Bool that is true in an emergency."""
+
+    stop: str | None = None
+    deadman: Deadman | None = None
+    rejoin: Rejoin = "continue"
+
+
 @dataclass(frozen=True, slots=True)
 class Score:
     """All parts, which play together from beat 0 at `tempo` beats per minute.
@@ -52,6 +76,7 @@ class Score:
     text: str = ""
     offsets: Mapping[int, int] = field(default_factory=dict)
     world: World = worlds.EMPTY
+    safety: Safety = Safety()
 
     @property
     def beats(self) -> algebra.Duration:
@@ -87,7 +112,8 @@ def to_json(score: Score) -> dict[str, Any]:
     }
     program = {"text": score.text, "offsets": list(score.offsets.items())}
     world = worlds.to_json(score.world)
-    return {"tempo": str(score.tempo), "movements": rows, "parts": parts, "world": world, **program}
+    safety = asdict(score.safety)
+    return {"tempo": str(score.tempo), "movements": rows, "parts": parts, "world": world, "safety": safety, **program}
 
 
 class _PartJson(TypedDict):
@@ -99,6 +125,17 @@ class _PartJson(TypedDict):
     use_sim_time: bool
 
 
+class _DeadmanJson(TypedDict):
+    topic: str
+    button: int
+
+
+class _SafetyJson(TypedDict):
+    stop: str | None
+    deadman: _DeadmanJson | None
+    rejoin: Rejoin
+
+
 class _ScoreJson(TypedDict):
     tempo: str
     movements: Sequence[Any]
@@ -106,6 +143,7 @@ class _ScoreJson(TypedDict):
     world: Mapping[str, Any] | None
     text: str
     offsets: Sequence[Sequence[int]]
+    safety: _SafetyJson
 
 
 def from_json(data: Mapping[str, Any]) -> Score:
@@ -133,7 +171,10 @@ def from_json(data: Mapping[str, Any]) -> Score:
     tempo = Fraction(_above_zero(data["tempo"]))
     if not 1 <= tempo * algebra.LARGEST <= algebra.LARGEST**2:
         raise ValueError("the tempo is out of range")
-    return Score(tempo, parts, data["text"], dict(data["offsets"]), world)
+    safety = data["safety"]
+    deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
+    rules = Safety(safety["stop"], deadman, safety["rejoin"])
+    return Score(tempo, parts, data["text"], dict(data["offsets"]), world, rules)
 
 
 def _playable(movement: Movement) -> Movement:

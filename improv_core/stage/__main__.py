@@ -28,7 +28,7 @@ from improv_core.score.motion import Twist
 from improv_core.stage.loop import EARLY, Arrival, End, Opened, one_line, run
 from improv_core.stage.pipes import read_arrivals, write_messages
 from improv_core.stage.protocol import VERSION, FromStage, Ready
-from improv_core.stage.sinks import Sink
+from improv_core.stage.sinks import Edge, Sink
 from improv_core.stage.urgent_queue import UrgentQueue
 
 SWITCH_INTERVAL = 0.0005
@@ -48,7 +48,7 @@ def main() -> int:
     writer = threading.Thread(target=write_messages, args=(outbox,), daemon=True)
     writer.start()
     try:
-        opened, ready = _open(options, outbox.put)
+        opened, ready = _open(options, outbox.put, inbox.put)
     except Exception as error:  # whatever a sink's libraries raise, the one line that says so must get out
         outbox.put({"type": "error", "message": one_line(error)})
         code = 2
@@ -79,12 +79,12 @@ def _options() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _open(options: argparse.Namespace, put: Tell) -> tuple[Opened, Ready]:
+def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Edge], None]) -> tuple[Opened, Ready]:
     """The sink that was asked for, and what to say once it is ready."""
     if options.sink == "ros":
         from improv_core.stage.sinks.ros import Ros
 
-        ros = Ros(options.discovery, not options.no_standby)
+        ros = Ros(options.discovery, not options.no_standby, hear)
         ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "real": True}
         return Opened(ros, put), ready
 

@@ -11,8 +11,9 @@ from typing import Protocol
 
 from improv_core.plain import message as in_plain_text
 from improv_core.score.score import Score
-from improv_core.stage.player import Player
+from improv_core.stage.player import GAMEPAD, Player
 from improv_core.stage.protocol import (
+    DEADMAN_LIMIT,
     END_LIMIT,
     LOADING_LIMIT,
     SILENCE_LIMIT,
@@ -21,7 +22,7 @@ from improv_core.stage.protocol import (
     Stopped,
     ToStage,
 )
-from improv_core.stage.sinks import Sink
+from improv_core.stage.sinks import Edge, Sink
 
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
@@ -56,7 +57,7 @@ class End:
     problem: str = ""
 
 
-Arrival = ToStage | Play | Unreadable | Reading | End
+Arrival = ToStage | Play | Unreadable | Reading | Edge | End
 """What may arrive while a stage plays."""
 
 
@@ -132,11 +133,12 @@ class _Loop:
         """From then on only the last message is sent, since we don't know whether all robots have stopped."""
         self.player = Player(opened.sink, self._tell, clock.wall)
         self._hangs_from = math.inf  # when the parent counts as hung, if it has ever pinged
+        self._held_until = math.inf  # when a deadman button at the page, if it is held, counts as released
 
     def deadline(self, now: float) -> float:
         """The time at which `advance` must be called if nothing arrives."""
         deadline = self.player.deadline(now)
-        return self._hangs_from if deadline is None else min(deadline, self._hangs_from)
+        return min(self._hangs_from, self._held_until, math.inf if deadline is None else deadline)
 
     def advance(self, now: float) -> None:
         """Do everything that is due."""
@@ -147,11 +149,16 @@ class _Loop:
                 stalled = f"Improv was suspended or hung for {SILENCE_LIMIT} s"
                 line = f"{stalled}, so all robots were stopped: save to play again"
                 self._tell({"type": "error", "message": line})
+        if now >= self._held_until:
+            self._hold(None, now)
         self.player.advance(now)
 
-    def take(self, arrival: ToStage | Play | Unreadable | Reading, now: float) -> None:
+    def take(self, arrival: ToStage | Play | Unreadable | Reading | Edge, now: float) -> None:
         """Handle an arrival. An exception ends the stage, which stops the robots."""
         pinged = isinstance(arrival, dict) and arrival["type"] == "ping"
+        if isinstance(arrival, Edge):
+            self.player.sense(arrival, now)
+            return
         if self._opened.sink.real and (pinged or self._hangs_from < math.inf):
             self._hangs_from = now + (LOADING_LIMIT if isinstance(arrival, Reading) else SILENCE_LIMIT)
         if isinstance(arrival, Play):
@@ -203,6 +210,13 @@ class _Loop:
             player.set_speed(message["factor"], at)
         elif message["type"] == "silence":
             player.set_silent(message["muted"], message["soloed"], at)
+        elif message["type"] == "held" or message["type"] == "released":
+            self._hold(message["type"] == "held", now)
+
+    def _hold(self, held: bool | None, now: float) -> None:
+        """The deadman button at the page is held or released; None if nothing is heard of it."""
+        self._held_until = now + DEADMAN_LIMIT if held else math.inf
+        self.player.sense(Edge(GAMEPAD, held, now), now)
 
     def _as_of(self, at: float | None, now: float) -> float:
         """The effective time of a request. Setpoints that have been sent since then can't be taken back."""

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
-from improv_core.score.score import Score
+from improv_core.score.score import Rejoin, Score
 from improv_core.score.transport import Switch, Transport
 from improv_core.stage.protocol import (
     FASTEST,
@@ -27,18 +27,20 @@ from improv_core.stage.protocol import (
     Poses,
     State,
     TransportMessage,
+    Waiting,
     WarningLine,
     When,
+    refused_by,
 )
 from improv_core.stage.setpoints import LAST_ZEROS, Setpoint, setpoints, zeros
-from improv_core.stage.sinks import Sink
+from improv_core.stage.sinks import Edge, Sink
 
 PATIENCE = 5.0
 """Seconds to wait for a new robot's listener before beat 0. ROS 2 discovery took up to 2.64 s in measurements on a
 quiet machine, and more than 3 s on a busy one."""
 LOOK_AGAIN = 0.01
 """Seconds between two checks for listeners before beat 0, and of robots that still move after the end."""
-LOOK_WHILE_PLAYING = 1.0
+LOOK_WHILE_PLAYING = 0.5
 """Seconds in which every robot is checked once: whether it still listens, and whether other nodes move it."""
 LOOK_AT = 20
 """How many robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
@@ -48,8 +50,17 @@ should have."""
 
 TOPIC = "\0"
 """Stands for a robot's topic in a line about several robots."""
+BACK: Mapping[Rejoin, str] = {
+    "continue": f"somebody listens on {TOPIC} again, and continues in the middle of the program",
+    "next": f"somebody listens on {TOPIC} again, and stands until the next play",
+    "pause": f"somebody listens on {TOPIC} again",
+}
+"""What is told of robots that are back."""
 
 Told = TransportMessage | WarningLine | ErrorLine
+GAMEPAD = "the gamepad at the page"
+"""What an edge is about that comes from the page: a deadman button that is held there."""
+
 EMPTY = Score(Fraction(60), {})
 
 
@@ -92,6 +103,11 @@ class Player:
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
         self._wanted: dict[str, Twist] = {}  # each robot's velocity, or what it would be if the robot were not silent
+        self._senses: dict[str, bool | None] = {}  # from the latest edges
+        self._heard: set[str] = set()  # robots that have listened since the score began
+        self._away: set[str] = set()  # robots that listened, and no longer do
+        self._stands: set[str] = set()  # robots that were away, and stand until the next play
+        self._continues = False  # whether a pause ends by itself once nothing is waited for
         self._zeros_left: dict[str, int] = {}  # for each silent robot
         self._met: dict[str, float] = {}  # when each robot was first prepared
         self._unheard: set[str] = set()  # robots whose listeners we wait for
@@ -113,6 +129,10 @@ class Player:
 
         `zero` is the time of beat 0 on the clock if another stage has set it.
         """
+        if self._sink.real and (stop := self._stop_of(score)):
+            self._tell({"type": "error", "message": refused_by(stop)})
+            self._tell_transport(now)
+            return
         self._warned, self._news = {}, {}
         if self._state == "playing" and when != "restart":
             performed = self._transport.performed(now)
@@ -137,13 +157,28 @@ class Player:
     def pause(self, now: float) -> None:
         """Stop every robot at once, to resume from here later."""
         self._catch_up(now)
+        self._continues = False
         if self._state == "playing":
             self._stop_all(now, "paused")
 
     def resume(self, now: float) -> None:
-        """Continue from where it was paused."""
+        """Continue from where it was paused, as soon as nothing is waited for."""
         if self._state == "paused":
             self._play_from(self._transport.origin, self._transport.performed(now), now)
+
+    def sense(self, edge: Edge, now: float) -> None:
+        """Take what people press: an emergency stop stops all robots, a deadman button that is released pauses them."""
+        before, self._senses[edge.what] = self._senses.get(edge.what), edge.value
+        if edge.what == self._score.safety.stop:
+            if edge.value:
+                self.hush(now)
+                what = f"the emergency stop on {edge.what} is on, so all robots were stopped"
+                self._tell({"type": "error", "message": what})
+            elif before:
+                self._tell_transport(now)  # first, so that who reads the line is not refused
+                what = f"the emergency stop on {edge.what} is off: save to play again"
+                self._tell({"type": "warning", "message": what})
+        self._keep_waiting(now)
 
     def seek(self, beat: float, now: float) -> None:
         """Jump to another beat and keep playing, or stay paused there. Simulated robots move to their poses there.
@@ -216,7 +251,7 @@ class Player:
                 self._tell_news()
             self._tell_transport(now)
         self._send_due(performed)
-        if now >= self._look and self._state == "playing":
+        if now >= self._look and (self._state == "playing" or self._looks_while_paused):
             robots = list(self._score.parts)
             self._look_at(robots[self._looked_at : self._looked_at + LOOK_AT])
             self._looked_at += LOOK_AT
@@ -224,16 +259,24 @@ class Player:
                 self._looked_at = 0
                 self._tell_news()
             self._look = now + LOOK_WHILE_PLAYING * min(LOOK_AT / max(len(robots), 1), 1)
+            self._keep_waiting(now)
 
     def deadline(self, now: float) -> float | None:
         """The time on the clock at which `advance` must be called next; None if nothing is left to do."""
         if self._state == "waiting":
             return now + LOOK_AGAIN
         due = self._due()
+        if due == math.inf and self._looks_while_paused:
+            return self._look
         if due == math.inf:
             return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
         at = self._transport.clock(due)
         return min(at, now + self._sink.period) if self._sink.period else at
+
+    @property
+    def _looks_while_paused(self) -> bool:
+        """Whether robots are waited for that have gone away."""
+        return self._state == "paused" and self._continues and bool(self._away)
 
     @property
     def _tempo(self) -> Fraction:
@@ -272,6 +315,7 @@ class Player:
         self._queue, self._next, self._wanted = [], None, {}
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
+        self._heard, self._away, self._stands = set(), set(), set()
         self._score, self._generation = score, generation
         self._transport = Transport(now if zero is None else zero, 0.0, 0, self._tempo)
         for robot in score.parts:
@@ -302,6 +346,7 @@ class Player:
     def _take_over(self, swap: Swap, now: float) -> None:
         old = self._score
         self._sink.prepare(swap.score, False)
+        self._heard, self._away, self._stands = set(), set(), set()
         self._score, self._generation = swap.score, swap.generation
         for robot in swap.score.parts:
             self._met.setdefault(robot, now)
@@ -316,7 +361,11 @@ class Player:
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, starting at this performance time."""
         self._transport = Transport(self._transport.zero, performed, beat, self._tempo)
-        self._state = "playing"
+        if self._waits_for():
+            self._state = "paused"
+            self._wait(now)
+            return
+        self._state, self._continues = "playing", False
         self._drop_parts()
         self._zeros_left = {robot: LAST_ZEROS for robot in self._score.parts if self._is_silent(robot)}
         for robot, part in self._score.parts.items():
@@ -329,14 +378,53 @@ class Player:
         self._tell_transport(now, self._transport.clock(performed))
         self.advance(now)
 
+    def _stop_of(self, score: Score) -> str | None:
+        """The emergency stop of a score, if it is on."""
+        stop = score.safety.stop
+        return stop if stop and self._senses.get(stop) else None
+
+    def _waits_for(self) -> list[str]:
+        """What has to change before real robots may move."""
+        if not self._sink.real:
+            return []
+        if stop := self._stop_of(self._score):
+            return [stop]
+        safety = self._score.safety
+        held = safety.deadman is None or self._senses.get(str(safety.deadman)) or self._senses.get(GAMEPAD)
+        return [*([] if held else [str(safety.deadman)]), *(sorted(self._away) if safety.rejoin == "pause" else [])]
+
+    def _wait(self, now: float) -> None:
+        """Pause until nothing is waited for any more; an emergency stop also has somebody play again."""
+        if stop := self._stop_of(self._score):
+            self._stop_all(now, "stopped")
+            self._tell({"type": "error", "message": refused_by(stop)})
+            return
+        self._stop_all(now, "paused", continues=True)
+        self._look = now + LOOK_WHILE_PLAYING
+        first = self._waits_for()[0]
+        what = (
+            f"paused until {first} listens again"
+            if first in self._away
+            else f"paused: to let robots move, hold {first}"
+        )
+        self._tell({"type": "warning", "message": what})
+
+    def _keep_waiting(self, now: float) -> None:
+        """Pause or go on, by what is waited for now."""
+        waits = self._waits_for()
+        if waits and self._state == "playing":
+            self._wait(now)
+        elif not waits and self._state == "paused" and self._continues:
+            self.resume(now)
+
     def _catch_up(self, now: float) -> None:
         """Send what is due before something changes, so robots don't miss it."""
         if self._state == "playing":
             self.advance(now)
 
-    def _stop_all(self, now: float, state: State) -> None:
+    def _stop_all(self, now: float, state: State, continues: bool = False) -> None:
         performed = self._transport.performed(now)
-        self._next = None
+        self._next, self._continues = None, continues
         self._drop_parts()
         problems = []
         for robot, part in self._score.parts.items():
@@ -359,7 +447,7 @@ class Player:
         heapify(self._queue)
 
     def _is_silent(self, robot: str) -> bool:
-        return robot not in self._soloed if self._soloed else robot in self._muted
+        return robot in self._stands or (robot not in self._soloed if self._soloed else robot in self._muted)
 
     def _enqueue(self, robot: str, told: Iterator[Setpoint], offset: float) -> None:
         first = next(told, None)
@@ -390,13 +478,32 @@ class Player:
 
     def _look_at(self, robots: Collection[str]) -> None:
         """Find what stands in the way of robots; what is new is told by `_tell_news`."""
-        lines = {**self._sink.warnings(robots), **self._sink.missing(robots)}
-        for robot in robots:
-            line = lines.get(robot)
-            if line and self._warned.get(robot) != line:
-                topic = self._score.parts[robot].topic
+        missing = self._sink.missing(robots)
+        lines = {**self._sink.warnings(robots), **missing}
+        for name in [*robots, *(lines.keys() | self._warned.keys()) - self._score.parts.keys()]:
+            line = lines.get(name)
+            if line == "":
+                continue
+            if line and self._warned.get(name) != line:
+                topic = self._score.parts[name].topic if name in self._score.parts else line
                 self._news.setdefault(line.replace(topic, TOPIC, 1), []).append(topic)
-            self._warned[robot] = line
+            self._warned[name] = line
+        for robot in robots:
+            self._follow(robot, missing.get(robot))
+
+    def _follow(self, robot: str, problem: str | None) -> None:
+        """Note whether a robot listens, and what follows for one that has gone away or come back."""
+        rejoin = self._score.safety.rejoin
+        if problem is None:
+            self._heard.add(robot)
+            if robot in self._away:
+                self._away.discard(robot)
+                self._news.setdefault(BACK[rejoin], []).append(self._score.parts[robot].topic)
+        elif problem and robot in self._heard - self._away:
+            self._away.add(robot)
+            if rejoin == "next":
+                self._stands.add(robot)
+                self._zeros_left[robot] = LAST_ZEROS
 
     def _tell_news(self) -> None:
         """Tell what is new, in one line where only the topics differ."""
@@ -415,24 +522,26 @@ class Player:
         """Report the position and poses at a time on the clock (default: now). The sink must have advanced to it."""
         at = now if at is None else at
         beats = self._score.beats
-        self._tell(
-            {
-                "type": "transport",
-                "generation": self._generation,
-                "state": self._state,
-                "backend": self.backend,
-                "tempo": float(self._tempo),
-                "speed": float(self._speed),
-                "beats": None if beats == ENDLESS else float(beats),
-                "beat": float(self._beat(at)),
-                "performed": self._transport.performed(at),
-                "muted": sorted(self._muted),
-                "soloed": sorted(self._soloed),
-                "monotonic": at,
-                "wall": self._wall() - (now - at),
-                **self.whereabouts(),
-            }
-        )
+        waits = self._waits_for() if self._state in ("paused", "stopped") else []
+        waiting: Waiting = {"waits_for": waits} if waits else {}
+        message: TransportMessage = {
+            "type": "transport",
+            "generation": self._generation,
+            "state": self._state,
+            "backend": self.backend,
+            "tempo": float(self._tempo),
+            "speed": float(self._speed),
+            "beats": None if beats == ENDLESS else float(beats),
+            "beat": float(self._beat(at)),
+            "performed": self._transport.performed(at),
+            "muted": sorted(self._muted),
+            "soloed": sorted(self._soloed),
+            "monotonic": at,
+            "wall": self._wall() - (now - at),
+            **self.whereabouts(),
+            **waiting,
+        }
+        self._tell(message)
 
 
 def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:

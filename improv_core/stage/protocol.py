@@ -28,6 +28,8 @@ SILENCE_LIMIT = 0.5
 """Seconds without a ping after which a stage with real robots takes its parent for hung, and stops the robots."""
 LOADING_LIMIT = 10.0
 """Seconds either side may take over a new score: to read a long one, or to make a thousand robots' publishers."""
+DEADMAN_LIMIT = 0.3
+"""Seconds without a sign of a deadman button after which it counts as released."""
 END_LIMIT = 3.0
 """Seconds a stage may take to stop its robots and end, before it is killed."""
 
@@ -161,6 +163,12 @@ class Poses(TypedDict, total=False):
     poses: Mapping[str, PoseJson]
 
 
+class Waiting(TypedDict, total=False):
+    """What must change before robots move: an emergency stop, a deadman button, robots that are gone."""
+
+    waits_for: Sequence[str]
+
+
 class _TransportMessage(TypedDict):
     type: Literal["transport"]
     generation: int
@@ -177,7 +185,7 @@ class _TransportMessage(TypedDict):
     wall: float
 
 
-class TransportMessage(_TransportMessage, Poses):
+class TransportMessage(_TransportMessage, Poses, Waiting):
     """Where playing stands, as of the times `monotonic` and `wall`."""
 
 
@@ -364,6 +372,11 @@ Window = TypedDict(
 
 ToPage = DrawnRobots | DrawnPoses | TransportMessage | Stopped | ShownScore | Bumps | Window
 FromPage = PageRequest | AskWindow
+
+
+def refused_by(stop: str) -> str:
+    """What is told of a score that can't play as an emergency stop is on."""
+    return f"✗ the emergency stop on {stop} is on: release it, then save again"
 
 
 class ProtocolError(Exception):

@@ -7,6 +7,8 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Generic, TypeVar
 
+from improv_core.stage.sinks import Edge
+
 OVERTAKEN = frozenset({"pause", "resume", "seek", "speed", "silence", "held"})
 """What urgent messages overtake. They never overtake a score, so a stop can't be undone by a score sent before it."""
 URGENT = {
@@ -20,10 +22,11 @@ Item = TypeVar("Item")
 
 
 class UrgentQueue(Generic[Item]):
-    """Any thread and any signal handler may put items in; one thread gets them."""
+    """Any thread and any signal handler may put items in; one thread gets them. Edges overtake everything else."""
 
     def __init__(self) -> None:
         self._arriving: queue.SimpleQueue[Item] = queue.SimpleQueue()  # safe in a signal handler
+        self._edges: deque[Item] = deque()
         self._waiting: deque[Item] = deque()  # belongs to the thread that gets
 
     def put(self, item: Item) -> None:
@@ -33,7 +36,13 @@ class UrgentQueue(Generic[Item]):
     def get(self, *, timeout: float | None = None) -> Item:
         """The next item. Raises queue.Empty after `timeout` seconds without one (None: never)."""
         while not self._arriving.empty():
-            self._arrange(self._arriving.get_nowait())
+            item = self._arriving.get_nowait()
+            if isinstance(item, Edge):
+                self._edges.append(item)
+            else:
+                self._arrange(item)
+        if self._edges:
+            return self._edges.popleft()
         return self._waiting.popleft() if self._waiting else self._arriving.get(timeout=timeout)
 
     def _arrange(self, item: Item) -> None:

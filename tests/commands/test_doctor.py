@@ -14,6 +14,7 @@ from improv_core.commands import doctor, doctor_editors, doctor_ros, ros_environ
 from improv_core.commands.finding import Finding
 from improv_core.playback.interpreter import Interpreter, InterpreterError
 from improv_core.robots.config import Robot, read_robots
+from improv_core.score.score import Deadman, Safety
 from tests.commands.command_line import LIMIT
 
 TWIST, STAMPED, POSE = (f"geometry_msgs/msg/{name}" for name in ("Twist", "TwistStamped", "Pose"))
@@ -89,6 +90,17 @@ def test_without_robots_all_who_listen_are_told() -> None:
     seen = {"/cmd_vel": ends([("/base", TWIST)]), "/quiet": ends([])}
     assert told(*doctor_ros.listeners(none, seen)) == ["✓ /base listens for Twist on /cmd_vel"]
     assert told(*doctor_ros.listeners(none, {})) == ["– no robot listens: start one in this domain"]
+
+
+def test_what_can_stop_robots() -> None:
+    safety = Safety("/e_stop", Deadman("/joy", 4))
+    seen = {"/e_stop": {"publishers": [("/button", "std_msgs/msg/Bool")]}, "/joy": {"publishers": [("/x", TWIST)]}}
+    assert told(*doctor_ros.guards(safety, seen)) == [
+        "✓ emergency stop: /button on /e_stop",
+        "– deadman button 4 on /joy: nobody publishes sensor_msgs/msg/Joy on /joy: "
+        "start its node; until then no robot moves",
+    ]
+    assert told(*doctor_ros.guards(Safety(), seen)) == []
 
 
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from improv_core.playback.stage_process import Heard, StageError
 from improv_core.playback.start import Options, SinkName
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.score.score import Safety
 from improv_core.stage.protocol import Conduct, FromStage, Load, Ready, State, ToStage, TransportMessage
 
 LIMIT = 60.0
@@ -44,7 +46,7 @@ class Fake:
         self.alive = False
         self._hear(self, {"type": "gone", "message": "the stage exited unexpectedly"})
 
-    def tell(self, state: State, beat: float = 0.0, monotonic: float = 500.0) -> None:
+    def tell(self, state: State, beat: float = 0.0, monotonic: float = 500.0, waits_for: Sequence[str] = ()) -> None:
         """Say where it is in what it was given to play last."""
         transport: TransportMessage = {
             "type": "transport",
@@ -61,6 +63,8 @@ class Fake:
             "monotonic": monotonic,
             "wall": 0.0,
         }
+        if waits_for:
+            transport["waits_for"] = waits_for
         self.say(transport)
 
     @property
@@ -191,6 +195,33 @@ def test_there_is_no_beat_to_seek_before_anything_has_been_played() -> None:
         show.latest("simulator").say({"type": "request", "command": {"type": "seek", "beat": 2.0}})
         assert [stage.kinds for stage in show.stages] == [[], []]
         assert show.lines == ["nothing has been played yet: save a program before you seek"]
+
+    check(performs)
+
+
+def test_while_an_emergency_stop_is_on_a_score_that_names_it_is_refused() -> None:
+    async def performs(show: Show) -> None:
+        leader, twin = await show.play()
+        leader.tell("stopped", waits_for=["/e_stop"])
+        assert twin.kinds[-1] == "hush"
+        assert await show.playback.play(replace(ENDLESS, safety=Safety(stop="/e_stop"))) is None
+        assert show.lines == ["✗ the emergency stop on /e_stop is on: release it, then save again"]
+        assert len(leader.loads) == 1
+        leader.tell("stopped")
+        assert await show.playback.play(replace(ENDLESS, safety=Safety(stop="/e_stop")))
+
+    check(performs)
+
+
+def test_a_twin_pauses_while_what_leads_waits() -> None:
+    async def performs(show: Show) -> None:
+        leader, twin = await show.play()
+        leader.tell("paused", monotonic=510.0, waits_for=["button 4 on /joy"])
+        leader.tell("playing", monotonic=520.0)
+        assert twin.sent[1:] == [{"type": "pause", "at": 510.0}, {"type": "resume", "at": 520.0}]
+        leader.tell("paused")
+        leader.tell("playing")
+        assert len(twin.sent) == 3, "what somebody asks for, the twin is told when it is asked"
 
     check(performs)
 

@@ -6,6 +6,7 @@ import json
 import math
 import re
 from dataclasses import asdict
+from fractions import Fraction
 from pathlib import Path
 from textwrap import dedent
 from typing import Any
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 from improv_core.robots.config import Robot, Robots, find_robots_file, read_robots
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
+from improv_core.score.score import Deadman, Safety, Score, from_json, to_json
 from improv_core.score.world import Box, Circle, Wall, World
 from improv_core.text import LineIndex
 from tests.strange_files import StrangeFile
@@ -346,6 +348,49 @@ def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> Non
     assert found.use_sim_time
 
 
+def test_what_stops_robots_besides_the_program() -> None:
+    found = check("""
+        [ros]
+        namespace = "lab"
+        stop = "e_stop"
+        deadman = { topic = "/joy", button = 4 }
+        rejoin = "next"
+    """)
+    assert found.safety == Safety("/lab/e_stop", Deadman("/joy", 4), "next")
+    data = json.loads(json.dumps(to_json(Score(Fraction(60), {}, safety=found.safety))))
+    assert from_json(data).safety == found.safety
+    assert from_json(to_json(Score(Fraction(60), {}))).safety == check("").safety == Safety()
+
+
+def test_mistakes_in_what_stops_robots() -> None:
+    check("""
+        [ros]
+        stop = "e-stop"
+               ^^^^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+        deadman = 4
+                  ^ robots: write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`
+        rejoin = "contnue"
+                 ^^^^^^^^^ robots: `contnue` is not known here: did you mean `continue`?
+    """)
+    check("""
+        [ros]
+        deadman = { topic = "/joy" }
+                  ^^^^^^^^^^^^^^^^^^ robots: write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`
+    """)
+    check("""
+        [ros]
+        deadman = { topic = "joy/", button = -1 }
+                            ^^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+                                             ^^ robots: write `button` as a whole number from 0 to 99
+    """)
+    check("""
+        [ros.deadman]
+        topic = "/joy"
+        button = 1.0
+                 ^^^ robots: write `button` as a whole number from 0 to 99
+    """)
+
+
 def test_without_a_namespace_names_begin_at_the_root() -> None:
     found = check("""
         [robots.a]
@@ -363,8 +408,8 @@ def test_wrong_keys_and_values_of_ros() -> None:
                     ^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
         use_sim_time = "yes"
                        ^^^^^ robots: write `use_sim_time` as `true` or `false`
-        domain = 3
-        ^^^^^^ robots: `domain` is not valid here: write one of `namespace`, `use_sim_time`
+        qos = 3
+        ^^^ robots: `qos` is not valid here: write one of `namespace`, `use_sim_time`, `stop`, `deadman`, `rejoin`
         [robots.a]
         reset = ["/reset"]
                 ^^^^^^^^^^ robots: write `reset` as text, in quotes

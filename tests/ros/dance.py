@@ -46,12 +46,18 @@ class Server:
     """A server whose client is in this process."""
 
     def __init__(
-        self, env: Mapping[str, str], capabilities: Mapping[str, Any] = CAPABILITIES, *, standby: bool = True
+        self,
+        env: Mapping[str, str],
+        capabilities: Mapping[str, Any] = CAPABILITIES,
+        *,
+        standby: bool = True,
+        uri: str = URI,
     ) -> None:
         self.client = Client({**OPTIONS, "ros": {"standby": standby}}, capabilities, env)
         self.pid = self.client.process.pid
         self._version = 0
-        self.client.open(URI, "")
+        self.uri = uri
+        self.client.open(uri, "")
 
     def __enter__(self) -> Server:
         return self
@@ -63,11 +69,11 @@ class Server:
 
     def type(self, program: str) -> None:
         self._version += 1
-        self.client.change(URI, self._version, {"text": program})
+        self.client.change(self.uri, self._version, {"text": program})
 
     def save(self, program: str) -> None:
         self.type(program)
-        self.client.save(URI)
+        self.client.save(self.uri)
         self.client.wait_for_line("▶")
 
     def wait_for_line(self, part: str) -> None:

@@ -75,6 +75,10 @@ def find(lines: str, robot: str, part: str) -> str:
     return str(methods[lines]()[robot])
 
 
+def until_missing() -> None:
+    until(sink.missing)
+
+
 def until_no_warnings() -> None:
     until(lambda: not sink.warnings())
 
@@ -95,7 +99,7 @@ def end(*_: object) -> None:
 
 
 signal.signal(signal.SIGTERM, end)
-sink = Ros(None, standby="standby" in sys.argv[1:])
+sink = Ros(None, "standby" in sys.argv[1:], lambda edge: None)
 answer(sink.description)
 methods: dict[str, Callable[..., Any]] = {
     "prepare": prepare,
@@ -107,6 +111,7 @@ methods: dict[str, Callable[..., Any]] = {
     "wait": wait,
     "wait_for_reset": wait_for_reset,
     "find": find,
+    "until_missing": until_missing,
     "until_no_warnings": until_no_warnings,
     "until_offered": until_offered,
 }

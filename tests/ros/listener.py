@@ -12,7 +12,7 @@ import time
 
 import rclpy
 from geometry_msgs.msg import Twist, TwistStamped
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
@@ -23,6 +23,7 @@ parser.add_argument("topics", nargs="*")
 parser.add_argument("--stamped", action="store_const", const=TwistStamped, dest="type", default=Twist)
 parser.add_argument("--string", action="store_const", const=String, dest="type")
 parser.add_argument("--transient", action="store_const", const=DurabilityPolicy.TRANSIENT_LOCAL, dest="durability")
+parser.add_argument("--best-effort", action="store_const", const=ReliabilityPolicy.BEST_EFFORT, dest="reliability")
 parser.add_argument("--publish")
 parser.add_argument("--clock", type=float)
 parser.add_argument("--reset")
@@ -44,7 +45,11 @@ def hear(topic, message):
 
 
 def listen():
-    qos = QoSProfile(depth=100, durability=options.durability or DurabilityPolicy.VOLATILE)
+    qos = QoSProfile(
+        depth=100,
+        durability=options.durability or DurabilityPolicy.VOLATILE,
+        reliability=options.reliability or ReliabilityPolicy.RELIABLE,
+    )
     return [
         node.create_subscription(options.type, topic, lambda message, topic=topic: hear(topic, message), qos)
         for topic in options.topics

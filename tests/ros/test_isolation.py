@@ -11,6 +11,7 @@ import pytest
 from improv_core.commands.doctor_ros import examine_ros
 from improv_core.commands.finding import Mark
 from improv_core.playback.start import Options, start_stage
+from improv_core.score.score import Safety
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT
 from tests.traps import Traps
@@ -47,7 +48,7 @@ def test_the_stage_and_its_standby(traps: Traps) -> None:
 
 
 def test_the_doctor(traps: Traps) -> None:
-    findings = list(examine_ros({}))
+    findings = list(examine_ros({}, Safety()))
     assert findings[0].mark is Mark.GOOD
     assert not [finding for finding in findings if finding.mark is Mark.BROKEN]
     assert traps.imported == []

@@ -33,7 +33,7 @@ def test_who_comes_late_is_served_while_robots_move(sink: Sink, listen: Listen, 
     sink("prepare", TURTLE)
     sink("wait")
     late = listen(TOPIC, *kind)
-    sink("find", "missing", "turtle1", "did not match")  # the look that finds it
+    sink("until_missing")  # the look that finds it
     sink("wait")
     sink("send", "turtle1", 1, 0, 0, 0)
     assert early.wait(lambda message: True)["x"] == 1
@@ -87,8 +87,19 @@ def test_a_type_that_nobody_can_send_is_said(sink: Sink, listen: Listen) -> None
 def test_a_quality_of_service_that_we_lack_is_said(sink: Sink, listen: Listen) -> None:
     listen(TOPIC, "--transient")
     sink("prepare", TURTLE)
-    line = sink("find", "missing", "turtle1", "did not match")
-    assert line.startswith(f"a listener on {TOPIC} did not match: its QoS may ask for more than reliable and volatile")
+    line = sink("find", "missing", "turtle1", "transient")
+    assert line.startswith(
+        f"the listener on {TOPIC} requires transient local, which Improv can't offer: make it volatile (ROS 2,"
+    )
+
+
+def test_a_best_effort_listener_is_served_without_a_word(sink: Sink, listen: Listen) -> None:
+    listener = listen(TOPIC, "--best-effort")
+    sink("prepare", TURTLE)
+    sink("wait")
+    sink("send", "turtle1", 1, 0, 0, 0)
+    listener.wait(lambda message: message["x"] == 1)
+    assert (sink("missing"), sink("warnings")) == ({}, {})
 
 
 def test_limits_scale_all_of_a_twist(sink: Sink, listen: Listen) -> None:

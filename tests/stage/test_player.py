@@ -13,9 +13,10 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import series
-from improv_core.score.score import Score
+from improv_core.score.score import Deadman, Safety, Score
 from improv_core.stage.player import PATIENCE, Player, Told
 from improv_core.stage.protocol import TransportMessage, When
+from improv_core.stage.sinks import Edge
 
 
 class Memory:
@@ -471,7 +472,24 @@ def test_who_stops_listening_is_named_once_and_again_after_a_return() -> None:
     for deaf in (gone, gone, {}, gone):
         stage.sink.deaf = deaf
         stage.run(1.5)
-    assert stage.lines == [gone["r"], gone["r"]]
+    back = "somebody listens on /r/cmd_vel again, and continues in the middle of the program"
+    assert stage.lines == [gone["r"], back, gone["r"]]
+
+
+def test_who_is_about_to_listen_is_waited_for_without_a_word() -> None:
+    stage = Stage()
+    stage.sink.deaf = {"r": ""}
+    stage.load("r $ repeat forward")
+    stage.run(1)
+    assert stage.sink.sent == []
+    stage.sink.deaf = {}
+    stage.run(1)
+    stage.sink.deaf = {"r": ""}
+    stage.run(2)
+    assert stage.lines == []
+
+
+GONE = {"r": "nobody listens on /r/cmd_vel"}
 
 
 def test_one_line_tells_of_many_robots() -> None:
@@ -488,6 +506,157 @@ def test_one_line_tells_of_many_robots() -> None:
     stage.sink.deaf = {"r7": "nobody listens on /r7/cmd_vel (here)"}
     stage.run(2)
     assert stage.lines == [*expected, "nobody listens on /r7/cmd_vel (here)"]
+
+
+STOP, DEADMAN = "/e_stop", Deadman("/joy", 4)
+
+
+class Guarded(Stage):
+    """A stage with real robots, an emergency stop and a deadman button."""
+
+    def __init__(self, safety: Safety) -> None:
+        super().__init__()
+        self.sink.real = True
+        self._safety = safety
+
+    def load(self, program: str, when: When = "restart") -> None:
+        guarded = replace(score(program), safety=self._safety)
+        self.player.load(guarded, len(self.told) + 1, when, self.now)
+
+    def press(self, what: object, value: bool | None) -> None:
+        self.player.sense(Edge(str(what), value, self.now), self.now)
+
+
+def test_an_emergency_stop_stops_at_once_and_nothing_plays_until_it_is_released_and_somebody_plays() -> None:
+    stage = Guarded(Safety(stop=STOP))
+    stage.load("r $ repeat forward")
+    stage.run(1)
+    stage.press(STOP, True)
+    assert stage.sink.sent[-1] == ("r", 1.0, STILL)
+    assert (stage.states[-1], stage.transports[-1]["waits_for"]) == ("stopped", [STOP])
+    whens: tuple[When, ...] = ("restart", "now", "beat", "end")
+    for when in whens:
+        stage.load("r $ repeat left", when)
+        assert stage.lines[-1] == "✗ the emergency stop on /e_stop is on: release it, then save again"
+    stage.player.resume(stage.now)
+    stage.player.seek(0.0, stage.now)
+    stage.player.resume(stage.now)
+    stage.press(STOP, False)
+    stage.run(5)
+    assert stage.states[-1] == "stopped"
+    assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, 0)]
+    assert stage.lines[-1] == "the emergency stop on /e_stop is off: save to play again"
+    stage.load("r $ repeat left")
+    stage.run(1)
+    assert stage.sink.sent[-1][2].yaw > 0
+
+
+def test_an_emergency_stop_that_is_on_while_the_first_beat_waits() -> None:
+    stage = Guarded(Safety(stop=STOP))
+    stage.sink.resets = True
+    stage.load("r $ repeat forward")
+    stage.run(0.1)
+    stage.press(STOP, True)
+    stage.sink.resets = False
+    stage.run(5)
+    assert {twist for _, _, twist in stage.sink.sent} == {STILL}
+    assert stage.states[-1] == "stopped"
+
+
+def test_what_another_score_does_not_name_stops_nothing() -> None:
+    stage = Guarded(Safety(stop=STOP))
+    stage.load("r $ repeat forward")
+    stage.run(1)
+    stage.press("/other", True)
+    assert stage.states == ["playing"]
+
+
+def test_nothing_moves_before_the_deadman_is_held_and_it_goes_on_from_where_it_was_released() -> None:
+    stage = Guarded(Safety(deadman=DEADMAN))
+    stage.load("r $ forward left")
+    stage.run(2)
+    assert {twist for _, _, twist in stage.sink.sent} <= {STILL}
+    assert (stage.states[-1], stage.transports[-1]["waits_for"]) == ("paused", ["button 4 on /joy"])
+    assert stage.lines == ["paused: to let robots move, hold button 4 on /joy"]
+    stage.press(DEADMAN, True)
+    stage.run(0.5)
+    for released in (False, None):  # silence counts as released
+        stage.press(DEADMAN, released)
+        assert stage.sink.sent[-1][2] == STILL
+        stage.run(10)
+        stage.press(DEADMAN, True)
+        stage.run(0.25)
+    stage.run(5)
+    moved = [(x, yaw) for _, x, yaw in stage.sink.changes("r")]
+    assert moved == [(0, 0), (2, 0), (0, 0), (2, 0), (0, 0), (2, 0), (0, QUARTER), (0, 0)]
+    assert stage.states[-1] == "ended"
+
+
+def test_who_resumes_without_the_deadman_waits_for_it_and_who_pauses_is_not_overruled() -> None:
+    stage = Guarded(Safety(deadman=DEADMAN))
+    stage.load("r $ repeat forward")
+    stage.player.resume(stage.now)
+    assert stage.states[-1] == "paused"
+    stage.press(DEADMAN, True)
+    assert stage.states[-1] == "playing"
+    stage.player.pause(stage.now)
+    for held in (False, True):
+        stage.press(DEADMAN, held)
+    assert stage.states[-1] == "paused"
+    stage.press(DEADMAN, False)
+    stage.player.resume(stage.now)
+    assert stage.states[-1] == "paused"
+    stage.press(DEADMAN, True)
+    assert stage.states[-1] == "playing"
+
+
+def test_a_score_that_takes_over_needs_its_own_deadman() -> None:
+    stage = Guarded(Safety())
+    stage.load("r $ repeat forward")
+    stage.run(1)
+    stage._safety = Safety(deadman=DEADMAN)
+    stage.load("r $ repeat left", "now")
+    stage.run(1)
+    assert stage.sink.changes("r") == [(0, 2, 0), (1, 0, 0)]
+
+
+def test_a_robot_that_comes_back_stands_until_the_next_play() -> None:
+    stage = Guarded(Safety(rejoin="next"))
+    stage.load("r s $ repeat forward")
+    stage.run(1)
+    stage.sink.deaf = GONE
+    stage.run(1)
+    stage.sink.deaf = {}
+    stage.run(2)
+    assert stage.lines == [GONE["r"], "somebody listens on /r/cmd_vel again, and stands until the next play"]
+    assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0]
+    assert [x for _, x, _ in stage.sink.changes("s")] == [2]
+    stage.load("r s $ repeat forward", "now")
+    stage.run(1)
+    assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0, 2]
+
+
+def test_all_wait_for_a_robot_that_went_away() -> None:
+    stage = Guarded(Safety(rejoin="pause"))
+    stage.load("r s $ forward left")
+    stage.run(0.4)
+    stage.sink.deaf = GONE
+    stage.run(20)
+    assert (stage.states[-1], stage.transports[-1]["waits_for"]) == ("paused", ["r"])
+    assert {robot: twist for robot, _, twist in stage.sink.sent} == {"r": STILL, "s": STILL}
+    stage.sink.deaf = {}
+    stage.run(5)
+    assert stage.states == ["playing", "paused", "playing", "ended"]
+    assert stage.lines == [GONE["r"], "paused until r listens again", "somebody listens on /r/cmd_vel again"]
+    assert [(x, yaw) for _, x, yaw in stage.sink.changes("s")] == [(2, 0), (0, 0), (2, 0), (0, QUARTER), (0, 0)]
+
+
+def test_the_simulator_needs_no_deadman() -> None:
+    stage = Guarded(Safety(STOP, DEADMAN))
+    stage.sink.real = False
+    stage.load("r $ forward")
+    stage.run(5)
+    assert stage.states == ["playing", "ended"]
 
 
 def test_the_first_beat_waits_for_resets() -> None:

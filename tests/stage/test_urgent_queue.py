@@ -6,6 +6,7 @@ import queue
 
 import pytest
 
+from improv_core.stage.sinks import Edge
 from improv_core.stage.urgent_queue import UrgentQueue
 
 
@@ -51,3 +52,12 @@ def test_who_waits_gets_what_arrives_first() -> None:
         waiting.get(timeout=0)
     waiting.put(1)
     assert waiting.get() == 1
+
+
+def test_edges_overtake_everything_else_and_stay_in_order() -> None:
+    waiting: UrgentQueue[object] = UrgentQueue()
+    seek, hush, score = {"type": "seek"}, {"type": "hush"}, "SCORE"
+    on, off = Edge("/e_stop", True, 1.0), Edge("/e_stop", False, 2.0)
+    for item in (score, seek, on, hush, off):
+        waiting.put(item)
+    assert [waiting.get() for _ in range(4)] == [on, off, score, hush]

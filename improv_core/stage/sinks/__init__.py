@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Protocol
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """What people or robots do has changed: `what` is a topic, or a button on one; None is silence.
+
+    `at` is when it came, in monotonic seconds.
+    """
+
+    what: str
+    value: bool | None
+    at: float
 
 
 class Sink(Protocol):
@@ -28,16 +41,22 @@ class Sink(Protocol):
         """
 
     def resetting(self) -> bool:
-        """Whether beat 0 must still wait for robots to reach their start poses. False after a second at most.
+        """Whether beat 0 must still wait for robots to reach their start poses or for an emergency stop.
 
         Call it repeatedly before beat 0, and not after.
         """
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        """One line for each of these robots (default: all of the latest `prepare`) that would not hear a command."""
+        """One line for each of these robots (default: all of the latest `prepare`) that would not hear a command.
+
+        The line is empty for one that will hear commands in a moment.
+        """
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        """One line for each of these robots (default: all of the latest `prepare`) that people should know about."""
+        """One line for each of these robots (default: all of the latest `prepare`) that people should know about.
+
+        A line about the whole performance is under another key, such as a topic.
+        """
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Set the robot's velocity from performance time `at` on (seconds since beat 0, never decreasing)."""

@@ -13,6 +13,8 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
 from improv_core.stage.discovery import described, limited
 from improv_core.stage.protocol import LOADING_LIMIT
+from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import STANDBY, Nodes, is_harmless, node_name
 from improv_core.stage.sinks.ros_reset import Resets
 from improv_core.stage.sinks.ros_standby import Standby
@@ -27,15 +29,17 @@ LINGER = 0.2
 class Ros:
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
-    `discovery` is how far it looks for robots if the environment does not set that (stage/discovery.py).
-    Raises ImportError without rclpy.
+    `discovery` is how far it looks for robots if the environment does not set that (stage/discovery.py). `hear` gets
+    edges, from a thread of its own. Raises ImportError without rclpy.
     """
 
     name: str = "ROS 2"
     real: bool = True
     period: float | None = None
 
-    def __init__(self, discovery: str | None, standby: bool = True, now: Now = time.monotonic) -> None:
+    def __init__(
+        self, discovery: str | None, standby: bool, hear: Callable[[Edge], None], now: Now = time.monotonic
+    ) -> None:
         os.environ.update(limited(os.environ, discovery))
         from rclpy.executors import SingleThreadedExecutor
 
@@ -49,6 +53,7 @@ class Ros:
         self._receiving.start()
         self._now = now
         self._resets = Resets(self._node, now)
+        self._listening = Listening(self._node, hear, now)
         self._parts: dict[str, Part] = {}
         self._topics: dict[str, Topic] = {}
         self._cast: list[str] = []
@@ -66,6 +71,7 @@ class Ros:
         """
         self._standby.renew()
         self._standby.live(LOADING_LIMIT)
+        self._listening.take(score.safety)
         parts = score.parts
         self._cast = list(parts)
         self._parts.update(parts)
@@ -84,15 +90,16 @@ class Ros:
             self._resets.begin(reset)
 
     def resetting(self) -> bool:
-        return self._resets.under_way()
+        # Both are to be asked.
+        return any([self._resets.under_way(), self._listening.under_way()])
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         clock = self._node.get_clock()
         found = {}
         for robot in self._cast if robots is None else robots:
             topic = self._topic(robot)
-            if problem := topic.missing():
-                found[robot] = f"{problem} ({self.description})"
+            if (problem := topic.missing()) is not None:
+                found[robot] = problem and f"{problem} ({self.description})"
             elif topic.is_stamped and clock.ros_time_is_active and not clock.now().nanoseconds:
                 found[robot] = (
                     f"no time has arrived on /clock, so messages on {topic.name} are stamped 0: start the simulation"
@@ -103,7 +110,8 @@ class Ros:
         asked = self._cast if robots is None else robots
         found = {robot: line for robot, line in self._resets.warnings().items() if robot in asked}
         if self._standby.problem:
-            found |= dict.fromkeys(asked, self._standby.problem)
+            found[self._standby.problem] = self._standby.problem
+        found |= self._listening.warnings()
         clocked = not self._node.get_clock().ros_time_is_active and self._node.count_publishers("/clock")
         for robot in asked:
             topic = self._topic(robot)

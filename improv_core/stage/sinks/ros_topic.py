@@ -13,6 +13,9 @@ TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/
 SETTLE = 0.2
 """Seconds until a match counts. The listener matches after us; until then, commands arrived up to 0.16 s late."""
 
+FIND_LIMIT = 10.0
+"""Seconds that a listener and a publisher may take to find each other on a busy machine."""
+
 Now = Callable[[], float]
 """The monotonic time, in seconds."""
 Advertise = Callable[[Any, str, bool], tuple[Any, Callable[[], None]]]
@@ -34,6 +37,7 @@ class Topic:
         self._now = now
         self._publishers: dict[str, _Publisher] = {}
         self._message = message
+        self._finding = math.inf  # since when listeners of a type of ours are not matched
         self._serve({message if message in TYPES else "Twist"}, -math.inf if at_once else now())
 
     @property
@@ -52,7 +56,9 @@ class Topic:
             publisher.unheard = self._now()
 
     def missing(self) -> str | None:
-        """Why a command would not be heard now, or None. Listeners that expect another type are served from now on.
+        """Why a command would not be heard now, or None; "" if listeners and publishers are still finding each other.
+
+        Listeners that expect another type are served from now on.
 
         Takes a few microseconds if all listeners match: it is called for every topic while robots move.
         """
@@ -66,13 +72,17 @@ class Topic:
             if kinds and self._message not in TYPES:
                 self._serve(kinds, self._now())
         settled = [publisher.is_settled(self._now()) for publisher in self._publishers.values()]
-        if all(settled):
-            return None
-        if not listeners:
-            return f"nothing is listening on {self.name}"
+        if all(settled) or not listeners:
+            self._finding = math.inf
+            return None if all(settled) else f"nothing is listening on {self.name}"
         if wanted.isdisjoint(TYPES[kind] for kind in self._publishers) and not any(counts):
             return self._unfit(", ".join(sorted(wanted)))
-        return f"a listener on {self.name} did not match: its QoS may ask for more than reliable and volatile"
+        if any(counts):
+            return ""
+        self._finding = min(self._finding, self._now())
+        if self._now() < self._finding + FIND_LIMIT:
+            return self._incompatible() or ""
+        return self._incompatible() or f"the listener on {self.name} can't be reached: check the network"
 
     def others(self, own: Collection[str]) -> list[str]:
         """The nodes that also publish here, except our `own`."""
@@ -85,6 +95,15 @@ class Topic:
         """Send to all listeners. `clock` stamps TwistStamped messages."""
         for publisher in self._publishers.values():
             publisher.publish(twist, clock)
+
+    def _incompatible(self) -> str | None:
+        """Whether all listeners require what our publishers, reliable and volatile, don't offer."""
+        ours = {TYPES[kind] for kind in self._publishers}
+        listeners = self._node.get_subscriptions_info_by_topic(self.name)
+        wanted = {each.qos_profile.durability.name for each in listeners if each.topic_type in ours}
+        if wanted != {"TRANSIENT_LOCAL"}:
+            return None
+        return f"the listener on {self.name} requires transient local, which Improv can't offer: make it volatile"
 
     def _unfit(self, wanted: str) -> str:
         found = f"the listener on {self.name} expects {wanted}"

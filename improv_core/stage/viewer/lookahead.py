@@ -30,7 +30,7 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
         "offsets": {str(number): offset for number, offset in score.offsets.items()},
         "words": {word: list(map(float, velocity)) for word, velocity in PRIMITIVES.items()},
         "takes_start_poses": takes_start_poses,
-        "deadman": None,
+        "deadman": {"button": deadman.button} if (deadman := score.safety.deadman) else None,
         "robots": {
             name: {
                 "profile": part.profile.name,

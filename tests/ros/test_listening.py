@@ -1,0 +1,142 @@
+"""What people press while robots move: real publishers of an emergency stop and of a gamepad."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.ros.conftest import LIMIT, Listener
+from tests.ros.dance import (
+    AFTER,
+    AFTER_SPEED,
+    BEFORE,
+    BEFORE_SPEED,
+    SOON,
+    Record,
+    Server,
+    at_speed,
+    dances,
+    stands,
+    still,
+)
+
+PRESSER = Path(__file__).parent / "presser.py"
+STOP = '[ros]\nstop = "/e_stop"\n'
+DEADMAN = '[ros]\ndeadman = { topic = "/joy", button = 4 }\n'
+REFUSED = "✗ the emergency stop on /e_stop is on: release it, then save again"
+STOPPED = "the emergency stop on /e_stop is on, so all robots were stopped"
+
+
+class Presser:
+    """Somebody who publishes what is pressed."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.process = process
+
+    def __call__(self, line: str) -> None:
+        print(line, file=self.process.stdin, flush=True)
+
+
+Press = Callable[..., Presser]
+
+
+@pytest.fixture
+def presser(ros_python: str, ros_env: dict[str, str]) -> Iterator[Press]:
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: str) -> Presser:
+        pipe = subprocess.PIPE
+        process = subprocess.Popen([ros_python, PRESSER, *arguments], env=ros_env, stdin=pipe, stdout=pipe, text=True)
+        started.append(process)
+        assert process.stdout
+        process.stdout.readline()
+        return Presser(process)
+
+    yield start
+    for process in started:
+        process.communicate(timeout=LIMIT)
+
+
+@pytest.fixture
+def server(ros_env: dict[str, str], tmp_path: Path) -> Iterator[Callable[[str], Server]]:
+    """Starts a server for a program beside an `improv.toml`."""
+    started: list[Server] = []
+
+    def start(toml: str) -> Server:
+        (tmp_path / "improv.toml").write_text(toml)
+        started.append(Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()))
+        return started[-1]
+
+    yield start
+    for each in started:
+        each.__exit__(None)
+
+
+@pytest.mark.parametrize("how", [[], ["--latched"], ["--best-effort"]], ids=["volatile", "latched", "best effort"])
+def test_an_emergency_stop(
+    how: list[str], presser: Press, server: Callable[[str], Server], turtle: Listener, record_property: Record
+) -> None:
+    press = presser("--stop", "/e_stop", *how)
+    conductor = server(STOP)
+    dances(conductor, turtle)
+    began = time.monotonic()
+    press("stop true")
+    stands(turtle, began, SOON, record_property)
+    conductor.wait_for_line(STOPPED)
+    conductor.type(AFTER)
+    conductor.client.save(conductor.uri)
+    conductor.wait_for_line(REFUSED)
+    press("stop false")
+    conductor.wait_for_line("the emergency stop on /e_stop is off: save to play again")
+    assert all(still(message) for message in turtle.heard if message["at"] > began + SOON)
+    conductor.save(AFTER)
+    turtle.wait(at_speed(AFTER_SPEED))
+
+
+def test_an_emergency_stop_that_is_on_before_the_first_save(
+    presser: Press, server: Callable[[str], Server], turtle: Listener
+) -> None:
+    press = presser("--stop", "/e_stop", "--latched")
+    press("stop true")
+    began = time.monotonic()
+    conductor = server(STOP)
+    conductor.type(BEFORE)
+    conductor.client.save(conductor.uri)
+    conductor.wait_for_line(STOPPED)
+    press("stop false")
+    conductor.wait_for_line("the emergency stop on /e_stop is off: save to play again")
+    conductor.save(AFTER)
+    turtle.wait(at_speed(AFTER_SPEED))
+    assert not any(at_speed(BEFORE_SPEED)(message) for message in turtle.heard if message["at"] > began)
+
+
+def test_an_emergency_stop_that_nobody_publishes(server: Callable[[str], Server], turtle: Listener) -> None:
+    conductor = server(STOP)
+    conductor.save(BEFORE)
+    conductor.wait_for_line("nobody publishes on /e_stop, so the emergency stop there stops nothing")
+    turtle.wait(at_speed(BEFORE_SPEED))
+    assert conductor.complaints() == []
+
+
+def test_a_deadman_button(
+    presser: Press, server: Callable[[str], Server], turtle: Listener, record_property: Record
+) -> None:
+    press = presser("--joy", "/joy")
+    conductor = server(DEADMAN)
+    began = time.monotonic()
+    conductor.save(BEFORE)
+    conductor.wait_for_line("paused: to let robots move, hold button 4 on /joy")
+    for release in ("joy 0", "joy silent"):
+        assert not any(message["x"] for message in turtle.heard if message["at"] > began)
+        press("joy 1")
+        turtle.wait(at_speed(BEFORE_SPEED))
+        released = time.monotonic()
+        press(release)
+        began = stands(turtle, released, SOON, record_property)
+        conductor.wait_for_line("paused: to let robots move, hold button 4 on /joy")
+    press("joy 1")
+    turtle.wait(at_speed(BEFORE_SPEED))

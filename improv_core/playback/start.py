@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from improv_core.playback.interpreter import InterpreterError, find_ros_python
-from improv_core.playback.stage_process import Heard, Stage, StageError
+from improv_core.playback.stage_process import Hear, Stage, StageError
+from improv_core.playback.stops import Stops
 from improv_core.stage.protocol import FOLDER
 
 SinkName = Literal["simulator", "ros"]
@@ -32,9 +32,7 @@ class Options:
     takes_start_poses: bool = False
 
 
-async def start_stage(
-    sink: SinkName, options: Options, token: str, hear: Callable[[Stage, Heard], None]
-) -> Stage | None:
+async def start_stage(sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> Stage | None:
     """A stage that is ready; `token` opens the simulator's page. Raises StageError.
 
     None where the backend is auto, and no Python has rclpy.
@@ -44,14 +42,15 @@ async def start_stage(
         taking = ["--takes-start-poses"] if options.takes_start_poses else []
         arguments = ["--sink", sink, "--port", str(options.port), *taking, *reporting]
         env = {**os.environ, "IMPROV_PAGE_TOKEN": token}
-        return await Stage.start([sys.executable, str(FOLDER), *arguments], env, hear)
+        return await Stage.start([sys.executable, str(FOLDER), *arguments], env, hear, stops)
     try:
         found = await asyncio.to_thread(find_ros_python, options.ros_python)
     except InterpreterError as error:
         raise StageError(str(error)) from None
     if found:
         discovery = ["--discovery", options.discovery] if options.discovery else []
-        return await Stage.start([found.python, str(FOLDER), "--sink", sink, *discovery, *reporting], found.env, hear)
+        command = [found.python, str(FOLDER), "--sink", sink, *discovery, *reporting]
+        return await Stage.start(command, found.env, hear, stops)
     if options.backend == "auto":
         return None
     raise StageError(

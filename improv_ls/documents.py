@@ -42,12 +42,12 @@ class RobotsFile:
 
 def is_program(uri: str, language_id: str) -> bool:
     """Whether an editor has opened a program: by its language, or by its name where an editor knows no `improv`."""
-    name = _name(uri)
+    name = name_of(uri)
     return name != FILE_NAME and (language_id == "improv" or name.endswith(".improv"))
 
 
 def is_robots_file(uri: str) -> bool:
-    return _name(uri) == FILE_NAME
+    return name_of(uri) == FILE_NAME
 
 
 def path_of(uri: str) -> Path | None:
@@ -111,5 +111,6 @@ def changed_file(
     return RobotsFile(file.uri, version, lines)
 
 
-def _name(uri: str) -> str:
+def name_of(uri: str) -> str:
+    """The name of a document's file."""
     return PurePosixPath(unquote(urlsplit(uri).path)).name

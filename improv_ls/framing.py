@@ -1,19 +1,14 @@
-"""Messages out of a stream of bytes, LSP's base protocol, and everything that reaches into pygls's private parts.
-
-Before each message stands a header with its length. Where a header is wrong, nobody knows where the next message
-begins: the server ends, since one that no longer listens could not be told to stop the robots.
-"""
+"""LSP's base protocol, and everything that reaches into pygls's private parts."""
 
 from __future__ import annotations
 
 import asyncio
 import json
-import os
-import re
 import sys
 import threading
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from lsprotocol import types
@@ -30,47 +25,12 @@ from pygls.io_ import StdoutWriter
 from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
 
-READ_SIZE = 65_536
-LONGEST_HEADER = 65_536
-_LENGTH = re.compile(rb"^content-length:[ \t]*(\d{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
-_HEADER_END = b"\r\n\r\n"
+from improv_core.playback.stops import Stops
+from improv_ls.arrivals import Arrival, Arrivals, FramingError
+
 _HANDLED_AT_ONCE = {types.TEXT_DOCUMENT_DID_OPEN, types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DID_CLOSE}
 """Not by pygls: it keeps a copy of every text, and edits it wrongly after a form feed, after U+2028 and at the end of a
 file."""
-
-
-class FramingError(Exception):
-    """A header that does not say how long its message is."""
-
-
-class Frames:
-    """Cuts a stream of bytes into messages, keeping an incomplete one until the rest of it comes."""
-
-    def __init__(self) -> None:
-        self._buffer = bytearray()
-        self._length: int | None = None
-
-    def feed(self, data: bytes) -> Iterator[bytes]:
-        """The bodies that these bytes complete. Raises FramingError behind the last of them."""
-        self._buffer += data
-        while True:
-            if self._length is None:
-                end = self._buffer.find(_HEADER_END)
-                if (end if end >= 0 else len(self._buffer)) > LONGEST_HEADER:
-                    raise FramingError(f"no end of a header within {LONGEST_HEADER} bytes")
-                if end < 0:
-                    return
-                length = _LENGTH.search(self._buffer, 0, end + 2)
-                if not length:
-                    raise FramingError("a header without a valid Content-Length")
-                self._length = int(length[1])
-                del self._buffer[: end + len(_HEADER_END)]
-            if len(self._buffer) < self._length:
-                return
-            body = bytes(self._buffer[: self._length])
-            del self._buffer[: self._length]
-            self._length = None
-            yield body
 
 
 class StdioServer(LanguageServer):
@@ -85,6 +45,11 @@ class StdioServer(LanguageServer):
         kind = types.TextDocumentSyncKind.Incremental
         super().__init__(name, version, text_document_sync_kind=kind, protocol_cls=Protocol)
         self._ended = asyncio.Event()
+        self.stops = Stops()
+        self.arrival = Arrival(b"", 0, False)
+        """The message at hand."""
+        self._arrivals = Arrivals(self.stops)
+        self._loop_reads = False
 
     def serve(self) -> int:
         """Serve until the editor ends. The exit code: 0 only if the editor has asked for the shutdown, as LSP wants."""
@@ -111,50 +76,52 @@ class StdioServer(LanguageServer):
     async def close(self) -> None:
         """What is to be done before `shutdown` is answered, or before the end where nobody asks for a shutdown."""
 
+    def obey_while_busy(self) -> None:
+        """From now on, stops are obeyed also while the event loop is busy."""
+        if self._loop_reads:  # otherwise a thread does already
+            tell = partial(asyncio.get_running_loop().call_soon_threadsafe, self._handle)
+            threading.Thread(target=self._arrivals.read_while_busy, args=(tell,), daemon=True).start()
+
     async def _serve(self) -> None:
         loop = asyncio.get_running_loop()
-        frames = Frames()
-        failure: FramingError | None = None
 
-        def take(data: bytes) -> None:
-            nonlocal failure
-            bodies: list[bytes] = []
-            try:
-                bodies.extend(frames.feed(data))
-            except FramingError as error:
-                failure = error
-            cancelled = frozenset(_cancelled(bodies)) if len(bodies) > 1 else ()
-            try:
-                for body in bodies:
-                    if not self._ended.is_set():
-                        self.protocol.receive(body, cancelled)
-            except BrokenPipeError:  # nobody reads what we say
-                self.end()
-            if failure or not data:
-                self.end()
-
-        def read_what_is_there() -> None:
-            data = os.read(0, READ_SIZE)
-            if not data:
+        def read_and_handle() -> None:
+            self._arrivals.read()
+            if self._arrivals.ended:
                 loop.remove_reader(0)
-            take(data)
+            self._handle()
 
         # Not through sys.stdin: its lock, held by a thread that waits, would keep Python from ending.
         def read_on_a_thread() -> None:
-            while data := os.read(0, READ_SIZE):
-                loop.call_soon_threadsafe(take, data)
-            loop.call_soon_threadsafe(take, b"")
+            while not self._arrivals.ended:
+                self._arrivals.read()
+                loop.call_soon_threadsafe(self._handle)
 
         try:
-            loop.add_reader(0, read_what_is_there)  # a thread costs 44 µs more for each message
+            loop.add_reader(0, read_and_handle)
         except (NotImplementedError, OSError):  # on Windows; where standard input is a file
             threading.Thread(target=read_on_a_thread, daemon=True).start()
+        else:
+            self._loop_reads = True
         try:
             await self._ended.wait()
         finally:
             await (self.protocol.closing or self.close())
-        if failure:
-            raise failure
+        if self._arrivals.failure:
+            raise self._arrivals.failure
+
+    def _handle(self) -> None:
+        """Handle what has arrived."""
+        arrivals = list(self._arrivals.take())
+        cancelled = frozenset(_cancelled(arrivals)) if len(arrivals) > 1 else ()
+        try:
+            for each in arrivals:
+                if each is None:
+                    self.end()
+                elif not self._ended.is_set():
+                    self.protocol.receive(each, cancelled)
+        except BrokenPipeError:  # nobody reads what we say
+            self.end()
 
 
 class Protocol(LanguageServerProtocol):
@@ -165,10 +132,11 @@ class Protocol(LanguageServerProtocol):
     closing: asyncio.Task[None] | None = None
     """Once the client has asked for the shutdown."""
 
-    def receive(self, body: bytes, cancelled: Collection[int | str] = ()) -> None:
+    def receive(self, arrival: Arrival, cancelled: Collection[int | str] = ()) -> None:
         """Handle one message; a request whose id is among the cancelled ones is not begun."""
+        self._server.arrival = arrival
         try:
-            data = json.loads(body)
+            data = json.loads(arrival.body)
         except (ValueError, RecursionError) as error:
             self._refuse(None, JsonRpcParseError.of(error))
             return
@@ -238,11 +206,11 @@ class Protocol(LanguageServerProtocol):
         self._send_data({"jsonrpc": self.VERSION, "id": number, "error": error.to_response_error()})
 
 
-def _cancelled(bodies: Iterable[bytes]) -> Iterator[int | str]:
+def _cancelled(arrivals: Iterable[Arrival | None]) -> Iterator[int | str]:
     """The ids of requests that these messages cancel: who types on does so before the server has come to them."""
-    for body in bodies:
-        if b"cancelRequest" in body:
+    for each in arrivals:
+        if each and b"cancelRequest" in each.body:
             with suppress(ValueError, LookupError, TypeError, RecursionError):  # answered where it is handled
-                note = json.loads(body)
+                note = json.loads(each.body)
                 if note["method"] == types.CANCEL_REQUEST:
                     yield note["params"]["id"]

@@ -15,14 +15,14 @@ from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 
 from improv_core.diagnostics import Severity
-from improv_core.playback.playback import News, Playback, each_beat, whole_beats
+from improv_core.playback.playback import Change, News, Playback, each_beat, whole_beats
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.program.report import summary
-from improv_core.stage.protocol import Conduct, TransportMessage, When
+from improv_core.stage.protocol import TransportMessage, When
 from improv_ls import live
-from improv_ls.documents import Document, RobotsFile, moved
+from improv_ls.documents import Document, RobotsFile, moved, name_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
 from improv_ls.placing import Placing
 
@@ -41,8 +41,7 @@ class Performance:
         self._playback: Playback | None = None
         self._document: Document | None = None  # as it was when it began to play
         self._generation = 0
-        self.is_on = False
-        """Whether something plays, or waits to."""
+        self._refused = 0  # the count of stops when the editor was last told that something did not begin
         self._page_shown = False
         self._placing = Placing(editor, robots_files)
         self._silenced = self.silenced  # as the editor was last told
@@ -57,35 +56,41 @@ class Performance:
         except StageError:
             await self.close()
 
-    async def play(self, document: Document) -> None:
-        """Play a program and say so in one line, or say why not."""
+    async def play(self, document: Document, asked: int) -> None:
+        """Play a program and say so in one line, or say why not.
+
+        `asked` is the count of stops when somebody asked for it: after a stop since then, it does not begin.
+        """
         if refusal := _refusal(document):
-            keeps = "; the previous dance keeps playing" if self.is_on else ""
+            keeps = "; the previous dance keeps playing" if self._playback and self._playback.is_on else ""
             self._editor.warn(f"✗ {refusal}{keeps}")
             return
         settings = self._editor.settings
-        await self._play(document, settings.switch_at if settings.on_save == "continue" else "restart")
+        await self._play(document, settings.switch_at if settings.on_save == "continue" else "restart", asked)
 
-    async def _play(self, document: Document, when: When) -> None:
+    async def _play(self, document: Document, when: When, asked: int) -> None:
         playback, analysis = self._stages(), document.analysis
         try:
-            generation = await playback.play(score_of(analysis), when)
+            generation = await playback.play(score_of(analysis), name_of(document.uri), asked, when)
         except StageError as error:
             self._say_why(error)
             return
         if generation is None:
+            if self._refused != playback.stops.count:  # one line, however many saves one stop was newer than
+                self._refused = playback.stops.count
+                self._editor.warn(f"■ {name_of(document.uri)} was stopped before it began: save to play it")
             return
-        self._document, self._generation, self.is_on = document, generation, True
+        self._document, self._generation = document, generation
         if self._editor.takes_own_messages:
             self._editor.server.protocol.notify(live.EVALUATED, self.moments(0.0))
         self._editor.say(f"▶ {summary(analysis)}, {playback.status}")
         if self._editor.settings.page_open and playback.page and not self._page_shown:
             self._show(playback)
 
-    async def restart(self) -> None:
-        """Play the last dance again from beat 0."""
+    async def restart(self, asked: int) -> None:
+        """Play the last dance again from beat 0. `asked` as for `play`."""
         if self._document:
-            await self._play(self._document, "restart")
+            await self._play(self._document, "restart", asked)
         else:
             self._editor.warn("improv.restart: nothing has been played yet; save a program or use improv.play")
 
@@ -114,8 +119,13 @@ class Performance:
         found = live.moments(now, self._document.analysis, self._editor.encoding, start)
         return {"generation": self._generation, **found}
 
-    def conduct(self, message: Conduct) -> None:
-        """Send the stages a message of their protocol, such as hush."""
+    def resume(self, asked: int) -> None:
+        """Go on after a pause. `asked` as for `play`."""
+        if self._playback:
+            self._playback.resume(asked)
+
+    def conduct(self, message: Change) -> None:
+        """Send the stages a message of their protocol, such as seek."""
         if self._playback:
             self._playback.conduct(message)
 
@@ -161,7 +171,7 @@ class Performance:
         old = self._playback
         if old and old.options == options:
             return old
-        self._playback = new = Playback(options, self._hear)
+        self._playback = new = Playback(options, self._hear, self._editor.server.stops)
         if old:
             new.keep_as(old)
             self._closing.add(closing := asyncio.create_task(old.close()))  # only the session's end waits for it
@@ -171,7 +181,6 @@ class Performance:
     def _hear(self, message: News, leads: bool) -> None:
         if message["type"] == "transport" and leads:
             self._stop_progress()
-            self.is_on = message["state"] in ("waiting", "playing", "paused")
             self._tell_transport(message)
             if self.silenced != self._silenced:
                 self._silenced = self.silenced
@@ -185,7 +194,6 @@ class Performance:
         elif message["type"] == "error" or message["type"] == "gone":
             if message["type"] == "gone" and leads:
                 self._stop_telling()
-                self.is_on = False
             self._editor.report(message["message"])
 
     def _tell_transport(self, message: TransportMessage) -> None:

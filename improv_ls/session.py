@@ -57,6 +57,7 @@ class Session(StdioServer):
         """What plays. Made when something is to play: it brings much along."""
         from improv_ls.performance import Performance
 
+        self.obey_while_busy()
         return Performance(self.editor, self.documents, self.robots_files)
 
     def report_server_error(self, error: Exception, source: type[Exception]) -> None:

@@ -19,6 +19,7 @@ from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import PROBLEMS
 from improv_core.commands.finding import Finding, Mark
 from improv_core.diagnostics import Severity
+from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError, runtime_folder
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.files import ReadError, analyze_file, robots_near
 from improv_core.program.report import as_lines
@@ -53,6 +54,7 @@ def examine(path: Path | None) -> Iterator[Finding]:
     yield works("the simulator", _start_simulator)
     yield works("the simulator's page", _open_page)
     yield browser(webbrowser.get)
+    yield stopping()
     yield from examine_ros(cast, safety)
     yield server(os.environ.get("PATH", ""), Path(sysconfig.get_path("scripts")))
     yield from editors(os.environ.get("PATH", ""))
@@ -84,6 +86,17 @@ def works(name: str, start: Callable[[], None]) -> Finding:
     except OSError as error:
         return Finding(Mark.BROKEN, f"{name} cannot be served ({error})", "allow Improv to open a port on 127.0.0.1")
     return Finding(Mark.GOOD, name)
+
+
+def stopping() -> Finding:
+    """Whether `improv stop` reaches what plays."""
+    if not SUPPORTED:
+        return Finding(Mark.ABSENT, "`improv stop` needs Unix sockets", "press Ctrl-C, or Stop on the page")
+    try:
+        StopSocket(lambda: IDLE).close()
+    except StopSocketError as error:
+        return Finding(Mark.BROKEN, "`improv stop` does not work", str(error))
+    return Finding(Mark.GOOD, f"`improv stop` works through {runtime_folder()}")
 
 
 def browser(get: Callable[[], object]) -> Finding:

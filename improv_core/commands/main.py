@@ -23,6 +23,7 @@ COMMANDS = {
     "format": "format",
     "play": "play",
     "watch": "watch",
+    "stop": "stop",
     "record": "record",
     "doctor": "doctor",
     "ros": "ros_setup",

@@ -54,11 +54,12 @@ async def play(
     if not (analysis := read_to_play(path)):
         return PROBLEMS
     async with performance(options, browser=browser, quiet=report, recorder=recorder) as performing:
-        await performing.play(analysis)
+        await performing.play(analysis, path)
         await first(performing.finished.wait(), performing.interrupted.wait())
+        stopped = performing.interrupted.is_set() or performing.stops.count > 0
     if report:
         echo_json(performing.report())
-    return INTERRUPTED if performing.interrupted.is_set() else FAILED if performing.broken else 0
+    return INTERRUPTED if stopped else FAILED if performing.broken else 0
 
 
 def play_fast(path: Path, seconds: float | None, *, report: bool) -> int:

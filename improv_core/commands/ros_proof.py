@@ -14,6 +14,7 @@ from pathlib import Path
 from improv_core.commands.ros_environment import AGAIN, ELSEWHERE, Say, SetupError
 from improv_core.playback.isolation import isolated
 from improv_core.playback.stage_process import Heard, Stage, StageError
+from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import to_json
@@ -47,12 +48,12 @@ async def _sent_and_received(python: str, env: Mapping[str, str]) -> float:
     score = score_of(analyze(f"{robot} $ forward\n"))
     failed: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
-    def hear(_: Stage, message: Heard) -> None:
+    def hear(_: Stage, message: Heard, stops: int) -> None:
         if (message["type"] == "error" or message["type"] == "gone") and not failed.done():
             failed.set_exception(StageError(message["message"]))
 
     async with _receiver([python, str(FOLDER / "graph.py"), "receive", score.parts[robot].topic], env) as lines:
-        sender = await Stage.start([python, str(FOLDER), "--sink", "ros"], env, hear)
+        sender = await Stage.start([python, str(FOLDER), "--sink", "ros"], env, hear, Stops())
         try:
             began = time.monotonic()
             sender.send(

@@ -8,6 +8,7 @@ import signal
 import sys
 import webbrowser
 from collections.abc import AsyncIterator, Awaitable, Coroutine
+from pathlib import Path
 from typing import Any
 
 import click
@@ -17,6 +18,7 @@ from improv_core.plain import printable
 from improv_core.playback.playback import News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
+from improv_core.playback.stops import Stops
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import outcome, summary
@@ -67,7 +69,8 @@ class Performance:
     """What plays, shown in a terminal. If the terminal can't be written, that counts as an interrupt."""
 
     def __init__(self, options: Options, quiet: bool, recorder: Recorder | None) -> None:
-        self._playback = Playback(options, self._hear)
+        self.stops = Stops()
+        self._playback = Playback(options, self._hear, self.stops)
         self._quiet = quiet
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
@@ -95,15 +98,19 @@ class Performance:
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
 
-    async def play(self, analysis: Analysis) -> None:
+    async def play(self, analysis: Analysis, path: Path, asked: int = 0) -> None:
+        """Play a program, unless a stop has come since the count of stops was `asked`."""
         if self.interrupted.is_set():
             return
         self.finished.clear()
         score = score_of(analysis)
         if self._recorder:
             self._recorder.prepare(score, restart=True)
-        if await self._playback.play(score):
+        if await self._playback.play(score, path.name, asked):
             self.say(f"▶ {summary(analysis)}, {self._playback.status}")
+        else:
+            self.say(f"■ {path.name} was stopped before it began")
+            self.finished.set()
 
     async def close(self) -> None:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import sys
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,6 +21,8 @@ from improv_core.program.files import ReadError, read_program, robots_near
 from improv_core.program.report import as_lines
 from improv_core.robots.config import find_robots_file
 
+NEVER = -1
+"""A count of stops that there never was: nothing plays that was asked for then."""
 STEP, LOOK_AGAIN = 10, 500
 """Milliseconds from a change in a watched folder to a look at the file, and between two looks without a change."""
 SETTLING, MID_LINE_SETTLING, EMPTY_SETTLING = 0.1, 0.5, 5.0
@@ -52,14 +55,17 @@ async def _follow(performing: Performance, path: Path, saved: _Saved) -> None:
     if saved.text is None:
         performing.say(f"waiting for {path.name}: save it to play it")
     else:
-        await _play(performing, path, saved)
+        await _play(performing, path, saved, 0)
     async for _ in _changes(path.parent):
+        asked = performing.stops.count
         if _saved(path) != saved and (settled := await _settled(path)) != saved:
             saved = settled
-            await _play(performing, path, saved)
+            # A stop may also have come between a save and the notice of it, for example while a program was analyzed.
+            late = _changed(path) < performing.stops.latest
+            await _play(performing, path, saved, NEVER if late else asked)
 
 
-async def _play(performing: Performance, path: Path, saved: _Saved) -> None:
+async def _play(performing: Performance, path: Path, saved: _Saved, asked: int) -> None:
     """Play what was saved, or say why it can't be played."""
     try:
         if saved.text is None:
@@ -71,7 +77,7 @@ async def _play(performing: Performance, path: Path, saved: _Saved) -> None:
         for line in as_lines(path, analysis):
             performing.complain(line)
         if analysis.ok:
-            await performing.play(analysis)
+            await performing.play(analysis, path, asked)
             return
     if performing.is_playing:
         performing.say("✗ the previous dance keeps playing")
@@ -91,14 +97,25 @@ class _Saved(NamedTuple):
 
 
 def _saved(path: Path) -> _Saved:
-    times = []
+    times = tuple(state.st_mtime_ns for state in _states(path))
+    try:
+        return _Saved(read_program(path), "", times)
+    except ReadError as problem:
+        return _Saved(None, str(problem), times)
+
+
+def _changed(path: Path) -> int:
+    """Unix time of the latest save, in nanoseconds."""
+    # On Windows, st_ctime is the time of creation; elsewhere, only it tells when a file was moved to this place.
+    return max((each.st_mtime_ns if os.name == "nt" else each.st_ctime_ns for each in _states(path)), default=0)
+
+
+def _states(path: Path) -> Iterator[os.stat_result]:
+    """Of a program and its `improv.toml`, as far as they exist."""
     for file in (path, find_robots_file(path.parent)):
         with contextlib.suppress(OSError):
-            times += [file.stat().st_mtime_ns] if file else []
-    try:
-        return _Saved(read_program(path), "", tuple(times))
-    except ReadError as problem:
-        return _Saved(None, str(problem), tuple(times))
+            if file:
+                yield file.stat()
 
 
 def _saved_or_awaited(path: Path) -> _Saved:

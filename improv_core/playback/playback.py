@@ -14,18 +14,23 @@ from urllib.parse import urlsplit
 
 from improv_core.playback.stage_process import Gone, Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
+from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError
+from improv_core.playback.stops import Stops
 from improv_core.score.movement import series
 from improv_core.score.score import Score, to_json
 from improv_core.stage.protocol import (
-    Conduct,
+    Held,
     Load,
     PageRequest,
     Place,
     Ready,
+    Released,
+    Seek,
     Silence,
     Speed,
     ToStage,
     TransportMessage,
+    WarningLine,
     Watched,
     When,
     refused_by,
@@ -35,6 +40,8 @@ from improv_core.stage.tickets import issue
 HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
 
+Change = Seek | Speed | Silence | Held | Released
+"""How a person changes what plays, apart from stopping, pausing and resuming it."""
 News = Heard | Place
 """What a listener gets: a message from a stage, its end, or new start poses of robots that were dragged."""
 
@@ -57,7 +64,12 @@ class Start(Protocol):
     """The type of start.start_stage."""
 
     async def __call__(
-        self, sink: SinkName, options: Options, token: str, hear: Callable[[RunningStage, Heard], None]
+        self,
+        sink: SinkName,
+        options: Options,
+        token: str,
+        hear: Callable[[RunningStage, Heard, int], None],
+        stops: Stops,
     ) -> RunningStage | None: ...
 
 
@@ -80,21 +92,27 @@ async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
 class Playback:
     """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
 
-    `listen` gets every message from a stage, and whether that stage leads. Use it from one event loop only.
+    `listen` gets every message from a stage, and whether that stage leads. Use it from one event loop only, except
+    `stops`. While the stages are open, `improv stop` stops them.
     """
 
-    def __init__(self, options: Options, listen: Callable[[News, bool], None], start: Start = start_stage) -> None:
+    def __init__(
+        self, options: Options, listen: Callable[[News, bool], None], stops: Stops, start: Start = start_stage
+    ) -> None:
         self.options = options
+        self.stops = stops
         self._listen = listen
         self._start = start
+        self._socket: StopSocket | None = None
         self._leader: RunningStage | None = None
         self._twin: RunningStage | None = None
         self._score: Score | None = None
+        self._name = ""  # of the program that plays, or is about to
         self._generation = 0
         self._loaded: Load | None = None  # not yet sent to the twin
         self._kept: dict[str, Speed | Silence] = {}  # also sent to new stages
         self._opening = asyncio.Lock()
-        self._stops = 0  # how often robots or everything had to stop
+        self._ends = 0  # how often everything had to end
         self._reviving: set[asyncio.Task[None]] = set()
         self._halting: RunningStage | None = None  # a new stage that still has to stop the robots of a dead one
         self._still = asyncio.Event()
@@ -102,6 +120,9 @@ class Playback:
         self._failed: RunningStage | None = None  # said in its last message that it could not stop all robots
         self._token = secrets.token_urlsafe()
         self._port = options.port
+        self.is_on = False
+        """Whether something plays, or is about to."""
+        self._beginning = 0  # how many wait for the stages to start
         self.muted: frozenset[str] = frozenset()
         self.soloed: frozenset[str] = frozenset()
         self.watched = asyncio.Event()
@@ -130,12 +151,17 @@ class Playback:
         """
         return f"{self.page}?ticket={issue(self._token, own=own)}" if self.page else None
 
+    @property
+    def _stages(self) -> list[RunningStage]:
+        return [stage for stage in (self._leader, self._twin) if stage]
+
     async def open(self) -> None:
         """Start the stages unless they are running. Raises StageError."""
         async with self._opening:
             if self._leader and self._leader.alive and (not self._twin or self._twin.alive):
                 return
             await self._close()
+            self._open_socket()
             backend = self.options.backend
             sinks: list[SinkName] = ["ros"] if backend != "sim" else []
             if backend != "ros":
@@ -147,31 +173,38 @@ class Playback:
                 stages = [stage for each in starting if (stage := each.result())]
             except BaseException:
                 await _close_all(starting)
+                await self._close()
                 raise
             self._leader, self._twin = stages[0], stages[1] if len(stages) > 1 else None
 
-    async def play(self, score: Score, when: When = "restart") -> int | None:
-        """Play a score: `restart`, or take over `now`, at the next `beat`, or at the `end`. Raises StageError.
+    async def play(self, score: Score, name: str, asked: int, when: When = "restart") -> int | None:
+        """Play a program's score: `restart`, or take over `now`, at the next `beat`, or at the `end`.
 
-        Returns its generation; None if robots or everything had to stop before the stages were started, or if an
-        emergency stop is on.
+        `asked` is the count of `stops` when somebody asked for it. Returns its generation; None if it has been stopped
+        since then, before it began, or if an emergency stop is on. Raises StageError.
         """
-        stops = self._stops
-        await self.open()
-        if self._stops != stops:
+        ends = self._ends
+        if not self.is_on:
+            self._name = name
+        self._beginning += 1
+        try:
+            await self.open()
+        finally:
+            self._beginning -= 1
+        if self._ends != ends:
             return None
         if (stop := score.safety.stop) and stop in self._waits_for:
             self._listen({"type": "error", "message": refused_by(stop)}, True)
             return None
-        self._score = score
-        self._send_score(when)
-        return self._generation
+        return self._generation if self._send_score(score, name, when, asked) else None
 
-    def conduct(self, message: Conduct) -> None:
+    def resume(self, asked: int) -> None:
+        """Resume all stages after a pause. `asked` is as for `play`."""
+        self.stops.send({"type": "resume", "at": time.monotonic()}, self._stages, asked)
+
+    def conduct(self, message: Change) -> None:
         """Send a command to all stages, effective at the same time."""
-        if message["type"] == "hush":
-            self._stops += 1
-        elif message["type"] == "speed" or message["type"] == "silence":
+        if message["type"] == "speed" or message["type"] == "silence":
             self._kept[message["type"]] = message
         elif message["type"] == "seek" and not self._score:
             line = "nothing has been played yet: save a program before you seek"
@@ -179,9 +212,8 @@ class Playback:
             return
         timed = message.copy()
         timed["at"] = time.monotonic()
-        for stage in (self._leader, self._twin):
-            if stage:
-                stage.send(timed)
+        for stage in self._stages:
+            stage.send(timed)
 
     def silence(self, muted: Iterable[str], soloed: Iterable[str]) -> None:
         """Have the muted robots, or all except the soloed ones, stand still, now and in later scores."""
@@ -195,44 +227,75 @@ class Playback:
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""
-        self._stops += 1
+        self._ends += 1
         await asyncio.gather(*self._reviving)
         async with self._opening:
             await self._close()
 
     async def _close(self) -> None:
-        await asyncio.gather(*(stage.close() for stage in (self._leader, self._twin) if stage))
+        stages = self._stages
+        await asyncio.gather(*(stage.close() for stage in stages))
+        for stage in stages:
+            self.stops.discard(stage)
         self._leader = self._twin = None
+        self.is_on = False
+        if self._socket:
+            self._socket.close()
+            self._socket = None
+
+    def _open_socket(self) -> None:
+        loop = asyncio.get_running_loop()
+
+        def stop() -> str:
+            name = self._name if self.is_on or self._beginning else ""
+            self.stops.stop()
+            if not name:
+                return IDLE
+            line: WarningLine = {"type": "warning", "message": "stopped by `improv stop`"}
+            with suppress(RuntimeError):  # the loop has been closed
+                loop.call_soon_threadsafe(self._listen, line, True)
+            return f"stopped {name} on {self.status}" if self._leader else f"stopped {name} before it began"
+
+        if SUPPORTED:
+            try:
+                self._socket = StopSocket(stop)
+            except StopSocketError as error:
+                line = f"`improv stop` won't work, because its socket can't be made: {error}"
+                self._listen({"type": "warning", "message": line}, True)
 
     async def _start_stage(self, sink: SinkName) -> RunningStage | None:
-        stage = await self._start(sink, replace(self.options, port=self._port), self._token, self._hear)
+        stage = await self._start(sink, replace(self.options, port=self._port), self._token, self._hear, self.stops)
         if stage:
             if "page" in stage.ready:
                 # Reuse the port, so a restarted stage serves the pages that are already open.
                 self._port = urlsplit(stage.ready["page"]).port or 0
             for message in self._kept.values():
                 stage.send(message)
+            self.stops.add(stage)
         return stage
 
-    def _send_score(self, when: When) -> None:
+    def _send_score(self, score: Score, name: str, when: When, asked: int) -> bool:
         assert self._leader
-        assert self._score
-        self._generation += 1
+        load = self._load(score, when, self._generation + 1)
+        if not self.stops.send(load, [self._leader], asked):
+            return False
+        self._score, self._name, self._generation, self.is_on = score, name, load["generation"], True
+        self._loaded = load
         self._halting = None
         self._still.set()
-        self._loaded = self._load(self._score, when)
-        self._leader.send(self._loaded)
+        return True
 
-    def _load(self, score: Score, when: When) -> Load:
+    def _load(self, score: Score, when: When, generation: int) -> Load:
         data = to_json(score)
-        return {"type": "load", "generation": self._generation, "score": data, "when": when, "backend": self.status}
+        return {"type": "load", "generation": generation, "score": data, "when": when, "backend": self.status}
 
-    def _hear(self, stage: RunningStage, message: Heard) -> None:
+    def _hear(self, stage: RunningStage, message: Heard, asked: int) -> None:
         leads = stage is self._leader
         if message["type"] == "request":
-            self._obey(message["command"])
+            self._obey(message["command"], asked)
             return
         if message["type"] == "gone":
+            self.stops.discard(stage)
             message = self._revive(stage, message)
         elif message["type"] == "transport" and leads:
             self._lead(message)
@@ -240,22 +303,28 @@ class Playback:
             self._failed = stage
         self._listen(message, leads)
 
-    def _obey(self, request: PageRequest | Watched) -> None:
-        """Carry out a request from the page. It goes to all stages from here, so they never disagree."""
+    def _obey(self, request: PageRequest | Watched, asked: int) -> None:
+        """Carry out a request from the page. It goes to all stages from here, so they never disagree.
+
+        A stop has been obeyed already, when it arrived.
+        """
         if request["type"] == "watched":
             self.watched.set()
         elif request["type"] == "restart":
             if self._leader and self._score:
-                self._send_score("restart")
+                self._send_score(self._score, self._name, "restart", asked)
         elif request["type"] == "silence":
             self.silence(request["muted"], request["soloed"])
         elif request["type"] == "place":
             self._listen(request, True)
-        else:
+        elif request["type"] == "resume":
+            self.resume(asked)
+        elif request["type"] != "hush" and request["type"] != "pause":
             self.conduct(request)
 
     def _lead(self, transport: TransportMessage) -> None:
         """Start the twin at exactly the same time as the leading stage, and stop and pause it when that one does."""
+        self.is_on = transport["state"] in ("waiting", "playing", "paused")
         waited, self._waits_for = self._waits_for, transport.get("waits_for", ())
         if transport["state"] in ("stopped", "ended"):
             self._halting = None
@@ -280,6 +349,8 @@ class Playback:
         A new leading stage first stops the robots, even if a standby should have: that one may have failed too.
         """
         leads = dead is self._leader
+        if leads:
+            self.is_on = False
         if leads and self._twin:
             self._twin.send({"type": "hush"})
         self._loaded = None
@@ -317,7 +388,7 @@ class Playback:
         if new and self._score:
             self._halting = new
             self._still.clear()
-            new.send(self._load(_standing(self._score), "restart"))
+            new.send(self._load(_standing(self._score), "restart", self._generation))
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._still.wait(), HALT_LIMIT)
 

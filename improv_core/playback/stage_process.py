@@ -14,6 +14,7 @@ from contextlib import suppress
 from typing import IO, Literal, TypedDict
 
 from improv_core.playback.isolation import isolated
+from improv_core.playback.stops import Stops
 from improv_core.playback.watch import LOOK_PERIOD, PING_PERIOD, Watch
 from improv_core.stage.protocol import (
     END_LIMIT,
@@ -38,6 +39,8 @@ class Gone(TypedDict):
 
 Heard = FromStage | Gone
 """What is heard from a stage."""
+Hear = Callable[["Stage", Heard, int], None]
+"""Gets what is heard from a stage. With a request of a page comes the count of stops when it arrived."""
 
 
 class StageError(Exception):
@@ -53,9 +56,10 @@ class Stage:
     ready: Ready
     """Its first message."""
 
-    def __init__(self, process: subprocess.Popen[bytes], hear: Callable[[Stage, Heard], None]) -> None:
+    def __init__(self, process: subprocess.Popen[bytes], hear: Hear, stops: Stops) -> None:
         self._process = process
         self._hear = hear
+        self._stops = stops
         self._loop = asyncio.get_running_loop()
         self._closing = False
         self._hung = self._failure = ""
@@ -68,8 +72,8 @@ class Stage:
             threading.Thread(target=work, daemon=True).start()
 
     @classmethod
-    async def start(cls, command: Sequence[str], env: Mapping[str, str], hear: Callable[[Stage, Heard], None]) -> Stage:
-        """Start a stage and wait until it is ready. Raises StageError with its error message."""
+    async def start(cls, command: Sequence[str], env: Mapping[str, str], hear: Hear, stops: Stops) -> Stage:
+        """Start a stage and wait until it is ready. `stops` obeys its pages. Raises StageError with its message."""
         pipe = subprocess.PIPE
         try:
             # In a session of its own: Ctrl-Z must not suspend it too, or robots would keep moving.
@@ -78,7 +82,7 @@ class Stage:
             )
         except OSError as error:
             raise StageError(f"{command[0]} can't be started: {error.strerror}") from None
-        stage = cls(process, hear)
+        stage = cls(process, hear, stops)
         try:
             first = await asyncio.wait_for(asyncio.shield(stage._first), START_LIMIT)
         except asyncio.TimeoutError:
@@ -166,15 +170,17 @@ class Stage:
         if message["type"] == "stopped":
             self._watch.stopped(time.monotonic())
             self._failure = message.get("message", "")
+        # Here and not on the event loop, which may be busy: a stop at a page is obeyed at once.
+        stops = self._stops.arrive(message["command"]) if message["type"] == "request" else 0
         with suppress(RuntimeError):
-            self._loop.call_soon_threadsafe(self._told, message)
+            self._loop.call_soon_threadsafe(self._told, message, stops)
 
-    def _told(self, message: Heard) -> None:
+    def _told(self, message: Heard, stops: int = 0) -> None:
         if not self._first.done():
             if message["type"] != "request":  # pages of an earlier stage may reconnect before this one is ready
                 self._first.set_result(message)
         elif not (self._closing and message["type"] == "gone"):
-            self._hear(self, message)
+            self._hear(self, message, stops)
 
     def _end(self) -> None:
         self._ended.set()

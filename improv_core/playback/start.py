@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from improv_core.playback.interpreter import InterpreterError, find_ros_python
-from improv_core.playback.stage_process import Heard, Stage, StageError
+from improv_core.playback.stage_process import Hear, Stage, StageError
+from improv_core.playback.stops import Stops
 from improv_core.stage.protocol import FOLDER
 
 SinkName = Literal["simulator", "ros"]
@@ -33,9 +33,7 @@ class Options:
     takes_start_poses: bool = False
 
 
-async def start_stage(
-    sink: SinkName, options: Options, token: str, hear: Callable[[Stage, Heard], None]
-) -> Stage | None:
+async def start_stage(sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> Stage | None:
     """Start a stage and return it when it is ready. `token` opens the simulator's page. Raises StageError.
 
     None if the backend is auto and no Python has rclpy.
@@ -45,7 +43,7 @@ async def start_stage(
         taking = ["--takes-start-poses"] if options.takes_start_poses else []
         arguments = ["--sink", sink, "--port", str(options.port), *taking, *reporting]
         env = {**os.environ, "IMPROV_PAGE_TOKEN": token}
-        return await Stage.start([sys.executable, str(FOLDER), *arguments], env, hear)
+        return await Stage.start([sys.executable, str(FOLDER), *arguments], env, hear, stops)
     try:
         found = await asyncio.to_thread(find_ros_python, options.ros_python)
     except InterpreterError as error:
@@ -54,7 +52,7 @@ async def start_stage(
         discovery = ["--discovery", options.discovery] if options.discovery else []
         alone = [] if options.standby else ["--no-standby"]
         arguments = ["--sink", sink, *discovery, *alone, *reporting]
-        return await Stage.start([found.python, str(FOLDER), *arguments], found.env, hear)
+        return await Stage.start([found.python, str(FOLDER), *arguments], found.env, hear, stops)
     if options.backend == "auto":
         return None
     raise StageError(

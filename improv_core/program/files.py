@@ -1,4 +1,7 @@
-"""Programs and `improv.toml` in files. Only regular files are opened, so reading never blocks and always ends."""
+"""Programs and `improv.toml` in files. Only regular files are opened, so reading never blocks and always ends.
+
+A program may also come from what a shell has opened: `/dev/stdin`, or `/dev/fd/63` for `<(…)`.
+"""
 
 from __future__ import annotations
 
@@ -38,9 +41,12 @@ def read_program(path: Path) -> str:
 def _read(path: Path, most: int) -> str:
     """The text of a regular file of at most so many bytes. Raises ReadError."""
     try:
-        _refuse_others(path.stat())  # before it is opened: opening a device may do something
-        with os.fdopen(os.open(path, _OPENING), "rb") as file:
-            _refuse_others(os.fstat(file.fileno()))  # it may have been replaced
+        opened = path == Path("/dev/stdin") or path.parent == Path("/dev/fd")
+        if not opened:
+            _refuse_others(path.stat())  # before it is opened: opening a device may do something
+        with os.fdopen(os.open(path, os.O_RDONLY if opened else _OPENING), "rb") as file:
+            if not opened:
+                _refuse_others(os.fstat(file.fileno()))  # it may have been replaced
             data = file.read(most + 1)
         if len(data) > most:
             raise ReadError(f"{path}: it is larger than {most // 1_000_000} MB")

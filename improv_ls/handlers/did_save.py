@@ -25,4 +25,4 @@ def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
     # What was saved is what plays, whatever is typed from here on.
     document = ls.documents.get(uri)
     if document and ls.editor.settings.on_save != "off":
-        ls.editor.soon(ls.performance.play(document))
+        ls.editor.soon(ls.performance.play(document, ls.arrival.stops))

@@ -15,7 +15,7 @@ def play(ls: Session, *arguments: Any) -> None:
     uris = list(arguments[:1]) or list(ls.documents)
     document = ls.documents.get(str(uris[0])) if len(uris) == 1 else None
     if document:
-        ls.editor.soon(ls.performance.play(document))
+        ls.editor.soon(ls.performance.play(document, ls.arrival.stops))
     else:
         ls.editor.warn("improv.play: expected the URI of an open program")
 
@@ -27,19 +27,21 @@ async def page(ls: Session, *arguments: Any) -> str | None:
 
 def restart(ls: Session, *arguments: Any) -> None:
     """Play the last dance again from beat 0, with the robots at their start poses."""
-    ls.editor.soon(ls.performance.restart())
+    ls.editor.soon(ls.performance.restart(ls.arrival.stops))
 
 
 def hush(ls: Session, *arguments: Any) -> None:
-    ls.performance.conduct({"type": "hush"})
+    if not ls.arrival.is_stop:  # otherwise it has been obeyed as it arrived
+        ls.stops.stop()
 
 
 def pause(ls: Session, *arguments: Any) -> None:
-    ls.performance.conduct({"type": "pause"})
+    if not ls.arrival.is_stop:
+        ls.stops.stop({"type": "pause"})
 
 
 def resume(ls: Session, *arguments: Any) -> None:
-    ls.performance.conduct({"type": "resume"})
+    ls.performance.resume(ls.arrival.stops)
 
 
 def seek(ls: Session, *arguments: Any) -> None:

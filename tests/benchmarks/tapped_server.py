@@ -9,17 +9,18 @@ from pathlib import Path
 
 from improv_core.playback import playback as client
 from improv_core.playback.start import Options
+from improv_core.playback.stops import Stops
 from improv_ls.__main__ import main
 
 
 class Tapped(client.Playback):
-    def __init__(self, options: Options, listen: Callable[[client.News, bool], None]) -> None:
+    def __init__(self, options: Options, listen: Callable[[client.News, bool], None], stops: Stops) -> None:
         def tell(message: client.News, leads: bool) -> None:
             with Path(sys.argv[1]).open("a", encoding="utf-8") as tap:
                 tap.write(json.dumps(message) + "\n")
             listen(message, leads)
 
-        super().__init__(options, tell)
+        super().__init__(options, tell, stops)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import pytest
 
 from improv_core.playback.isolation import isolated
 from improv_core.playback.start import Options, start_stage
+from improv_core.playback.stops import Stops
 from tests.traps import MODULES, PYTHONPATHS, Traps
 
 
@@ -30,7 +31,7 @@ def test_a_stage(traps: Traps, monkeypatch: pytest.MonkeyPatch, pythonpath: str)
     traps.enter(monkeypatch, pythonpath)
 
     async def start_and_stop() -> None:
-        stage = await start_stage("simulator", Options(), "token", lambda stage, heard: None)
+        stage = await start_stage("simulator", Options(), "token", lambda stage, heard, asked: None, Stops())
         assert stage
         await stage.close()
 

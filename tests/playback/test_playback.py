@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Sequence
+import tempfile
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +13,8 @@ import pytest
 from improv_core.playback.playback import News, Playback, RunningStage
 from improv_core.playback.stage_process import Heard, StageError
 from improv_core.playback.start import Options, SinkName
+from improv_core.playback.stop_socket import IDLE, stop_all
+from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import Safety
@@ -21,11 +24,23 @@ LIMIT = 60.0
 ENDLESS = score_of(analyze("r $ repeat forward\n"))
 
 
+Hear = Callable[[RunningStage, Heard, int], None]
+
+
+@pytest.fixture(autouse=True)
+def _runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A folder of sockets with a short name, in which nothing else plays."""
+    with tempfile.TemporaryDirectory(dir="/tmp") as folder:
+        monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
+        yield
+
+
 class Fake:
     """A stage that remembers what it is sent, and says what a test has it say."""
 
-    def __init__(self, sink: SinkName, options: Options, hear: Callable[[RunningStage, Heard], None]) -> None:
+    def __init__(self, sink: SinkName, options: Options, hear: Hear, stops: Stops) -> None:
         self._hear = hear
+        self._stops = stops
         self.sink = sink
         self.alive = True
         self.sent: list[ToStage] = []
@@ -40,11 +55,14 @@ class Fake:
         self.alive = False
 
     def say(self, message: FromStage) -> None:
-        self._hear(self, message)
+        self.hear(message, self._stops.arrive(message["command"]) if message["type"] == "request" else 0)
+
+    def hear(self, message: FromStage, asked: int) -> None:
+        self._hear(self, message, asked)
 
     def die(self) -> None:
         self.alive = False
-        self._hear(self, {"type": "gone", "message": "the stage exited unexpectedly"})
+        self._hear(self, {"type": "gone", "message": "the stage exited unexpectedly"}, 0)
 
     def tell(self, state: State, beat: float = 0.0, monotonic: float = 500.0, waits_for: Sequence[str] = ()) -> None:
         """Say where it is in what it was given to play last."""
@@ -85,16 +103,17 @@ class Show:
         self.fails: set[str] = set()
         self.held: set[SinkName] = set()  # these stages only start
         self.released = asyncio.Event()  # once this is set
-        self.playback = Playback(Options(backend), lambda message, leads: self.news.append(message), self._start)
+        self.stops = Stops()
+        self.playback = Playback(
+            Options(backend), lambda message, leads: self.news.append(message), self.stops, self._start
+        )
 
-    async def _start(
-        self, sink: SinkName, options: Options, token: str, hear: Callable[[RunningStage, Heard], None]
-    ) -> Fake:
+    async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> Fake:
         if sink in self.held:
             await self.released.wait()
         if sink in self.fails:
             raise StageError(f"no {sink} here")
-        self.stages.append(Fake(sink, options, hear))
+        self.stages.append(Fake(sink, options, hear, stops))
         return self.stages[-1]
 
     async def until(self, fits: Callable[[], Any]) -> None:
@@ -109,9 +128,13 @@ class Show:
     def latest(self, sink: SinkName) -> Fake:
         return next(stage for stage in reversed(self.stages) if stage.sink == sink)
 
+    async def begin(self) -> int | None:
+        """Have a program played. Its generation."""
+        return await self.playback.play(ENDLESS, "dance.improv", self.stops.count)
+
     async def play(self) -> tuple[Fake, Fake]:
         """Begin: the stage that leads, and its twin, which play."""
-        assert await self.playback.play(ENDLESS)
+        assert await self.begin()
         leader, twin = self.latest("ros"), self.latest("simulator")
         leader.tell("playing")
         return leader, twin
@@ -135,7 +158,7 @@ def check(performs: Callable[[Show], Awaitable[None]], backend: str = "both") ->
 
 def test_the_twin_begins_at_the_beat_0_of_the_stage_that_leads() -> None:
     async def performs(show: Show) -> None:
-        assert await show.playback.play(ENDLESS) == 1
+        assert await show.begin() == 1
         leader, twin = show.latest("ros"), show.latest("simulator")
         leader.tell("waiting")
         assert (leader.kinds, twin.kinds) == (["load"], [])
@@ -189,6 +212,41 @@ def test_a_page_can_play_again_and_have_starts_written_and_is_known_to_be_watche
     check(performs)
 
 
+@pytest.mark.parametrize(("command", "sent"), [({"type": "restart"}, "load"), ({"type": "resume"}, "resume")])
+def test_what_a_page_asked_for_before_a_stop_does_not_move_robots_after_it(command: Any, sent: str) -> None:
+    async def performs(show: Show) -> None:
+        leader, twin = await show.play()
+        asked = show.stops.arrive(command)  # on the thread that reads
+        twin.say({"type": "request", "command": {"type": "hush"}})
+        twin.hear({"type": "request", "command": command}, asked)  # on the event loop
+        assert leader.kinds == ["load", "hush"]
+        twin.say({"type": "request", "command": command})
+        assert leader.kinds == ["load", "hush", sent]
+
+    check(performs)
+
+
+def test_a_stop_from_another_terminal() -> None:
+    async def performs(show: Show) -> None:
+        show.held = {"ros", "simulator"}
+        beginning = asyncio.ensure_future(show.begin())
+        await asyncio.sleep(0)  # it is on its way
+        assert await asyncio.to_thread(list, stop_all()) == ["stopped dance.improv before it began"]
+        show.released.set()
+        assert await beginning is None
+        assert await asyncio.to_thread(list, stop_all()) == [IDLE]
+        leader, twin = await show.play()
+        assert await asyncio.to_thread(list, stop_all()) == ["stopped dance.improv on ros, the simulator beside it"]
+        assert leader.kinds[-1] == twin.kinds[-1] == "hush"
+        leader.tell("stopped")
+        assert await asyncio.to_thread(list, stop_all()) == [IDLE]
+        assert show.lines == ["stopped by `improv stop`"] * 2
+        await show.playback.close()
+        assert list(stop_all()) == []
+
+    check(performs)
+
+
 def test_there_is_no_beat_to_seek_before_anything_has_been_played() -> None:
     async def performs(show: Show) -> None:
         await show.playback.open()
@@ -202,13 +260,14 @@ def test_there_is_no_beat_to_seek_before_anything_has_been_played() -> None:
 def test_while_an_emergency_stop_is_on_a_score_that_names_it_is_refused() -> None:
     async def performs(show: Show) -> None:
         leader, twin = await show.play()
+        guarded = replace(ENDLESS, safety=Safety(stop="/e_stop"))
         leader.tell("stopped", waits_for=["/e_stop"])
         assert twin.kinds[-1] == "hush"
-        assert await show.playback.play(replace(ENDLESS, safety=Safety(stop="/e_stop"))) is None
+        assert await show.playback.play(guarded, "dance.improv", show.stops.count) is None
         assert show.lines == ["✗ the emergency stop on /e_stop is on: release it, then save again"]
         assert len(leader.loads) == 1
         leader.tell("stopped")
-        assert await show.playback.play(replace(ENDLESS, safety=Safety(stop="/e_stop")))
+        assert await show.playback.play(guarded, "dance.improv", show.stops.count)
 
     check(performs)
 
@@ -238,7 +297,7 @@ def test_a_stage_that_led_and_died_is_replaced_by_one_that_stops_the_robots_firs
         assert standing["score"]["parts"].keys() == {"r"}
         assert standing["score"]["movements"] == [["series", []]]
         new.tell("ended")
-        assert await show.playback.play(ENDLESS)
+        assert await show.begin()
         assert new.loads[-1]["score"] != standing["score"]
 
     check(performs)
@@ -261,7 +320,7 @@ def test_who_plays_again_while_robots_are_being_stopped_need_not_wait_for_that_t
         leader, _ = await show.play()
         leader.die()
         await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
-        assert await show.playback.play(ENDLESS)
+        assert await show.begin()
         await asyncio.wait_for(show.playback.close(), 4.0)  # half of HALT_LIMIT
 
     check(performs)
@@ -288,7 +347,7 @@ def test_a_twin_that_died_is_replaced_and_what_leads_plays_on() -> None:
 def test_nothing_plays_that_was_stopped_while_the_stages_started(ends: bool) -> None:
     async def performs(show: Show) -> None:
         show.held = {"ros", "simulator"}
-        playing = asyncio.ensure_future(show.playback.play(ENDLESS))
+        playing = asyncio.ensure_future(show.begin())
         await asyncio.sleep(0)  # it is on its way
         if ends:
             closing = asyncio.ensure_future(show.playback.close())
@@ -296,11 +355,11 @@ def test_nothing_plays_that_was_stopped_while_the_stages_started(ends: bool) -> 
             show.released.set()
             await closing
         else:
-            show.playback.conduct({"type": "hush"})
+            show.stops.stop()
             show.released.set()
         assert await playing is None
         assert not any(stage.loads for stage in show.stages)
-        assert await show.playback.play(ENDLESS) == 1
+        assert await show.begin() == 1
 
     check(performs)
 
@@ -310,12 +369,12 @@ def test_where_one_stage_can_not_start_none_is_left_open(failing: SinkName) -> N
     async def performs(show: Show) -> None:
         show.fails = {failing}
         with pytest.raises(StageError, match=f"no {failing} here"):
-            await show.playback.play(ENDLESS)
+            await show.begin()
         (other,) = show.stages
         assert not other.alive
         assert show.playback.status == "nothing"
         show.fails.clear()
-        assert await show.playback.play(ENDLESS)
+        assert await show.begin()
 
     check(performs)
 
@@ -341,7 +400,7 @@ def test_a_stage_that_can_not_be_replaced_is_said_and_the_next_play_tries_again(
         await show.until(lambda: len(show.lines) == 2)
         assert show.lines[-1] == "no new stage could be started: no ros here"
         show.fails.clear()
-        assert await show.playback.play(ENDLESS)
+        assert await show.begin()
         assert len(show.latest("ros").loads) == 1
 
     check(performs)
@@ -353,7 +412,7 @@ def test_who_stands_still_and_how_fast_the_others_are_is_told_to_every_new_stage
             {"type": "silence", "muted": ["r"], "soloed": []},
             {"type": "speed", "factor": 2.0},
         ]
-        old = Playback(Options(), lambda message, leads: None)
+        old = Playback(Options(), lambda message, leads: None, Stops())
         old.silence(["r"], [])
         old.conduct({"type": "speed", "factor": 2.0})
         show.playback.keep_as(old)
@@ -369,7 +428,7 @@ def test_who_stands_still_and_how_fast_the_others_are_is_told_to_every_new_stage
 
 def test_one_stage_alone_has_no_twin() -> None:
     async def performs(show: Show) -> None:
-        assert await show.playback.play(ENDLESS)
+        assert await show.begin()
         (stage,) = show.stages
         stage.tell("playing")
         assert stage.kinds == ["load"]
@@ -381,10 +440,10 @@ def test_one_stage_alone_has_no_twin() -> None:
 def test_a_real_stage_plays_at_the_speed_that_was_kept() -> None:
     async def run() -> None:
         told: asyncio.Queue[News] = asyncio.Queue()
-        playback = Playback(Options("sim"), lambda message, leads: told.put_nowait(message))
+        playback = Playback(Options("sim"), lambda message, leads: told.put_nowait(message), Stops())
         playback.conduct({"type": "speed", "factor": 2.0})
         try:
-            assert await playback.play(ENDLESS) == 1
+            assert await playback.play(ENDLESS, "dance.improv", 0) == 1
             while (message := await asyncio.wait_for(told.get(), LIMIT))["type"] != "transport" or (
                 message["state"] != "playing"
             ):

@@ -35,6 +35,17 @@ def test_all_that_play_are_stopped() -> None:
     assert list(stop_all()) == []
 
 
+def test_one_that_is_silent_holds_up_nobody(runtime: Path) -> None:
+    made = StopSocket(lambda: "stopped")
+    (path,) = runtime.iterdir()
+    with socket.socket(socket.AF_UNIX) as silent, socket.socket(socket.AF_UNIX) as hangs:
+        silent.connect(str(path))
+        hangs.bind(str(runtime / "0-hangs.sock"))
+        hangs.listen()
+        assert sorted(stop_all()) == ["process 0 does not answer: end it with `kill`", "stopped"]
+    made.close()
+
+
 def test_nobody_else_can_enter(runtime: Path) -> None:
     made = StopSocket(lambda: "stopped")
     (path,) = runtime.iterdir()

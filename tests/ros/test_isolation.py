@@ -11,6 +11,7 @@ import pytest
 from improv_core.commands.doctor_ros import examine_ros
 from improv_core.commands.finding import Mark
 from improv_core.playback.start import Options, start_stage
+from improv_core.playback.stops import Stops
 from improv_core.score.score import Safety
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT
@@ -35,7 +36,7 @@ def folder(pid: int) -> Path:
 
 def test_the_stage_and_its_standby(traps: Traps) -> None:
     async def start_and_stop() -> None:
-        stage = await start_stage("ros", Options(), "token", lambda stage, heard: None)
+        stage = await start_stage("ros", Options(), "token", lambda stage, heard, asked: None, Stops())
         assert stage
         processes = descendants(os.getpid())
         assert len(processes) == 2

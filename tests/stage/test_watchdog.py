@@ -13,6 +13,7 @@ from urllib.request import urlopen
 import pytest
 
 from improv_core.playback.stage_process import Heard, Stage
+from improv_core.playback.stops import Stops
 from improv_core.playback.watch import HANG_LIMIT
 from improv_core.stage.protocol import END_LIMIT, LOADING_LIMIT, ToStage
 from tests.ls.client import Client
@@ -37,12 +38,12 @@ def told_of(code: str, *messages: ToStage) -> tuple[list[Heard], float]:
         told: list[Heard] = []
         gone = asyncio.Event()
 
-        def hear(_: Stage, message: Heard) -> None:
+        def hear(_: Stage, message: Heard, stops: int) -> None:
             told.append(message)
             if message["type"] == "gone":
                 gone.set()
 
-        watched = await Stage.start([sys.executable, "-c", code], os.environ, hear)
+        watched = await Stage.start([sys.executable, "-c", code], os.environ, hear, Stops())
         began = time.monotonic()
         for message in messages:
             watched.send(message)

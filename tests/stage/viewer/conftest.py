@@ -16,6 +16,7 @@ from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 
 from improv_core.playback.playback import Playback
 from improv_core.playback.start import Options
+from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
@@ -94,12 +95,12 @@ class Show:
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever)
         self._thread.start()
-        self._playback = Playback(Options(backend="sim", takes_start_poses=True), lambda message, leads: None)
+        self._playback = Playback(Options(backend="sim", takes_start_poses=True), lambda message, leads: None, Stops())
 
     def play(self, program: str, robots: str = "", when: When = "restart") -> None:
         analysis = analyze(program, read_robots(robots))
         assert analysis.ok
-        self._run(lambda: self._playback.play(score_of(analysis), when))
+        self._run(lambda: self._playback.play(score_of(analysis), "dance", self._playback.stops.count, when))
 
     @property
     def url(self) -> str:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_ls.framing import LONGEST_HEADER, Frames, FramingError
+from improv_ls.arrivals import LONGEST_HEADER, Frames, FramingError
 
 
 def check(pieces: list[bytes], *bodies: bytes) -> None:

@@ -1,0 +1,23 @@
+"""`improv stop`: stops everything of this user that plays, in whatever terminal or editor."""
+
+from __future__ import annotations
+
+import click
+
+from improv_core.commands.exit_codes import CommandError
+from improv_core.playback.stop_socket import IDLE, StopSocketError, stop_all
+
+
+@click.command("stop")
+def command() -> None:
+    """Stop every robot that any of your terminals and editors moves."""
+    stopped = False
+    try:
+        for answer in stop_all():
+            if answer != IDLE:
+                stopped = True
+                click.echo("".join(each if each.isprintable() else "�" for each in answer))
+    except StopSocketError as problem:
+        raise CommandError(f"`improv stop` does not work here: {problem}") from None
+    if not stopped:
+        click.echo("nothing is playing")

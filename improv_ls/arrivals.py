@@ -1,0 +1,154 @@
+"""Messages as they arrive on standard input: stops are obeyed and counted at once, whatever waits before them.
+
+LSP's base protocol puts a header with its length before each message. If a header is wrong, nobody can tell where the
+next message begins, so the server ends: one that no longer listens could not be told to stop the robots.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import select
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from typing import NamedTuple
+
+from lsprotocol import types
+
+from improv_core.playback.stops import Stops
+from improv_core.stage.protocol import Hush, Pause
+
+READ_SIZE = 65_536
+LONGEST_HEADER = 65_536
+LOOK_PERIOD, BUSY = 0.02, 0.005
+"""Seconds between two looks at whether there is something to read, and from such a look until the event loop counts as
+busy because it has not read yet."""
+_LENGTH = re.compile(rb"^content-length:[ \t]*(\d{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
+_HEADER_END = b"\r\n\r\n"
+_STOPS: Mapping[str, Hush | Pause] = {"improv.hush": {"type": "hush"}, "improv.pause": {"type": "pause"}}
+
+
+class FramingError(Exception):
+    """A header that does not say how long its message is."""
+
+
+class Frames:
+    """Cuts a stream of bytes into messages, keeping an incomplete one until the rest of it comes."""
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+        self._length: int | None = None
+
+    def feed(self, data: bytes) -> Iterator[bytes]:
+        """The bodies that these bytes complete. Raises FramingError behind the last of them."""
+        self._buffer += data
+        while True:
+            if self._length is None:
+                end = self._buffer.find(_HEADER_END)
+                if (end if end >= 0 else len(self._buffer)) > LONGEST_HEADER:
+                    raise FramingError(f"no end of a header within {LONGEST_HEADER} bytes")
+                if end < 0:
+                    return
+                length = _LENGTH.search(self._buffer, 0, end + 2)
+                if not length:
+                    raise FramingError("a header without a valid Content-Length")
+                self._length = int(length[1])
+                del self._buffer[: end + len(_HEADER_END)]
+            if len(self._buffer) < self._length:
+                return
+            body = bytes(self._buffer[: self._length])
+            del self._buffer[: self._length]
+            self._length = None
+            yield body
+
+
+class Arrival(NamedTuple):
+    """A message, and how many stops had come when it arrived. If it is a stop itself, it has been obeyed."""
+
+    body: bytes
+    stops: int
+    is_stop: bool
+
+
+class Arrivals:
+    """What arrives on standard input.
+
+    Usually the event loop reads it, because handing each message from a thread to the loop costs 44 µs. Only while the
+    loop is busy, a thread reads instead (`read_while_busy`), so that a stop doesn't wait for the end of an analysis.
+    """
+
+    def __init__(self, stops: Stops) -> None:
+        self._stops = stops
+        self._frames = Frames()
+        self._reading = threading.Lock()
+        self._visits = 0  # of the event loop
+        self._thread_has_read = False  # what the loop may have been told to read
+        self._waiting: deque[Arrival | None] = deque()
+        self.ended = False
+        self.failure: FramingError | None = None
+        """Why nothing after what has arrived can be read."""
+
+    def read(self) -> None:
+        """Read what is there, or else wait for it."""
+        self._visits += 1
+        with self._reading:
+            if self._thread_has_read:  # then there may be nothing left; if there is, the loop comes back at once
+                self._thread_has_read = False
+            elif not self.ended:
+                self._read()
+
+    def take(self) -> Iterator[Arrival | None]:
+        """All messages that have arrived and have not been taken; behind the last one of all, None."""
+        while self._waiting:
+            yield self._waiting.popleft()
+
+    def read_while_busy(self, tell: Callable[[], object]) -> None:
+        """Read, on the calling thread, whenever the event loop is too busy to do it, and tell it each time."""
+        neglected = -1  # the latest visit of the loop, if there was something to read after it
+        while not self.ended:
+            time.sleep(LOOK_PERIOD if neglected < 0 else BUSY)
+            if not _readable():
+                neglected = -1
+            elif neglected != self._visits:
+                neglected = self._visits
+            else:
+                with self._reading:
+                    while neglected == self._visits and not self.ended and _readable():
+                        self._read()
+                        self._thread_has_read = True
+                neglected = -1
+                with suppress(RuntimeError):  # the loop has been closed
+                    tell()
+
+    def _read(self) -> None:
+        data = os.read(0, READ_SIZE)
+        try:
+            for body in self._frames.feed(data):
+                stop = _stop_in(body)
+                if stop:
+                    self._stops.stop(stop)
+                self._waiting.append(Arrival(body, self._stops.count, stop is not None))
+        except FramingError as error:
+            self.failure = error
+        if self.failure or not data:
+            self.ended = True
+            self._stops.stop()
+            self._waiting.append(None)
+
+
+def _stop_in(body: bytes) -> Hush | Pause | None:
+    """The stop or the pause that a message asks for."""
+    if any(name.encode() in body for name in _STOPS):
+        with suppress(ValueError, LookupError, TypeError, RecursionError):  # reported where it is handled
+            message = json.loads(body)
+            if message["method"] == types.WORKSPACE_EXECUTE_COMMAND:
+                return _STOPS.get(message["params"]["command"])
+    return None
+
+
+def _readable() -> bool:
+    return bool(select.select([0], [], [], 0)[0])

@@ -1,0 +1,152 @@
+"""Stopping at the editor: no older save overtakes it, and no analysis holds it up."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+from urllib.parse import urlsplit
+
+import aiohttp
+import pytest
+
+from tests.ls.client import CAPABILITIES, LIMIT, Client, Message
+
+URI, HUGE = "file:///dance.improv", "file:///huge.improv"
+HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 10_000))
+QUIET = {"backend": "sim", "page": {"open": False}}
+HUSH, PAUSE = (
+    {"method": "workspace/executeCommand", "params": {"command": f"improv.{name}", "arguments": []}}
+    for name in ("hush", "pause")
+)
+PUBLISHED = "textDocument/publishDiagnostics"
+SAVE = {"method": "textDocument/didSave", "params": {"textDocument": {"uri": URI}}}
+
+
+class Dancer(Client):
+    """An editor whose program plays."""
+
+    def __init__(self) -> None:
+        super().__init__(QUIET, {**CAPABILITIES, "experimental": {"improv": True}})
+        self._version = 1
+        self.open(URI, "r $ repeat forward\n")
+        self.save(URI)
+        self.wait_for_state("playing")
+
+    def wait_for_state(self, state: str) -> str:
+        """The page's URL, once this is what the server tells."""
+        return str(self.wait("improv/transport", lambda transport: transport["state"] == state)["page"])
+
+    def write(self, *messages: Message) -> int:
+        """Write messages at once, of which the last one is a request. The request's id."""
+        self._next_id += 1
+        self._write(*messages[:-1], {"id": self._next_id, **messages[-1]})
+        return self._next_id
+
+    def retype(self, text: str) -> Message:
+        self._version += 1
+        document = {"uri": URI, "version": self._version}
+        return {
+            "method": "textDocument/didChange",
+            "params": {"textDocument": document, "contentChanges": [{"text": text}]},
+        }
+
+    def has_analyzed(self, uri: str) -> bool:
+        """Whether the server has published the diagnostics of a program."""
+        published = [each.message for each in list(self.log) if each.message.get("method") == PUBLISHED]
+        return any(each["params"]["uri"] == uri for each in published)
+
+    def played_since(self, number: int) -> list[Any]:
+        """What has begun to play since the answer to a request."""
+        messages = [spoken.message for spoken in list(self.log) if spoken.by_server]
+        since = next(place for place, each in enumerate(messages) if each.get("id") == number and "method" not in each)
+        return [each for each in messages[since:] if each.get("method") == "improv/evaluated"]
+
+
+@pytest.fixture
+def client() -> Iterator[Dancer]:
+    client = Dancer()
+    with client:
+        yield client
+
+
+@pytest.mark.parametrize("stop", [HUSH, PAUSE])
+def test_a_save_and_a_stop_in_one_read(client: Dancer, stop: Message) -> None:
+    client.write(SAVE, stop)
+    assert client.wait_for_line("dance.improv") == "■ dance.improv was stopped before it began: save to play it"
+    client._write(client.retype("s $ repeat left\n"), SAVE)
+    assert client.wait_for_line("▶ s ∞")
+
+
+def test_a_stop_after_a_storm_of_saves(client: Dancer) -> None:
+    again = {"method": "workspace/executeCommand", "params": {"command": "improv.restart", "arguments": []}}
+    number = client.write(*[SAVE] * 400, *[{"id": f"again {each}", **again} for each in range(20)], HUSH)
+    client.answer(number)
+    client.wait_for_state("stopped")
+    client._write(client.retype("s $ repeat left\n"), SAVE)
+    assert client.wait_for_line("▶ s")
+    assert len(client.played_since(number)) == 1
+
+
+def test_a_resume_and_a_pause_in_one_read(client: Dancer) -> None:
+    client.write(PAUSE)
+    client.wait_for_state("paused")
+    paused = len(client.log)
+    resume = {"id": "resume", "method": "workspace/executeCommand", "params": {"command": "improv.resume"}}
+    client.write(resume, PAUSE)
+    client.write(HUSH)
+    client.wait_for_state("stopped")
+    told = [spoken.message for spoken in client.log[paused:] if spoken.message.get("method") == "improv/transport"]
+    assert [each["params"]["state"] for each in told] == ["stopped"]
+
+
+def when_stopped(page: str, then: Callable[[], None]) -> threading.Thread:
+    """A thread that does something as soon as the stage itself says that the robots have stopped."""
+    connected = threading.Event()
+    address = urlsplit(page)
+    origin = f"http://{address.netloc}"
+
+    async def listen() -> None:
+        async with (
+            aiohttp.ClientSession() as session,
+            session.ws_connect(f"{origin}/live?{address.query}", headers={"Origin": origin}) as socket,
+        ):
+            connected.set()
+            async for message in socket:
+                told = message.json()
+                if told["type"] == "transport" and told["state"] == "stopped":
+                    then()
+                    return
+
+    thread = threading.Thread(target=lambda: asyncio.run(asyncio.wait_for(listen(), LIMIT)))
+    thread.start()
+    assert connected.wait(LIMIT)
+    return thread
+
+
+def test_a_stop_while_a_huge_program_is_analyzed(client: Dancer) -> None:
+    analyzed: list[bool] = []  # when the robots stop
+    stage = when_stopped(client.wait_for_state("playing"), lambda: analyzed.append(client.has_analyzed(HUGE)))
+    client.open(HUGE, HUGE_PROGRAM)
+    client._write(SAVE)
+    number = client.write(HUSH)
+    # What is saved after the stop plays: the stop counts only once, although it is answered long after.
+    client._write(client.retype("s $ repeat left\n"), SAVE)
+    stage.join(LIMIT)
+    assert analyzed == [False]
+    client.answer(number)
+    assert client.wait_for_line("▶ s ∞")
+    assert len(client.played_since(number)) == 1
+
+
+def test_the_end_of_the_editor_while_a_huge_program_is_analyzed() -> None:
+    client = Dancer()
+    analyzed: list[bool] = []
+    stage = when_stopped(client.wait_for_state("playing"), lambda: analyzed.append(client.has_analyzed(HUGE)))
+    client.open(HUGE, HUGE_PROGRAM)
+    assert client.process.stdin
+    client.process.stdin.close()
+    stage.join(LIMIT)
+    assert analyzed == [False]
+    assert client.process.wait(LIMIT) == 1

@@ -183,10 +183,11 @@ def test_no_standby(listen: Listen, ros_env: dict[str, str]) -> None:
         turtle.wait(still)
 
 
-def both_move(server: Server, turtles: Listener) -> None:
+def both_move(server: Server, *turtles: Listener) -> None:
+    """The first listener hears the first robot, and the last one the last."""
     server.save(TWO)
-    for topic in TOPICS:
-        turtles.wait(of(topic, at_speed(BEFORE_SPEED)))
+    for topic, listener in ((TOPICS[0], turtles[0]), (TOPICS[1], turtles[-1])):
+        listener.wait(of(topic, at_speed(BEFORE_SPEED)))
     server.complaints()
 
 
@@ -219,6 +220,18 @@ def test_a_listener_that_comes_late(
         is_served(listen(TOPICS[0], *kind), record_property)
         now = time.monotonic()
         assert at_speed(BEFORE_SPEED)(early.wait(lambda message: message["at"] > now))
+        assert server.complaints() == []
+
+
+def test_a_robot_that_goes_away_and_comes_back(listen: Listen, ros_env: dict[str, str]) -> None:
+    here, gone = listen(TOPICS[0]), listen(TOPICS[1])
+    with Server(ros_env) as server:
+        both_move(server, here, gone)
+        gone.close()
+        server.wait_for_line(f"nobody listens on {TOPICS[1]}")
+        back = listen(TOPICS[1])
+        server.wait_for_line(f"somebody listens on {TOPICS[1]} again, and continues in the middle of the program")
+        back.wait(at_speed(BEFORE_SPEED))
         assert server.complaints() == []
 
 

@@ -115,7 +115,9 @@ class Ros:
         clocked = not self._node.get_clock().ros_time_is_active and self._node.count_publishers("/clock")
         for robot in asked:
             topic = self._topic(robot)
-            if others := [name for name in topic.others(self._nodes.names) if not is_harmless(name)]:
+            if others := [
+                name for name in topic.others(self._nodes.names, self._standby.works) if not is_harmless(name)
+            ]:
                 found[robot] = (
                     f"other nodes also publish to {topic.name}: {', '.join(others)}; "
                     "robots obey all of them: stop the others or use twist_mux"

@@ -74,9 +74,10 @@ def node_name(process: int | str = "") -> str:
 def is_harmless(node: str) -> bool:
     """Whether a node in the graph publishes nothing: a standby, or a node of a stage on this machine that was killed.
 
-    The graph still shows a killed node for about twenty seconds.
+    The graph still shows a killed node for about twenty seconds. A node whose name it does not know yet is left to a
+    later look.
     """
-    if re.fullmatch(f"/improv_\\w+{STANDBY}(?:_2)?", node):
+    if node.endswith("_NODE_NAME_UNKNOWN_") or re.fullmatch(f"/improv_\\w+{STANDBY}(?:_2)?", node):
         return True
     found = re.fullmatch(f"/{node_name(process='([0-9]+)')}(?:_2)?", node)
     if not found or os.name != "posix":

@@ -84,9 +84,9 @@ class Topic:
             return self._incompatible() or ""
         return self._incompatible() or f"the listener on {self.name} can't be reached: check the network"
 
-    def others(self, own: Collection[str]) -> list[str]:
-        """The nodes that also publish here, except our `own`."""
-        if self._node.count_publishers(self.name) == len(self._publishers):
+    def others(self, own: Collection[str], standby: bool) -> list[str]:
+        """The nodes that also publish here, except our `own`. A `standby` has as many publishers as we have."""
+        if self._node.count_publishers(self.name) == len(self._publishers) * (1 + standby):
             return []
         infos = self._node.get_publishers_info_by_topic(self.name)
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))

@@ -37,7 +37,13 @@ SEVERITIES = {
     "never-performed": Severity.HINT,
     "unused-name": Severity.HINT,
     "bracket-not-a-beat": Severity.INFORMATION,
+    "more-errors": Severity.ERROR,
+    "more-hints": Severity.INFORMATION,
 }
+
+MOST_SHOWN = 500
+"""Diagnostics of one file that are shown; one more says how much they leave out. People fix a few at a time, and all of
+100,000 would hold up every key."""
 
 
 FADED = frozenset({"never-performed", "unused-name"})

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from heapq import heapify, heappop, heappush
-from itertools import count
+from itertools import count, islice
 
-from improv_core.diagnostics import Diagnostic, Edit, Fix, Related, Severity, replace
+from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.feasibility import check_casting
 from improv_core.program.meaning import Definition, Meaning, Scope, movement_of, understand
@@ -101,9 +101,12 @@ class Analysis:
         """All diagnostics of the program, in the order of the text."""
         if len(self.text) > LONGEST_PROGRAM:
             return (_TOO_LONG,)
-        found: list[Diagnostic] = []
-        for index in self.faulty.union(self.bindings.unused, self.tempos[1:], self.infeasible, self._too_uneven):
-            found += (each.shifted(self.offsets[index]) for each in self._diagnostics_of(index))
+        serious = self.faulty.union(self.tempos[1:], self.infeasible, self._too_uneven)
+        indices = [*sorted(serious), *sorted(self.bindings.unused - serious)]
+        reported = ((index, each) for index in indices for each in self._diagnostics_of(index))
+        found = [each.shifted(self.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
+        if next_one := next(reported, None):
+            found.append(self._more(indices[indices.index(next_one[0]) :]))
         return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
 
     def statement_at(self, offset: int) -> Placed | None:
@@ -209,6 +212,19 @@ class Analysis:
             yield Diagnostic("bad-number", statement.body.span, message)
         for node in meaning.unresolved:
             yield self._unresolved(index, node)
+
+    def _more(self, hidden: Sequence[int]) -> Diagnostic:
+        """What stands for the diagnostics of the statements that are not shown."""
+        tempos = frozenset(self.tempos[1:])
+        has_errors = any(
+            not self.meanings[index].ok
+            or index in tempos
+            or any(each.severity is Severity.ERROR for each in self.infeasible.get(index, ()))
+            for index in hidden
+        )
+        lines = "line is" if len(hidden) == 1 else "lines are"
+        message = f"fix what is marked first: {len(hidden):,} more {lines} wrong, and not marked yet"
+        return Diagnostic("more-errors" if has_errors else "more-hints", self.placed(hidden[0]).span, message)
 
     def _unresolved(self, index: int, node: nodes.Name) -> Diagnostic:
         name = node.text

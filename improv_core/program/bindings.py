@@ -7,11 +7,14 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
+from itertools import islice
 
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.vocabulary import Kind, of_kind
 
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR)
+MOST_NAMES, MOST_COMPARED = 2_000, 20
+"""Names that are looked at to find one like an unknown one, and those of them that are compared with it in full."""
 _Table = Mapping[str, Sequence[int]]
 
 
@@ -105,9 +108,13 @@ def _unused(name: str, defined: _Table, used: _Table) -> Iterator[int]:
 def _nearest(names: Collection[str]) -> Callable[[str], str | None]:
     @cache
     def nearest(name: str) -> str | None:
-        # Fully comparing thousands of names would be noticeable at every keystroke.
-        known = [*_MOVEMENTS, *(each for each in names if len(set(each) ^ set(name)) < 4)]
-        near = get_close_matches(name, known, n=1) or get_close_matches(name.lower(), known, n=1)
+        # Fully comparing thousands of names, for hundreds of unknown ones, would be noticeable at every keystroke.
+        letters = set(name)
+        alike = (each for each in islice(names, MOST_NAMES) if len(letters.symmetric_difference(each)) < 4)
+        known = [*_MOVEMENTS, *islice(alike, MOST_COMPARED)]
+        near = get_close_matches(name, known, n=1)
+        if not near and name != name.lower():
+            near = get_close_matches(name.lower(), known, n=1)
         return near[0] if near else None
 
     return nearest

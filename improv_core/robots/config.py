@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast, get_args
 
-from improv_core.diagnostics import Diagnostic, Severity
+from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.robots.toml_reading import Range, TomlReading, listed
 from improv_core.robots.toml_text import Keys, read_toml
 from improv_core.robots.world import read_world
@@ -75,7 +75,7 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     safety = reading.safety(ros, namespace)
     world = read_world(reading, sections.get("world", {}))
     robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
-    diagnostics = tuple(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span))
+    diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
     return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world, safety)
 
 
@@ -95,6 +95,14 @@ def find_robots_file(folder: Path) -> Path | None:
             pass
         return place / FILE_NAME
     return None
+
+
+def _shown(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    hidden = diagnostics[MOST_SHOWN:]
+    if not hidden:
+        return diagnostics
+    message = f"fix what is marked first: {len(hidden):,} more values are wrong, and not marked yet"
+    return [*diagnostics[:MOST_SHOWN], Diagnostic("more-errors", hidden[0].span, message)]
 
 
 def _topic(namespace: str, robot: str) -> str:

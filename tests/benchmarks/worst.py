@@ -6,6 +6,7 @@ import gc
 import random
 import time
 
+from improv_core.program.analysis import analyze
 from tests.benchmarks.tables import print_row
 from tests.program.test_fuzz import SOURCES, WORST, use
 
@@ -27,7 +28,21 @@ def run(quick: bool) -> None:
         gc.collect()
     for text in WORST:
         _print(f"`{text[:20]!r}`…", _seconds(text), WORST_GOAL)
+    for what, line in (("unknown words", "r $ forwrd{0}"), ("names like unknown ones", "name{0} = nam{0}")):
+        _print_wrong(what, "".join(f"{line.format(number)}\n" for number in range(100_000)))
     _print("a line of 10 MB", _seconds("r $ " + "left " * 1_999_999), WORST_GOAL)
+
+
+def _print_wrong(what: str, text: str) -> None:
+    """How long 100,000 lines with an error each take to be diagnosed, first and after a key at the middle line."""
+    began = time.process_time()
+    analysis = analyze(text)
+    assert analysis.diagnostics
+    opened = time.process_time()
+    start = text.index("\n", len(text) // 2) + 1
+    assert analysis.edited(start, start, "y").diagnostics
+    _print(f"100,000 {what}, first diagnostics", opened - began, WORST_GOAL)
+    _print(f"100,000 {what}, after a key", time.process_time() - opened, RANDOM_GOAL)
 
 
 def _seconds(text: str) -> float:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from improv_core.diagnostics import MOST_SHOWN
 from improv_core.program.analysis import LONGEST_PROGRAM, analyze
 from improv_core.program.files import LARGEST_ROBOTS_FILE, ReadError, analyze_file, read_program, robots_near
 from tests.strange_files import StrangeFile
@@ -56,3 +57,30 @@ def test_a_program_that_is_too_long_is_not_analyzed_until_it_is_shorter() -> Non
     shorter = longer.edited(len(text), len(text) + len(too_long), "")
     assert shorter.ok
     assert list(shorter.robots) == ["r"]
+
+
+@pytest.mark.parametrize("line", ["r $ oops{0}\n", "name{0} = oops{0}\n", "r $ left )\n", "beat 60\n"])
+def test_of_many_wrong_lines_the_first_are_marked_and_the_others_counted(line: str) -> None:
+    analysis = analyze("".join(line.format(number) for number in range(2_000)))
+    assert len(analysis.diagnostics) == MOST_SHOWN + 1
+    assert "more lines are wrong, and not marked yet" in analysis.diagnostics[-1].message
+    assert not analysis.ok
+
+
+def test_hints_that_are_not_marked_do_not_keep_a_program_from_playing() -> None:
+    unused = "".join(f"name{number} = left\n" for number in range(2_000))
+    analysis = analyze(f"{unused}r $ left\n")
+    assert [each.message for each in analysis.diagnostics if each.code == "more-hints"] == [
+        "fix what is marked first: 1,500 more lines are wrong, and not marked yet"
+    ]
+    assert analysis.ok
+    wrong = analyze(f"{unused}r $ oops\n")
+    assert not wrong.ok
+    assert wrong.diagnostics[-1].code == "unknown-name"
+
+
+def test_values_of_an_improv_toml_are_counted_too(tmp_path: Path) -> None:
+    (tmp_path / "improv.toml").write_text("".join(f"wrong{number} = 1\n" for number in range(2_000)))
+    robots = robots_near(tmp_path)
+    assert len(robots.diagnostics) == MOST_SHOWN + 1
+    assert "1,500 more values are wrong" in robots.diagnostics[-1].message

@@ -200,7 +200,7 @@ def _a_new_server_plays(page: Page) -> None:
     with page.expect_event("framenavigated", lambda frame: "ticket=" in frame.url) as frame:
         page.get_by_text("▶ play").click()
     expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
-    expect(framed_page(page).get_by_text("playing")).to_be_visible()
+    expect(framed_page(page).locator("#state")).to_have_text("playing")
     _robot(_robots(frame.value), "moves")
     expect(_explained(page, "forward")).to_contain_text("1 beat")
 

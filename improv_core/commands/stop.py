@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import CommandError
 from improv_core.playback.stop_socket import IDLE, StopSocketError, stop_all
 
@@ -16,8 +17,8 @@ def command() -> None:
         for answer in stop_all():
             if answer != IDLE:
                 stopped = True
-                click.echo("".join(each if each.isprintable() else "�" for each in answer))
+                echo(answer)
     except StopSocketError as problem:
         raise CommandError(f"`improv stop` does not work here: {problem}") from None
     if not stopped:
-        click.echo("nothing is playing")
+        echo("nothing is playing")

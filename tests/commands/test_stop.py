@@ -122,7 +122,7 @@ def test_a_socket_that_can_not_be_made_is_no_reason_not_to_play(program: Path, r
     play = playing(program)
     play.send_signal(signal.SIGINT)
     _, errors = play.communicate(timeout=LIMIT)
-    why = f"{runtime} is not a folder that only you can enter: remove it"
+    why = f"{runtime} must be a folder that only you can access: remove it"
     assert errors == f"improv: `improv stop` won't work, because its socket can't be made: {why}\n"
     check(f"improv: `improv stop` does not work here: {why}", code=2)
     assert str(stopping()) == f"✗ `improv stop` does not work: {why}"
@@ -130,7 +130,7 @@ def test_a_socket_that_can_not_be_made_is_no_reason_not_to_play(program: Path, r
 
 def test_names_with_escape_codes(runtime: Path) -> None:
     made = StopSocket(lambda: "stopped \x1b]0;x\x07.improv")
-    check("stopped �]0;x�.improv")
+    check(r"stopped \x1b]0;x\x07.improv")
     made.close()
 
 

@@ -236,7 +236,9 @@ def test_a_stop_from_another_terminal() -> None:
         assert await beginning is None
         assert await asyncio.to_thread(list, stop_all()) == [IDLE]
         leader, twin = await show.play()
-        assert await asyncio.to_thread(list, stop_all()) == ["stopped dance.improv on ros, the simulator beside it"]
+        assert await asyncio.to_thread(list, stop_all()) == [
+            "stopped dance.improv on ros, with the simulator alongside"
+        ]
         assert leader.kinds[-1] == twin.kinds[-1] == "hush"
         leader.tell("stopped")
         assert await asyncio.to_thread(list, stop_all()) == [IDLE]

@@ -169,7 +169,7 @@ def test_too_deep_is_said_and_never_raised(wrap: str) -> None:
 
 @pytest.mark.parametrize("line", ["x = x || left right", "x = x || x", "x = [x || left x]", "x = repeat (x || x)"])
 def test_voices_are_bounded_through_names(line: str) -> None:
-    assert set(errors("x = forward left\n" + f"{line}\n" * 1000 + "r $ x")) == {"too-deep"}
+    assert set(errors("x = forward left\n" + f"{line}\n" * 250 + "r $ x")) == {"too-deep"}
 
 
 def test_as_many_voices_as_may_play_at_once() -> None:

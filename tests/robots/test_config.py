@@ -366,11 +366,11 @@ def test_mistakes_in_what_stops_robots() -> None:
     check("""
         [ros]
         stop = "e-stop"
-               ^^^^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+               ^^^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
         deadman = 4
                   ^ robots: write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`
         rejoin = "contnue"
-                 ^^^^^^^^^ robots: `contnue` is not known here: did you mean `continue`?
+                 ^^^^^^^^^ robots: `contnue` is not valid here: did you mean `continue`?
     """)
     check("""
         [ros]
@@ -380,7 +380,7 @@ def test_mistakes_in_what_stops_robots() -> None:
     check("""
         [ros]
         deadman = { topic = "joy/", button = -1 }
-                            ^^^^^^ robots: write the letters a to z, digits and `_` between the `/`, no digit first
+                            ^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
                                              ^^ robots: write `button` as a whole number from 0 to 99
     """)
     check("""

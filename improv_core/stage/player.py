@@ -16,8 +16,9 @@ from typing import NamedTuple
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
-from improv_core.score.score import Rejoin, Score
+from improv_core.score.score import Score
 from improv_core.score.transport import Switch, Transport
+from improv_core.stage.listeners import Listeners
 from improv_core.stage.protocol import (
     FASTEST,
     LAST_BEAT,
@@ -40,22 +41,9 @@ PATIENCE = 5.0
 quiet machine, and more than 3 s on a busy one."""
 LOOK_AGAIN = 0.01
 """Seconds between two checks for listeners before beat 0, and of robots that still move after the end."""
-LOOK_WHILE_PLAYING = 0.5
-"""Seconds in which every robot is checked once: whether it still listens, and whether other nodes move it."""
-LOOK_AT = 20
-"""How many robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
 LATE = 0.5
 """Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
 should have."""
-
-TOPIC = "\0"
-"""Stands for a robot's topic in a line about several robots."""
-BACK: Mapping[Rejoin, str] = {
-    "continue": f"somebody listens on {TOPIC} again, and continues in the middle of the program",
-    "next": f"somebody listens on {TOPIC} again, and stands until the next play",
-    "pause": f"somebody listens on {TOPIC} again",
-}
-"""What is told of robots that are back."""
 
 Told = TransportMessage | WarningLine | ErrorLine
 GAMEPAD = "the gamepad at the page"
@@ -104,17 +92,11 @@ class Player:
         self._soloed: frozenset[str] = frozenset()
         self._wanted: dict[str, Twist] = {}  # each robot's velocity, or what it would be if the robot were not silent
         self._senses: dict[str, bool | None] = {}  # from the latest edges
-        self._heard: set[str] = set()  # robots that have listened since the score began
-        self._away: set[str] = set()  # robots that listened, and no longer do
-        self._stands: set[str] = set()  # robots that were away, and stand until the next play
+        self._listeners = Listeners(sink)
         self._continues = False  # whether a pause ends by itself once nothing is waited for
         self._zeros_left: dict[str, int] = {}  # for each silent robot
         self._met: dict[str, float] = {}  # when each robot was first prepared
         self._unheard: set[str] = set()  # robots whose listeners we wait for
-        self._warned: dict[str, str | None] = {}
-        self._news: dict[str, list[str]] = {}  # of each line to tell, without its topic, the topics
-        self._look = math.inf
-        self._looked_at = 0
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
         self._start_poses: dict[str, PoseJson] = {}
@@ -133,7 +115,7 @@ class Player:
             self._tell({"type": "error", "message": refused_by(stop)})
             self._tell_transport(now)
             return
-        self._warned, self._news = {}, {}
+        self._listeners.forget()
         if self._state == "playing" and when != "restart":
             performed = self._transport.performed(now)
             if zero is None:
@@ -247,18 +229,14 @@ class Player:
             self._leave_at(self._beat(now))
             self._state = "ended"
             if not self._sink.real:
-                self._look_at(self._score.parts)  # for bumps in the last second
-                self._tell_news()
+                self._look_at_all()  # for bumps in the last second
             self._tell_transport(now)
         self._send_due(performed)
-        if now >= self._look and (self._state == "playing" or self._looks_while_paused):
-            robots = list(self._score.parts)
-            self._look_at(robots[self._looked_at : self._looked_at + LOOK_AT])
-            self._looked_at += LOOK_AT
-            if self._looked_at >= len(robots):
-                self._looked_at = 0
+        if now >= self._listeners.next_look and (self._state == "playing" or self._looks_while_paused):
+            standing, done = self._listeners.look_around(self._score, now)
+            self._zeros_left.update(dict.fromkeys(standing, LAST_ZEROS))
+            if done:
                 self._tell_news()
-            self._look = now + LOOK_WHILE_PLAYING * min(LOOK_AT / max(len(robots), 1), 1)
             self._keep_waiting(now)
 
     def deadline(self, now: float) -> float | None:
@@ -267,7 +245,7 @@ class Player:
             return now + LOOK_AGAIN
         due = self._due()
         if due == math.inf and self._looks_while_paused:
-            return self._look
+            return self._listeners.next_look
         if due == math.inf:
             return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
         at = self._transport.clock(due)
@@ -276,7 +254,7 @@ class Player:
     @property
     def _looks_while_paused(self) -> bool:
         """Whether robots are waited for that have gone away."""
-        return self._state == "paused" and self._continues and bool(self._away)
+        return self._state == "paused" and self._continues and bool(self._listeners.away)
 
     @property
     def _tempo(self) -> Fraction:
@@ -315,7 +293,7 @@ class Player:
         self._queue, self._next, self._wanted = [], None, {}
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
-        self._heard, self._away, self._stands = set(), set(), set()
+        self._listeners.begin()
         self._score, self._generation = score, generation
         self._transport = Transport(now if zero is None else zero, 0.0, 0, self._tempo)
         for robot in score.parts:
@@ -340,13 +318,12 @@ class Player:
             return
         self._transport = replace(self._transport, zero=now)
         self._play_from(0, 0.0, now)
-        self._look_at(self._score.parts)
-        self._tell_news()
+        self._look_at_all()
 
     def _take_over(self, swap: Swap, now: float) -> None:
         old = self._score
         self._sink.prepare(swap.score, False)
-        self._heard, self._away, self._stands = set(), set(), set()
+        self._listeners.begin()
         self._score, self._generation = swap.score, swap.generation
         for robot in swap.score.parts:
             self._met.setdefault(robot, now)
@@ -355,8 +332,7 @@ class Player:
             heapify(self._queue)
             self._enqueue(robot, zeros(0.0, 1 / old.parts[robot].profile.command_rate), swap.at)
         self._play_from(0, swap.at, now)
-        self._look_at(swap.score.parts)
-        self._tell_news()
+        self._look_at_all()
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, starting at this performance time."""
@@ -374,7 +350,7 @@ class Player:
             swap = self._next
             at = self._transport.switch_time(swap.when, performed, self._score.beats)
             self._next = Swap(swap.score, swap.generation, swap.when, at)
-        self._look = now + LOOK_WHILE_PLAYING
+        self._listeners.wait(now)
         self._tell_transport(now, self._transport.clock(performed))
         self.advance(now)
 
@@ -391,7 +367,10 @@ class Player:
             return [stop]
         safety = self._score.safety
         held = safety.deadman is None or self._senses.get(str(safety.deadman)) or self._senses.get(GAMEPAD)
-        return [*([] if held else [str(safety.deadman)]), *(sorted(self._away) if safety.rejoin == "pause" else [])]
+        return [
+            *([] if held else [str(safety.deadman)]),
+            *(sorted(self._listeners.away) if safety.rejoin == "pause" else []),
+        ]
 
     def _wait(self, now: float) -> None:
         """Pause until nothing is waited for any more; an emergency stop also has somebody play again."""
@@ -400,11 +379,11 @@ class Player:
             self._tell({"type": "error", "message": refused_by(stop)})
             return
         self._stop_all(now, "paused", continues=True)
-        self._look = now + LOOK_WHILE_PLAYING
+        self._listeners.wait(now)
         first = self._waits_for()[0]
         what = (
             f"paused until {first} listens again"
-            if first in self._away
+            if first in self._listeners.away
             else f"paused: to let robots move, hold {first}"
         )
         self._tell({"type": "warning", "message": what})
@@ -447,7 +426,9 @@ class Player:
         heapify(self._queue)
 
     def _is_silent(self, robot: str) -> bool:
-        return robot in self._stands or (robot not in self._soloed if self._soloed else robot in self._muted)
+        return robot in self._listeners.standing or (
+            robot not in self._soloed if self._soloed else robot in self._muted
+        )
 
     def _enqueue(self, robot: str, told: Iterator[Setpoint], offset: float) -> None:
         first = next(told, None)
@@ -476,42 +457,14 @@ class Player:
             self._zeros_left[robot], moving = left - 1, STILL
         self._sink.send(robot, moving, at)
 
-    def _look_at(self, robots: Collection[str]) -> None:
-        """Find what stands in the way of robots; what is new is told by `_tell_news`."""
-        missing = self._sink.missing(robots)
-        lines = {**self._sink.warnings(robots), **missing}
-        for name in [*robots, *(lines.keys() | self._warned.keys()) - self._score.parts.keys()]:
-            line = lines.get(name)
-            if line == "":
-                continue
-            if line and self._warned.get(name) != line:
-                topic = self._score.parts[name].topic if name in self._score.parts else line
-                self._news.setdefault(line.replace(topic, TOPIC, 1), []).append(topic)
-            self._warned[name] = line
-        for robot in robots:
-            self._follow(robot, missing.get(robot))
-
-    def _follow(self, robot: str, problem: str | None) -> None:
-        """Note whether a robot listens, and what follows for one that has gone away or come back."""
-        rejoin = self._score.safety.rejoin
-        if problem is None:
-            self._heard.add(robot)
-            if robot in self._away:
-                self._away.discard(robot)
-                self._news.setdefault(BACK[rejoin], []).append(self._score.parts[robot].topic)
-        elif problem and robot in self._heard - self._away:
-            self._away.add(robot)
-            if rejoin == "next":
-                self._stands.add(robot)
-                self._zeros_left[robot] = LAST_ZEROS
+    def _look_at_all(self) -> None:
+        """Check every robot at once, and tell what came up."""
+        self._zeros_left.update(dict.fromkeys(self._listeners.look(self._score, self._score.parts), LAST_ZEROS))
+        self._tell_news()
 
     def _tell_news(self) -> None:
-        """Tell what is new, in one line where only the topics differ."""
-        for line, topics in self._news.items():
-            count = len(set(topics))
-            what = topics[0] if count == 1 else f"{count} topics, such as {topics[0]}"
-            self._tell({"type": "warning", "message": line.replace(TOPIC, what)})
-        self._news = {}
+        for line in self._listeners.news():
+            self._tell({"type": "warning", "message": line})
 
     def whereabouts(self) -> Poses:
         """The poses of simulated robots at beat 0 and now; empty for real robots."""

@@ -230,7 +230,7 @@ def test_a_robot_that_goes_away_and_comes_back(listen: Listen, ros_env: dict[str
         gone.close()
         server.wait_for_line(f"nobody listens on {TOPICS[1]}")
         back = listen(TOPICS[1])
-        server.wait_for_line(f"somebody listens on {TOPICS[1]} again, and continues in the middle of the program")
+        server.wait_for_line(f"a robot listens on {TOPICS[1]} again, and continues in the middle of the program")
         back.wait(at_speed(BEFORE_SPEED))
         assert server.complaints() == []
 

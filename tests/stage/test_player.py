@@ -472,7 +472,7 @@ def test_who_stops_listening_is_named_once_and_again_after_a_return() -> None:
     for deaf in (gone, gone, {}, gone):
         stage.sink.deaf = deaf
         stage.run(1.5)
-    back = "somebody listens on /r/cmd_vel again, and continues in the middle of the program"
+    back = "a robot listens on /r/cmd_vel again, and continues in the middle of the program"
     assert stage.lines == [gone["r"], back, gone["r"]]
 
 
@@ -628,7 +628,7 @@ def test_a_robot_that_comes_back_stands_until_the_next_play() -> None:
     stage.run(1)
     stage.sink.deaf = {}
     stage.run(2)
-    assert stage.lines == [GONE["r"], "somebody listens on /r/cmd_vel again, and stands until the next play"]
+    assert stage.lines == [GONE["r"], "a robot listens on /r/cmd_vel again, and stands until the next play"]
     assert [x for _, x, _ in stage.sink.changes("r")] == [2, 0]
     assert [x for _, x, _ in stage.sink.changes("s")] == [2]
     stage.load("r s $ repeat forward", "now")
@@ -647,7 +647,7 @@ def test_all_wait_for_a_robot_that_went_away() -> None:
     stage.sink.deaf = {}
     stage.run(5)
     assert stage.states == ["playing", "paused", "playing", "ended"]
-    assert stage.lines == [GONE["r"], "paused until r listens again", "somebody listens on /r/cmd_vel again"]
+    assert stage.lines == [GONE["r"], "paused until r listens again", "a robot listens on /r/cmd_vel again"]
     assert [(x, yaw) for _, x, yaw in stage.sink.changes("s")] == [(2, 0), (0, 0), (2, 0), (0, QUARTER), (0, 0)]
 
 

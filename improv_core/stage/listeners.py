@@ -1,0 +1,99 @@
+"""Which robots of a score listen, and what people should know about them. It never reads a clock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+
+from improv_core.score.score import Rejoin, Score
+from improv_core.stage.sinks import Sink
+
+LOOK_PERIOD = 0.5
+"""Seconds in which every robot is checked once: whether it still listens, and whether other nodes move it."""
+LOOK_AT = 20
+"""How many robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
+
+_TOPIC = "\0"  # stands for a robot's topic in a line about several robots
+_BACK: Mapping[Rejoin, str] = {
+    "continue": f"a robot listens on {_TOPIC} again, and continues in the middle of the program",
+    "next": f"a robot listens on {_TOPIC} again, and stands until the next play",
+    "pause": f"a robot listens on {_TOPIC} again",
+}
+
+
+class Listeners:
+    """Asks the sink about robots, a few at a time, and collects the lines to tell: each once, and one for all robots
+    that it is true of."""
+
+    def __init__(self, sink: Sink) -> None:
+        self._sink = sink
+        self._heard: set[str] = set()  # robots that have listened since the score began
+        self.away: set[str] = set()
+        """Robots that listened, and no longer do."""
+        self.standing: set[str] = set()
+        """Robots that were away, and stand until the next play."""
+        self.next_look = math.inf
+        """The time on the clock at which `look_around` is due."""
+        self._looked_at = 0
+        self._warned: dict[str, str | None] = {}
+        self._news: dict[str, list[str]] = {}  # for each line to tell, without its topic, the topics
+
+    def begin(self) -> None:
+        """Another score begins."""
+        self._heard, self.away, self.standing = set(), set(), set()
+
+    def forget(self) -> None:
+        """Tell everything again, since somebody asked for a score."""
+        self._warned, self._news = {}, {}
+
+    def wait(self, now: float) -> None:
+        """Look around next after a whole period."""
+        self.next_look = now + LOOK_PERIOD
+
+    def look_around(self, score: Score, now: float) -> tuple[set[str], bool]:
+        """Check the next few robots. Returns those that stand from now on, and whether all have been checked."""
+        robots = list(score.parts)
+        standing = self.look(score, robots[self._looked_at : self._looked_at + LOOK_AT])
+        self._looked_at += LOOK_AT
+        done = self._looked_at >= len(robots)
+        if done:
+            self._looked_at = 0
+        self.next_look = now + LOOK_PERIOD * min(LOOK_AT / max(len(robots), 1), 1)
+        return standing, done
+
+    def look(self, score: Score, robots: Collection[str]) -> set[str]:
+        """Check some robots of a score. Returns those that stand from now on."""
+        missing = self._sink.missing(robots)
+        lines = {**self._sink.warnings(robots), **missing}
+        for name in [*robots, *(lines.keys() | self._warned.keys()) - score.parts.keys()]:
+            line = lines.get(name)
+            if line == "":
+                continue
+            if line and self._warned.get(name) != line:
+                topic = score.parts[name].topic if name in score.parts else line
+                self._news.setdefault(line.replace(topic, _TOPIC, 1), []).append(topic)
+            self._warned[name] = line
+        return {robot for robot in robots if self._must_stand(score, robot, missing.get(robot))}
+
+    def news(self) -> Iterator[str]:
+        """The lines that have come up since the last call. Lines that differ only in their topic are one."""
+        for line, topics in self._news.items():
+            count = len(set(topics))
+            what = topics[0] if count == 1 else f"{count} topics, such as {topics[0]}"
+            yield line.replace(_TOPIC, what)
+        self._news = {}
+
+    def _must_stand(self, score: Score, robot: str, problem: str | None) -> bool:
+        """Note whether a robot has gone away or come back, and return whether it stands from now on."""
+        rejoin = score.safety.rejoin
+        if problem is None:
+            self._heard.add(robot)
+            if robot in self.away:
+                self.away.discard(robot)
+                self._news.setdefault(_BACK[rejoin], []).append(score.parts[robot].topic)
+        elif problem and robot in self._heard - self.away:
+            self.away.add(robot)
+            if rejoin == "next":
+                self.standing.add(robot)
+                return True
+        return False

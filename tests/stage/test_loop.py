@@ -14,14 +14,25 @@ import pytest
 
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.movement import series
-from improv_core.score.score import Score, to_json
+from improv_core.score.score import Deadman, Safety, Score, to_json
 from improv_core.stage.loop import Arrival, End, Opened, Play, Reading, run
 from improv_core.stage.pipes import arrival
-from improv_core.stage.protocol import LOADING_LIMIT, SILENCE_LIMIT, FromStage, Load, Ping
+from improv_core.stage.protocol import (
+    DEADMAN_LIMIT,
+    LOADING_LIMIT,
+    SILENCE_LIMIT,
+    FromStage,
+    Held,
+    Load,
+    Ping,
+    Released,
+)
 from tests.stage.test_player import Memory, score
 
 START = 1000.0
 PING: Ping = {"type": "ping", "number": 1}
+HELD: Held = {"type": "held"}
+RELEASED: Released = {"type": "released"}
 
 
 def load(program: str) -> Play:
@@ -183,3 +194,29 @@ def test_robots_that_can_not_be_stopped_are_not_said_to_stand() -> None:
     assert {message["state"] for message in told if message["type"] == "transport"} <= {"waiting", "playing"}
     assert told[-1] == {"type": "stopped", "message": "r has no publisher any more"}
     assert len(zeros(sink, "s")) >= 3
+
+
+def guarded(program: str) -> Play:
+    """A score that plays only while a deadman button is held."""
+    play = load(program)
+    return replace(play, score=replace(play.score, safety=Safety(deadman=Deadman("/joy", 4))))
+
+
+def states(told: Sequence[FromStage]) -> list[str]:
+    return [message["state"] for message in told if message["type"] == "transport"]
+
+
+def test_a_gamepad_at_the_page_lets_robots_move_while_its_button_is_held() -> None:
+    sink = Memory()
+    told = perform(sink, (0, guarded("r $ repeat forward\n")), (1, HELD), (1.2, HELD), (1.3, RELEASED), (2, End()))
+    moved = [at for _, at, twist in sink.sent if twist != STILL]
+    assert (min(moved), max(moved) <= 1.3) == (1.0, True)
+    assert states(told)[-2:] == ["playing", "paused"]
+
+
+def test_a_gamepad_that_falls_silent_counts_as_released() -> None:
+    sink = Memory()
+    told = perform(sink, (0, guarded("r $ repeat forward\n")), (1, HELD), (2, End()))
+    moved = [at for _, at, twist in sink.sent if twist != STILL]
+    assert max(moved) <= 1 + DEADMAN_LIMIT
+    assert states(told)[-2:] == ["playing", "paused"]

@@ -11,8 +11,8 @@ import re
 LONGEST_LINE = 10_000
 """Characters of a line that is shown; a path and a message fit."""
 LONGEST_MESSAGE = 1_000
-LONGEST_WORD = 100
-"""Characters of one word in a message that is long."""
+LONGEST_WORD = 200
+"""Characters of one word in a message that is long; the URL of the page fits."""
 _LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
 
 

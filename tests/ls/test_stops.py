@@ -12,6 +12,7 @@ import aiohttp
 import pytest
 
 from tests.ls.client import CAPABILITIES, LIMIT, Client, Message
+from tests.page import live_behind
 
 URI, HUGE = "file:///dance.improv", "file:///huge.improv"
 HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 10_000))
@@ -34,9 +35,12 @@ class Dancer(Client):
         self.save(URI)
         self.wait_for_state("playing")
 
-    def wait_for_state(self, state: str) -> str:
-        """The page's URL, once this is what the server tells."""
-        return str(self.wait("improv/transport", lambda transport: transport["state"] == state)["page"])
+    def wait_for_state(self, state: str) -> None:
+        self.wait("improv/transport", lambda transport: transport["state"] == state)
+
+    def page(self) -> str:
+        """A URL that opens the page."""
+        return str(self.request("workspace/executeCommand", {"command": "improv.page", "arguments": []}))
 
     def write(self, *messages: Message) -> int:
         """Write messages at once, of which the last one is a request. The request's id."""
@@ -104,13 +108,13 @@ def test_a_resume_and_a_pause_in_one_read(client: Dancer) -> None:
 def when_stopped(page: str, then: Callable[[], None]) -> threading.Thread:
     """A thread that does something as soon as the stage itself says that the robots have stopped."""
     connected = threading.Event()
-    address = urlsplit(page)
-    origin = f"http://{address.netloc}"
+    origin = f"http://{urlsplit(page).netloc}"
+    live = live_behind(page)
 
     async def listen() -> None:
         async with (
             aiohttp.ClientSession() as session,
-            session.ws_connect(f"{origin}/live?{address.query}", headers={"Origin": origin}) as socket,
+            session.ws_connect(live, headers={"Origin": origin}) as socket,
         ):
             connected.set()
             async for message in socket:
@@ -127,7 +131,7 @@ def when_stopped(page: str, then: Callable[[], None]) -> threading.Thread:
 
 def test_a_stop_while_a_huge_program_is_analyzed(client: Dancer) -> None:
     analyzed: list[bool] = []  # when the robots stop
-    stage = when_stopped(client.wait_for_state("playing"), lambda: analyzed.append(client.has_analyzed(HUGE)))
+    stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed(HUGE)))
     client.open(HUGE, HUGE_PROGRAM)
     client._write(SAVE)
     number = client.write(HUSH)
@@ -143,7 +147,7 @@ def test_a_stop_while_a_huge_program_is_analyzed(client: Dancer) -> None:
 def test_the_end_of_the_editor_while_a_huge_program_is_analyzed() -> None:
     client = Dancer()
     analyzed: list[bool] = []
-    stage = when_stopped(client.wait_for_state("playing"), lambda: analyzed.append(client.has_analyzed(HUGE)))
+    stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed(HUGE)))
     client.open(HUGE, HUGE_PROGRAM)
     assert client.process.stdin
     client.process.stdin.close()

@@ -38,6 +38,10 @@ class Listener:
         threading.Thread(target=self._read, daemon=True).start()
         self._inbox.get(timeout=LIMIT)
 
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
     def wait(self, fits: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
         """The next message that fits, which may be one heard before this call."""
         end = time.monotonic() + LIMIT

@@ -52,8 +52,9 @@ class Server:
         *,
         standby: bool = True,
         uri: str = URI,
+        backend: str = "ros",
     ) -> None:
-        self.client = Client({**OPTIONS, "ros": {"standby": standby}}, capabilities, env)
+        self.client = Client({**OPTIONS, "backend": backend, "ros": {"standby": standby}}, capabilities, env)
         self.pid = self.client.process.pid
         self._version = 0
         self.uri = uri

@@ -77,6 +77,8 @@ def main() -> int:
     publishers = _Publishers(f"{sys.argv[1]}")
     watch = Watch(time.monotonic())
     lines = _Lines()
+    os.write(1, b"ready\n")
+    os.close(1)
     while not watch.ended:
         gone, silent = stage.wait(LOOK if watch.moved else None)
         now = time.monotonic()

@@ -23,6 +23,8 @@ BEFORE, AFTER = "turtle1 $ repeat forward\n", "beat 90\nturtle1 $ repeat forward
 BEFORE_SPEED, AFTER_SPEED = 2, 3
 SOON = 0.5 + 0.3
 """Seconds to the first zero, with what a busy machine adds."""
+BY_STANDBY = 4.0
+"""The same where a standby sends it, which may be so young that it has to discover the robot first."""
 ENDED = "the stage exited unexpectedly: its robots were stopped; save to play again"
 SIGNALS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT]
 DEADLY = pytest.mark.parametrize("number", SIGNALS, ids=[number.name for number in SIGNALS])

@@ -25,6 +25,7 @@ from tests.ros.dance import (
     AFTER_SPEED,
     BEFORE,
     BEFORE_SPEED,
+    BY_STANDBY,
     DEADLY,
     ENDED,
     SOON,
@@ -150,7 +151,7 @@ def test_the_end_of_the_stage_of_a_watched_file(
     program: Path, turtle: Listener, ros_env: dict[str, str], record_property: Record
 ) -> None:
     with Terminal("watch", program, ros_env) as terminal:
-        survives(terminal, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED, SOON, record_property)
+        survives(terminal, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED, BY_STANDBY, record_property)
         terminal.process.terminate()
         assert terminal.end() == (130, "")
         assert in_session(terminal.pid) == []

@@ -14,6 +14,7 @@ import pytest
 from tests.ros.conftest import Listener
 from tests.ros.dance import (
     BEFORE_SPEED,
+    BY_STANDBY,
     DEADLY,
     ENDED,
     SOON,
@@ -53,11 +54,11 @@ def stop_for_a_while(pid: int) -> None:
 def test_the_end_of_the_stage(
     number: signal.Signals, server: Server, turtle: Listener, record_property: Record
 ) -> None:
-    survives(server, turtle, lambda stage: os.kill(stage, number), ENDED, SOON, record_property)
+    survives(server, turtle, lambda stage: os.kill(stage, number), ENDED, BY_STANDBY, record_property)
 
 
 def test_a_stage_that_is_halted(server: Server, turtle: Listener, record_property: Record) -> None:
-    survives(server, turtle, stop_for_a_while, ENDED, SOON, record_property)
+    survives(server, turtle, stop_for_a_while, ENDED, BY_STANDBY, record_property)
 
 
 def test_a_server_that_hangs(server: Server, turtle: Listener, record_property: Record) -> None:

@@ -73,7 +73,7 @@ def test_a_recording_is_what_a_subscriber_heard(listen: Listen, record: Record, 
     messages = read(path)
     same(listener, messages)
     assert process.returncode == 0
-    assert out.splitlines()[-1].startswith(f"{path}: 1 robot, {len(messages)} commands, ")
+    assert out.splitlines()[-1].startswith(f"{path}: 1 robot, {len(messages)} messages, ")
 
 
 def test_stamped_commands_and_limits(listen: Listen, record: Record, path: Path) -> None:

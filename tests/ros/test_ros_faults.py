@@ -179,7 +179,7 @@ def test_no_standby(listen: Listen, ros_env: dict[str, str]) -> None:
         dances(server, turtle)
         (stage,) = descendants(server.pid)
         os.kill(stage, signal.SIGKILL)
-        server.wait_for_line("the stage ended by itself: a new one stops the robots; save to play again")
+        server.wait_for_line("the stage exited unexpectedly: a new one is stopping the robots; save to play again")
         turtle.wait(still)
 
 
@@ -228,7 +228,7 @@ def test_a_robot_that_goes_away_and_comes_back(listen: Listen, ros_env: dict[str
     with Server(ros_env) as server:
         both_move(server, here, gone)
         gone.close()
-        server.wait_for_line(f"nobody listens on {TOPICS[1]}")
+        server.wait_for_line(f"nothing is listening on {TOPICS[1]}")
         back = listen(TOPICS[1])
         server.wait_for_line(f"a robot listens on {TOPICS[1]} again, and continues in the middle of the program")
         back.wait(at_speed(BEFORE_SPEED))

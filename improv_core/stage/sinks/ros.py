@@ -41,11 +41,11 @@ class Ros:
         self, discovery: str | None, standby: bool, hear: Callable[[Edge], None], now: Now = time.monotonic
     ) -> None:
         os.environ.update(limited(os.environ, discovery))
+        self._standby = Standby(node_name() + STANDBY, now, standby)  # first: it starts while we do
         from rclpy.executors import SingleThreadedExecutor
 
         self._nodes = Nodes(node_name())
         self._node = self._nodes.first
-        self._standby = Standby(node_name() + STANDBY, now, standby)
         self._executor: Any = SingleThreadedExecutor(context=self._node.context)
         self._executor.add_node(self._node)
         self._closing = threading.Event()
@@ -58,6 +58,7 @@ class Ros:
         self._topics: dict[str, Topic] = {}
         self._cast: list[str] = []
         self._uses_sim_time = False
+        self._standby.wait()
 
     @property
     def description(self) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import select
 import subprocess
 import sys
 from collections.abc import Callable
@@ -12,6 +13,8 @@ from improv_core.stage.protocol import FOLDER, SILENCE_LIMIT, ToStandby
 
 PULSE_PERIOD = 0.1
 """Seconds between two signs of life while robots move."""
+START_LIMIT = 5.0
+"""Seconds to wait until it has started; on a quiet machine it takes half a second."""
 END_LIMIT = 2.0
 """Seconds it may take to exit."""
 
@@ -36,6 +39,12 @@ class Standby:
     def works(self) -> bool:
         """Whether there is one, as far as is known."""
         return self._process is not None and self.problem is None
+
+    def wait(self) -> None:
+        """Wait until it has started, which takes the processor that robots will need."""
+        if self._process and self._process.stdout:
+            select.select([self._process.stdout], [], [], START_LIMIT)
+            self._process.stdout.close()
 
     def renew(self) -> None:
         """Start another one if it has failed."""
@@ -111,7 +120,7 @@ def _start(node: str) -> subprocess.Popen[bytes]:
     process = subprocess.Popen(
         [sys.executable, str(FOLDER / "standby.py"), node],
         stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )

@@ -21,9 +21,9 @@ OPTIONS = {"backend": "ros", "page": {"open": False}}
 BEFORE, AFTER = "turtle1 $ repeat forward\n", "beat 90\nturtle1 $ repeat forward\n"
 """Two endless dances, told apart by their speeds: `BEFORE_SPEED` and `AFTER_SPEED`, in m/s."""
 BEFORE_SPEED, AFTER_SPEED = 2, 3
-SOON = 0.5 + 0.3
-"""Seconds to the first zero, with what a busy machine adds."""
-BY_STANDBY = 4.0
+SOON = 0.5 + 2.0
+"""Seconds to the first zero, with what a busy machine adds; `python -m tests.benchmarks faults` measures it."""
+BY_STANDBY = 6.0
 """The same where a standby sends it, which may be so young that it has to discover the robot first."""
 ENDED = "the stage exited unexpectedly: its robots were stopped; save to play again"
 SIGNALS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT]

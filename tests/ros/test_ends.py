@@ -169,7 +169,7 @@ def test_the_end_of_the_stage_of_a_played_file(
         wait_until_gone(ours, LIMIT)
         assert terminal.end() == (2, f"improv: {ENDED}\n")
         assert in_session(terminal.pid) == []
-        stands(turtle, began, SOON, record_property)
+        stands(turtle, began, BY_STANDBY, record_property)
 
 
 def test_ctrl_z_stops_the_robots(

@@ -21,6 +21,7 @@ from tests.ros.dance import (
     AFTER_SPEED,
     BEFORE,
     BEFORE_SPEED,
+    BY_STANDBY,
     ENDED,
     SOON,
     Record,
@@ -155,7 +156,7 @@ def test_a_stage_that_hangs_in_a_c_call(
     turtle = listen(TOPICS[0])
     with Server(with_python_code(ros_env, tmp_path, HANGING)) as server:
         line = "the stage did not answer for 0.4 s: its robots were stopped; save to play again"
-        survives(server, turtle, lambda _: (tmp_path / "hang").touch(), line, SOON, record_property)
+        survives(server, turtle, lambda _: (tmp_path / "hang").touch(), line, BY_STANDBY, record_property)
 
 
 def test_a_standby_that_is_killed(listen: Listen, ros_env: dict[str, str], record_property: Record) -> None:
@@ -169,7 +170,7 @@ def test_a_standby_that_is_killed(listen: Listen, ros_env: dict[str, str], recor
         killed = time.monotonic()
         turtle.wait(lambda message: message["at"] > killed and at_speed(BEFORE_SPEED)(message))
         assert server.complaints() == []
-        survives(server, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED, SOON, record_property)
+        survives(server, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED, BY_STANDBY, record_property)
 
 
 def test_no_standby(listen: Listen, ros_env: dict[str, str]) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT, Listen, Listener, Sink
-from tests.ros.dance import SOON, Record, stands, still
+from tests.ros.dance import BY_STANDBY, Record, stands, still
 
 TOPICS = ("/turtle1/cmd_vel", "/turtle2/cmd_vel")
 
@@ -44,7 +44,7 @@ def test_a_stage_that_fails(fault: str, listen: Listen, sink: Sink, record_prope
     standby = descendants(sink.process.pid)
     began = time.monotonic()
     FAULTS[fault](sink.process.pid)
-    stands(turtles, began, SOON, record_property)
+    stands(turtles, began, BY_STANDBY, record_property)
     wait_until_gone(standby, LIMIT)
     assert sink.process.wait(LIMIT) == -signal.SIGKILL
     turtles.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import select
 import time
+from contextlib import suppress
 from pathlib import Path
 
 
@@ -13,8 +14,9 @@ def descendants(pid: int) -> dict[int, int]:
     found: dict[int, int] = {}
     for task in Path(f"/proc/{pid}/task").glob("*/children"):
         for child in map(int, task.read_text().split()):
-            found[child] = os.pidfd_open(child)
-            found.update(descendants(child))
+            with suppress(ProcessLookupError, FileNotFoundError):  # it has ended meanwhile
+                found[child] = os.pidfd_open(child)
+                found.update(descendants(child))
     return found
 
 

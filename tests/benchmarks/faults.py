@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import math
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -16,12 +15,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from statistics import median
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import urlsplit
 
 import aiohttp
 
 from tests.benchmarks.robots import ENV, PYTHON
 from tests.benchmarks.tables import print_row
+from tests.page import live_behind
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT, Listener
 from tests.ros.dance import AFTER, BEFORE, BEFORE_SPEED, URI, Server, Terminal, at_speed, dances, still
@@ -149,18 +149,13 @@ def _flood(listener: Listener) -> Iterator[float]:
 
 async def _send(url: str, over: threading.Event) -> None:
     """Have a page seek as often as it can."""
-    address = urlsplit(url)
-    base = f"{address.scheme}://{address.netloc}"
-    async with aiohttp.ClientSession() as session:
-        ticket = parse_qs(address.query)["ticket"][0]
-        async with session.get(f"{base}/", params={"ticket": ticket}) as answer:
-            found = re.search(r'name="token" content="([^"]+)"', await answer.text())
-        assert found
-        async with session.ws_connect(f"{base}/live?token={found[1]}", origin=base) as page:
-            beat = 0
-            while not over.is_set():
-                await page.send_json({"type": "seek", "beat": beat % 7})
-                beat += 1
+    live = live_behind(url)
+    origin = f"http://{urlsplit(url).netloc}"
+    async with aiohttp.ClientSession() as session, session.ws_connect(live, headers={"Origin": origin}) as page:
+        beat = 0
+        while not over.is_set():
+            await page.send_json({"type": "seek", "beat": beat % 7})
+            beat += 1
 
 
 def _hush(server: Server) -> None:

@@ -31,6 +31,8 @@ from improv_core.stage.setpoints import LAST_ZEROS
 LOOK = 0.12
 """Seconds without a sign of life after which to look whether a stage that moves robots was halted: a little more than
 there are between two of them, so that a stage that is well is not looked at."""
+FIND = 0.02
+"""Seconds between two looks whether listeners of new publishers have been found."""
 ZERO_PERIOD = 0.05
 """Seconds between two zeros."""
 DISCOVERY_LIMIT = 3.0
@@ -78,10 +80,12 @@ def main() -> int:
     watch = Watch(time.monotonic())
     lines = _Lines()
     os.write(1, b"ready\n")
-    os.close(1)
     while not watch.ended:
-        gone, silent = stage.wait(LOOK if watch.moved else None)
+        gone, silent = stage.wait(FIND if publishers.new else LOOK if watch.moved else None)
         now = time.monotonic()
+        with suppress(OSError):  # the stage is gone, which is seen below
+            for topic in publishers.found(now):
+                os.write(1, topic.encode() + b"\n")
         for message in lines.read():
             watch.take(message, now)
             publishers.take(message)
@@ -156,6 +160,16 @@ class _Publishers:
         # Nobody spins the node, so it offers no services; nor does it log.
         self._nodes = Nodes(node, start_parameter_services=False, enable_rosout=False)
         self._made: dict[tuple[str, str], tuple[Any, Callable[[], None]]] = {}
+        self.new: dict[tuple[str, str], float] = {}
+        """Publishers that have found no listener yet, and until when to look."""
+
+    def found(self, now: float) -> Iterator[str]:
+        """The topics of new publishers that have found a listener."""
+        for key, until in list(self.new.items()):
+            if found := self._made[key][0].get_subscription_count() > 0:
+                yield key[0]
+            if found or now > until:
+                del self.new[key]
 
     def take(self, message: ToStandby) -> None:
         if message["type"] == "publish":
@@ -164,8 +178,10 @@ class _Publishers:
             topic, kind = message["topic"], message["kind"]
             made = self._nodes.advertise(getattr(geometry_msgs.msg, kind), topic, message["second"])
             self._made[topic, kind] = made
+            self.new[topic, kind] = time.monotonic() + DISCOVERY_LIMIT
         elif message["type"] == "withdraw":
             _, destroy = self._made.pop((message["topic"], message["kind"]))
+            self.new.pop((message["topic"], message["kind"]), None)
             destroy()
 
     def stop(self, topics: set[str]) -> None:

@@ -22,6 +22,8 @@ from improv_core.stage.sinks.ros_topic import Now, Topic
 
 REST = 0.005
 """Seconds between received messages: /clock may come a thousand times a second, but the latest one is enough."""
+STANDBY_LIMIT = 3.0
+"""Seconds that beat 0 waits for the standby to find the robots too: discovery took up to 2.64 s on a quiet machine."""
 LINGER = 0.2
 """Seconds to keep the publishers after the last zeros. When they go away, a listener loses what it has not received."""
 
@@ -59,6 +61,7 @@ class Ros:
         self._cast: list[str] = []
         self._uses_sim_time = False
         self._standby.wait()
+        self._standby_until = 0.0  # when beat 0 no longer waits for it
 
     @property
     def description(self) -> str:
@@ -85,14 +88,22 @@ class Ros:
                     part.topic, part.profile.message, self._node, self._advertise, self._now, not restart
                 )
         if restart:
+            self._standby_until = self._now() + STANDBY_LIMIT
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
             for _, robot, _ in reset:
                 self.send(robot, STILL, 0.0)
             self._resets.begin(reset)
 
     def resetting(self) -> bool:
-        # Both are to be asked.
-        return any([self._resets.under_way(), self._listening.under_way()])
+        # All are to be asked.
+        return any([self._resets.under_way(), self._listening.under_way(), self._awaits_standby()])
+
+    def _awaits_standby(self) -> bool:
+        """Whether the standby has yet to find a listener that we have found; it gets a few seconds."""
+        if self._now() >= self._standby_until:
+            return False
+        topics = {self._topic(robot) for robot in self._cast}
+        return not self._standby.has_found({topic.name for topic in topics if topic.missing() is None})
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         clock = self._node.get_clock()

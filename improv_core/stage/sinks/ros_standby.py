@@ -7,7 +7,8 @@ import os
 import select
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from contextlib import suppress
 
 from improv_core.stage.protocol import FOLDER, SILENCE_LIMIT, ToStandby
 
@@ -33,6 +34,7 @@ class Standby:
         self._publishers: dict[tuple[str, str], bool] = {}  # topic and kind: whether the second node has it
         self._moving: set[str] = set()
         self._pulse = 0.0  # when the next sign of life is due
+        self._found: set[str] = set()  # topics on which it has found a listener
         self._process = _start(node) if wanted else None
 
     @property
@@ -44,7 +46,14 @@ class Standby:
         """Wait until it has started, which takes the processor that robots will need."""
         if self._process and self._process.stdout:
             select.select([self._process.stdout], [], [], START_LIMIT)
-            self._process.stdout.close()
+
+    def has_found(self, topics: Collection[str]) -> bool:
+        """Whether it has found listeners on all of these topics too: only then can it stop robots there at once."""
+        if self._process and self._process.stdout and not self.problem:
+            with suppress(BlockingIOError):
+                self._found.update(os.read(self._process.stdout.fileno(), 65_536).decode().split("\n"))
+            return self._found.issuperset(topics)
+        return True
 
     def renew(self) -> None:
         """Start another one if it has failed."""
@@ -53,6 +62,7 @@ class Standby:
         self._process.kill()
         self._process.wait()
         self._process, self.problem = _start(self._node), None
+        self._found.clear()
         for (topic, kind), second in self._publishers.items():
             self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
         for topic in self._moving:
@@ -125,5 +135,7 @@ def _start(node: str) -> subprocess.Popen[bytes]:
         start_new_session=True,
     )
     assert process.stdin
-    os.set_blocking(process.stdin.fileno(), False)
+    assert process.stdout
+    for stream in (process.stdin, process.stdout):
+        os.set_blocking(stream.fileno(), False)
     return process

@@ -23,7 +23,7 @@ END_LIMIT = 2.0
 class Standby:
     """Knows what is published where and which robots move, and sends zeros if the stage dies.
 
-    Nothing here waits for it: one that doesn't read its input has failed, and `problem` says so.
+    Once it has started, nothing waits for it: one that doesn't read its input has failed, and `problem` says so.
     """
 
     def __init__(self, node: str, clock: Callable[[], float], wanted: bool) -> None:
@@ -71,6 +71,7 @@ class Standby:
     def publish(self, topic: str, kind: str, second: bool) -> None:
         """The stage has created a publisher of a message type on a topic, on its second node or not."""
         self._publishers[topic, kind] = second
+        self._found.discard(topic)  # it has another publisher to match there
         self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
 
     def withdraw(self, topic: str, kind: str) -> None:

@@ -33,7 +33,7 @@ def test_syntax_says_what_to_write() -> None:
         x = forward ||
                     ^^ syntax: write a movement after `||`
         x = forward 3 left
-                    ^ syntax: remove `3`: a number can only follow `repeat`, `fast`, `slow`, or `scale`
+                    ^ syntax: remove `3`: a number can only follow a name or a word such as `repeat` or `scale`
         x = forward | left
                     ^ syntax: write `||` between movements that play in parallel
         x = forward, left
@@ -42,8 +42,8 @@ def test_syntax_says_what_to_write() -> None:
             ^^ syntax: write `reflect` before `YZ`
         x =
           ^ syntax: write a movement after `=`
-        x y = forward
-          ^ syntax: write only one name before `=`
+        x 2 = forward
+          ^ syntax: `2` is not a valid name: use letters, digits, and `_`, starting with a letter or `_`
         = forward
         ^ syntax: write a name before `=`
         $ forward

@@ -34,7 +34,7 @@ SEVERITIES = {
     "unsupported-direction": Severity.ERROR,
     "too-fast": Severity.WARNING,
     "too-short": Severity.WARNING,
-    "never-performed": Severity.HINT,
+    "never-performed": Severity.INFORMATION,
     "unused-name": Severity.HINT,
     "bracket-not-a-beat": Severity.INFORMATION,
     "more-errors": Severity.ERROR,

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.diagnostics import Diagnostic, replace
+from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.program.timing import in_beats, written
 from improv_core.score.movement import ENDLESS, Duration, Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
@@ -35,27 +36,53 @@ class _Window:
 
 
 class _Cut(NamedTuple):
-    """A span that is never reached, and whether removing it would leave the timing of the rest unchanged."""
+    """A span that is never reached, and whether removing it would leave the timing of the rest unchanged.
+
+    It comes after `endless`, an item that never ends, or something shorter plays alongside: of `whole` beats of the
+    series, `lost` are never performed.
+    """
 
     span: Span
     is_removable: bool
+    endless: Node | None
+    lost: Duration
+    whole: Duration
 
 
 def unperformed(body: Node, movement: Callable[[Node], Movement]) -> Iterator[Diagnostic]:
-    """A hint for each stretch that is never reached, given the movement of each node."""
+    """A diagnostic for each stretch that is never reached, given the movement of each node."""
     for cut in _cut(body, _Window(0, ENDLESS), lambda node: movement(node).duration):
-        if cut.is_removable:
-            message = "this is never reached: remove it, or make what plays alongside it longer"
-            yield Diagnostic("never-performed", cut.span, message, replace("Remove it", cut.span, ""))
-        else:
-            message = "this is never reached: make what plays alongside it longer"
-            yield Diagnostic("never-performed", cut.span, message)
+        fixes = replace("Remove it", cut.span, "") if cut.is_removable else ()
+        if cut.endless:
+            yield _after_endless(cut.span, cut.endless, fixes)
+            continue
+        message = "this is never reached"
+        if cut.whole != ENDLESS:
+            are = "is" if cut.lost == 1 else "are"
+            message = f"{written(Fraction(cut.lost))} of these {in_beats(cut.whole)} {are} never performed"
+        advice = "make what plays alongside longer" + (", or remove this" if fixes else "")
+        yield Diagnostic("never-performed", cut.span, f"{message}: {advice}", fixes)
+
+
+def _after_endless(span: Span, endless: Node, fixes: tuple[Fix, ...]) -> Diagnostic:
+    """The diagnostic about what comes after an item that never ends."""
+    if not isinstance(endless, nodes.Apply) or endless.word.text != "repeat" or isinstance(endless.body, nodes.Bracket):
+        advice = "give its `repeat` a number" + (", or remove this" if fixes else "")
+        return Diagnostic("never-performed", span, f"what comes before this never ends: {advice}", fixes)
+    body = endless.body
+    one = body.word.text if isinstance(body, nodes.Primitive) else body.text if isinstance(body, nodes.Name) else ""
+    repeated = f"only `{one}`" if one else "only one movement"
+    message = f"`repeat` repeats {repeated}, forever: put everything that it should repeat in `( )`"
+    brackets = (Edit(Span(body.span.start, body.span.start), "("), Edit(Span(span.end, span.end), ")"))
+    return Diagnostic("never-performed", span, message, (Fix("Repeat this too", brackets), *fixes))
 
 
 def _cut(node: Node, window: _Window, lasts: _Lasts, is_counted: bool = False) -> Iterator[_Cut]:
     if isinstance(node, nodes.Series):
-        for span in _lost(node, window, lasts):
-            yield _Cut(span, not is_counted and not window.is_aligned)
+        whole = lasts(node)
+        lost = whole - min(window.end, whole) + window.start
+        for span, endless in _lost(node, window, lasts):
+            yield _Cut(span, not is_counted and not window.is_aligned, endless, lost, whole)
         yield from _cut_items(node, window, lasts)
     elif isinstance(node, nodes.Parallel):
         inside = _Window(window.start, min(window.end, lasts(node)), window.is_aligned or window.start > 0)
@@ -82,17 +109,23 @@ def _cut_items(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[_
             yield from _cut(item, window.part(max(window.start - begin, 0), min(window.end, end) - begin), lasts)
 
 
-def _lost(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[Span]:
-    """The stretches of items that are not reached, each as long as possible."""
+def _lost(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[tuple[Span, Node | None]]:
+    """The stretches of items that are not reached, each as long as possible, and the endless item before it, if any."""
     lost: list[Node] = []
+    endless: Node | None = None
+    before: Node | None = None
     for item, begin, end in _timed(node, lasts):
         if _is_lost(begin, end, window):
+            if not lost:
+                endless = before
             lost.append(item)
         elif lost and end > begin:
-            yield Span(lost[0].span.start, lost[-1].span.end)
+            yield Span(lost[0].span.start, lost[-1].span.end), endless
             lost = []
+        if end == ENDLESS and before is None:
+            before = item
     if lost:
-        yield Span(lost[0].span.start, lost[-1].span.end)
+        yield Span(lost[0].span.start, lost[-1].span.end), endless
 
 
 def _timed(node: nodes.Series, lasts: _Lasts) -> Iterator[tuple[Node, Duration, Duration]]:

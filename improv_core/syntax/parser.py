@@ -24,6 +24,7 @@ from improv_core.syntax.nodes import (
     Series,
     Statement,
 )
+from improv_core.syntax.slips import late_number, without_commas, without_sign
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
@@ -79,6 +80,8 @@ def _parsed(text: str) -> Statement:
     if too_deep := _too_deep(all_tokens):
         return Statement(text, (too_deep,), _sign(all_tokens))
     tokens, diagnostics = close_brackets(all_tokens)
+    tokens, commas = without_commas(tokens)
+    diagnostics += commas
     heads, sign, rest, wrong_heads = _heads(text, tokens)
     diagnostics += wrong_heads
     feed = [*heads, sign, *rest] if sign and sign.type != "BEAT" else rest
@@ -96,7 +99,7 @@ def _heads(text: str, tokens: Sequence[Token]) -> tuple[list[Token], Token | Non
     """The names before the sign (as HEAD tokens), the sign, the tokens to parse, and the errors before them."""
     sign = _sign(tokens)
     if sign is None:
-        return [], None, list(tokens), _without_sign(tokens)
+        return [], None, list(tokens), [without_sign(tokens)]
     if sign.type == "BEAT":
         return [], sign, list(tokens), []
     place = next(index for index, token in enumerate(tokens) if token is sign)
@@ -125,17 +128,6 @@ def _sign(tokens: Sequence[Token]) -> Token | None:
         if token.type in ("EQUAL", "DOLLAR"):
             return token
     return tokens[0] if tokens and tokens[0].type == "BEAT" else None
-
-
-def _without_sign(tokens: Sequence[Token]) -> list[Diagnostic]:
-    whole = Span(tokens[0].start, tokens[-1].end) if tokens else Span(0, 0)
-    first = tokens[0] if tokens else None
-    if first and first.type == "NAME" and len(tokens) > 1 and tokens[1].type not in ("NAME", "STRAY", "NUMBER"):
-        fixes = replace("Insert $", Span(first.end, first.end), " $")
-        return [Diagnostic("syntax", first.span, f"write `$` after the robot's name: `{first.text} $ …`", fixes)]
-    if first and first.type not in ("NAME", "STRAY", "NUMBER"):
-        return [Diagnostic("syntax", whole, "write a robot or a name before the movement: `turtle1 $ …` or `name = …`")]
-    return [Diagnostic("syntax", whole, "write `robot $ movement`, `name = movement`, or `beat 60`")]
 
 
 def _joined(text: str, tokens: Sequence[Token]) -> list[Token]:
@@ -176,7 +168,9 @@ def _parse(tokens: Sequence[Token]) -> tuple[Node | None, list[Diagnostic]]:
     if unexpected := derivation.unexpected:
         last = tokens[unexpected.at - 1] if unexpected.at else None
         found = tokens[unexpected.at] if unexpected.at < len(tokens) else None
-        if marked := found or last:
+        if late := late_number(tokens, unexpected.at):
+            diagnostics.append(late)
+        elif marked := found or last:
             diagnostics.append(Diagnostic("syntax", marked.span, *_wanted(last, found, unexpected.wanted)))
     statement = derivation.statement
     movement = statement.parts[-1] if statement and statement.rule != "tempo" else None

@@ -178,9 +178,9 @@ def _inlined(analysis: Analysis, definer: int, piece: _Piece) -> Edit | None:
 
 def _unroll(piece: _Piece) -> Iterator[Action]:
     node = piece.nodes[0]
-    if not (piece.is_term and isinstance(node, nodes.Apply) and node.word.text == "repeat" and node.argument):
+    if not (piece.is_term and isinstance(node, nodes.Apply) and node.word.text == "repeat" and node.numbers):
         return
-    times = value_of(node.argument.text)
+    times = value_of(node.numbers[0].text)
     source = piece.placed.statement.text
     if (
         isinstance(times, str)

@@ -119,7 +119,8 @@ def _snippet(word: Word, bare: bool) -> str:
         Kind.REPEAT: " ${1:4}",
         Kind.FACTOR: " ${1:2}",
         Kind.REFLECT: " ${1|YZ,XZ,XY|}",
-        Kind.MIRROR: "",
+        Kind.RAMP: " ${1:1} ${2:2}",
+        Kind.PLAIN: "",
     }.get(word.kind)
     if argument is None or (bare and not argument):
         return ""

@@ -113,7 +113,7 @@ class _Reader:
             return made
         made = self._made(node)
         if problem := _too_much(made):
-            span = node.argument.span if isinstance(node, nodes.Apply) and node.argument else node.span
+            span = node.numbers[0].span if isinstance(node, nodes.Apply) and node.numbers else node.span
             self.report(Diagnostic("bad-number", span, problem))
             made = NOTHING
         self.made[id(node)] = made
@@ -145,7 +145,7 @@ class _Reader:
             self.report(Diagnostic("reserved-name", head.span, message, fixes))
         return head.text in WORDS
 
-    def number(self, token: Token, what: str) -> Fraction | None:
+    def number(self, token: nodes.Number, what: str) -> Fraction | None:
         """The exact value of a number above zero. Anything else is reported and gives None."""
         if not token.text:
             return None
@@ -194,7 +194,7 @@ class _Reader:
         return made
 
     def _applied(self, node: nodes.Apply) -> Movement:
-        body, word, argument = self.movement(node.body), node.word.text, node.argument
+        body, word, argument = self.movement(node.body), node.word.text, (node.numbers[0] if node.numbers else None)
         if word in ("reverse", "retrograde"):
             if isinstance(body.duration, float):
                 message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
@@ -213,7 +213,7 @@ class _Reader:
             return movement.gain(body, all_by(factor))
         return movement.pace(body, factor if word == "fast" else 1 / factor)
 
-    def _repeated(self, body: Movement, argument: Token | None) -> Movement:
+    def _repeated(self, body: Movement, argument: nodes.Number | None) -> Movement:
         if argument is None:
             return movement.repeat(body)
         if not argument.text.strip("0") and argument.text:

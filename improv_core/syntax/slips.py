@@ -55,41 +55,43 @@ def without_sign(tokens: Sequence[Token]) -> Diagnostic:
     return Diagnostic("syntax", first.span, message, (insert, plays))
 
 
-def without_commas(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
-    """The tokens of a statement without commas between robots, and the error if there are any."""
-    heads = next((place for place, token in enumerate(tokens) if token.type == "DOLLAR"), 0)
-    commas = [place for place in range(1, heads) if tokens[place].text == ","]
+def without_commas(heads: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
+    """The tokens before `$` without commas, and the error if there are any."""
+    commas = [token for token in heads if token.text == ","]
     if not commas:
-        return list(tokens), []
-    edits = (Edit(tokens[place].span, " " if tokens[place].end == tokens[place + 1].start else "") for place in commas)
-    fix = Fix("Remove the comma" if len(commas) == 1 else "Remove the commas", tuple(edits))
+        return list(heads), []
+    touched = {token.start for token in heads}
+    fix = Fix(
+        "Remove the comma" if len(commas) == 1 else "Remove the commas",
+        tuple(Edit(comma.span, " " if comma.end in touched else "") for comma in commas),
+    )
     message = "separate robots with spaces, without `,`"
-    kept = [token for place, token in enumerate(tokens) if place not in commas]
-    return kept, [Diagnostic("syntax", tokens[commas[0]].span, message, (fix,))]
+    kept = [token for token in heads if token.text != ","]
+    return kept, [Diagnostic("syntax", commas[0].span, message, (fix,))]
 
 
 def late_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     """The error about a number that follows the movement it should change, as in `forward 2`; None if it is not one."""
-    number = tokens[at] if at < len(tokens) else None
     start = _start_of_term(tokens, at - 1)
-    if not number or number.type != "NUMBER" or start is None:
+    if start is None or at == len(tokens) or tokens[at].type != "NUMBER":
         return None
+    end = at + 1
+    while end < len(tokens) and tokens[end].type in ("NUMBER", "OPERATOR"):
+        end += 1
+    number = "".join(token.text for token in tokens[at:end])
     term, last = tokens[start], tokens[at - 1]
     written = term.text if start == at - 1 else "( … )" if term.text == "(" else "[ … ]"
-    gone = Edit(Span(last.end if number.start - last.end <= 1 else number.start, number.end), "")
-    before = tokens[start - 1] if start else None
-    if before and before.type == "REPEAT":
-        ways = [f"{number.text} "]
-        shown = [f"{before.text} {number.text} {written}"]
-    else:
-        ways = [f"{way} " for way in _ways(term, number)]
-        shown = [f"{way}{written}" for way in ways]
+    span = Span(tokens[at].start, tokens[end - 1].end)
+    gone = Edit(Span(last.end if span.start - last.end <= 1 else span.start, span.end), "")
+    is_counted = start > 0 and tokens[start - 1].type == "REPEAT"
+    ways = [number] if is_counted else list(_ways(term, number))
+    shown = [f"{'repeat ' if is_counted else ''}{way} {written}" for way in ways]
     fixes = [
-        Fix(f"Change to {title}", (Edit(Span(term.start, term.start), way), gone))
+        Fix(f"Change to {title}", (Edit(Span(term.start, term.start), f"{way} "), gone))
         for title, way in zip(shown, ways, strict=True)
     ]
     message = f"write the number first: {' or '.join(f'`{title}`' for title in shown)}"
-    return Diagnostic("syntax", number.span, message, tuple(fixes))
+    return Diagnostic("syntax", span, message, tuple(fixes))
 
 
 def is_like_a_robot(name: str) -> bool:
@@ -101,15 +103,15 @@ _ROBOT = re.compile(r"(turtle|robot)_?[0-9]*")
 _FORMS = "write `robot $ movement`, `name = movement`, or `beat 60`"
 
 
-def _ways(term: Token, number: Token) -> Iterator[str]:
+def _ways(term: Token, number: str) -> Iterator[str]:
     """The words and numbers that may be meant by a number after a term that starts with this token."""
-    if term.text in _TURNS and number.text.isdecimal() and int(number.text) >= _FEWEST_DEGREES:
-        yield f"scale {number.text}/{_TURNS[term.text]}"
+    if term.text in _TURNS and number.isdecimal() and int(number) >= _FEWEST_DEGREES:
+        yield f"scale {number}/{_TURNS[term.text]}"
         return
-    if number.text.isdecimal():
-        yield f"repeat {number.text}"
+    if number.isdecimal():
+        yield f"repeat {number}"
     if term.text != "rest":
-        yield f"scale {number.text}"
+        yield f"scale {number}"
 
 
 def _start_of_term(tokens: Sequence[Token], last: int) -> int | None:

@@ -42,8 +42,8 @@ def test_syntax_says_what_to_write() -> None:
             ^^ syntax: write `reflect` before `YZ`
         x =
           ^ syntax: write a movement after `=`
-        x y = forward
-          ^ syntax: write only one name before `=`
+        x 2 = forward
+          ^ syntax: `2` is not a valid name: use letters, digits, and `_`, starting with a letter or `_`
         = forward
         ^ syntax: write a name before `=`
         $ forward

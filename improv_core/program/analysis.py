@@ -23,6 +23,7 @@ from improv_core.score.movement import Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.syntax.parser import parse_statement
+from improv_core.syntax.slips import MEANT, is_like_a_robot
 from improv_core.syntax.statements import split
 from improv_core.text import LineIndex, Span
 
@@ -189,6 +190,10 @@ class Analysis:
                     commons[robot] = common
         return frozenset(found)
 
+    @cached_property
+    def _plays_nothing(self) -> bool:
+        return not any(meaning.robots for meaning in self.meanings)
+
     def _scope(self, index: int) -> Scope:
         return _scope(self.statements[index], index, self.bindings, self.meanings)
 
@@ -198,10 +203,7 @@ class Analysis:
         yield from meaning.diagnostics
         yield from self.infeasible.get(index, ())
         if index in self.bindings.unused:
-            head = statement.heads[0]
-            message = f"nothing uses `{head.text}`: use it below or remove this line"
-            line = self._whole_line(index)
-            yield Diagnostic("unused-name", head.span, message, (Fix("Remove the definition", (Edit(line, ""),)),))
+            yield self._unused(index)
         if statement.sign and statement.sign.type == "BEAT" and index != self.tempos[0]:
             first = self.offsets[self.tempos[0]]
             message = f"line {self._line(self.tempos[0])} already sets the tempo: remove this `beat`"
@@ -266,8 +268,26 @@ class Analysis:
         related = Related(self._relative(head, index), f"`{found.head}` is defined here")
         return Diagnostic("arguments", name.span, message, (), (related,))
 
+    def _unused(self, index: int) -> Diagnostic:
+        statement = self.statements[index]
+        head, sign = statement.heads[0], statement.sign
+        assert sign
+        message = f"nothing uses `{head.text}`: use it below or remove this line"
+        fixes = [
+            Fix("Remove the definition", (Edit(self._whole_line(index), ""),)),
+            *replace(f"Play it: {head.text} $ …", sign.span, "$"),
+        ]
+        if self._plays_nothing or head.text in self.cast.robots or is_like_a_robot(head.text):
+            message = f"nothing uses `{head.text}`: if it is a robot, write `{head.text} $ …`"
+            fixes.reverse()
+        return Diagnostic("unused-name", head.span, message, tuple(fixes))
+
     def _unknown(self, node: nodes.Name) -> Diagnostic:
         name = node.text
+        if meant := MEANT.get(name.lower()):
+            message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
+            fixes = tuple(fix for word in meant for fix in replace(f"Change to {word}", node.span, word))
+            return Diagnostic("unknown-name", node.span, message, fixes)
         near = self.bindings.nearest(name)
         if near is None:
             return Diagnostic("unknown-name", node.span, f"`{name}` is not defined: write `{name} = …` above this line")

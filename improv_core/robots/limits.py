@@ -52,7 +52,8 @@ def speed(velocity: Velocity, profile: Profile, tempo: Fraction) -> Speed:
 def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) -> Speed | None:
     """The largest speeds in a movement; None if it has voices or ramps with more moments than `most`.
 
-    What dice may choose counts, whether they do or not. As in `path.extent`, each part is visited once, no matter how often it repeats.
+    What dice may choose counts, whether they do or not. As in `path.extent`, each part is visited once, no matter how
+    often it repeats.
     """
     known: dict[int, Speed | None] = {}
     waiting = [movement]

@@ -234,7 +234,7 @@ def _decided(leg: _Leg, budget: Iterator[int]) -> Iterator[_Leg]:
             stack.pop()
         elif each.dice is None or each.is_walked:
             yield each
-        else:
+        elif each.movement.duration:  # an endless repeat of nothing is over at once
             _spend(budget)
             stack.append(_inside(each))
 

@@ -113,7 +113,7 @@ class Bounds:
     `peak` bounds all moments. `width` is how many voices may play at once. `bits` is how many bits the factors around
     its moments may add to their fractions. `depth` is how many walks go on inside one another (voices and ramps).
     `dice` tells whether a word of dice stands in it, even if it is never reached. `throws` is how many throws of its
-    stream it takes.
+    stream it takes. `open` tells whether senses decide what is performed (see `reactions`).
     """
 
     peak: Peak
@@ -122,6 +122,7 @@ class Bounds:
     depth: int
     dice: bool
     throws: int
+    open: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,6 +159,10 @@ class Movement:
     @property
     def throws(self) -> int:
         return self.bounds.throws
+
+    @property
+    def open(self) -> bool:
+        return self.bounds.open
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -259,7 +264,7 @@ def series(items: Sequence[Movement]) -> Movement:
 
 def parallel(voices: Sequence[Movement]) -> Movement:
     """All voices at once: velocities add up, the shortest voice ends all, and empty voices are ignored."""
-    playing = [voice for voice in voices if voice.duration]
+    playing = [voice for voice in voices if voice.duration or voice.open]
     dice = len(voices) > 1 and any(voice.bounds.dice for voice in voices)
     if not dice and len(playing) < 2:
         return series(playing)
@@ -267,13 +272,13 @@ def parallel(voices: Sequence[Movement]) -> Movement:
     for voice in playing:
         uniform = uniform.plus(voice.uniform) if uniform and voice.uniform else None
     bounds = _in_parallel(tuple(voice.bounds for voice in playing), dice)
-    duration = min((voice.duration for voice in playing), default=0)
+    duration = min((voice.duration for voice in playing if voice.duration), default=0)
     return Parallel(duration, uniform, bounds, tuple(voices if dice else playing))
 
 
 def repeat(body: Movement, times: int | None = None) -> Movement:
     """The movement repeated `times` times, or forever if None. Repeating an empty movement gives an empty movement."""
-    if not body.duration or times == 0:
+    if times == 0 or not (body.duration or body.open):
         if not body.bounds.dice:
             return series(())
         duration: Duration = 0
@@ -287,7 +292,7 @@ def repeat(body: Movement, times: int | None = None) -> Movement:
 
 def pace(body: Movement, rate: Fraction) -> Movement:
     """The same path, `rate` times as fast."""
-    if not body.duration:
+    if not (body.duration or body.open):
         return body
     duration = ENDLESS if isinstance(body.duration, float) else body.duration / rate
     uniform = body.uniform and body.uniform.times(all_by(exact(rate)))
@@ -303,7 +308,7 @@ def fit(body: Movement, beats: Exact) -> Movement:
 
 def gain(body: Movement, factors: Velocity) -> Movement:
     """The same duration, with each component of the velocity multiplied."""
-    if not body.duration:
+    if not (body.duration or body.open):
         return body
     uniform = body.uniform and body.uniform.times(factors)
     return Gain(body.duration, uniform, _amplified(body.bounds, factors), body, factors)
@@ -349,6 +354,7 @@ def in_series(kinds: frozenset[Bounds]) -> Bounds:
         max(each.depth for each in kinds),
         any(each.dice for each in kinds),
         0,
+        any(each.open for each in kinds),
     )
 
 
@@ -364,6 +370,7 @@ def _in_parallel(voices: tuple[Bounds, ...], dice: bool) -> Bounds:
         max(each.depth for each in voices) + 1,
         dice,
         int(dice),
+        any(each.open for each in voices),
     )
 
 

@@ -45,7 +45,11 @@ from improv_core.score.movement import (
     all_by,
 )
 from improv_core.score.ramps import Ramp, Step
+from improv_core.score.reactions import STANDING, Reaction
 from improv_core.text import Span
+
+NOWHERE = -1
+"""The statement ID of movements outside all statements."""
 
 
 class Source(NamedTuple):
@@ -67,20 +71,27 @@ class Moment(NamedTuple):
     sources: tuple[Source, ...]
 
 
-def walk(movement: Movement, start: Exact = 0, *, merge: bool = False, dice: Dice | None = None) -> Iterator[Moment]:
+def walk(
+    movement: Movement,
+    start: Exact = 0,
+    *,
+    merge: bool = False,
+    dice: Dice | None = None,
+    statement: int = NOWHERE,
+) -> Iterator[Moment]:
     """The moments of a movement from beat `start` on, in order, without gaps. None is empty.
 
     With `merge`, a finite part of constant velocity is one moment, no matter how often it repeats, without sources.
-    `dice` are those at its beginning: by default, the first of the robots' stream.
+    `dice` are those at its beginning: by default, the first of the robots' stream. `statement` is the ID of the
+    statement that it stands in. An open movement is walked as if no sense ever held.
     """
     if movement.dice and not dice:
         dice = dice_of(ROBOTS)
-    for duration, velocity, sources in _moments((movement, start, False, dice), merge, _NOWHERE):
+    for duration, velocity, sources in _moments((movement, start, False, dice), merge, statement):
         yield Moment(start, duration, velocity, sources)
         start += duration
 
 
-_NOWHERE = -1  # the statement ID of movements outside all statements
 _Piece = tuple[Exact, Velocity, tuple[Source, ...]]
 _Visit = tuple[Movement, Duration, bool, Dice | None]
 """A part, the beat in it to start at, whether to go backward, and the dice at its start if it has any."""
@@ -118,6 +129,8 @@ def _moments(visit: _Visit, merge: bool, statement: int) -> Iterator[_Piece]:
             elif isinstance(part, Series):
                 stack.append(_Frame(_items(part, at, backward, dice), rate, gain, statement, sources))
                 break
+            elif isinstance(part, Repeat) and not part.body.duration:
+                part = STANDING  # its turns are open and, if no sense holds, take no time
             elif isinstance(part, Repeat):
                 stack.append(_Frame(_turns(part, at, backward, dice), rate, gain, statement, sources))
                 break
@@ -141,6 +154,8 @@ def _moments(visit: _Visit, merge: bool, statement: int) -> Iterator[_Piece]:
                 for duration, velocity, inner in pieces:
                     yield *_at_rate(duration, velocity.times(gain), rate), sources + inner
                 break
+            elif isinstance(part, Reaction):
+                dice, part = part.dice_assumed(dice), part.assumed
             else:
                 assert isinstance(part, (Choose, Chance, Seed, Throwing))
                 assert dice

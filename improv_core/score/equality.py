@@ -5,6 +5,7 @@ from __future__ import annotations
 from improv_core.score.dice import Chance, Seed, Throwing
 from improv_core.score.movement import Gain, Hold, Movement, Pace, Repeat, Use, parts
 from improv_core.score.ramps import Ramp
+from improv_core.score.reactions import Reaction
 
 
 def same(one: Movement, other: Movement) -> bool:
@@ -62,4 +63,6 @@ def _own(movement: Movement) -> object:
         return movement.probability
     if isinstance(movement, Seed):
         return movement.number
+    if isinstance(movement, Reaction):
+        return movement.condition
     return movement.throw if isinstance(movement, Throwing) else None

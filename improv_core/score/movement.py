@@ -284,10 +284,11 @@ def repeat(body: Movement, times: int | None = None) -> Movement:
         duration: Duration = 0
     else:
         duration = ENDLESS if times is None else body.duration * times
+    uniform = body.uniform if body.duration else STILL  # turns that take no time are followed by standing still
     bounds = body.bounds
     if bounds.dice:
         bounds = replace(bounds, throws=1 if times is None else bounds.throws * times)
-    return Repeat(duration, body.uniform, bounds, body, times)
+    return Repeat(duration, uniform, bounds, body, times)
 
 
 def pace(body: Movement, rate: Fraction) -> Movement:

@@ -27,6 +27,7 @@ from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, SAME, Duration, Exact, Movement, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.ramps import Ramp
+from improv_core.score.reactions import Reaction
 from improv_core.score.score import Part, twist
 from improv_core.score.walk import walk
 
@@ -98,7 +99,7 @@ def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
     waiting = [movement]
     while waiting:
         part = waiting[-1]
-        inner = () if isinstance(part, algebra.Parallel) else algebra.parts(part)
+        inner = () if isinstance(part, algebra.Parallel) else _parts(part)
         unknown = [child for child in inner if id(child) not in known]
         if unknown:
             waiting += unknown
@@ -258,9 +259,16 @@ def _inside(leg: _Leg) -> Iterator[_Leg]:
     elif isinstance(part, algebra.Series):
         for index in range(len(part.items) - 1, -1, -1) if backward else range(len(part.items)):
             yield leg.to(part.items[index], dice and dice.after(part.first_throws[index]))
+    elif isinstance(part, Reaction):
+        yield leg.to(part.assumed, part.dice_assumed(dice))
     else:
         (body,) = algebra.parts(part)
         yield leg.to(body, dice)
+
+
+def _parts(part: Movement) -> tuple[Movement, ...]:
+    """The movements directly inside a movement without dice, as far as they are performed if no sense ever holds."""
+    return (part.assumed,) if isinstance(part, Reaction) else algebra.parts(part)
 
 
 def _turn(leg: _Leg, turn: int) -> _Leg:
@@ -305,7 +313,7 @@ def _period(movement: Movement) -> Exact | None:
 
     0 if the velocity never changes. The period is the same backward.
     """
-    if movement.dice:
+    if movement.dice or movement.open:
         return None
     rate = Fraction(1)
     while movement.uniform is None and isinstance(movement, _SINGLE):

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from improv_core.score.dice import Dice
-from improv_core.score.movement import Movement, Single, in_series, repeat, stand
+from improv_core.score.movement import Movement, Several, in_series, repeat, stand
 from improv_core.text import Span
 
 
@@ -26,12 +26,16 @@ class Condition(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reaction(Single):
+class Reaction(Several):
     """A word of senses, written at `span`. `assumed` is what is performed if no sense ever holds."""
 
     condition: Condition
     span: Span | None
     assumed: Movement
+
+    @property
+    def body(self) -> Movement:
+        return self.items[0]
 
     def dice_assumed(self, dice: Dice | None) -> Dice | None:
         """The dice of what is performed if no sense ever holds."""
@@ -50,13 +54,11 @@ class Pause(Reaction):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class If(Reaction):
-    """`body` is performed if the condition holds, else `otherwise`."""
-
-    otherwise: Movement
+    """The first of two items is performed if the condition holds, else the second."""
 
     def side(self, holds: bool, dice: Dice | None) -> tuple[Movement, Dice | None]:
         """What is performed, and its dice."""
-        return self.body if holds else self.otherwise, dice and dice.inside(0 if holds else 1)
+        return self.items[0 if holds else 1], dice and dice.inside(0 if holds else 1)
 
     def dice_assumed(self, dice: Dice | None) -> Dice | None:
         return self.side(not self.condition.wanted, dice)[1]
@@ -66,14 +68,14 @@ def until(body: Movement, condition: Condition, span: Span | None = None) -> Mov
     """The movement, ended on the next whole beat once the condition holds, with the robot standing from then on."""
     assumed = body if condition.wanted else _first_beat(body)
     bounds = replace(body.bounds, open=True)
-    return Until(assumed.duration, None, bounds, body, condition, span, assumed)
+    return Until(assumed.duration, None, bounds, (body,), condition, span, assumed)
 
 
 def pause(body: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """The movement, interrupted for whole beats while the condition holds."""
     assumed = body if condition.wanted or not body.duration else STANDING
     bounds = replace(body.bounds, open=True)
-    return Pause(assumed.duration, None, bounds, body, condition, span, assumed)
+    return Pause(assumed.duration, None, bounds, (body,), condition, span, assumed)
 
 
 def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Span | None = None) -> Movement:
@@ -82,7 +84,7 @@ def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Spa
     if bounds.dice:
         bounds = replace(bounds, throws=1)
     assumed = otherwise if condition.wanted else body
-    return If(assumed.duration, None, bounds, body, condition, span, assumed, otherwise)
+    return If(assumed.duration, None, bounds, (body, otherwise), condition, span, assumed)
 
 
 STANDING = repeat(stand(1))

@@ -14,12 +14,12 @@ from pathlib import Path
 EDITORS = Path(__file__).resolve().parent
 sys.path.insert(0, str(EDITORS.parent))
 
-from improv_core.syntax.vocabulary import Kind, of_kind  # noqa: E402
+from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind  # noqa: E402
 
 GROUPS = {
     "beat": of_kind(Kind.BEAT),
     "primitive": of_kind(Kind.PRIMITIVE),
-    "transformer": of_kind(Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR),
+    "transformer": of_kind(*TRANSFORMERS, Kind.IF, Kind.ELSE, Kind.NOT),
     "plane": of_kind(Kind.PLANE),
 }
 """The words that have the same color."""

@@ -14,7 +14,7 @@ from improv_core.diagnostics import Edit, Severity
 from improv_core.ide.code_action import Action
 from improv_core.ide.cursor import around, cursor
 from improv_core.program.analysis import Analysis, Placed
-from improv_core.program.meaning import value_of
+from improv_core.program.numbers import value_of
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import lex
 from improv_core.syntax.nodes import Node
@@ -178,9 +178,9 @@ def _inlined(analysis: Analysis, definer: int, piece: _Piece) -> Edit | None:
 
 def _unroll(piece: _Piece) -> Iterator[Action]:
     node = piece.nodes[0]
-    if not (piece.is_term and isinstance(node, nodes.Apply) and node.word.text == "repeat" and node.argument):
+    if not (piece.is_term and isinstance(node, nodes.Apply) and node.word.text == "repeat" and node.numbers):
         return
-    times = value_of(node.argument.text)
+    times = value_of(node.numbers[0].text)
     source = piece.placed.statement.text
     if (
         isinstance(times, str)

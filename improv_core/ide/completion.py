@@ -10,7 +10,7 @@ from itertools import islice
 from improv_core.ide.cursor import Before, before
 from improv_core.ide.hover import Hover, name_at, robot_at
 from improv_core.program.analysis import Analysis
-from improv_core.program.meaning import Definition
+from improv_core.program.reader import Definition
 from improv_core.program.timing import in_beats
 from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.vocabulary import WORDS, Kind, Word
@@ -119,7 +119,8 @@ def _snippet(word: Word, bare: bool) -> str:
         Kind.REPEAT: " ${1:4}",
         Kind.FACTOR: " ${1:2}",
         Kind.REFLECT: " ${1|YZ,XZ,XY|}",
-        Kind.MIRROR: "",
+        Kind.RAMP: " ${1:1} ${2:2}",
+        Kind.PLAIN: "",
     }.get(word.kind)
     if argument is None or (bare and not argument):
         return ""

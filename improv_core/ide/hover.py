@@ -12,7 +12,7 @@ from improv_core.ide.cursor import Cursor, cursor
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.compiler import score_of
-from improv_core.program.meaning import value_of
+from improv_core.program.numbers import value_of
 from improv_core.program.timing import ends, fastest, in_beats, in_seconds, path_length, times_as_fast, timing, written
 from improv_core.score import movement as algebra
 from improv_core.score.motion import Pose
@@ -95,7 +95,7 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
 def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     """Spans count from the statement's start."""
     placed, statement, token, node = at.placed, at.placed.statement, at.token, at.node
-    if token.type == "BEAT" or (statement.number and token == statement.number):
+    if token.type == "BEAT" or (statement.number and token in statement.number.tokens):
         lasts = f"1 beat lasts {in_seconds(1, analysis.tempo)}"
         return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
     if node is None:
@@ -110,7 +110,8 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     elif isinstance(node, nodes.Parallel):
         word, about = "||", ": these movements play at the same time, until the shortest one ends"
     elif isinstance(node, nodes.Apply):
-        word = f"{node.word.text} {node.argument.text}" if node.argument else node.word.text
+        arguments = [each.text for each in (*node.numbers, node.across) if each]
+        word = " ".join([node.word.text, *arguments])
         about = f": {(node.plane or WORDS[node.word.text]).about}"
     elif isinstance(node, nodes.Primitive):
         word, about = node.word.text, f": {node.word.about}"
@@ -215,8 +216,8 @@ def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
             counts = set(inside or (nodes.items(voice) for voice in _voices(node)))
             count = counts.pop() if len(counts) == 1 else 1
             rate, brackets = rate * count, brackets + (count != 1)
-        elif isinstance(node, nodes.Apply) and node.argument and node.word.text in ("fast", "slow"):
-            factor = value_of(node.argument.text) if node.argument.text else NORMAL
+        elif isinstance(node, nodes.Apply) and node.word.text in ("fast", "slow"):
+            factor = value_of(node.numbers[0].text) if node.numbers[0].text else NORMAL
             if isinstance(factor, Fraction):
                 rate, others = rate * factor if node.word.text == "fast" else rate / factor, others + 1
     return rate, brackets, others
@@ -229,7 +230,7 @@ def _profile(analysis: Analysis, placed: Placed) -> Profile:
 
 
 def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:
-    return _drawn(Part("", meaning, _profile(analysis, placed), Pose(), ""), analysis.tempo)
+    return _drawn(Part("", (meaning,), _profile(analysis, placed), Pose(), ""), analysis.tempo)
 
 
 def _drawn(part: Part, tempo: Fraction) -> str:

@@ -10,10 +10,10 @@ from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.lexer import NAME, NUMBER
 from improv_core.syntax.parser import parse_statement
-from improv_core.syntax.vocabulary import WORDS, Kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, Kind
 
 _COMMENT = re.compile(r"#[^\r\n]*")
-_WORD = re.compile(rf"({_COMMENT.pattern})|({NAME})|({NUMBER})|\|\||[=$]")
+_WORD = re.compile(rf"({_COMMENT.pattern})|({NAME})|({NUMBER})|\|\||-{{3,}}|[=$*/]")
 
 
 Colored: TypeAlias = tuple[int, int, int, int]
@@ -94,10 +94,7 @@ _USE = _kind("variable")
 _ROBOT = _kind("class")
 _KINDS_OF_WORDS = {
     Kind.BEAT: _kind("modifier"),
-    Kind.MIRROR: _kind("keyword"),
-    Kind.REPEAT: _kind("keyword"),
-    Kind.REFLECT: _kind("keyword"),
-    Kind.FACTOR: _kind("keyword"),
+    **dict.fromkeys((*TRANSFORMERS, Kind.IF, Kind.ELSE, Kind.NOT), _kind("keyword")),
     Kind.PRIMITIVE: _kind("function", "defaultLibrary"),
     Kind.PLANE: _kind("enumMember"),
 }

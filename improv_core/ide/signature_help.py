@@ -11,7 +11,14 @@ from improv_core.syntax.lexer import Token
 from improv_core.syntax.vocabulary import WORDS, Kind
 from improv_core.text import Span
 
-_ARGUMENTS = {Kind.REPEAT: "n", Kind.REFLECT: "PLANE", Kind.FACTOR: "k", Kind.MIRROR: ""}
+_ARGUMENTS = {
+    Kind.REPEAT: "n",
+    Kind.REFLECT: "PLANE",
+    Kind.FACTOR: "k",
+    Kind.PLAIN: "",
+    Kind.RAMP: "a b",
+    Kind.GUARD: "sense",
+}
 _TRANSFORMERS = {kind.value for kind in _ARGUMENTS}
 
 
@@ -61,7 +68,7 @@ def _open(tokens: Sequence[Token]) -> list[tuple[Token, bool]]:
         waiting = levels[-1]
         if token.type in _TRANSFORMERS:
             waiting.append((token, False))
-        elif token.type in ("NUMBER", "PLANE"):
+        elif token.type in ("NUMBER", "OPERATOR", "PLANE"):
             if waiting:
                 waiting[-1] = (waiting[-1][0], True)
         elif token.type in ("LPAR", "LSQB"):

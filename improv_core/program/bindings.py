@@ -10,9 +10,9 @@ from functools import cache
 from itertools import islice
 
 from improv_core.syntax.nodes import Statement
-from improv_core.syntax.vocabulary import Kind, of_kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind
 
-_MOVEMENTS = of_kind(Kind.PRIMITIVE, Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR)
+_MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
 MOST_NAMES, MOST_COMPARED = 2_000, 20
 """Names that are looked at to find one like an unknown one, and those of them that are compared with it in full."""
 _Table = Mapping[str, Sequence[int]]

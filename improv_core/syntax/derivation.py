@@ -17,7 +17,7 @@ MOST_INSERTED = 2
 MOST_REPAIRS = 20
 """After this many errors in a statement, tokens that don't fit are only skipped: repairs are slow, and only the first
 error is reported."""
-NEVER = frozenset({"STRAY", "DOLLAR", "EQUAL", "BEAT"})
+NEVER = frozenset({"STRAY", "DOLLAR", "EQUAL", "BEAT", "SCENE"})
 """Terminals that no movement contains. After the first error they are skipped without a trial."""
 LONGEST_SHAPE = 1_000
 """The most terminals of a shape that is cached."""
@@ -155,7 +155,7 @@ def _insert_before(parser: Any, leaf: Leaf) -> None:
 def _insert(parser: Any, at: int) -> bool:
     """Insert the one terminal that is missing here, if there is one."""
     wanted = parser.accepts()
-    for kind in ("MISSING", "NUMBER", "PLANE"):
+    for kind in ("ELSE", "MISSING", "NUMBER", "PLANE", "SENSE"):
         if kind in wanted:
             parser.feed_token(_leaf(kind, at, True))
             return True

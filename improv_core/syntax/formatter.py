@@ -10,9 +10,11 @@ from itertools import accumulate
 from typing import NamedTuple
 
 from improv_core.diagnostics import Edit, Severity
+from improv_core.syntax.heads import classified
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
+from improv_core.syntax.vocabulary import TRANSFORMERS
 from improv_core.text import LINE_END, Span
 
 WIDTH = 100
@@ -20,8 +22,9 @@ WIDTH = 100
 
 INDENT = "  "
 _OPENERS, _CLOSERS = ("LPAR", "LSQB"), ("RPAR", "RSQB")
-# What a term may start with. Only a comment may separate one of these from the token that follows it.
-_LEADS = ("MIRROR", "REPEAT", "REFLECT", "FACTOR", "NUMBER", "PLANE")
+_IN_NUMBERS = ("NUMBER", "PARAM", "OPERATOR")
+_LEADS = frozenset({*(kind.value for kind in TRANSFORMERS), "IF", "ELSE", "NOT", "SENSE", "PLANE"})
+"""What a term may start with, besides the numbers of a transformer."""
 _COMMENT = re.compile(r"#[^\r\n]*")
 _SPACES = " \t\ufeff"
 _BOM = "\ufeff"
@@ -85,9 +88,11 @@ def _line_end(text: str, kept: Sequence[_Part]) -> str:
 def _lines(source: str) -> Sequence[str] | None:
     if source.startswith("#"):
         return [source]
-    if any(diagnostic.severity is Severity.ERROR for diagnostic in parse_statement(source).diagnostics):
+    statement = parse_statement(source)
+    if any(diagnostic.severity is Severity.ERROR for diagnostic in statement.diagnostics):
         return None
-    return _broken(_flat(source, lex(source)))
+    numbers = {each.name for each in statement.parameters if each.is_number}
+    return _broken(_flat(source, classified(lex(source), numbers)))
 
 
 class _Comment(NamedTuple):
@@ -103,7 +108,8 @@ class _Flat:
     """A statement on one line, without its comments.
 
     For each token: where it starts and ends in that line, the comments after it, and how many comments come before it.
-    For each opening bracket: the token that closes it.
+    For each opening bracket: the token that closes it. `glued` are the tokens that only a comment may separate from
+    the token that follows, and `breaks` those outside all brackets that continue the statement on a new line.
     """
 
     line: str
@@ -113,6 +119,8 @@ class _Flat:
     comments: Sequence[Sequence[_Comment]]
     comments_before: Sequence[int]
     closers: dict[int, int]
+    glued: frozenset[int]
+    breaks: frozenset[int]
 
     def width(self, first: int, last: int) -> int:
         return self.ends[last] - self.starts[first]
@@ -127,26 +135,36 @@ class _Flat:
 
     def term_end(self, index: int) -> int:
         """The last token of the term that starts here."""
-        while self.tokens[index].type in _LEADS:
+        while index in self.glued:
             index += 1
         return self.closers.get(index, index)
 
     def line_end(self, index: int) -> int:
         """The last token that stays on the line of a token outside all brackets, up to the next breakable bracket."""
         last = len(self.tokens) - 1
-        return next((later for later in range(index + 1, last) if self.breakable(later)), last)
+        for later in range(index + 1, last):
+            if later in self.breaks:
+                return later - 1
+            if self.breakable(later):
+                return later
+        return last
 
 
 def _flat(source: str, tokens: Sequence[Token]) -> _Flat:
     sign = next((index for index, token in enumerate(tokens) if token.type in ("EQUAL", "DOLLAR")), 0)
     line = ""
-    starts, ends, opened = [], [], []
+    starts, ends, opened, breaks = [], [], [], []
     closers: dict[int, int] = {}
     for index, token in enumerate(tokens):
         last = tokens[index - 1] if index else None
         # Tokens that touch before the sign are one name, such as `my-robot`, even if it is invalid.
-        touches = last is not None and index < sign and last.end == token.start
-        if last and not (touches or last.type in _OPENERS or token.type in _CLOSERS):
+        touches = last is not None and index < sign and last.end == token.start and last.type not in _CLOSERS
+        if last and not (
+            (touches and token.type not in _OPENERS)
+            or last.type in _OPENERS
+            or token.type in _CLOSERS
+            or "OPERATOR" in (last.type, token.type)
+        ):
             line += " "
         starts.append(len(line))
         line += token.text
@@ -155,10 +173,24 @@ def _flat(source: str, tokens: Sequence[Token]) -> _Flat:
             opened.append(index)
         elif token.type in _CLOSERS:
             closers[opened.pop()] = index
+        elif token.type in ("BAR", "ELSE") and last and not opened and LINE_END.search(source, last.end, token.start):
+            breaks.append(index)
     places = [token.start for token in tokens[1:]] + [len(source)]
     comments = [_comments(token, source[token.end : place]) for token, place in zip(tokens, places, strict=True)]
     before = [0, *accumulate(map(len, comments))]
-    return _Flat(line, tokens, starts, ends, comments, before, closers)
+    return _Flat(line, tokens, starts, ends, comments, before, closers, _glued(tokens), frozenset(breaks))
+
+
+def _glued(tokens: Sequence[Token]) -> frozenset[int]:
+    found = set()
+    after_name = False  # the numbers of a name end its term, and those of a transformer don't
+    for index, token in enumerate(tokens[:-1]):
+        goes_on = tokens[index + 1].type in _IN_NUMBERS
+        if token.type not in _IN_NUMBERS:
+            after_name = token.type == "NAME"
+        if token.type in _LEADS or (goes_on if after_name else token.type in _IN_NUMBERS):
+            found.add(index)
+    return frozenset(found)
 
 
 def _comments(token: Token, gap: str) -> list[_Comment]:
@@ -174,8 +206,12 @@ def _comments(token: Token, gap: str) -> list[_Comment]:
 
 
 def _broken(flat: _Flat) -> list[str]:
-    """The lines of a statement. Brackets that don't fit or contain a comment are broken over lines, outermost first."""
+    """The lines of a statement. Brackets that don't fit or contain a comment are broken over lines, outermost first.
+
+    Outside of brackets, a `||` or `else` that begins a line still does.
+    """
     lines: list[str] = []
+    continued = 0  # 1 if such a line has begun: all that follows is indented
     line = ""
     open_until: list[int] = []  # the closing tokens of the broken brackets around
     index, closed = 0, -1
@@ -190,7 +226,10 @@ def _broken(flat: _Flat) -> list[str]:
             line, closed = end_line(), open_until.pop()
         elif open_until and line and _begins_line(flat, index, len(line), after_broken=closed == index - 1):
             line = end_line()
-        line += flat.line[flat.ends[index - 1] : flat.starts[index]] if line else INDENT * len(open_until)
+        elif index in flat.breaks:
+            line, continued = end_line(), 1
+        indent = INDENT * (len(open_until) + continued)
+        line += flat.line[flat.ends[index - 1] : flat.starts[index]] if line else indent
         last, breaks = flat.closers.get(index, index), False
         if flat.breakable(index):
             until = last if open_until else flat.line_end(last)
@@ -202,7 +241,7 @@ def _broken(flat: _Flat) -> list[str]:
         for comment in flat.comments[last]:
             if comment.alone:
                 line = end_line()
-                lines += [""] * comment.set_off + [INDENT * len(open_until) + comment.text]
+                lines += [""] * comment.set_off + [INDENT * max(len(open_until) + continued, 1) + comment.text]
             else:
                 line += "  " + comment.text
         if breaks or flat.comments[last]:
@@ -214,10 +253,9 @@ def _broken(flat: _Flat) -> list[str]:
 
 def _begins_line(flat: _Flat, index: int, column: int, *, after_broken: bool) -> bool:
     """Whether a token starts a new line in a broken bracket: voices do, and terms that don't fit on the line."""
-    before = flat.tokens[index - 1].type
     if flat.tokens[index].type == "BAR":
         return True
-    if before == "BAR" or before in _LEADS:
+    if flat.tokens[index - 1].type == "BAR" or index - 1 in flat.glued:
         return False
     end = flat.term_end(index)
     return after_broken or flat.commented(index, end) or column + 1 + flat.width(index, end) > WIDTH

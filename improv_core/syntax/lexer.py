@@ -10,12 +10,14 @@ from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
 NAME = r"[^\W\d]\w*"
-NUMBER = r"[+-]?[0-9]*\.?[0-9]+(?:/[+-]?[0-9]*\.?[0-9]+)?"
+NUMBER = r"[+-]?[0-9]*\.?[0-9]+"
 
 _TOKEN = re.compile(
     rf"""(?> (?: [ \t\r\n\ufeff]+ | \#[^\r\n]*)*) (?:
         (?P<NAME> {NAME})
+      | (?P<SCENE> -{{3,}})
       | (?P<NUMBER> {NUMBER})
+      | (?P<OPERATOR> [*/])
       | (?P<BAR> \|\|) | (?P<EQUAL> =) | (?P<DOLLAR> \$)
       | (?P<LPAR> \() | (?P<RPAR> \)) | (?P<LSQB> \[) | (?P<RSQB> \])
       | (?P<END> \Z) | (?P<STRAY> .))""",

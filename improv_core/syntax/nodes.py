@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -27,6 +27,35 @@ class Primitive:
 class Name:
     span: Span
     text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number, or a product of numbers and parameters: the tokens of its factors, with `*` or `/` between them.
+
+    If it is missing, its only factor has no text. The parser has reported it.
+    """
+
+    span: Span
+    tokens: tuple[Token, ...]
+
+    @property
+    def text(self) -> str:
+        return "".join(token.text for token in self.tokens)
+
+    @property
+    def parameters(self) -> Iterator[Token]:
+        return (token for token in self.tokens if token.type == "PARAM")
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A use of a phrase: its name and its arguments. The parser leaves `movements` empty; `gather` fills them in."""
+
+    span: Span
+    name: Name
+    numbers: tuple[Number, ...]
+    movements: tuple[Node, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,30 +87,65 @@ class Bracket:
 
 
 @dataclass(frozen=True, slots=True)
+class Condition:
+    """The name of a sense, and whether `not` stands before it."""
+
+    span: Span
+    is_negated: bool
+    sense: Token
+
+
+@dataclass(frozen=True, slots=True)
 class Apply:
-    """A transformer, its number or plane if it has one, and the term that it applies to."""
+    """A transformer, its arguments, and the term that it applies to."""
 
     span: Span
     word: Token
-    argument: Token | None
     body: Node
+    numbers: tuple[Number, ...] = ()
+    across: Token | None = None
+    condition: Condition | None = None
 
     @property
     def plane(self) -> Word | None:
-        return WORDS.get(self.argument.text) if self.argument else None
+        return WORDS.get(self.across.text) if self.across else None
 
 
-Node: TypeAlias = Primitive | Name | Missing | Series | Parallel | Bracket | Apply
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """`if condition then else otherwise`. `then` must be one term."""
+
+    span: Span
+    word: Token
+    condition: Condition
+    then: Node
+    otherwise: Node
+
+
+Node: TypeAlias = Primitive | Name | Call | Missing | Series | Parallel | Bracket | Apply | Choice
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter in the head of a definition: `n` is a number, `(m)` is a movement."""
+
+    token: Token
+    is_number: bool
+
+    @property
+    def name(self) -> str:
+        return self.token.text
 
 
 @dataclass(frozen=True, slots=True)
 class Statement:
     """A statement's tree and syntax errors.
 
-    `sign` is the `beat`, `=`, or `$` that makes it a tempo, a definition, or a play statement; None if it has none.
-    `heads` are the names before the sign. `body` is the movement, and `number` the tempo. `defines` is the name that
-    it defines, if that name is allowed. `uses` are the names in the movement, each once. `has_voices` says whether it
-    contains `||`.
+    `sign` is the `beat`, `=`, `$`, or `---` that makes it a tempo, a definition, a play statement, or a new scene; None
+    if it has none. `heads` are the names before the sign, and `parameters` those of a phrase. `body` is the movement
+    as it can be read without knowing how many movements each name takes (see `gather`), and `number` the tempo.
+    `defines` is the name that it defines, if that name is allowed. `uses` are the names in the movement that are not
+    parameters, each once. The flags say whether it contains `||`, `canon`, a condition, and numbers after a name.
     """
 
     text: str
@@ -89,10 +153,14 @@ class Statement:
     sign: Token | None
     heads: tuple[Token, ...] = ()
     body: Node | None = None
-    number: Token | None = None
+    number: Number | None = None
     defines: str | None = None
     uses: tuple[str, ...] = ()
     has_voices: bool = False
+    has_canon: bool = False
+    has_senses: bool = False
+    has_arguments: bool = False
+    parameters: tuple[Parameter, ...] = ()
 
     @property
     def tokens(self) -> list[Token]:
@@ -110,6 +178,10 @@ def children(node: Node) -> tuple[Node, ...]:
         return (node.body,)
     if isinstance(node, Bracket) and node.body:
         return (node.body,)
+    if isinstance(node, Call):
+        return (node.name, *node.movements)
+    if isinstance(node, Choice):
+        return (node.then, node.otherwise)
     return ()
 
 
@@ -123,6 +195,23 @@ def nodes(node: Node) -> Iterator[Node]:
 def names(node: Node) -> Iterator[Name]:
     """The names inside a node, in the order of the text."""
     return (each for each in nodes(node) if isinstance(each, Name))
+
+
+def numbers(node: Node) -> tuple[Number, ...]:
+    """The numbers that belong to a node itself."""
+    return node.numbers if isinstance(node, (Apply, Call)) else ()
+
+
+def mentions(node: Node | Number, movements: Container[str]) -> Iterator[str]:
+    """The parameters that a node or a number mentions, in order. `movements` names those that are movements."""
+    if isinstance(node, Number):
+        yield from (token.text for token in node.parameters)
+        return
+    for each in nodes(node):
+        for number in numbers(each):
+            yield from mentions(number, movements)
+        if isinstance(each, Name) and each.text in movements:
+            yield each.text
 
 
 def items(voice: Node) -> int:

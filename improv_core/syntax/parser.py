@@ -6,25 +6,32 @@ import sys
 from collections import OrderedDict
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import pairwise
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.score.movement import hold
 from improv_core.syntax.brackets import close_brackets
-from improv_core.syntax.derivation import Branch, Leaf, derive
+from improv_core.syntax.derivation import Branch, Leaf, Shape, derive
+from improv_core.syntax.heads import Head, classified, split_head
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import (
     LONGEST,
     Apply,
     Bracket,
+    Call,
+    Choice,
+    Condition,
     Missing,
     Name,
     Node,
+    Number,
     Parallel,
     Primitive,
     Series,
     Statement,
 )
-from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.slips import late_number
+from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
 from improv_core.text import Span
 
 DEEPEST = 200
@@ -75,112 +82,86 @@ def _parsed(text: str) -> Statement:
     if len(text) > LONGEST:
         message = f"this statement has more than {LONGEST:,} characters: split it up"
         return Statement(text, (Diagnostic("syntax", Span(0, len(text)), message),), None)
-    all_tokens = lex(text)
-    if too_deep := _too_deep(all_tokens):
-        return Statement(text, (too_deep,), _sign(all_tokens))
-    tokens, diagnostics = close_brackets(all_tokens)
-    heads, sign, rest, wrong_heads = _heads(text, tokens)
-    diagnostics += wrong_heads
-    feed = [*heads, sign, *rest] if sign and sign.type != "BEAT" else rest
-    body, wrong_form = _parse(feed)
+    head, rest = split_head(text, lex(text))
+    rest = classified(rest, head.numbers)
+    sign = head.sign
+    if too_deep := _too_deep(rest):
+        return Statement(text, (too_deep,), sign)
+    rest, wrong_brackets = close_brackets(rest)
+    diagnostics = [*head.diagnostics, *wrong_brackets]
+    feed = [*head.names, sign, *rest] if sign and head.names else rest
+    body, tempo, wrong_form = _parse(feed, head)
     if not diagnostics:  # one error, one message: a wrong bracket or head makes the rest look wrong too
         diagnostics += wrong_form
-    number = next((token for token in rest if token.type == "NUMBER"), None) if body is None else None
-    names = dict.fromkeys(token.text for token in rest if token.type == "NAME")
-    defines = heads[0].text if sign and sign.type == "EQUAL" and heads[0].text not in ("", *WORDS) else None
-    voices = any(token.type == "BAR" for token in rest)
-    return Statement(text, tuple(diagnostics), sign, tuple(heads), body, number, defines, tuple(names), voices)
-
-
-def _heads(text: str, tokens: Sequence[Token]) -> tuple[list[Token], Token | None, list[Token], list[Diagnostic]]:
-    """The names before the sign (as HEAD tokens), the sign, the tokens to parse, and the errors before them."""
-    sign = _sign(tokens)
-    if sign is None:
-        return [], None, list(tokens), _without_sign(tokens)
-    if sign.type == "BEAT":
-        return [], sign, list(tokens), []
-    place = next(index for index, token in enumerate(tokens) if token is sign)
-    before, rest = _joined(text, tokens[:place]), list(tokens[place + 1 :])
-    names = [token._replace(type="HEAD") for token in before if token.type not in ("LPAR", "RPAR", "LSQB", "RSQB")]
-    what = "a name" if sign.type == "EQUAL" else "a robot's name"
-    if not names:
-        nothing = Token("HEAD", "", sign.start, sign.start)
-        return [nothing], sign, rest, [Diagnostic("syntax", sign.span, f"write {what} before `{sign.text}`")]
-    if len(names) < len(before):
-        wrong = next(token for token in before if token.type in ("LPAR", "RPAR", "LSQB", "RSQB"))
-        names = names[:1] if sign.type == "EQUAL" else names
-        return names, sign, rest, [Diagnostic("syntax", wrong.span, f"write {what} without brackets")]
-    if sign.type == "EQUAL":
-        wrong_name = [token for token in names if not (token.text[0].isalpha() or token.text[0] == "_")]
-        if wrong_name:
-            message = f"`{wrong_name[0].text}` is not a valid name: start it with a letter or `_`"
-            return names[:1], sign, rest, [Diagnostic("syntax", wrong_name[0].span, message)]
-        if len(names) > 1:
-            return names[:1], sign, rest, [Diagnostic("syntax", names[1].span, "write only one name before `=`")]
-    return names, sign, rest, []
-
-
-def _sign(tokens: Sequence[Token]) -> Token | None:
-    for token in tokens:
-        if token.type in ("EQUAL", "DOLLAR"):
-            return token
-    return tokens[0] if tokens and tokens[0].type == "BEAT" else None
-
-
-def _without_sign(tokens: Sequence[Token]) -> list[Diagnostic]:
-    whole = Span(tokens[0].start, tokens[-1].end) if tokens else Span(0, 0)
-    first = tokens[0] if tokens else None
-    if first and first.type == "NAME" and len(tokens) > 1 and tokens[1].type not in ("NAME", "STRAY", "NUMBER"):
-        fixes = replace("Insert $", Span(first.end, first.end), " $")
-        return [Diagnostic("syntax", first.span, f"write `$` after the robot's name: `{first.text} $ …`", fixes)]
-    if first and first.type not in ("NAME", "STRAY", "NUMBER"):
-        return [Diagnostic("syntax", whole, "write a robot or a name before the movement: `turtle1 $ …` or `name = …`")]
-    return [Diagnostic("syntax", whole, "write `robot $ movement`, `name = movement`, or `beat 60`")]
-
-
-def _joined(text: str, tokens: Sequence[Token]) -> list[Token]:
-    """Names and strays that touch become one token, so `my-robot` is one invalid name instead of three tokens."""
-    joined: list[Token] = []
-    for token in tokens:
-        last = joined[-1] if joined else None
-        if last and last.end == token.start and {last.type, token.type}.isdisjoint({"LPAR", "RPAR", "LSQB", "RSQB"}):
-            joined[-1] = Token("STRAY", text[last.start : token.end], last.start, token.end)
-        else:
-            joined.append(token)
-    return joined
+    name = head.names[0].text if sign and sign.type == "EQUAL" else None
+    types = {token.type for token in rest}
+    movements = {each.name for each in head.parameters if not each.is_number}
+    return Statement(
+        text,
+        tuple(diagnostics),
+        sign,
+        head.names,
+        body,
+        tempo,
+        name if name and name not in WORDS else None,
+        tuple(dict.fromkeys([each.text for each in rest if each.type == "NAME" and each.text not in movements])),
+        "BAR" in types,
+        "FACTOR" in types and any(token.text == "canon" for token in rest),
+        "SENSE" in types,
+        any(one.type == "NAME" and other.type in ("NUMBER", "PARAM") for one, other in pairwise(rest)),
+        head.parameters,
+    )
 
 
 def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
     """The error if brackets and transformers are nested too deeply. A transformer applies until its term starts."""
-    brackets, waiting = [], 0
+    opened: list[tuple[str, int]] = []  # brackets, and `if` until its `else`: each with the level it stands on
+    level = 0
     for token in tokens:
-        if token.type in ("LPAR", "LSQB"):
-            brackets.append(waiting)
-            waiting += 1
-        elif token.type in ("RPAR", "RSQB"):
-            waiting = brackets.pop() if brackets else 0
-        elif token.type in ("MIRROR", "REPEAT", "REFLECT", "FACTOR"):
-            waiting += 1
-        elif token.type in ("PRIMITIVE", "NAME"):
-            waiting = brackets[-1] + 1 if brackets else 0
-        if waiting > DEEPEST:
+        kind = token.type
+        if kind in ("LPAR", "LSQB", "IF"):
+            opened.append((kind, level))
+            level += 1
+        elif kind in ("RPAR", "RSQB"):
+            while opened and opened[-1][0] == "IF":
+                opened.pop()
+            level = opened.pop()[1] if opened else 0
+        elif kind == "ELSE":
+            if opened and opened[-1][0] == "IF":
+                level = opened.pop()[1] + 1
+        elif kind in _TRANSFORMERS:
+            level += 1
+        elif kind in ("PRIMITIVE", "NAME"):
+            level = opened[-1][1] + 1 if opened else 0
+        if level > DEEPEST:
             message = f"this is nested more than {DEEPEST} levels deep: name a part and use the name"
             return Diagnostic("too-deep", token.span, message)
     return None
 
 
-def _parse(tokens: Sequence[Token]) -> tuple[Node | None, list[Diagnostic]]:
-    """The movement of a statement, and its first syntax error. Later ones may only follow from it."""
+_TRANSFORMERS = frozenset(kind.value for kind in TRANSFORMERS)
+
+
+def _parse(tokens: Sequence[Token], head: Head) -> tuple[Node | None, Number | None, list[Diagnostic]]:
+    """The movement or the tempo of a statement, and its first syntax error. Later ones may only follow from it."""
     derivation = derive(tuple(token.type for token in tokens))
     diagnostics = []
     if unexpected := derivation.unexpected:
         last = tokens[unexpected.at - 1] if unexpected.at else None
         found = tokens[unexpected.at] if unexpected.at < len(tokens) else None
         if marked := found or last:
-            diagnostics.append(Diagnostic("syntax", marked.span, *_wanted(last, found, unexpected.wanted)))
+            wrong = _wrong_kind(found, unexpected.wanted, head) if found else None
+            wrong = wrong or late_number(tokens, unexpected.at)
+            diagnostics.append(
+                wrong or Diagnostic("syntax", marked.span, *_wanted(last, found, unexpected.wanted)),
+            )
     statement = derivation.statement
-    movement = statement.parts[-1] if statement and statement.rule != "tempo" else None
-    return _node(movement, tokens) if isinstance(movement, Branch) else None, diagnostics
+    shape = statement.parts[-1] if statement else None
+    if not statement or not isinstance(shape, Branch):
+        return None, None, diagnostics
+    if statement.rule == "tempo":
+        return None, _number(shape, tokens), diagnostics
+    return _node(shape, tokens), None, diagnostics
 
 
 def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
@@ -198,15 +179,43 @@ def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
     if rule == "word":
         return _primitive(token.text, token.start)
     if rule == "name":
-        return _name(token.text, token.start)
+        name = _name(token.text, token.start)
+        if len(parts) == 1:
+            return name
+        numbers = _numbers(parts, tokens)
+        return Call(_span(token.start, numbers[-1].span.end), name, numbers)
     if rule == "missing":
         return Missing(token.span)
     if isinstance(last, Leaf):
         body = _node(parts[1], tokens) if isinstance(parts[1], Branch) else None
         return Bracket(_span(token.start, _token(last, tokens).end), token.type == "LSQB", body)
     term = _node(last, tokens)
-    argument = _token(parts[1], tokens) if isinstance(parts[1], Leaf) else None
-    return Apply(_span(token.start, term.span.end), token, argument, term)
+    whole = _span(token.start, term.span.end)
+    second = parts[1]
+    if rule == "choice":
+        then = parts[2]
+        assert isinstance(second, Branch)
+        assert isinstance(then, Branch)
+        return Choice(whole, token, _condition(second, tokens), _node(then, tokens), term)
+    if isinstance(second, Leaf):
+        return Apply(whole, token, term, across=_token(second, tokens))
+    if second.rule == "condition":
+        return Apply(whole, token, term, condition=_condition(second, tokens))
+    return Apply(whole, token, term, _numbers(parts, tokens))
+
+
+def _numbers(parts: Sequence[Shape], tokens: Sequence[Token]) -> tuple[Number, ...]:
+    return tuple([_number(part, tokens) for part in parts if isinstance(part, Branch) and part.rule == "number"])
+
+
+def _number(shape: Branch, tokens: Sequence[Token]) -> Number:
+    factors = tuple([_token(leaf, tokens) for leaf in shape.parts if isinstance(leaf, Leaf)])
+    return Number(_span(factors[0].start, factors[-1].end), factors)
+
+
+def _condition(shape: Branch, tokens: Sequence[Token]) -> Condition:
+    found = [_token(leaf, tokens) for leaf in shape.parts if isinstance(leaf, Leaf)]
+    return Condition(_span(found[0].start, found[-1].end), len(found) > 1, found[-1])
 
 
 _span = lru_cache(maxsize=20_000)(Span)
@@ -231,22 +240,50 @@ def _token(leaf: Leaf, tokens: Sequence[Token]) -> Token:
     return Token(leaf.type, "", place, place)
 
 
+_IN_NUMBERS = frozenset({"NUMBER", "PARAM", "OPERATOR"})
+_IN_CONDITIONS = frozenset({"NOT", "SENSE"})
+
+
+def _wrong_kind(found: Token, accepts: frozenset[str], head: Head) -> Diagnostic | None:
+    """The error if `found` is a number where a movement should be, or a movement where a number should be."""
+    name = found.text
+    if found.type == "PARAM" and "PRIMITIVE" in accepts:
+        message = f"`{name}` is a number here: write `({name})` in the head to make it a movement"
+        return Diagnostic("parameter-kind", found.span, message, head.of_other_kind(name))
+    if found.type == "NAME" and accepts <= _IN_NUMBERS and name in (each.name for each in head.parameters):
+        message = f"`{name}` is a movement here: write it without brackets in the head to make it a number"
+        return Diagnostic("parameter-kind", found.span, message, head.of_other_kind(name))
+    return None
+
+
 def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) -> tuple[str, tuple[Fix, ...]]:
     """The message about `found` (None at the end of the statement), which comes after `last`, and its fixes."""
     after = f" after `{last.text}`" if last else ""
     if accepts == {"PLANE"}:
         return f"write a plane{after}: YZ, XZ, or XY", ()
-    if accepts == {"NUMBER"}:
+    if accepts <= _IN_CONDITIONS:
+        return f"write a sense{after}, such as `cue`", ()
+    if accepts <= _IN_NUMBERS:
         example = f", such as `{WORDS[last.text].usage}`" if last and last.text in WORDS else ""
         return f"write a number{after}{example}", ()
     if found is None or found.type in ("BAR", "RPAR", "RSQB"):
+        if "ELSE" in accepts:
+            return f"write `else` and another movement{after}", ()
         return f"write a movement{after}", ()
     if found.type == "PLANE":
         before = Span(found.start, found.start)
         return f"write `reflect` before `{found.text}`", replace("Insert reflect", before, "reflect ")
     remove = replace(f"Remove {found.text}", found.span, "")
     if found.type == "NUMBER":
-        return f"remove `{found.text}`: a number can only follow `repeat`, `fast`, `slow`, or `scale`", remove
+        return f"remove `{found.text}`: a number can only follow a name or a word such as `repeat` or `scale`", remove
+    if found.type == "OPERATOR":
+        return f"remove `{found.text}`: it can only stand between numbers", remove
+    if found.type == "SCENE":
+        return f"write `{found.text}` on a line of its own", ()
+    if found.type == "ELSE":
+        return "remove `else`, or write `if` and a sense before it", remove
+    if found.type == "NOT":
+        return "remove `not`: it can only follow `until`, `pause`, or `if`", remove
     if found.text == "|":
         return "write `||` between movements that play in parallel", replace("Change to ||", found.span, "||")
     if found.text == ",":

@@ -325,8 +325,8 @@ def _node(node: Node, start: int) -> Tree:
     elif isinstance(node, Apply):
         kind = "transformation"
         before = [_word("transformer", node.word, start)]
-        if node.argument:
-            before.append(_word(node.argument.type.lower(), node.argument, start))
+        if node.across:
+            before.append(_word("plane", node.across, start))
         parts = [*before, *parts]
     return Tree(kind, start + node.span.start, start + node.span.end, tuple(parts))
 

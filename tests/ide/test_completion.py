@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from improv_core.ide.completion import Completion, Item, complete, document
 from improv_core.robots.config import read_robots
-from improv_core.syntax.vocabulary import Kind, of_kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind
 from tests.ide.cursor import at_cursor
 
-MOVING = of_kind(Kind.PRIMITIVE, Kind.MIRROR, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR)
+MOVING = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
 PLANES = of_kind(Kind.PLANE)
 
 

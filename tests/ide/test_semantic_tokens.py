@@ -28,7 +28,7 @@ def check(program: str | Analysis, *words: str) -> None:
 def test_all_kinds() -> None:
     check(
         "beat 3/2 # slow\n# all\nx = fast 2 up\nr $ x || reflect YZ [x]",
-        *("beat:modifier", "3/2:number", "# slow:comment", "# all:comment"),
+        *("beat:modifier", "3:number", "/:operator", "2:number", "# slow:comment", "# all:comment"),
         *("x:variable.definition", "=:operator", "fast:keyword", "2:number", "up:function.defaultLibrary"),
         *("r:class", "$:operator", "x:variable", "||:operator", "reflect:keyword", "YZ:enumMember", "x:variable"),
     )

@@ -1,0 +1,60 @@
+"""Performs a whole score of which senses are scripted: no clock, no robots. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from improv_core.score.movement import ENDLESS, STILL, Duration, Exact, Movement
+from improv_core.score.performer import Performer
+from improv_core.score.walk import Moment
+
+
+class Sensing(NamedTuple):
+    """A sense that holds from a beat to another, which is excluded, or at an instant if they are the same.
+
+    Without a robot, it holds for all of them.
+    """
+
+    sense: str
+    robot: str | None
+    start: Exact
+    end: Duration = ENDLESS
+
+    def holds(self, robot: str, sense: str, beat: Exact) -> bool:
+        mine = self.sense == sense and self.robot in (None, robot)
+        return mine and (self.start <= beat < self.end or self.start == beat == self.end)
+
+
+def perform(scenes: Sequence[Mapping[str, Movement]], script: Sequence[Sensing]) -> Iterator[tuple[str, Moment]]:
+    """What each robot does, in the order of time. Each scene lists all robots.
+
+    A scene begins on the first whole beat at which all before it is over. Until then a robot that is done stands.
+    """
+    changes = sorted({beat for sensing in script for beat in (sensing.start, sensing.end)})
+    beat: Exact = 0
+    for index, scene in enumerate(scenes):
+        performers = {robot: Performer(movement, beat) for robot, movement in scene.items()}
+        more = index + 1 < len(scenes)
+        while playing := [robot for robot, performer in performers.items() if _plays(performer, robot, script)]:
+            changing = changes[bisect_right(changes, beat) :][:1]
+            until = min([*(performers[robot].until for robot in playing), *changing])
+            assert not isinstance(until, float)
+            for robot, performer in performers.items():
+                if robot in playing:
+                    yield robot, Moment(beat, until - beat, *performer.velocity())
+                    performer.advance(until)
+                elif more:
+                    yield robot, Moment(beat, until - beat, STILL, ())
+            beat = until
+        if more and (rest := math.ceil(beat) - beat):
+            for robot in scene:
+                yield robot, Moment(beat, rest, STILL, ())
+        beat = math.ceil(beat)
+
+
+def _plays(performer: Performer, robot: str, script: Sequence[Sensing]) -> bool:
+    performer.settle(lambda sense: any(each.holds(robot, sense, performer.beat) for each in script))
+    return not performer.is_over

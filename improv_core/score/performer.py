@@ -1,0 +1,458 @@
+"""Performs an open movement, one whose moments depend on what its robot senses. Standard library only.
+
+A closed movement is walked ahead (walk.py). An open one can't be: a performer is told what is sensed as time passes,
+and knows what the robot does until the next change that is certain. It never reads a clock.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import chain, count, repeat
+from typing import NamedTuple
+
+from improv_core.score.dice import ROBOTS, Dice, Seed, Shuffle, Throwing, at_turn, decided, dice_of, in_order
+from improv_core.score.movement import (
+    ENDLESS,
+    NORMAL,
+    SAME,
+    STILL,
+    Duration,
+    Exact,
+    Gain,
+    Movement,
+    Pace,
+    Parallel,
+    Repeat,
+    Series,
+    Use,
+    Velocity,
+    all_by,
+)
+from improv_core.score.reactions import If, Pause, Until
+from improv_core.score.walk import NOWHERE, Source, walk
+from improv_core.text import Span
+
+Sensed = Callable[[str], bool]
+"""Whether a sense is true at this moment."""
+
+
+Performed = tuple[Velocity, tuple[Source, ...]]
+"""A velocity, and the words that play."""
+
+
+class Performer:
+    """The performance of a movement that begins at a beat, for one robot. Beats are those of the performance.
+
+    Call `settle` when something may have changed, then ask, then `advance`.
+    """
+
+    def __init__(self, movement: Movement, beat: Exact = 0) -> None:
+        self._act = _act(movement, _Setting(dice_of(ROBOTS) if movement.dice else None))
+        self.beat = beat
+        """The beat up to which it has been performed."""
+
+    def settle(self, sensed: Sensed) -> list[Decision]:
+        """Do all that takes no time: begin what begins now, and read the senses that are watched now."""
+        decisions = []
+        while not self._act.is_over(self.beat) and (decision := self._act.read(sensed, self.beat)):
+            decisions.append(decision)
+        return decisions
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is left to perform."""
+        return self._act.is_over(self.beat)
+
+    @property
+    def until(self) -> Duration:
+        """The beat of the next change, if what is sensed does not change before."""
+        return self.beat + self._act.left()
+
+    def velocity(self) -> Performed:
+        """What is performed until then."""
+        return self._act.velocity()
+
+    def watched(self) -> frozenset[str]:
+        """The senses that may change that."""
+        return frozenset(self._act.watched())
+
+    def advance(self, beat: Exact) -> None:
+        """Perform up to a beat, `until` at the latest."""
+        if passed := beat - self.beat:
+            self._act.pass_time(passed)
+            self.beat = beat
+
+
+class Decision(NamedTuple):
+    """What a word of senses has decided at a beat: whether its condition held. `sources` ends with that word."""
+
+    sources: tuple[Source, ...]
+    beat: Exact
+    held: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Setting:
+    """What stands around a movement: its dice, its rate and gain, and where it was written."""
+
+    dice: Dice | None
+    rate: Fraction = NORMAL
+    gain: Velocity = SAME
+    statement: int = NOWHERE
+    sources: tuple[Source, ...] = ()
+
+    def at(self, span: Span | None) -> tuple[Source, ...]:
+        return (*self.sources, Source(self.statement, span)) if span else self.sources
+
+
+class _Act(ABC):
+    """A movement in performance. Times are beats of the performance, apart from those in which it is frozen."""
+
+    @abstractmethod
+    def is_over(self, beat: Exact) -> bool:
+        """Whether no time is left. Begins what begins now, and reads no sense: an undecided `if` is not over."""
+
+    @abstractmethod
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        """Read senses, outermost first, up to the first that decides something. For acts that are not over."""
+
+    @abstractmethod
+    def left(self) -> Duration:
+        """The beats until the next change that is certain."""
+
+    @abstractmethod
+    def velocity(self) -> Performed: ...
+
+    @abstractmethod
+    def pass_time(self, beats: Exact) -> None: ...
+
+    @abstractmethod
+    def watched(self) -> Iterator[str]: ...
+
+
+def _act(movement: Movement, around: _Setting) -> _Act:
+    """The act of a movement. What is closed is walked as a whole."""
+    while movement.open:
+        if isinstance(movement, Use):
+            around = replace(around, sources=around.at(movement.span), statement=movement.statement)
+            movement = movement.body
+        elif isinstance(movement, Gain):
+            around, movement = replace(around, gain=around.gain.times(movement.gain)), movement.body
+        elif isinstance(movement, Pace):
+            around, movement = replace(around, rate=around.rate * movement.rate), movement.body
+        elif isinstance(movement, (Seed, Throwing)):
+            assert around.dice
+            movement, dice = decided(movement, around.dice)
+            around = replace(around, dice=dice)
+        elif isinstance(movement, Series):
+            return _Sequence(_in_turn(movement, around))
+        elif isinstance(movement, Shuffle):
+            assert around.dice
+            items = in_order(movement, around.dice)
+            return _Sequence(_act(item, replace(around, dice=dice)) for item, dice in items)
+        elif isinstance(movement, Repeat):
+            return _Rounds(movement, around)
+        elif isinstance(movement, Parallel):
+            return _Together(movement, around)
+        elif isinstance(movement, Until):
+            return _Until(movement, around)
+        elif isinstance(movement, Pause):
+            return _Pause(movement, around)
+        else:
+            assert isinstance(movement, If)
+            return _If(movement, around)
+    return _Closed(movement, around)
+
+
+def _in_turn(series: Series, around: _Setting) -> Iterator[_Act]:
+    throws = series.first_throws or repeat(0)
+    for item, throw in zip(series.items, throws, strict=False):
+        yield _act(item, replace(around, dice=around.dice and around.dice.after(throw)))
+
+
+class _Closed(_Act):
+    """A closed movement. It reads nothing."""
+
+    def __init__(self, movement: Movement, around: _Setting) -> None:
+        self._around = around
+        self._moments = walk(movement, dice=around.dice, statement=around.statement)
+        self._left: Duration = 0
+        self._performed: Performed | None = None
+        self._next()
+
+    def is_over(self, beat: Exact) -> bool:
+        return self._performed is None
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        return None
+
+    def left(self) -> Duration:
+        return self._left
+
+    def velocity(self) -> Performed:
+        assert self._performed
+        return self._performed
+
+    def pass_time(self, beats: Exact) -> None:
+        self._left -= beats
+        if not self._left:
+            self._next()
+
+    def watched(self) -> Iterator[str]:
+        return iter(())
+
+    def _next(self) -> None:
+        moment, around = next(self._moments, None), self._around
+        if moment:
+            self._left = moment.duration / around.rate
+            velocity = moment.velocity.times(around.gain).times(all_by(around.rate))
+            self._performed = velocity, around.sources + moment.sources
+        else:
+            self._performed = None
+
+
+class _Sequence(_Act):
+    """Movements one after another. Each begins when the one before it is over."""
+
+    def __init__(self, items: Iterator[_Act]) -> None:
+        self._items = items
+        self._item = next(items, None)
+
+    def is_over(self, beat: Exact) -> bool:
+        while self._item and self._item.is_over(beat):
+            self._item = next(self._items, None)
+        return self._item is None
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        assert self._item
+        return self._item.read(sensed, beat)
+
+    def left(self) -> Duration:
+        assert self._item
+        return self._item.left()
+
+    def velocity(self) -> Performed:
+        assert self._item
+        return self._item.velocity()
+
+    def pass_time(self, beats: Exact) -> None:
+        assert self._item
+        self._item.pass_time(beats)
+
+    def watched(self) -> Iterator[str]:
+        assert self._item
+        return self._item.watched()
+
+
+class _Rounds(_Act):
+    """A repeat. A round that takes no time ends it or, if it is endless, makes it stand until the next whole beat."""
+
+    def __init__(self, movement: Repeat, around: _Setting) -> None:
+        self._endless = movement.times is None
+        self._rounds = _rounds(movement, around)
+        self._round = next(self._rounds, None)
+        self._took: Exact = 0
+        self._stands: Exact = 0
+
+    def is_over(self, beat: Exact) -> bool:
+        while not self._stands and self._round and self._round.is_over(beat):
+            if self._took or not self._endless:
+                self._round = next(self._rounds, None) if self._took else None
+            else:
+                self._round, self._stands = next(self._rounds), to_next_whole(beat)
+            self._took = 0
+        return self._round is None
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        assert self._round
+        return None if self._stands else self._round.read(sensed, beat)
+
+    def left(self) -> Duration:
+        assert self._round
+        return self._stands or self._round.left()
+
+    def velocity(self) -> Performed:
+        assert self._round
+        return (STILL, ()) if self._stands else self._round.velocity()
+
+    def pass_time(self, beats: Exact) -> None:
+        assert self._round
+        if self._stands:
+            self._stands -= beats
+        else:
+            self._took += beats
+            self._round.pass_time(beats)
+
+    def watched(self) -> Iterator[str]:
+        assert self._round
+        return iter(()) if self._stands else self._round.watched()
+
+
+def _rounds(movement: Repeat, around: _Setting) -> Iterator[_Act]:
+    for turn in count() if movement.times is None else range(movement.times):
+        dice = around.dice and at_turn(movement, around.dice, turn)
+        yield _act(movement.body, replace(around, dice=dice))
+
+
+class _Together(_Act):
+    """Voices at once. The first that is over ends all, except that a voice that is empty when it begins is ignored."""
+
+    def __init__(self, movement: Parallel, around: _Setting) -> None:
+        dice = around.dice if movement.dice else None
+        self._voices = [
+            _act(voice, replace(around, dice=dice and dice.inside(index))) for index, voice in enumerate(movement.items)
+        ]
+        self._begins = True
+
+    def is_over(self, beat: Exact) -> bool:
+        over = [voice for voice in self._voices if voice.is_over(beat)]
+        if self._begins:
+            self._voices = [voice for voice in self._voices if voice not in over]
+        return not self._voices or (bool(over) and not self._begins)
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        return next(filter(None, (voice.read(sensed, beat) for voice in self._voices)), None)
+
+    def left(self) -> Duration:
+        return min(voice.left() for voice in self._voices)
+
+    def velocity(self) -> Performed:
+        velocity = STILL
+        sources: tuple[Source, ...] = ()
+        for voice in self._voices:
+            own, words = voice.velocity()
+            velocity, sources = velocity.plus(own), sources + words
+        return velocity, sources
+
+    def pass_time(self, beats: Exact) -> None:
+        self._begins = False
+        for voice in self._voices:
+            voice.pass_time(beats)
+
+    def watched(self) -> Iterator[str]:
+        return chain.from_iterable(voice.watched() for voice in self._voices)
+
+
+class _Until(_Act):
+    """An `until`: as soon as its condition holds, the robot stands until the next whole beat, or until it would end."""
+
+    def __init__(self, movement: Until, around: _Setting) -> None:
+        self._until = movement
+        self._source = around.at(movement.span)
+        self._act = _act(movement.body, around)
+        self._stands: Exact | None = None
+        body = movement.body
+        self._left: Duration = ENDLESS if body.open else body.duration / around.rate
+
+    def is_over(self, beat: Exact) -> bool:
+        return self._act.is_over(beat) if self._stands is None else not self._stands
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        if self._stands is not None:
+            return None
+        if self._until.condition.holds(sensed):
+            whole = to_next_whole(beat)
+            self._stands = whole if isinstance(self._left, float) else min(whole, self._left)
+            return Decision(self._source, beat, True)
+        return self._act.read(sensed, beat)
+
+    def left(self) -> Duration:
+        return self._act.left() if self._stands is None else self._stands
+
+    def velocity(self) -> Performed:
+        return self._act.velocity() if self._stands is None else (STILL, self._source)
+
+    def pass_time(self, beats: Exact) -> None:
+        if self._stands is None:
+            self._act.pass_time(beats)
+            self._left -= beats
+        else:
+            self._stands -= beats
+
+    def watched(self) -> Iterator[str]:
+        if self._stands is None:
+            yield self._until.condition.sense
+            yield from self._act.watched()
+
+
+class _Pause(_Act):
+    """A `pause`: while its condition holds, the robot stands, beat by beat, and then goes on from there."""
+
+    def __init__(self, movement: Pause, around: _Setting) -> None:
+        self._pause = movement
+        self._source = around.at(movement.span)
+        self._act = _act(movement.body, around)
+        self._stands: Exact = 0
+
+    def is_over(self, beat: Exact) -> bool:
+        return not self._stands and self._act.is_over(beat)
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        if self._stands:
+            return None
+        if self._pause.condition.holds(sensed):
+            self._stands = 1
+            return Decision(self._source, beat, True)
+        return self._act.read(sensed, beat)
+
+    def left(self) -> Duration:
+        return self._stands or self._act.left()
+
+    def velocity(self) -> Performed:
+        return (STILL, self._source) if self._stands else self._act.velocity()
+
+    def pass_time(self, beats: Exact) -> None:
+        if self._stands:
+            self._stands -= beats
+        else:
+            self._act.pass_time(beats)
+
+    def watched(self) -> Iterator[str]:
+        yield self._pause.condition.sense
+        if not self._stands:
+            yield from self._act.watched()
+
+
+class _If(_Act):
+    """An `if`: its condition decides, when it begins, which of two movements is performed."""
+
+    def __init__(self, movement: If, around: _Setting) -> None:
+        self._if = movement
+        self._around = around
+        self._act: _Act | None = None
+
+    def is_over(self, beat: Exact) -> bool:
+        return self._act is not None and self._act.is_over(beat)
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        if self._act:
+            return self._act.read(sensed, beat)
+        holds = self._if.condition.holds(sensed)
+        movement, dice = self._if.side(holds, self._around.dice)
+        self._act = _act(movement, replace(self._around, dice=dice))
+        return Decision(self._around.at(self._if.span), beat, holds)
+
+    def left(self) -> Duration:
+        assert self._act
+        return self._act.left()
+
+    def velocity(self) -> Performed:
+        assert self._act
+        return self._act.velocity()
+
+    def pass_time(self, beats: Exact) -> None:
+        assert self._act
+        self._act.pass_time(beats)
+
+    def watched(self) -> Iterator[str]:
+        assert self._act
+        return self._act.watched()
+
+
+def to_next_whole(beat: Exact) -> Exact:
+    """The beats from a beat to the next whole one, which is later."""
+    return math.floor(beat) + 1 - beat

@@ -1,0 +1,73 @@
+"""Gives names the movements that they take. How many that is only their definitions say, so the parser can't."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from improv_core.syntax.nodes import Apply, Bracket, Call, Choice, Name, Node, Parallel, Series
+from improv_core.syntax.parser import DEEPEST
+from improv_core.text import Span
+
+
+class TooDeepError(Exception):
+    """Movements are nested too deeply at `span`."""
+
+    def __init__(self, span: Span) -> None:
+        super().__init__(f"this is nested more than {DEEPEST} levels deep: name a part and use the name")
+        self.span = span
+
+
+def gather(body: Node, movements_of: Callable[[str], int]) -> Node:
+    """The tree in which each name has as many of the terms after it as `movements_of` says, or as there are.
+
+    A name binds as tightly as a transformer. Raises TooDeepError.
+    """
+    return _Gatherer(movements_of).whole(body, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Gatherer:
+    movements_of: Callable[[str], int]
+
+    def whole(self, node: Node, level: int) -> Node:
+        """A node that is not followed by terms it could take."""
+        if isinstance(node, Parallel):
+            return replace(node, voices=tuple([self.whole(voice, level) for voice in node.voices]))
+        if not isinstance(node, Series):
+            return self._term(node, deque(), level)
+        rest = deque(node.items)
+        items = []
+        while rest:
+            items.append(self._term(rest.popleft(), rest, level))
+        return items[0] if len(items) == 1 else replace(node, items=tuple(items))
+
+    def _term(self, node: Node, rest: deque[Node], level: int) -> Node:
+        """A term that begins with this node and takes what it needs from the rest."""
+        if level > DEEPEST:
+            raise TooDeepError(node.span)
+        if isinstance(node, (Name, Call)):
+            return self._called(node, rest, level)
+        if isinstance(node, Apply):
+            body = self._term(node.body, rest, level + 1)
+            return node if body is node.body else replace(node, span=_until(node, body), body=body)
+        if isinstance(node, Bracket) and node.body:
+            return replace(node, body=self.whole(node.body, level + 1))
+        if isinstance(node, Choice):
+            then = self.whole(node.then, level + 1)
+            otherwise = self._term(node.otherwise, rest, level + 1)
+            return replace(node, span=_until(node, otherwise), then=then, otherwise=otherwise)
+        return node
+
+    def _called(self, node: Name | Call, rest: deque[Node], level: int) -> Node:
+        name, numbers = (node, ()) if isinstance(node, Name) else (node.name, node.numbers)
+        wanted = self.movements_of(name.text)
+        movements: list[Node] = []
+        while rest and len(movements) < wanted:
+            movements.append(self._term(rest.popleft(), rest, level + 1))
+        return Call(_until(node, movements[-1]), name, numbers, tuple(movements)) if movements else node
+
+
+def _until(first: Node, last: Node) -> Span:
+    return Span(first.span.start, last.span.end)

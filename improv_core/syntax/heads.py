@@ -1,0 +1,164 @@
+"""The part of a statement before its sign: a name and its parameters, or robots. And what names are by their place."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from improv_core.diagnostics import Diagnostic, Fix, replace
+from improv_core.syntax.brackets import close_brackets
+from improv_core.syntax.lexer import NAME, Token
+from improv_core.syntax.nodes import Parameter
+from improv_core.syntax.slips import without_commas, without_sign
+from improv_core.text import Span
+
+_BRACKETS = frozenset({"LPAR", "RPAR", "LSQB", "RSQB"})
+_BEFORE_SENSES = frozenset({"GUARD", "IF", "NOT"})
+_NAME = re.compile(NAME)
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """The names before the sign (as HEAD tokens), the parameters, the sign, and the errors in them.
+
+    `declared` is the text from the first parameter to the last.
+    """
+
+    names: tuple[Token, ...]
+    sign: Token | None
+    parameters: tuple[Parameter, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
+    declared: Span | None = None
+
+    @property
+    def numbers(self) -> Collection[str]:
+        """The names of the parameters that are numbers."""
+        return {each.name for each in self.parameters if each.is_number}
+
+    def of_other_kind(self, name: str) -> tuple[Fix, ...]:
+        """The fix that makes a number of a parameter that is a movement, or the other way around."""
+        kinds = {each.name: each.is_number != (each.name == name) for each in self.parameters}
+        numbers = [each for each, is_number in kinds.items() if is_number]
+        movements = [f"({each})" for each, is_number in kinds.items() if not is_number]
+        assert self.declared
+        return replace(f"Change {name} in the head", self.declared, " ".join([*numbers, *movements]))
+
+
+def split_head(text: str, tokens: Sequence[Token]) -> tuple[Head, list[Token]]:
+    """The head of a statement, and the tokens that follow its sign. All tokens if it has no sign before a movement."""
+    sign = sign_of(tokens)
+    if sign is None:
+        return Head((), None, (), (without_sign(tokens),)), list(tokens)
+    if sign.type in ("BEAT", "SCENE"):
+        return Head((), sign), list(tokens)
+    place = next(index for index, token in enumerate(tokens) if token is sign)
+    before, rest = tokens[:place], list(tokens[place + 1 :])
+    return (_definition if sign.type == "EQUAL" else _robots)(text, before, sign), rest
+
+
+def sign_of(tokens: Sequence[Token]) -> Token | None:
+    """The token that decides what a statement is."""
+    if tokens and tokens[0].type == "SCENE":
+        return tokens[0]
+    for token in tokens:
+        if token.type in ("EQUAL", "DOLLAR"):
+            return token
+    return tokens[0] if tokens and tokens[0].type == "BEAT" else None
+
+
+def classified(tokens: Sequence[Token], numbers: Collection[str]) -> list[Token]:
+    """The tokens of a movement, with names as what they are by their place: senses (SENSE) after words that take
+    one, and the parameters in `numbers` (PARAM)."""
+    found: list[Token] = []
+    before = ""
+    for token in tokens:
+        if token.type == "NAME":
+            if before in _BEFORE_SENSES:
+                token = token._replace(type="SENSE")
+            elif token.text in numbers:
+                token = token._replace(type="PARAM")
+        found.append(token)
+        before = token.type
+    return found
+
+
+def _definition(text: str, tokens: Sequence[Token], sign: Token) -> Head:
+    tokens, wrong_brackets = close_brackets(tokens)
+    joined = _joined(text, tokens)
+    words = [token for token in joined if token.type not in _BRACKETS]
+    if not words:
+        return Head((_nothing(sign),), sign, (), (Diagnostic("syntax", sign.span, "write a name before `=`"),))
+    name, *rest = joined
+    if name is not words[0]:
+        bare = Diagnostic("syntax", name.span, "write a name without brackets")
+        return Head((words[0]._replace(type="HEAD"),), sign, (), (bare,))
+    parameters, wrong = _parameters(rest)
+    if not _NAME.fullmatch(name.text):
+        wrong = Diagnostic("syntax", name.span, _invalid(name))
+    diagnostics = (*wrong_brackets, *([wrong] if wrong and not wrong_brackets else []))
+    declared = Span(rest[0].start, rest[-1].end) if rest else None
+    return Head((name._replace(type="HEAD"),), sign, tuple(parameters), diagnostics, declared)
+
+
+def _parameters(tokens: Sequence[Token]) -> tuple[list[Parameter], Diagnostic | None]:
+    """The parameters of a phrase, up to the first error."""
+    parameters: list[Parameter] = []
+    rest = iter(tokens)
+    for token in rest:
+        is_number = token.type not in _BRACKETS
+        name = token if is_number else next(rest)
+        wrong = _wrong_parameter(token, name, parameters)
+        if not wrong and not is_number:
+            closer = next(rest)
+            if closer.type != "RPAR":
+                wrong = Diagnostic("syntax", closer.span, "write one parameter in each pair of brackets: `(a) (b)`")
+        if wrong:
+            return parameters, wrong
+        parameters.append(Parameter(name, is_number))
+    return parameters, None
+
+
+def _wrong_parameter(first: Token, name: Token, before: Sequence[Parameter]) -> Diagnostic | None:
+    if first.type == "LSQB":
+        return Diagnostic("syntax", first.span, "write a parameter that is a movement in round brackets: `(m)`")
+    if name.type in _BRACKETS:
+        return Diagnostic("syntax", name.span, "write the name of a parameter in the brackets")
+    if not _NAME.fullmatch(name.text):
+        return Diagnostic("syntax", name.span, _invalid(name))
+    if first is name and before and not before[-1].is_number:
+        last = before[-1].name
+        return Diagnostic("syntax", name.span, f"write `{name.text}` before `({last})`: numbers come first")
+    return None
+
+
+def _invalid(name: Token) -> str:
+    return f"`{name.text}` is not a valid name: use letters, digits, and `_`, starting with a letter or `_`"
+
+
+def _robots(text: str, tokens: Sequence[Token], sign: Token) -> Head:
+    tokens, commas = without_commas(tokens)
+    joined = _joined(text, tokens)
+    names = tuple(token._replace(type="HEAD") for token in joined if token.type not in _BRACKETS)
+    if not names:
+        return Head((_nothing(sign),), sign, (), (Diagnostic("syntax", sign.span, "write a robot's name before `$`"),))
+    if len(names) < len(joined):
+        wrong = next(token for token in joined if token.type in _BRACKETS)
+        return Head(names, sign, (), (Diagnostic("syntax", wrong.span, "write a robot's name without brackets"),))
+    return Head(names, sign, (), tuple(commas))
+
+
+def _nothing(sign: Token) -> Token:
+    return Token("HEAD", "", sign.start, sign.start)
+
+
+def _joined(text: str, tokens: Sequence[Token]) -> list[Token]:
+    """Names and strays that touch become one token, so `my-robot` is one invalid name instead of three tokens."""
+    joined: list[Token] = []
+    for token in tokens:
+        last = joined[-1] if joined else None
+        if last and last.end == token.start and _BRACKETS.isdisjoint({last.type, token.type}):
+            joined[-1] = Token("STRAY", text[last.start : token.end], last.start, token.end)
+        else:
+            joined.append(token)
+    return joined

@@ -7,7 +7,7 @@ from improv_core.robots.config import read_robots
 from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind
 from tests.ide.cursor import at_cursor
 
-MOVING = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
+MOVING = [word for word in of_kind(Kind.PRIMITIVE, *TRANSFORMERS) if word not in of_kind(Kind.GUARD)]
 PLANES = of_kind(Kind.PLANE)
 
 

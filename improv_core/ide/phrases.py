@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.syntax.gather import TooDeepError, gather
-from improv_core.syntax.nodes import Call, Node, Number, Parameter
+from improv_core.syntax.nodes import Apply, Call, Node, Number, Parameter
 from improv_core.text import Span
 
 MOST_COMMENT = 10
@@ -42,6 +42,11 @@ def arguments(call: Call, taken: Sequence[Parameter]) -> Iterator[tuple[Paramete
     """The parameters of a phrase, each with its argument in a use, as far as there are any."""
     yield from zip((each for each in taken if each.is_number), call.numbers, strict=False)
     yield from zip((each for each in taken if not each.is_number), call.movements, strict=False)
+
+
+def numbers(node: Node) -> tuple[Number, ...]:
+    """The numbers that are given to a word or a phrase, if the node is one."""
+    return node.numbers if isinstance(node, Apply | Call) else ()
 
 
 def label(name: str, taken: Sequence[Parameter]) -> tuple[str, tuple[Span, ...]]:

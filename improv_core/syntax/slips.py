@@ -26,8 +26,6 @@ MEANT: Mapping[str, tuple[str, ...]] = {
 _TEMPO = frozenset({"beat", "tempo", "bpm"})
 _OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
 _TURNS = {"left": 90, "right": 90, "halfleft": 45, "halfright": 45}
-_FEWEST_DEGREES = 10
-"""From this number on, a number after a turn is an angle: nobody means so many quarter turns."""
 
 
 def without_sign(tokens: Sequence[Token]) -> Diagnostic:
@@ -105,7 +103,7 @@ _FORMS = "write `robot $ movement`, `name = movement`, or `beat 60`"
 
 def _ways(term: Token, number: str) -> Iterator[str]:
     """The words and numbers that may be meant by a number after a term that starts with this token."""
-    if term.text in _TURNS and number.isdecimal() and int(number) >= _FEWEST_DEGREES:
+    if term.text in _TURNS and number.isdecimal() and len(number.lstrip("0")) > 1:  # nobody means ten quarter turns
         yield f"scale {number}/{_TURNS[term.text]}"
         return
     if number.isdecimal():

@@ -16,7 +16,7 @@ from improv_core.program.compiler import compiled
 from improv_core.text import Span
 from tests.ide.cursor import CURSOR
 
-CHANGING = ("Wrap in [ ]", "Wrap in slow")
+CHANGING = ("Wrap in [ ]", "Wrap in slow", "Other dice", "Write")
 
 
 def offered(program: str) -> tuple[Analysis, list[Action]]:
@@ -51,39 +51,43 @@ def applied(text: str, edits: tuple[Edit, ...]) -> str:
 
 
 def test_a_movement_gets_a_name() -> None:
-    check("Extract", "r $ <forward left> up", "forward_left = forward left\nr $ forward_left up")
-    check("Extract", "r $ |>[up down] up", "up_down = [up down]\nr $ up_down up")
-    check("Extract", "r $ le|>ft up left", "my_left = left\nr $ my_left up left")
+    check("Extract to a name", "r $ <forward left> up", "forward_left = forward left\nr $ forward_left up")
+    check("Extract to a name", "r $ |>[up down] up", "up_down = [up down]\nr $ up_down up")
+    check("Extract to a name", "r $ le|>ft up left", "my_left = left\nr $ my_left up left")
     check(
-        "Extract",
+        "Extract to a name",
         "r $ <repeat 4 (forward left)>",
         "repeat_forward_left = repeat 4 (forward left)\nr $ repeat_forward_left",
     )
-    check("Extract", "x = up\nr $ <x x x x>", "x = up\nphrase = x x x x\nr $ phrase")
+    check("Extract to a name", "x = up\nr $ <x x x x>", "x = up\nphrase = x x x x\nr $ phrase")
     check(
-        "Extract", "phrase = up\nr $ <up up up up> phrase", "phrase = up\nphrase_2 = up up up up\nr $ phrase_2 phrase"
+        "Extract to a name",
+        "phrase = up\nr $ <up up up up> phrase",
+        "phrase = up\nphrase_2 = up up up up\nr $ phrase_2 phrase",
     )
-    check("Extract", "  r $ <left || up>", "  left_up = left || up\n  r $ left_up")
-    check("Extract", "\ufeffr$(left)<[up]>up # 🐢\r\n", "\ufeffmy_up = [up]\r\nr$(left)my_up up # 🐢\r\n")
-    check("Extract", "r $ up <left > ", "my_left = left\nr $ up my_left  ")
+    check("Extract to a name", "  r $ <left || up>", "  left_up = left || up\n  r $ left_up")
+    check("Extract to a name", "\ufeffr$(left)<[up]>up # 🐢\r\n", "\ufeffmy_up = [up]\r\nr$(left)my_up up # 🐢\r\n")
+    check("Extract to a name", "r $ up <left > ", "my_left = left\nr $ up my_left  ")
 
 
 def test_a_movement_over_lines_gets_brackets() -> None:
-    check("Extract", "r $ (up\n  <left # l\n  down>)", "left_down = (left # l\n  down)\nr $ (up\n  left_down)")
-    check("Extract", "r $ <(left\n  up)>", "left_up = (left\n  up)\nr $ left_up")
-    check("Extract", "r $ (<(left)\n  up> up)", "left_up = ((left)\n  up)\nr $ (left_up up)")
+    check(
+        "Extract to a name", "r $ (up\n  <left # l\n  down>)", "left_down = (left # l\n  down)\nr $ (up\n  left_down)"
+    )
+    check("Extract to a name", "r $ <(left\n  up)>", "left_up = (left\n  up)\nr $ left_up")
+    check("Extract to a name", "r $ (<(left)\n  up> up)", "left_up = ((left)\n  up)\nr $ (left_up up)")
 
 
 def test_part_of_a_selection_grows_to_whole_items() -> None:
-    check("Extract", "r $ for<ward le>ft up", "forward_left = forward left\nr $ forward_left up")
-    check("Extract", "r $ up (left <|| do>wn)", "left_down = left || down\nr $ up (left_down)")
+    check("Extract to a name", "r $ for<ward le>ft up", "forward_left = forward left\nr $ forward_left up")
+    check("Extract to a name", "r $ up (left <|| do>wn)", "left_down = left || down\nr $ up (left_down)")
 
 
 def test_what_a_bracket_counts_is_left_alone() -> None:
     for program in ("r $ [<left up> down]", "r $ [<left up>]", "r $ [<left up || down>]", "r $ [<left up> || down]"):
         check_not("Extract", program)
         check_not("Wrap", program)
-    check("Extract", "r $ [<left || up>]", "left_up = left || up\nr $ [left_up]")
+    check("Extract to a name", "r $ [<left || up>]", "left_up = left || up\nr $ [left_up]")
     check_not("Extract", "x = up\nr $ |>x")
     check_not("Extract", "r $ (<left>")
 

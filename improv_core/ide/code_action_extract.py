@@ -27,7 +27,7 @@ def extract(analysis: Analysis, piece: Piece) -> Iterator[Action]:
     if any(isinstance(node, nodes.Apply) and node.word.text == "canon" for node in _inside(piece)):
         return  # only a line with robots can hold one
     own = [each for each in piece.placed.statement.parameters if each.name in _own_names(piece)]
-    name = _fresh_name(analysis, piece.text)
+    name = _fresh_name(analysis, piece)
     given = [each.name for each in own]
     yield _action("Extract to a name", analysis, piece, piece.text, name, own, given)
     number = next((token for each in _inside(piece) for token in _literals(each)), None)
@@ -87,9 +87,11 @@ def _letter(piece: Piece) -> str | None:
     return next((letter for letter in _LETTERS if letter not in taken), None)
 
 
-def _fresh_name(analysis: Analysis, text: str) -> str:
+def _fresh_name(analysis: Analysis, piece: Piece) -> str:
     """A name made of the movement's own words if they are few, otherwise `phrase`; with a number if that is taken."""
-    words = [token.text for token in lex(text) if token.text in WORDS or token.type == "NAME"]
+    own = {each.name for each in piece.placed.statement.parameters}
+    named = (token.text for token in lex(piece.text) if token.text in WORDS or token.type == "NAME")
+    words = [word for word in named if word not in own]
     stem = "_".join(words) if 2 <= len(words) <= 3 else f"my_{words[0]}" if len(words) == 1 else "phrase"
     if len(stem) > 40:
         stem = "phrase"

@@ -10,7 +10,7 @@ from improv_core.ide.code_action import Action
 from improv_core.ide.phrases import tree
 from improv_core.ide.piece import is_broken
 from improv_core.program.analysis import Analysis, Placed
-from improv_core.program.meaning import LONGEST_NUMBER
+from improv_core.program.numbers import LONGEST_NUMBER
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import lex
 from improv_core.text import Span
@@ -50,8 +50,9 @@ def as_canon(analysis: Analysis, span: Span) -> Iterator[Action]:
     step = lines[1].rests
     if step == 0 or [line.rests for line in lines] != [step * place for place in range(len(lines))]:
         return
-    text = here.text if here.is_term else f"({here.text})"
-    first = Edit(lines[0].placed.span, f"{' '.join(robots)} $ canon {step} {text}")
+    top = lines[0]
+    text = top.text if top.is_term else f"({top.text})"
+    first = Edit(top.placed.span, f"{' '.join(robots)} $ canon {step} {text}")
     gone = (Edit(_whole_lines(analysis, line.placed), "") for line in lines[1:])
     yield Action(f"Write {len(lines)} lines as canon {step}", "refactor.rewrite", (first, *gone))
 
@@ -60,7 +61,7 @@ def _entry(analysis: Analysis, index: int) -> _Entry | None:
     if not 0 <= index < len(analysis.statements):
         return None
     placed = analysis.placed(index)
-    body = tree(analysis, placed)
+    body = tree(placed)
     if not body or len(placed.meaning.robots) != 1 or is_broken(placed) or len(placed.statement.heads) != 1:
         return None
     items = body.items if isinstance(body, nodes.Series) else (body,)

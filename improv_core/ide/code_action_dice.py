@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
 from improv_core.ide.piece import Piece
-from improv_core.program.meaning import LONGEST_NUMBER
+from improv_core.program.numbers import LONGEST_NUMBER
 from improv_core.syntax import nodes
 from improv_core.text import Span
 

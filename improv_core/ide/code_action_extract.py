@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
-from improv_core.ide.phrases import label, numbers
+from improv_core.ide.phrases import label
 from improv_core.ide.piece import Piece, replaced
 from improv_core.program.analysis import Analysis
 from improv_core.syntax import nodes
@@ -71,13 +71,15 @@ def _inside(piece: Piece) -> Iterator[nodes.Node]:
 
 
 def _literals(node: nodes.Node) -> Iterator[Token]:
-    return (token for number in numbers(node) for token in number.tokens if token.type == "NUMBER")
+    return (token for number in nodes.numbers(node) for token in number.tokens if token.type == "NUMBER")
 
 
 def _own_names(piece: Piece) -> set[str]:
     """The names in a piece that may be parameters of its statement."""
     found = {node.text for node in _inside(piece) if isinstance(node, nodes.Name)}
-    return found | {token.text for node in _inside(piece) for number in numbers(node) for token in number.parameters}
+    return found | {
+        token.text for node in _inside(piece) for number in nodes.numbers(node) for token in number.parameters
+    }
 
 
 def _letter(piece: Piece) -> str | None:

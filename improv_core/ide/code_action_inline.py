@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
-from improv_core.ide.phrases import arguments, numbers, tree
+from improv_core.ide.phrases import arguments, tree
 from improv_core.ide.piece import Piece, is_broken, piece_of, replaced
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.syntax import nodes
@@ -63,7 +63,7 @@ def _uses(analysis: Analysis, definer: int) -> list[Piece]:
     return [
         piece_of(analysis, placed, node)
         for placed in map(analysis.placed, users)
-        if (body := tree(analysis, placed))
+        if (body := tree(placed))
         for node in nodes.nodes(body)
         if isinstance(node, kind) and _used(node) == statement.defines
     ]
@@ -72,7 +72,7 @@ def _uses(analysis: Analysis, definer: int) -> list[Piece]:
 def _inlined(analysis: Analysis, definer: int, piece: Piece) -> Edit | None:
     """The edit that inlines a name; None if names in its definition mean something else here."""
     source, target = analysis.placed(definer), piece.placed
-    body = tree(analysis, source)
+    body = tree(source)
     own = {each.name for each in target.statement.parameters}
     same = all(
         name not in own and analysis.bindings.definer(name, definer) == analysis.bindings.definer(name, target.index)
@@ -113,7 +113,7 @@ def _put(body: Node, given: Mapping[str, Number | Node], source: str) -> Iterato
         argument = given.get(node.text) if isinstance(node, nodes.Name) else None
         if argument:
             yield node.span, source[slice(*argument.span)]
-        for number in numbers(node):
+        for number in nodes.numbers(node):
             for before, token in pairwise((None, *number.tokens)):
                 value = given.get(token.text) if token and token.type == "PARAM" else None
                 if token and isinstance(value, Number):

@@ -46,7 +46,7 @@ def cursor(analysis: Analysis, offset: int) -> Cursor | None:
     token = next((head for head in placed.statement.heads if head.span.holds(place)), token)
     statement = placed.statement
     in_movement = statement.body and token not in statement.heads and token != statement.sign
-    return Cursor(placed, token, around(tree(analysis, placed), token.span) if in_movement else ())
+    return Cursor(placed, token, around(tree(placed), token.span) if in_movement else ())
 
 
 def around(body: Node | None, span: Span) -> tuple[Node, ...]:

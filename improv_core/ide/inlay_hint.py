@@ -31,7 +31,7 @@ def hints(analysis: Analysis, span: Span) -> list[Hint]:
 
 
 def _hints(analysis: Analysis, placed: Placed) -> Iterator[Hint]:
-    body, meaning = tree(analysis, placed), placed.meaning
+    body, meaning = tree(placed), placed.meaning
     if not body or not meaning.ok:
         return
     for hint in (*_nested(body, ()), *_arguments(analysis, placed, body)):

@@ -6,8 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 
 from improv_core.program.analysis import Analysis, Placed
-from improv_core.syntax.gather import TooDeepError, gather
-from improv_core.syntax.nodes import Apply, Call, Node, Number, Parameter
+from improv_core.syntax.nodes import Call, Node, Number, Parameter
 from improv_core.text import Span
 
 MOST_COMMENT = 10
@@ -21,16 +20,9 @@ def parameters(analysis: Analysis, name: str, before: int) -> Sequence[Parameter
     return () if definer is None else analysis.statements[definer].parameters
 
 
-def tree(analysis: Analysis, placed: Placed) -> Node | None:
+def tree(placed: Placed) -> Node | None:
     """The movement of a statement, with every use of a phrase together with its arguments."""
-    body = placed.statement.body
-    taken = {name: movements(parameters(analysis, name, placed.index)) for name in placed.statement.uses}
-    if not body or not any(taken.values()):
-        return body
-    try:
-        return gather(body, lambda name: taken.get(name, 0))
-    except TooDeepError:
-        return body
+    return placed.meaning.body or placed.statement.body
 
 
 def movements(taken: Sequence[Parameter]) -> int:
@@ -42,11 +34,6 @@ def arguments(call: Call, taken: Sequence[Parameter]) -> Iterator[tuple[Paramete
     """The parameters of a phrase, each with its argument in a use, as far as there are any."""
     yield from zip((each for each in taken if each.is_number), call.numbers, strict=False)
     yield from zip((each for each in taken if not each.is_number), call.movements, strict=False)
-
-
-def numbers(node: Node) -> tuple[Number, ...]:
-    """The numbers that are given to a word or a phrase, if the node is one."""
-    return node.numbers if isinstance(node, Apply | Call) else ()
 
 
 def label(name: str, taken: Sequence[Parameter]) -> tuple[str, tuple[Span, ...]]:

@@ -77,7 +77,7 @@ class Piece:
 def piece_at(analysis: Analysis, span: Span) -> Piece | None:
     """The selected movement, extended to whole items, or the movement at the cursor if the span is empty."""
     placed = analysis.statement_at(span.start)
-    body = tree(analysis, placed) if placed else None
+    body = tree(placed) if placed else None
     if not placed or not body or is_broken(placed):
         return None
     if span.start == span.end:
@@ -99,7 +99,7 @@ def piece_at(analysis: Analysis, span: Span) -> Piece | None:
 
 def piece_of(analysis: Analysis, placed: Placed, node: Node) -> Piece:
     """A node of a statement."""
-    found = around(tree(analysis, placed), node.span)
+    found = around(tree(placed), node.span)
     return _piece(analysis, placed, found[: found.index(node) + 1])
 
 

@@ -172,8 +172,8 @@ def test_a_phrase_shows_its_head_its_comment_and_this_use() -> None:
 
 
 def test_parameters_and_what_depends_on_them() -> None:
-    check(POLY.replace("repeat n", "repeat |>n"), "n", "n (parameter of `poly n`): a number")
-    check(POLY.replace("poly n", "poly |>n"), "n", "n (parameter of `poly n`): a number")
+    check(POLY.replace("repeat n", "repeat |>n"), "n", "**n** (parameter of `poly n`): a number")
+    check(POLY.replace("poly n", "poly |>n"), "n", "**n** (parameter of `poly n`): a number")
     check(ANSWER.replace("= m", "= |>m"), "m", "**m** (parameter of `answer (m)`): a movement")
     assert said(POLY.replace("repeat", "re|>peat")).startswith("repeat n: Repeats this many times")
     assert "beat," not in said(POLY.replace("repeat", "re|>peat"))

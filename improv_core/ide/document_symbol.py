@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.timing import in_beats
+from improv_core.score.movement import ENDLESS, Duration
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -40,9 +41,10 @@ def outline(analysis: Analysis) -> list[Entry]:
     first = scenes[0][1]
     if len(scenes) == 1:
         return first
+    begins = analysis.begins
     return [
-        *([_scene(1, first[0].name_span, first)] if first else []),
-        *(_scene(number, line.span, parts) for number, (line, parts) in enumerate(scenes[1:], 2) if line),
+        *([_scene(1, first[0].name_span, first, begins)] if first else []),
+        *(_scene(number, line.span, parts, begins) for number, (line, parts) in enumerate(scenes[1:], 2) if line),
     ]
 
 
@@ -60,9 +62,10 @@ def names_in(text: str) -> Iterator[Entry]:
                 yield entry
 
 
-def _scene(number: int, line: Span, parts: Sequence[Entry]) -> Entry:
+def _scene(number: int, line: Span, parts: Sequence[Entry], begins: Sequence[Duration]) -> Entry:
     span = Span(line.start, parts[-1].span.end if parts else line.end)
-    return Entry(f"scene {number}", "scene", "", span, line, tuple(parts))
+    detail = f"from beat {begins[number - 1]}" if begins[number - 1] < ENDLESS else "never performed"
+    return Entry(f"scene {number}", "scene", detail if number > 1 else "", span, line, tuple(parts))
 
 
 def _entries(start: int, statement: Statement, detail: str) -> Iterator[Entry]:

@@ -17,7 +17,7 @@ from improv_core.program.numbers import value_of
 from improv_core.program.timing import ends, fastest, in_beats, in_seconds, path_length, times_as_fast, timing, written
 from improv_core.score import movement as algebra
 from improv_core.score.motion import Pose
-from improv_core.score.movement import NORMAL, Movement
+from improv_core.score.movement import ENDLESS, NORMAL, Movement
 from improv_core.score.profiles import DEFAULT, Profile
 from improv_core.score.score import Part, Score
 from improv_core.score.svg import picture
@@ -102,6 +102,8 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     if token.type == "BEAT" or (statement.number and token in statement.number.tokens):
         lasts = f"1 beat lasts {in_seconds(1, analysis.tempo)}"
         return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
+    if token.type == "SCENE":
+        return _scene(analysis, placed)
     if parameter := _parameter(at):
         kind = "a number" if parameter.is_number else "a movement"
         head, _ = label(statement.heads[0].text, statement.parameters)
@@ -138,6 +140,13 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         return Hover(node.span, word, about)
     facts = (*_measures(analysis, placed, meaning, isinstance(node, nodes.Primitive)), *here)
     return Hover(node.span, word, about, facts, "", _shape(analysis, placed, meaning) if pictures else "")
+
+
+def _scene(analysis: Analysis, placed: Placed) -> Hover:
+    begin = analysis.begins[analysis.scenes.index(placed.index) + 1]
+    starts = "never begins" if begin == ENDLESS else f"begins at beat {begin}, {in_seconds(begin, analysis.tempo)}"
+    about = ": a new scene, for all robots, when everything above has ended"
+    return Hover(Span(0, len(placed.statement.text)), "---", about, (starts,))
 
 
 def _parameter(at: Cursor) -> Parameter | None:
@@ -281,7 +290,7 @@ def _profile(analysis: Analysis, placed: Placed) -> Profile:
 
 
 def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:
-    return _drawn(Part("", meaning, _profile(analysis, placed), Pose(), ""), analysis.tempo)
+    return _drawn(Part("", (meaning,), _profile(analysis, placed), Pose(), ""), analysis.tempo)
 
 
 def _drawn(part: Part, tempo: Fraction) -> str:

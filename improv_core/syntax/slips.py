@@ -10,7 +10,7 @@ from improv_core.syntax.lexer import Token
 from improv_core.text import Span
 
 MEANT: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("wait", "stop", "pause", "stay", "stand", "hold", "halt", "sleep"), ("rest",)),
+    **dict.fromkeys(("wait", "stop", "stay", "stand", "hold", "halt", "sleep"), ("rest",)),
     **dict.fromkeys(("turn", "rotate", "spin"), ("left", "right")),
     **dict.fromkeys(("turnleft", "leftturn", "turn_left"), ("left",)),
     **dict.fromkeys(("turnright", "rightturn", "turn_right"), ("right",)),

@@ -180,6 +180,11 @@ def test_parameters_and_what_depends_on_them() -> None:
     check(POLY.replace("forward", "for|>ward"), "forward", "1 beat")
 
 
+def test_a_scene_says_when_it_begins() -> None:
+    check("beat 30\nr $ slow 3/2 up\n--|>-\ns $ up", "---", "**---**: a new scene", "begins at beat 2, 4.0 s")
+    check("r $ repeat up\n|>---\ns $ up", "---", "never begins")
+
+
 def test_new_words() -> None:
     check("r $ ramp |>1/2 2 (forward left)", "ramp 1/2 2 (forward left)", "**ramp 1/2 2**: ", "1.6 beats", "2.0 m")
     check("r $ |>choose (forward left)", "choose (forward left)", "**choose**: ", "1 beat")

@@ -27,6 +27,8 @@ _KINDS = {
     "keyword": types.CompletionItemKind.Keyword,
     "movement": types.CompletionItemKind.Unit,  # some editors write a call's brackets behind a function
     "name": types.CompletionItemKind.Variable,
+    "phrase": types.CompletionItemKind.Variable,
+    "parameter": types.CompletionItemKind.Variable,
     "robot": types.CompletionItemKind.Class,
     "plane": types.CompletionItemKind.Enum,  # LSP 3.0 has no EnumMember
     "number": types.CompletionItemKind.Value,

@@ -18,6 +18,8 @@ from improv_ls.positions import Encoding, to_range
 _KINDS = {
     "tempo": types.SymbolKind.Constant,
     "name": types.SymbolKind.Variable,
+    "phrase": types.SymbolKind.Function,
+    "scene": types.SymbolKind.Namespace,
     "robot": types.SymbolKind.Class,
     "robots": types.SymbolKind.Class,
 }

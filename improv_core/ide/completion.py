@@ -5,28 +5,42 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, pairwise
 
 from improv_core.ide.cursor import Before, before
 from improv_core.ide.hover import Hover, name_at, robot_at
+from improv_core.ide.phrases import label, movements, parameters
 from improv_core.program.analysis import Analysis
 from improv_core.program.reader import Definition
 from improv_core.program.timing import in_beats
 from improv_core.syntax.derivation import may_come_next
-from improv_core.syntax.vocabulary import WORDS, Kind, Word
+from improv_core.syntax.nodes import Parameter
+from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, Kind, Word
 from improv_core.text import Span
 
 MOST_NAMES = 300
 """If there are more names, only those that match what is typed so far are offered."""
-COUNTS = {"beat": ("60", "30", "120"), "repeat": ("2", "3", "4", "8")}
+COUNTS = {
+    "beat": ("60", "30", "120"),
+    "repeat": ("2", "3", "4", "8"),
+    "fit": ("4", "8", "16"),
+    "canon": ("1", "2", "4"),
+    "chance": ("1/2", "1/3", "2/3"),
+    "seed": ("1", "2", "3"),
+}
 FACTORS = ("2", "3", "3/2")
+UNITS = {"beat": "beats per minute", "repeat": "times", "fit": "beats", "canon": "beats", "chance": "probability"}
+
+_NUMBERS = frozenset({"NUMBER", "PARAM"})
+_SENSES = frozenset({Kind.GUARD, Kind.IF, Kind.ELSE, Kind.NOT})  # reserved: no program with them plays yet
 
 _NOTHING_AFTER = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A word to offer. `kind` is keyword, movement, name, robot, plane, or number.
+    """A word to offer. `kind` is keyword, movement, name, phrase, parameter, robot, plane, or
+    number.
 
     `snippet` is what to insert if the editor supports snippets and it is more than the word.
     """
@@ -56,27 +70,49 @@ def complete(analysis: Analysis, offset: int) -> Completion | None:
     found = before(analysis, offset)
     if not found or found.in_number:
         return None
-    names: list[Definition] = []
-    sign = next((place for place, token in enumerate(found.tokens) if token.type in ("EQUAL", "DOLLAR")), None)
-    if sign is None:
-        others = list(_heads(analysis, found))
+    if found.sign is None:
+        items, whole = list(_heads(analysis, found)), True
     else:
-        accepted = may_come_next(["HEAD"] * sign + [token.type for token in found.tokens[sign:]])
-        others = list(_words(accepted, found, bare=not _NOTHING_AFTER.match(analysis.text, offset)))
-        if "NAME" in accepted:
-            names = list(_names(analysis, found.statement))
-    whole = len(names) <= MOST_NAMES
-    if not whole:
-        letters = found.begun.lower()
-        names = list(islice((each for each in names if _fits(each.name.lower(), letters)), MOST_NAMES))
-    span = Span(offset - len(found.begun), offset)
-    offered = (Item(each.name, "name", in_beats(each.movement.duration)) for each in names)
-    return Completion(span, [*offered, *others], found.statement, whole)
+        items, whole = _movement(analysis, found, bare=not _NOTHING_AFTER.match(analysis.text, offset))
+    return Completion(Span(offset - len(found.begun), offset), items, found.statement, whole)
+
+
+def _movement(analysis: Analysis, found: Before, bare: bool) -> tuple[list[Item], bool]:
+    """The words that may come in a movement, and whether all names are among them. `bare` if what a word would apply
+    to already follows the cursor."""
+    assert found.sign
+    heads = 1 if found.sign.type == "EQUAL" else max(len(found.heads), 1)
+    accepted = may_come_next(["HEAD"] * heads + [found.sign.type, *(token.type for token in found.tokens)])
+    if (wanted := _number_wanted(analysis, found)) is not None:
+        accepted = accepted - _NUMBERS if not wanted else _NUMBERS
+    names, whole = _names_in(analysis, found) if "NAME" in accepted else ([], True)
+    offered = (_name(each, analysis.statements[index].parameters, bare) for index, each in names)
+    parameters = (
+        Item(each.name, "parameter", "number" if each.is_number else "movement")
+        for each in found.parameters
+        if ("PARAM" if each.is_number else "NAME") in accepted
+    )
+    return [*parameters, *offered, *_words(accepted, found, bare)], whole
+
+
+def _number_wanted(analysis: Analysis, found: Before) -> bool | None:
+    """Whether the name before the cursor needs another number; None if no name and its numbers are before it."""
+    last = len(found.tokens) - 1
+    while last >= 0 and found.tokens[last].type in ("NUMBER", "PARAM", "OPERATOR"):
+        last -= 1
+    if last < 0 or found.tokens[last].type != "NAME" or found.tokens[-1].type == "OPERATOR":
+        return None
+    given = sum(
+        token.type != "OPERATOR" and before.type != "OPERATOR" for before, token in pairwise(found.tokens[last:])
+    )
+    taken = parameters(analysis, found.tokens[last].text, found.statement)
+    own = {each.name for each in found.parameters}
+    return found.tokens[last].text not in own and given < len(taken) - movements(taken)
 
 
 def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> Hover | None:
     """The documentation of a word that is offered in a statement, made when a person looks at it."""
-    if item.kind == "name":
+    if item.kind in ("name", "phrase"):
         return name_at(analysis, item.label, min(statement, len(analysis.statements) - 1), pictures)
     if item.kind == "robot":
         return robot_at(analysis, item.label, pictures)
@@ -86,13 +122,13 @@ def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> 
 
 def _heads(analysis: Analysis, found: Before) -> Iterator[Item]:
     """The words that a statement may start with, and more robots if it starts with robots."""
-    heads = [token.text for token in found.tokens]
+    heads = [token.text for token in found.heads]
     if heads == ["beat"]:
-        yield from _numbers(COUNTS["beat"], "beats per minute")
+        yield from _numbers("beat")
         return
     if not heads:
         yield Item("beat", "keyword", WORDS["beat"].about, "beat ${1:60}")
-    if all(token.type == "NAME" for token in found.tokens):
+    if all(token.type == "NAME" for token in found.heads):
         plays = analysis.robots
         for robot in dict.fromkeys([*analysis.cast.robots, *plays]):
             if robot not in heads:
@@ -102,37 +138,60 @@ def _heads(analysis: Analysis, found: Before) -> Iterator[Item]:
 def _words(accepted: frozenset[str], found: Before, bare: bool) -> Iterator[Item]:
     """The words of these terminals; `bare` if what they apply to already follows the cursor."""
     for word in WORDS.values():
-        if word.kind.value in accepted and word.kind is not Kind.BEAT:
+        if word.kind.value in accepted and word.kind not in (Kind.BEAT, *_SENSES):
             kind = {Kind.PRIMITIVE: "movement", Kind.PLANE: "plane"}.get(word.kind, "keyword")
             yield Item(word.text, kind, word.about, _snippet(word, bare))
     if "NUMBER" in accepted and found.tokens:
-        last = found.tokens[-1].text
-        yield from _numbers(COUNTS.get(last, FACTORS), "times" if last == "repeat" else "factor")
+        yield from _numbers(found.tokens[-1].text)
 
 
-def _numbers(values: Sequence[str], detail: str) -> Iterator[Item]:
-    return (Item(value, "number", detail) for value in values)
+def _numbers(word: str) -> Iterator[Item]:
+    """Usual numbers after a word."""
+    return (Item(value, "number", UNITS.get(word, "factor")) for value in COUNTS.get(word, FACTORS))
 
 
 def _snippet(word: Word, bare: bool) -> str:
-    argument = {
-        Kind.REPEAT: " ${1:4}",
-        Kind.FACTOR: " ${1:2}",
-        Kind.REFLECT: " ${1|YZ,XZ,XY|}",
-        Kind.RAMP: " ${1:1} ${2:2}",
-        Kind.PLAIN: "",
-    }.get(word.kind)
-    if argument is None or (bare and not argument):
+    """A transformer with places for its arguments: those of its usage, such as `ramp 1/2 2 movement`."""
+    if word.kind not in TRANSFORMERS:
         return ""
-    return f"{word.text}{argument}" if bare else f"{word.text}{argument} ($0)"
+    text = word.text
+    for place, argument in enumerate(word.usage.split()[1:-1], 1):
+        text += f" ${{{place}|YZ,XZ,XY|}}" if word.kind is Kind.REFLECT else f" ${{{place}:{argument}}}"
+    return f"{text} ($0)" if not bare else text if text != word.text else ""
 
 
-def _names(analysis: Analysis, before: int) -> Iterable[Definition]:
-    """The names in scope of a statement, the nearest first."""
-    found: dict[str, Definition] = {}
-    for meaning in reversed(analysis.meanings[:before]):
-        if definition := meaning.definition:
-            found.setdefault(definition.name, definition)
+def _name(name: Definition, taken: Sequence[Parameter], bare: bool) -> Item:
+    """A name, with places for its arguments if it is a phrase."""
+    if not taken:
+        return Item(name.name, "name", in_beats(name.movement.duration))
+    last = len(taken) - 1
+    text = name.name
+    for place, each in enumerate(taken):
+        if each.is_number:
+            text += f" ${{{place + 1}:{each.name}}}"
+        elif place < last:
+            text += f" (${{{place + 1}:{each.name}}})"
+        elif not bare:
+            text += " ($0)"
+    return Item(name.name, "phrase", label(name.name, taken)[0], text if text != name.name else "")
+
+
+def _names_in(analysis: Analysis, found: Before) -> tuple[list[tuple[int, Definition]], bool]:
+    """The names to offer, the nearest first, with the statements that define them, and whether these are all."""
+    own = {each.name for each in found.parameters}
+    names = [each for each in _names(analysis, found.statement) if each[1].name not in own]
+    if len(names) <= MOST_NAMES:
+        return names, True
+    letters = found.begun.lower()
+    return list(islice((each for each in names if _fits(each[1].name.lower(), letters)), MOST_NAMES)), False
+
+
+def _names(analysis: Analysis, before: int) -> Iterable[tuple[int, Definition]]:
+    """The names in scope of a statement, the nearest first, with the statements that define them."""
+    found: dict[str, tuple[int, Definition]] = {}
+    for index in range(min(before, len(analysis.meanings)) - 1, -1, -1):
+        if definition := analysis.meanings[index].definition:
+            found.setdefault(definition.name, (index, definition))
     return found.values()
 
 

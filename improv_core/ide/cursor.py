@@ -6,10 +6,12 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from improv_core.ide.phrases import tree
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.syntax import nodes
+from improv_core.syntax.heads import classified, split_head
 from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.nodes import Node
+from improv_core.syntax.nodes import Node, Parameter
 from improv_core.syntax.statements import split
 from improv_core.text import Span
 
@@ -44,7 +46,7 @@ def cursor(analysis: Analysis, offset: int) -> Cursor | None:
     token = next((head for head in placed.statement.heads if head.span.holds(place)), token)
     statement = placed.statement
     in_movement = statement.body and token not in statement.heads and token != statement.sign
-    return Cursor(placed, token, around(statement.body, token.span) if in_movement else ())
+    return Cursor(placed, token, around(tree(placed), token.span) if in_movement else ())
 
 
 def around(body: Node | None, span: Span) -> tuple[Node, ...]:
@@ -61,14 +63,18 @@ def around(body: Node | None, span: Span) -> tuple[Node, ...]:
 class Before:
     """What comes before the cursor in its statement, which may have errors.
 
-    `begun` is the word or number that ends at the cursor, if there is one. `tokens` are those before it. `statement`
-    is the index that the statement has or will have.
+    `begun` is the word or number that ends at the cursor, if there is one. `heads` and `tokens` are those before it:
+    up to and after the `sign`. Without a sign, all are `heads`. `statement` is the index that the statement has or will
+    have, and `parameters` are its own.
     """
 
+    heads: Sequence[Token]
+    sign: Token | None
     tokens: Sequence[Token]
     begun: str
     in_number: bool
     statement: int
+    parameters: Sequence[Parameter]
 
 
 def before(analysis: Analysis, offset: int) -> Before | None:
@@ -82,9 +88,13 @@ def before(analysis: Analysis, offset: int) -> Before | None:
         return None
     *tokens, last = tokens
     statement = index - 1 if start == 0 and index else index
-    if tokens and tokens[-1].type == "NUMBER" and tokens[-1].end == last.start:
-        return Before(tokens[:-1], tokens[-1].text, True, statement)
-    return Before(tokens, last.text[: -len(_MARK)], False, statement)
+    in_number = bool(tokens) and tokens[-1].type == "NUMBER" and tokens[-1].end == last.start
+    begun = tokens.pop().text if in_number else last.text[: -len(_MARK)]
+    head, rest = split_head(piece, tokens)
+    if head.sign is None or head.sign.type in ("BEAT", "SCENE"):
+        return Before(tokens, None, (), begun, in_number, statement, ())
+    heads = tokens[: len(tokens) - len(rest) - 1]
+    return Before(heads, head.sign, classified(rest, head.numbers), begun, in_number, statement, head.parameters)
 
 
 def touching(analysis: Analysis, span: Span) -> Iterator[Placed]:

@@ -1,12 +1,13 @@
-"""The outline of a program: its tempo, its names, and what its robots play, with the length of each."""
+"""The outline of a program: its scenes, its tempo, its names, and what its robots play, with the length of each."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from improv_core.program.analysis import Analysis
+from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.timing import in_beats
+from improv_core.score.movement import ENDLESS, Duration
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -15,7 +16,8 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A line of the outline. `kind` is tempo, name, robot, or robots (several at once, which are its `parts`)."""
+    """A line of the outline. `kind` is tempo, name, phrase, robot, robots (several at once, which are its `parts`), or
+    scene (its `parts` are what is in it)."""
 
     name: str
     kind: str
@@ -27,18 +29,43 @@ class Entry:
 
 def outline(analysis: Analysis) -> list[Entry]:
     """The outline entries of a program, in the order of the text."""
-    found: list[Entry] = []
-    for start, statement, meaning in zip(analysis.offsets, analysis.statements, analysis.meanings, strict=True):
-        detail = in_beats(meaning.movement.duration) if statement.heads else ""
-        found += _entries(start, statement, detail)
-    return found
+    scenes: list[tuple[Placed | None, list[Entry]]] = [(None, [])]
+    for index, (start, statement, meaning) in enumerate(
+        zip(analysis.offsets, analysis.statements, analysis.meanings, strict=True)
+    ):
+        if statement.sign and statement.sign.type == "SCENE":
+            scenes.append((analysis.placed(index), []))
+            continue
+        detail = in_beats(meaning.movement.duration) if statement.heads and not statement.parameters else ""
+        scenes[-1][1].extend(_entries(start, statement, detail))
+    first = scenes[0][1]
+    if len(scenes) == 1:
+        return first
+    begins = analysis.begins
+    return [
+        *([_scene(1, first[0].name_span, first, begins)] if first else []),
+        *(_scene(number, line.span, parts, begins) for number, (line, parts) in enumerate(scenes[1:], 2) if line),
+    ]
+
+
+def flattened(entries: Iterable[Entry]) -> Iterator[Entry]:
+    """The entries without those that have parts, which come instead."""
+    for entry in entries:
+        yield from flattened(entry.parts) if entry.parts else (entry,)
 
 
 def names_in(text: str) -> Iterator[Entry]:
     """The names and robots of a program that is only searched. Computes no durations."""
     for start, piece in split(text):
-        for entry in _entries(start, parse_statement(piece), ""):
-            yield from entry.parts or ([entry] if entry.kind != "tempo" else [])
+        for entry in flattened(_entries(start, parse_statement(piece), "")):
+            if entry.kind != "tempo":
+                yield entry
+
+
+def _scene(number: int, line: Span, parts: Sequence[Entry], begins: Sequence[Duration]) -> Entry:
+    span = Span(line.start, parts[-1].span.end if parts else line.end)
+    detail = f"from beat {begins[number - 1]}" if begins[number - 1] < ENDLESS else "never performed"
+    return Entry(f"scene {number}", "scene", detail if number > 1 else "", span, line, tuple(parts))
 
 
 def _entries(start: int, statement: Statement, detail: str) -> Iterator[Entry]:
@@ -47,7 +74,9 @@ def _entries(start: int, statement: Statement, detail: str) -> Iterator[Entry]:
         if statement.number and statement.number.text:
             yield Entry(f"beat {statement.number.text}", "tempo", "", whole, sign.span.shifted(start))
         return
-    kind = "name" if sign and sign.type == "EQUAL" else "robot"
+    kind = "robot"
+    if sign and sign.type == "EQUAL":
+        kind = "phrase" if statement.parameters else "name"
     heads = [head for head in statement.heads if head.text]
     each = [Entry(head.text, kind, detail, whole, head.span.shifted(start)) for head in heads]
     if len(each) < 2:

@@ -1,4 +1,4 @@
-"""Folding ranges: brackets over several lines, comment blocks, and regions."""
+"""Folding ranges: scenes, brackets over several lines, comment blocks, and regions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Fold:
 def folds(analysis: Analysis) -> list[Fold]:
     """All folds, at most one starting at each line, in the order of the text."""
     found: dict[int, Fold] = {}
-    for fold in [*_comments(analysis), *_code(analysis)]:
+    for fold in [*_comments(analysis), *_code(analysis), *_scenes(analysis)]:
         if fold.last > max(fold.first, found[fold.first].last if fold.first in found else 0):
             found[fold.first] = fold
     return [found[first] for first in sorted(found)]
@@ -42,6 +42,23 @@ def _code(analysis: Analysis) -> Iterator[Fold]:
         for span in (*brackets, (0, len(statement.text))):
             first, last = (lines.position(start + place).line for place in span)
             yield Fold(first, last - 1 if lines.line(last).lstrip(" \t")[:1] in (")", "]") else last)
+
+
+def _scenes(analysis: Analysis) -> Iterator[Fold]:
+    """From each `---` to the last line before the next one that is not blank."""
+    lines, begin = analysis.lines, None
+    marks = (
+        lines.position(start).line
+        for start, statement in zip(analysis.offsets, analysis.statements, strict=True)
+        if statement.sign and statement.sign.type == "SCENE"
+    )
+    for mark in (*marks, len(lines.starts)):
+        last = mark - 1
+        while begin is not None and last > begin and not lines.line(last).strip():
+            last -= 1
+        if begin is not None:
+            yield Fold(begin, last)
+        begin = mark
 
 
 def _comments(analysis: Analysis) -> Iterator[Fold]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from improv_core.ide.cursor import Cursor, cursor
+from improv_core.ide.phrases import comment, label, parameters
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.compiler import score_of
@@ -16,13 +17,13 @@ from improv_core.program.numbers import value_of
 from improv_core.program.timing import ends, fastest, in_beats, in_seconds, path_length, times_as_fast, timing, written
 from improv_core.score import movement as algebra
 from improv_core.score.motion import Pose
-from improv_core.score.movement import NORMAL, Movement
+from improv_core.score.movement import ENDLESS, NORMAL, Movement
 from improv_core.score.profiles import DEFAULT, Profile
 from improv_core.score.score import Part, Score
 from improv_core.score.svg import picture
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.nodes import Node
+from improv_core.syntax.nodes import Node, Parameter
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import LINE_END, Span
 
@@ -79,7 +80,10 @@ def hover(analysis: Analysis, offset: int, pictures: bool = False) -> Hover | No
 def name_at(analysis: Analysis, name: str, before: int, pictures: bool = False) -> Hover | None:
     """The hover for a name as it is used in the statement `before`."""
     found = analysis.definition(name, before)
-    return _name(analysis, Span(0, 0), name, before, found.movement, (), pictures) if found else None
+    if not found:
+        return None
+    meaning = None if parameters(analysis, name, before) else found.movement
+    return _name(analysis, Span(0, 0), name, before, meaning, (), pictures)
 
 
 def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | None:
@@ -98,13 +102,26 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     if token.type == "BEAT" or (statement.number and token in statement.number.tokens):
         lasts = f"1 beat lasts {in_seconds(1, analysis.tempo)}"
         return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
+    if token.type == "SCENE":
+        return _scene(analysis, placed)
+    if parameter := _parameter(at):
+        kind = "a number" if parameter.is_number else "a movement"
+        head, _ = label(statement.heads[0].text, statement.parameters)
+        return Hover(token.span, _code(parameter.name), f" (parameter of {_code(head)}): {kind}")
     if node is None:
         return _head_or_sign(analysis, placed, token, pictures)
-    meaning = analysis.movement(placed, node)
-    here = _here(at.around, meaning, analysis.tempo) if placed.meaning.ok else ()
-    if isinstance(node, nodes.Name):
-        found = _name(analysis, node.span, node.text, placed.index, meaning, here, pictures)
-        return found if analysis.bindings.definer(node.text, placed.index) is not None else None
+    around = at.around
+    if len(around) > 1 and isinstance(around[-2], nodes.Call) and node is around[-2].name:
+        around, node = around[:-1], around[-2]
+    meaning = None if _depends(node, statement.parameters) else analysis.movement(placed, node)
+    here = _here(around, meaning, analysis.tempo) if placed.meaning.ok and meaning else ()
+    if isinstance(node, nodes.Name | nodes.Call):
+        name = node if isinstance(node, nodes.Name) else node.name
+        found = _name(analysis, node.span, name.text, placed.index, meaning, here, pictures)
+        if analysis.bindings.definer(name.text, placed.index) is None:
+            return None
+        given = [each.text for each in nodes.numbers(node)]
+        return replace(found, word=" ".join([found.word, *given]))
     if isinstance(node, nodes.Bracket):
         word, about = _bracket(node)
     elif isinstance(node, nodes.Parallel):
@@ -115,10 +132,39 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         about = f": {(node.plane or WORDS[node.word.text]).about}"
     elif isinstance(node, nodes.Primitive):
         word, about = node.word.text, f": {node.word.about}"
+    elif isinstance(node, nodes.Choice):
+        word, about = node.word.text, f": {WORDS[node.word.text].about}"
     else:
         return None
+    if not meaning:
+        return Hover(node.span, word, about)
     facts = (*_measures(analysis, placed, meaning, isinstance(node, nodes.Primitive)), *here)
     return Hover(node.span, word, about, facts, "", _shape(analysis, placed, meaning) if pictures else "")
+
+
+def _scene(analysis: Analysis, placed: Placed) -> Hover:
+    begin = analysis.begins[analysis.scenes.index(placed.index) + 1]
+    starts = "never begins" if begin == ENDLESS else f"begins at beat {begin}, {in_seconds(begin, analysis.tempo)}"
+    about = ": a new scene, for all robots, when everything above has ended"
+    return Hover(Span(0, len(placed.statement.text)), "---", about, (starts,))
+
+
+def _parameter(at: Cursor) -> Parameter | None:
+    """The parameter of its own statement that the cursor touches."""
+    own = at.placed.statement.parameters
+    if at.node is None:
+        return next((each for each in own if each.token.span == at.token.span), None)
+    return next((each for each in own if each.name == at.token.text), None)
+
+
+def _depends(node: Node, own: Sequence[Parameter]) -> bool:
+    """Whether what a node means depends on the arguments that its phrase is given."""
+    names = {each.name for each in own}
+    return any(
+        (isinstance(each, nodes.Name) and each.text in names)
+        or any(token.text in names for number in nodes.numbers(each) for token in number.parameters)
+        for each in (nodes.nodes(node) if names else ())
+    )
 
 
 def _head_or_sign(analysis: Analysis, placed: Placed, token: Token, pictures: bool) -> Hover | None:
@@ -126,6 +172,9 @@ def _head_or_sign(analysis: Analysis, placed: Placed, token: Token, pictures: bo
     if not (statement.body and sign and (token == sign or token in statement.heads)):
         return None
     meaning = placed.meaning.movement
+    if statement.parameters:
+        head, _ = label(statement.heads[0].text, statement.parameters)
+        return Hover(token.span, _code(head), " (phrase)")
     facts = _measures(analysis, placed, meaning)
     plays = sign.type == "DOLLAR"
     if plays and token != sign:
@@ -150,18 +199,28 @@ def _head_or_sign(analysis: Analysis, placed: Placed, token: Token, pictures: bo
 
 
 def _name(
-    analysis: Analysis, span: Span, name: str, before: int, meaning: Movement, here: Sequence[str], pictures: bool
+    analysis: Analysis,
+    span: Span,
+    name: str,
+    before: int,
+    meaning: Movement | None,
+    here: Sequence[str],
+    pictures: bool,
 ) -> Hover:
+    """The hover for a use of a name, and for one of a phrase: without a meaning if its arguments are not known."""
     placed, definer = analysis.placed(before), analysis.bindings.definer(name, before)
-    line, source = "", ""
+    line, source, kind = "", "", "name"
     if definer is not None:
+        statement = analysis.statements[definer]
+        kind = "phrase" if statement.parameters else kind
         line = f", line {analysis.lines.position(analysis.offsets[definer]).line + 1}"
-        shown = _short(analysis.statements[definer].text, LONGEST_SOURCE).expandtabs(4)
+        above = "".join(f"# {each}\n" for each in comment(analysis, definer).splitlines())
+        shown = _short(above + statement.text, LONGEST_SOURCE).expandtabs(4)
         source = "\n".join(map(printable, LINE_END.split(shown)))
-    facts = (*_measures(analysis, placed, meaning), *here)
-    drawn = _shape(analysis, placed, meaning) if pictures else ""
+    facts = (*_measures(analysis, placed, meaning), *here) if meaning else ()
+    drawn = _shape(analysis, placed, meaning) if pictures and meaning else ""
     # Don't show a source that would end the code block early.
-    return Hover(span, _code(name), f" (name{line})", facts, "" if "```" in source else source, drawn)
+    return Hover(span, _code(name), f" ({kind}{line})", facts, "" if "```" in source else source, drawn)
 
 
 def _bracket(node: nodes.Bracket) -> tuple[str, str]:
@@ -217,7 +276,8 @@ def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
             count = counts.pop() if len(counts) == 1 else 1
             rate, brackets = rate * count, brackets + (count != 1)
         elif isinstance(node, nodes.Apply) and node.word.text in ("fast", "slow"):
-            factor = value_of(node.numbers[0].text) if node.numbers[0].text else NORMAL
+            number = node.numbers[0]
+            factor = value_of(number.text) if number.text and not any(number.parameters) else NORMAL
             if isinstance(factor, Fraction):
                 rate, others = rate * factor if node.word.text == "fast" else rate / factor, others + 1
     return rate, brackets, others

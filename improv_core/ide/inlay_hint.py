@@ -1,4 +1,4 @@
-"""Inlay hints: how long statements take, and how fast nested brackets play."""
+"""Inlay hints: how long statements take, how fast nested brackets play, and what the arguments of phrases are."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from improv_core.ide.cursor import touching
 from improv_core.ide.hover import pace_in
+from improv_core.ide.phrases import arguments, label, parameters, tree
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.timing import in_beats, lasting, times_as_fast, written
 from improv_core.syntax import nodes
@@ -30,13 +31,14 @@ def hints(analysis: Analysis, span: Span) -> list[Hint]:
 
 
 def _hints(analysis: Analysis, placed: Placed) -> Iterator[Hint]:
-    body, meaning = placed.statement.body, placed.meaning
+    body, meaning = tree(placed), placed.meaning
     if not body or not meaning.ok:
         return
-    for hint in _nested(body, ()):
+    for hint in (*_nested(body, ()), *_arguments(analysis, placed, body)):
         yield Hint(placed.start + hint.offset, hint.text, hint.about, hint.before)
     end = placed.start + body.span.end
-    yield Hint(end, in_beats(meaning.movement.duration), lasting(meaning.movement, analysis.tempo))
+    if not placed.statement.parameters:  # otherwise it depends on the arguments
+        yield Hint(end, in_beats(meaning.movement.duration), lasting(meaning.movement, analysis.tempo))
 
 
 def _nested(node: Node, outside: tuple[Node, ...]) -> Iterator[Hint]:
@@ -50,6 +52,15 @@ def _nested(node: Node, outside: tuple[Node, ...]) -> Iterator[Hint]:
                     yield Hint(voice.span.start, f"×{written(rate)}", times_as_fast(rate), before=True)
     for child in nodes.children(node):
         yield from _nested(child, around)
+
+
+def _arguments(analysis: Analysis, placed: Placed, body: Node) -> Iterator[Hint]:
+    """The parameter before each argument."""
+    for node in nodes.nodes(body):
+        if isinstance(node, nodes.Call):
+            taken = parameters(analysis, node.name.text, placed.index)
+            for parameter, argument in arguments(node, taken):
+                yield Hint(argument.span.start, f"{parameter.name}:", label(node.name.text, taken)[0], before=True)
 
 
 def _squeezes(node: Node) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
+from improv_core.syntax.heads import classified
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.vocabulary import WORDS
@@ -16,15 +17,17 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """A name or a robot, and its span.
+    """A name, a parameter, or a robot, and its span.
 
-    `definer` is the index of the statement that defines a name; None if nothing above defines it, and for robots.
+    `definer` is the index of the statement that defines a name or a parameter; None if nothing above defines it, and
+    for robots.
     """
 
     text: str
     span: Span
     is_robot: bool
     definer: int | None = None
+    is_parameter: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +39,7 @@ class Reference:
 
 
 def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
-    """The name or the robot that the cursor touches, including at its end."""
+    """The name, the parameter, or the robot that the cursor touches, including at its end."""
     placed = analysis.statement_at(offset)
     if not placed:
         return None
@@ -45,6 +48,9 @@ def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
         if head.span.holds(place):
             is_robot = statement.defines is None
             return Symbol(head.text, head.span.shifted(placed.start), is_robot, None if is_robot else placed.index)
+    for token in _parameters(statement):
+        if token.span.holds(place):
+            return Symbol(token.text, token.span.shifted(placed.start), False, placed.index, True)
     for name in _names(statement):
         if name.span.holds(place):
             definer = analysis.bindings.definer(name.text, placed.index)
@@ -60,6 +66,11 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
     if symbol.is_robot:
         return [Reference(span) for _, span in plays(analysis, symbol.text)]
     found = []
+    if symbol.is_parameter and symbol.definer is not None:
+        start, statement = analysis.offsets[symbol.definer], analysis.statements[symbol.definer]
+        named = (token for token in _parameters(statement) if token.text == symbol.text)
+        heads = {each.token.span for each in statement.parameters}
+        return [Reference(token.span.shifted(start), token.span in heads) for token in named]
     if symbol.definer is not None:
         head = analysis.statements[symbol.definer].heads[0]
         found.append(Reference(head.span.shifted(analysis.offsets[symbol.definer]), defines=True))
@@ -74,6 +85,8 @@ def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
     """Where a name is defined, even if only below. For a robot without a section in `improv.toml`: its first line."""
     if symbol.is_robot:
         return next((span for _, span in plays(analysis, symbol.text)), None)
+    if symbol.is_parameter:
+        return next(reference.span for reference in references(analysis, symbol) if reference.defines)
     definers = analysis.bindings.defined.get(symbol.text, ())
     definer = symbol.definer if symbol.definer is not None else next(iter(definers), None)
     return None if definer is None else analysis.statements[definer].heads[0].span.shifted(analysis.offsets[definer])
@@ -100,11 +113,22 @@ def _heads(statement: Statement) -> list[Token]:
     return [head for head in statement.heads if head.text and head.text not in WORDS]
 
 
+def _parameters(statement: Statement) -> list[Token]:
+    """The parameters of a phrase, in its head and in its body."""
+    own = {each.name for each in statement.parameters}
+    if not own:
+        return []
+    used = (token for token in _movement(statement) if token.text in own and token.type in ("NAME", "PARAM"))
+    return [*(each.token for each in statement.parameters), *used]
+
+
 def _names(statement: Statement) -> list[Token]:
-    """The name tokens in the movement of a statement."""
+    """The name tokens in the movement of a statement, except parameters."""
+    return [token for token in _movement(statement) if token.type == "NAME" and token.text in statement.uses]
+
+
+def _movement(statement: Statement) -> list[Token]:
+    """The tokens after the sign."""
     begin = statement.sign.end if statement.sign and statement.sign.type != "BEAT" else 0
-    return [
-        token
-        for token in statement.tokens
-        if token.type == "NAME" and token.start >= begin and token.text in statement.uses
-    ]
+    tokens = (token for token in statement.tokens if token.start >= begin)
+    return classified(list(tokens), {each.name for each in statement.parameters if each.is_number})

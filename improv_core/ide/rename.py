@@ -1,4 +1,4 @@
-"""Renames a name or a robot. A rename that would change the meaning of the program is refused."""
+"""Renames a name, a parameter, or a robot. A rename that would change the meaning of the program is refused."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def renamable(analysis: Analysis, offset: int) -> Symbol:
     """The symbol at the cursor that can be renamed. Raises RefusalError if there is none."""
     symbol = symbol_at(analysis, offset)
     if symbol is None:
-        raise RefusalError("only names and robots can be renamed: put the cursor on one")
+        raise RefusalError("only names, parameters, and robots can be renamed: put the cursor on one")
     if not symbol.is_robot and symbol.definer is None:
         raise RefusalError(f"`{symbol.text}` is not defined above this line: define it first")
     return symbol
@@ -39,7 +39,7 @@ def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
     _refuse_words(new)
     if new == symbol.text:
         return []
-    _refuse_collision(analysis, symbol, new)
+    (_refuse_other_parameter if symbol.is_parameter else _refuse_collision)(analysis, symbol, new)
     return [Edit(reference.span, new) for reference in references(analysis, symbol)]
 
 
@@ -76,6 +76,9 @@ def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
     assert symbol.definer is not None
     uses = analysis.bindings.users(symbol.text, symbol.definer)
     last = max(uses, default=0)
+    hidden = [index for index in uses if any(each.name == new for each in analysis.statements[index].parameters)]
+    if hidden:
+        raise RefusalError(f"`{new}` is a parameter on line {_line(analysis, hidden[0])}: choose another name")
     between = [index for index in analysis.bindings.defined.get(new, ()) if symbol.definer < index < last]
     if between:
         raise RefusalError(f"`{new}` is already defined on line {_line(analysis, between[0])}: choose another name")
@@ -87,6 +90,16 @@ def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
         raise RefusalError(
             f"`{new}` on line {_line(analysis, captured[0])} would then mean this one: choose another name"
         )
+
+
+def _refuse_other_parameter(analysis: Analysis, symbol: Symbol, new: str) -> None:
+    """The new name of a parameter must be free in its phrase."""
+    assert symbol.definer is not None
+    statement = analysis.statements[symbol.definer]
+    if any(each.name == new for each in statement.parameters):
+        raise RefusalError(f"`{new}` is already a parameter of this phrase: choose another name")
+    if new in statement.uses:
+        raise RefusalError(f"this phrase uses `{new}`, which would then mean the parameter: choose another name")
 
 
 def _line(analysis: Analysis, index: int) -> int:

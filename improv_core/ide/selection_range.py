@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from improv_core.ide.phrases import tree
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
@@ -35,8 +36,8 @@ def _around(analysis: Analysis, offset: int) -> Iterator[Span]:
     if token in heads or any(head.span.start <= token.start and token.end <= head.span.end for head in heads):
         yield Span(heads[0].start, heads[-1].end).shifted(placed.start)
         yield from (head.span.shifted(placed.start) for head in heads if head.span.holds(token.start))
-    elif placed.statement.body:
-        for node in nodes.nodes(placed.statement.body):
+    elif body := tree(placed):
+        for node in nodes.nodes(body):
             if node.span.start <= token.start and token.end <= node.span.end:
                 yield node.span.shifted(placed.start)
     yield token.span.shifted(placed.start)

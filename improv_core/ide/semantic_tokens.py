@@ -47,11 +47,12 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
 
     Does not use the lexer: a document may have thousands of words when it is opened, and only colors are needed.
     """
-    sign, heads = None, set[tuple[int, int]]()
+    sign, heads, parameters = None, set[tuple[int, int]](), dict[str, tuple[int, int]]()
     if not text.startswith("#"):
         statement = parse_statement(text)
         sign = statement.sign
         heads = {(head.start, head.end) for head in statement.heads if head.text not in strange}
+        parameters = {each.name: each.token.span for each in statement.parameters}
     head = _DEFINITION if sign and sign.type == "EQUAL" else _ROBOT
     named = sign.start if sign and sign.type != "BEAT" else 0  # before this offset, names are definitions or robots
     found = []
@@ -60,7 +61,9 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
         start, end = match.span()
         kind = _KINDS.get(word) or _KINDS_BY_FORM[match.lastindex or 0]
         if kind is _USE:
-            if start < named:
+            if word in parameters and (start >= named or (start, end) == parameters[word]):
+                kind = _PARAMETER if start >= named else _DECLARATION
+            elif start < named:
                 if (start, end) not in heads:  # only part of a name, as in `my-robot`
                     continue
                 kind = head
@@ -92,6 +95,8 @@ _COMMENT_KIND = _kind("comment")
 _DEFINITION = _kind("variable", "definition")
 _USE = _kind("variable")
 _ROBOT = _kind("class")
+_DECLARATION = _kind("parameter", "definition")
+_PARAMETER = _kind("parameter")
 _KINDS_OF_WORDS = {
     Kind.BEAT: _kind("modifier"),
     **dict.fromkeys((*TRANSFORMERS, Kind.IF, Kind.ELSE, Kind.NOT), _kind("keyword")),

@@ -1,30 +1,24 @@
-"""Signature help: the parameters of the transformer at the cursor, and which one is being typed."""
+"""Signature help: the parameters of the transformer or phrase at the cursor, and which one is being typed."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from improv_core.ide.cursor import before
+from improv_core.ide.cursor import Before, before
+from improv_core.ide.phrases import comment, label, movements
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.vocabulary import WORDS, Kind
 from improv_core.text import Span
 
-_ARGUMENTS = {
-    Kind.REPEAT: "n",
-    Kind.REFLECT: "PLANE",
-    Kind.FACTOR: "k",
-    Kind.PLAIN: "",
-    Kind.RAMP: "a b",
-    Kind.GUARD: "sense",
-}
+_ARGUMENTS = {Kind.REPEAT: ("n",), Kind.REFLECT: ("PLANE",), Kind.FACTOR: ("k",), Kind.PLAIN: (), Kind.RAMP: ("a", "b")}
+_OWN = {"fit": ("beats",), "canon": ("beats",), "chance": ("p",), "seed": ("n",)}
 _TRANSFORMERS = {kind.value for kind in _ARGUMENTS}
 
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """How a transformer is written, its parameters as spans of the label, and the index of the one being typed."""
+    """How a word is used, what it does, its parameters as spans of the label, and the index of the one being typed."""
 
     label: str
     about: str
@@ -32,51 +26,99 @@ class Signature:
     active: int
 
 
+@dataclass(slots=True)
+class _Use:
+    """A transformer or phrase, and how many of its arguments have been read."""
+
+    token: Token
+    label: str
+    about: str
+    parameters: tuple[Span, ...]
+    numbers: int
+    given: int = 0
+
+
 def signature(analysis: Analysis, offset: int) -> Signature | None:
-    """The innermost transformer whose number, plane, or movement is being typed at the cursor."""
+    """The innermost transformer or phrase whose argument is being typed at the cursor."""
     found = before(analysis, offset)
-    if not found:
+    if not found or not found.sign:
         return None
-    sign = next((place for place, token in enumerate(found.tokens) if token.type in ("EQUAL", "DOLLAR")), None)
-    if sign is None:
+    use = _open(analysis, found)
+    if not use:
         return None
-    open_words = _open(found.tokens[sign + 1 :])
-    if not open_words:
-        return None
-    word, has_argument = open_words[-1]
-    kind = WORDS[word.text].kind
-    parameters = [name for name in (_ARGUMENTS[kind], "movement") if name]
+    active = use.given
     # `repeat` needs no number: if a word has been started, it is the movement.
-    skipped = kind is Kind.REPEAT and found.begun and not found.in_number
-    in_argument = found.tokens[-1] == word and not has_argument and not skipped
-    active = 0 if in_argument else len(parameters) - 1
-    return _signature(word.text, parameters, active)
+    if use.token.type == "REPEAT" and found.begun and not found.in_number:
+        active = max(active, use.numbers)
+    return Signature(use.label, use.about, use.parameters, active)
 
 
-def _signature(word: str, parameters: Sequence[str], active: int) -> Signature:
-    label, spans = word, []
-    for name in parameters:
-        spans.append(Span(len(label) + 1, len(label) + 1 + len(name)))
-        label = f"{label} {name}"
-    return Signature(label, WORDS[word].about, tuple(spans), active)
-
-
-def _open(tokens: Sequence[Token]) -> list[tuple[Token, bool]]:
-    """The transformers whose movement is not complete, outermost first, and whether they have their argument."""
-    levels: list[list[tuple[Token, bool]]] = [[]]  # one for each open bracket
-    for token in tokens:
+def _open(analysis: Analysis, found: Before) -> _Use | None:
+    """The innermost use that lacks an argument at the cursor."""
+    levels: list[list[_Use]] = [[]]  # one for each open bracket: the uses that wait for arguments, outermost first
+    last: Token | None = None
+    for token in found.tokens:
         waiting = levels[-1]
-        if token.type in _TRANSFORMERS:
-            waiting.append((token, False))
-        elif token.type in ("NUMBER", "OPERATOR", "PLANE"):
-            if waiting:
-                waiting[-1] = (waiting[-1][0], True)
-        elif token.type in ("LPAR", "LSQB"):
-            levels.append([])
-        elif token.type in ("RPAR", "RSQB"):
-            if len(levels) > 1:
-                levels.pop()
-            levels[-1].clear()
-        else:
-            waiting.clear()  # a movement or `||`: all that waited for a movement have one
-    return [each for waiting in levels for each in waiting]
+        if token.type in ("NUMBER", "PARAM", "PLANE"):
+            if waiting and waiting[-1].given < waiting[-1].numbers and not (last and last.type == "OPERATOR"):
+                waiting[-1].given += 1
+        elif token.type != "OPERATOR":
+            _settle(waiting)
+            if waiting:  # `repeat` needs no number
+                waiting[-1].given = max(waiting[-1].given, waiting[-1].numbers)
+            if use := _use(analysis, found, token):
+                waiting.append(use)
+            elif token.type in ("LPAR", "LSQB"):
+                levels.append([])
+            elif token.type in ("RPAR", "RSQB"):
+                if len(levels) > 1:
+                    levels.pop()
+                _take_movement(levels[-1])
+            elif token.type in ("PRIMITIVE", "NAME"):
+                _take_movement(waiting)
+            else:
+                waiting.clear()  # `||`
+        last = token
+    if last and last.type == "OPERATOR" and levels[-1] and levels[-1][-1].given:
+        levels[-1][-1].given -= 1  # the number goes on
+    elif not found.in_number:
+        _settle(levels[-1])
+    return next((level[-1] for level in reversed(levels) if level), None)
+
+
+def _settle(waiting: list[_Use]) -> None:
+    """Close a phrase that takes only numbers and has them all. It is a movement itself."""
+    if waiting and waiting[-1].given == len(waiting[-1].parameters):
+        waiting.pop()
+        _take_movement(waiting)
+
+
+def _take_movement(waiting: list[_Use]) -> None:
+    """Give a movement to the innermost use. One that has all its movements is a movement itself."""
+    while waiting:
+        use = waiting[-1]
+        use.given += 1
+        if use.given < len(use.parameters):
+            return
+        waiting.pop()
+
+
+def _use(analysis: Analysis, found: Before, token: Token) -> _Use | None:
+    """The use that starts with a token, if it takes arguments."""
+    if token.type in _TRANSFORMERS:
+        word = WORDS[token.text]
+        names = _OWN.get(word.text, _ARGUMENTS[word.kind])
+        text, spans = word.text, []
+        for name in (*names, "movement"):
+            spans.append(Span(len(text) + 1, len(text) + 1 + len(name)))
+            text = f"{text} {name}"
+        return _Use(token, text, word.about, tuple(spans), len(names))
+    if token.type != "NAME" or any(each.name == token.text for each in found.parameters):
+        return None
+    definer = analysis.bindings.definer(token.text, found.statement)
+    taken = analysis.statements[definer].parameters if definer is not None else ()
+    if definer is None or not taken:
+        return None
+    shown, places = label(token.text, taken)
+    about = comment(analysis, definer) or analysis.statements[definer].text
+    return _Use(token, shown, about, places, len(taken) - movements(taken))

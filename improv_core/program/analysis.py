@@ -121,6 +121,13 @@ class Analysis:
         return {robot: performance(scenes, begins) for robot, scenes in self.parts.items()}
 
     @cached_property
+    def begins(self) -> Sequence[movement.Duration]:
+        """The beats at which the scenes begin. Endless if one before never ends."""
+        begins = scene_begins(self.parts.values())
+        later = len(self.scenes) + 1 - len(begins)
+        return (*begins, *[movement.ENDLESS if self.parts else 0] * later)
+
+    @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All diagnostics of the program, in the order of the text."""
         if len(self.text) > LONGEST_PROGRAM:

@@ -10,7 +10,7 @@ from improv_core.syntax.lexer import Token
 from improv_core.text import Span
 
 MEANT: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("wait", "stop", "pause", "stay", "stand", "hold", "halt", "sleep"), ("rest",)),
+    **dict.fromkeys(("wait", "stop", "stay", "stand", "hold", "halt", "sleep"), ("rest",)),
     **dict.fromkeys(("turn", "rotate", "spin"), ("left", "right")),
     **dict.fromkeys(("turnleft", "leftturn", "turn_left"), ("left",)),
     **dict.fromkeys(("turnright", "rightturn", "turn_right"), ("right",)),
@@ -26,8 +26,6 @@ MEANT: Mapping[str, tuple[str, ...]] = {
 _TEMPO = frozenset({"beat", "tempo", "bpm"})
 _OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
 _TURNS = {"left": 90, "right": 90, "halfleft": 45, "halfright": 45}
-_FEWEST_DEGREES = 10
-"""From this number on, a number after a turn is an angle: nobody means so many quarter turns."""
 
 
 def without_sign(tokens: Sequence[Token]) -> Diagnostic:
@@ -105,7 +103,7 @@ _FORMS = "write `robot $ movement`, `name = movement`, or `beat 60`"
 
 def _ways(term: Token, number: str) -> Iterator[str]:
     """The words and numbers that may be meant by a number after a term that starts with this token."""
-    if term.text in _TURNS and number.isdecimal() and int(number) >= _FEWEST_DEGREES:
+    if term.text in _TURNS and number.isdecimal() and len(number.lstrip("0")) > 1:  # nobody means ten quarter turns
         yield f"scale {number}/{_TURNS[term.text]}"
         return
     if number.isdecimal():

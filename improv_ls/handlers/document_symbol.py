@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lsprotocol import types
 
-from improv_core.ide.document_symbol import outline
+from improv_core.ide.document_symbol import flattened, outline
 from improv_ls import to_lsp_locations as to_lsp
 from improv_ls.session import Session
 
@@ -18,5 +18,4 @@ def document_symbol(
     entries, lines, encoding = outline(document.analysis), document.lines, ls.editor.encoding
     if ls.editor.can("text_document.document_symbol.hierarchical_document_symbol_support"):
         return [to_lsp.document_symbol(lines, entry, encoding) for entry in entries]
-    flat = (part for entry in entries for part in entry.parts or (entry,))
-    return [to_lsp.symbol_information(document.uri, lines, entry, encoding) for entry in flat]
+    return [to_lsp.symbol_information(document.uri, lines, entry, encoding) for entry in flattened(entries)]

@@ -16,7 +16,7 @@ from improv_core.program.compiler import compiled
 from improv_core.text import Span
 from tests.ide.cursor import CURSOR
 
-CHANGING = ("Wrap in [ ]", "Wrap in slow")
+CHANGING = ("Wrap in [ ]", "Wrap in slow", "Other dice", "Write")
 
 
 def offered(program: str) -> tuple[Analysis, list[Action]]:
@@ -51,39 +51,43 @@ def applied(text: str, edits: tuple[Edit, ...]) -> str:
 
 
 def test_a_movement_gets_a_name() -> None:
-    check("Extract", "r $ <forward left> up", "forward_left = forward left\nr $ forward_left up")
-    check("Extract", "r $ |>[up down] up", "up_down = [up down]\nr $ up_down up")
-    check("Extract", "r $ le|>ft up left", "my_left = left\nr $ my_left up left")
+    check("Extract to a name", "r $ <forward left> up", "forward_left = forward left\nr $ forward_left up")
+    check("Extract to a name", "r $ |>[up down] up", "up_down = [up down]\nr $ up_down up")
+    check("Extract to a name", "r $ le|>ft up left", "my_left = left\nr $ my_left up left")
     check(
-        "Extract",
+        "Extract to a name",
         "r $ <repeat 4 (forward left)>",
         "repeat_forward_left = repeat 4 (forward left)\nr $ repeat_forward_left",
     )
-    check("Extract", "x = up\nr $ <x x x x>", "x = up\nphrase = x x x x\nr $ phrase")
+    check("Extract to a name", "x = up\nr $ <x x x x>", "x = up\nphrase = x x x x\nr $ phrase")
     check(
-        "Extract", "phrase = up\nr $ <up up up up> phrase", "phrase = up\nphrase_2 = up up up up\nr $ phrase_2 phrase"
+        "Extract to a name",
+        "phrase = up\nr $ <up up up up> phrase",
+        "phrase = up\nphrase_2 = up up up up\nr $ phrase_2 phrase",
     )
-    check("Extract", "  r $ <left || up>", "  left_up = left || up\n  r $ left_up")
-    check("Extract", "\ufeffr$(left)<[up]>up # 🐢\r\n", "\ufeffmy_up = [up]\r\nr$(left)my_up up # 🐢\r\n")
-    check("Extract", "r $ up <left > ", "my_left = left\nr $ up my_left  ")
+    check("Extract to a name", "  r $ <left || up>", "  left_up = left || up\n  r $ left_up")
+    check("Extract to a name", "\ufeffr$(left)<[up]>up # 🐢\r\n", "\ufeffmy_up = [up]\r\nr$(left)my_up up # 🐢\r\n")
+    check("Extract to a name", "r $ up <left > ", "my_left = left\nr $ up my_left  ")
 
 
 def test_a_movement_over_lines_gets_brackets() -> None:
-    check("Extract", "r $ (up\n  <left # l\n  down>)", "left_down = (left # l\n  down)\nr $ (up\n  left_down)")
-    check("Extract", "r $ <(left\n  up)>", "left_up = (left\n  up)\nr $ left_up")
-    check("Extract", "r $ (<(left)\n  up> up)", "left_up = ((left)\n  up)\nr $ (left_up up)")
+    check(
+        "Extract to a name", "r $ (up\n  <left # l\n  down>)", "left_down = (left # l\n  down)\nr $ (up\n  left_down)"
+    )
+    check("Extract to a name", "r $ <(left\n  up)>", "left_up = (left\n  up)\nr $ left_up")
+    check("Extract to a name", "r $ (<(left)\n  up> up)", "left_up = ((left)\n  up)\nr $ (left_up up)")
 
 
 def test_part_of_a_selection_grows_to_whole_items() -> None:
-    check("Extract", "r $ for<ward le>ft up", "forward_left = forward left\nr $ forward_left up")
-    check("Extract", "r $ up (left <|| do>wn)", "left_down = left || down\nr $ up (left_down)")
+    check("Extract to a name", "r $ for<ward le>ft up", "forward_left = forward left\nr $ forward_left up")
+    check("Extract to a name", "r $ up (left <|| do>wn)", "left_down = left || down\nr $ up (left_down)")
 
 
 def test_what_a_bracket_counts_is_left_alone() -> None:
     for program in ("r $ [<left up> down]", "r $ [<left up>]", "r $ [<left up || down>]", "r $ [<left up> || down]"):
         check_not("Extract", program)
         check_not("Wrap", program)
-    check("Extract", "r $ [<left || up>]", "left_up = left || up\nr $ [left_up]")
+    check("Extract to a name", "r $ [<left || up>]", "left_up = left || up\nr $ [left_up]")
     check_not("Extract", "x = up\nr $ |>x")
     check_not("Extract", "r $ (<left>")
 
@@ -138,6 +142,90 @@ def test_wrapping_says_what_it_does() -> None:
     check("Wrap in slow 2", "r$|>(left)up", "r$slow 2 (left)up")
 
 
+def test_a_movement_with_a_number_becomes_a_phrase() -> None:
+    check(
+        "Extract to a phrase",
+        "r $ |>repeat 5 (forward scale 4/5 left) up",
+        "phrase n = repeat n (forward scale 4/n left)\nr $ phrase 5 up",
+    )
+    check("Extract to a phrase", "n = up\nr $ <fast 2 up n>", "n = up\nfast_up_n k = fast k up n\nr $ fast_up_n 2")
+    check("Extract to a phrase", "r $ re|>peat 2*3 up", "repeat_up n = repeat n*3 up\nr $ repeat_up 2")
+    check_not("Extract to a phrase", "r $ <up left>")
+    check_not("Extract to a phrase", "f n = fast n up\nr $ |>f 2")
+
+
+def test_what_uses_parameters_takes_them_along() -> None:
+    check(
+        "Extract to a name",
+        "f n (m) = <repeat n m> left\nr $ f 2 up",
+        "my_repeat n (m) = repeat n m\nf n (m) = my_repeat n m left\nr $ f 2 up",
+    )
+    check(
+        "Extract to a phrase",
+        "f n (m) = <slow 2 m fast n up>\nr $ f 2 up",
+        "slow_fast_up k n (m) = slow k m fast n up\nf n (m) = slow_fast_up 2 n m\nr $ f 2 up",
+    )
+    check_not("Extract", "r s $ |>canon 2 up")
+
+
+def test_a_phrase_is_written_out() -> None:
+    poly = "poly n = repeat n (forward scale 4/n left)\n"
+    check("Inline", f"{poly}r $ |>poly 5 up", "r $ repeat 5 (forward scale 4/5 left) up")
+    check("Inline", f"{poly}r $ pol|>y 3/2*2", "r $ repeat 3/2*2 (forward scale 4/3*2/2 left)")
+    check("Inline poly here", f"{poly}r $ poly 3 |>poly 4", f"{poly}r $ poly 3 repeat 4 (forward scale 4/4 left)")
+    check(
+        "Inline poly everywhere",
+        f"|>{poly}r $ poly 1\nf n = poly n\nr $ f 2",
+        """\
+r $ repeat 1 (forward scale 4/1 left)
+f n = repeat n (forward scale 4/n left)
+r $ f 2""",
+    )
+    check("Inline", "f (m) = m rest m\nr $ fast 2 |>f (up left)", "r $ fast 2 ((up left) rest (up left))")
+    check("Inline", "f (m) (k) = m || k\nr $ up |>f left fast 2 up", "r $ up (left || fast 2 up)")
+    check_not("Inline", "|>f (m) = m m\nr $ f f up f up")  # one use is the argument of another
+    check_not("Inline", "x = up\nf (m) = m x\ng (x) = |>f x\nr $ g up")
+    check_not("Inline", "f (m) = m m\nr $ |>f")
+    check_not("Inline", "f (m) = |>m m")
+
+
+def test_what_words_count_is_left_alone() -> None:
+    for word in ("accumulate", "choose", "shuffle"):
+        check_not("Unroll", f"r $ {word} (|>repeat 2 up left)")
+        check_not("Fold", f"r $ {word} (up u|>p)")
+        check_not("Fold", f"x = up u|>p left\nr $ {word} x")
+        check_not("Extract", f"r $ {word} (<up left> up)")
+        check_not("Wrap", f"r $ {word} (<up left> up)")
+        check("Inline", f"x = up left\nr $ {word} (|>x slow 2 up)", f"r $ {word} ((up left) slow 2 up)")
+
+
+def test_other_dice() -> None:
+    check("Other dice: seed 1", "r $ up |>choose (up left)", "r $ up seed 1 choose (up left)")
+    check("Other dice: seed 4", "r $ seed 3 repeat 2 sh|>uffle (up left)", "r $ seed 4 repeat 2 shuffle (up left)")
+    check("Other dice: seed 4", "r $ se|>ed 3 chance 1/2 up", "r $ seed 4 chance 1/2 up")
+    check_not("Other dice", "r $ choose (u|>p left)")
+    check_not("Other dice", "f n = seed n |>choose (up left)")
+
+
+def test_lines_that_follow_each_other_become_a_canon() -> None:
+    check(
+        "Write 3 lines as canon 2",
+        "a $ up left\nb $ |>rest rest up  left\n# last\nc $ repeat 4 rest up left\nd $ up\n",
+        "a b c $ canon 2 (up left)\n# last\nd $ up\n",
+    )
+    check("Write 2 lines as canon 3", "a |>$ x\nb $ repeat 3 rest x\nx = up", "a b $ canon 3 x\nx = up")
+    for program in (
+        "a $ up|>\nb $ up",
+        "a $ up|>\nb $ rest left",
+        "a $ up|>\nb $ rest up\nc $ rest up",
+        "a $ up|>\na $ rest up",
+        "a $ rest up|>\nb $ rest rest up",
+        "a $ up|>",
+        "a b $ up|>\nc $ rest up",
+    ):
+        check_not("Write", program)
+
+
 def test_nothing_outside_movements() -> None:
     for program in ("|>r $ left", "r |>$ left", "be|>at 60", "# |>", "r $ left  |>", "|>"):
         assert offered(program)[1] == []
@@ -154,13 +242,21 @@ TERMS = st.recursive(
         inner.map("reverse {}".format),
         inner.map("fast 3/2 {}".format),
         inner.map("reflect YZ {}".format),
+        inner.map("choose ({0} {0})".format),
+        inner.map("shuffle ({0} up {0})".format),
+        inner.map("accumulate ({0} left {0})".format),
+        inner.map("chance 1/2 {}".format),
+        inner.map("seed 3 {}".format),
+        inner.map("fit 2 {}".format),
+        inner.map("f 2 {}".format),
+        inner.map("g {0} (left {0})".format),
     ),
     max_leaves=6,
 )
 BODIES = st.lists(TERMS, min_size=1, max_size=4).map(" ".join)
 STATEMENTS = st.one_of(st.builds("{} = {}".format, st.sampled_from("xy"), BODIES), BODIES.map("r $ {}".format))
 PROGRAMS = st.lists(STATEMENTS, min_size=1, max_size=4).map(
-    lambda lines: "\n".join(["x = up left", "y = x || left", *lines])
+    lambda lines: "\n".join(["x = up left", "y = x || left", "f n (m) = repeat n m x", "g (a) (b) = a y b a", *lines])
 )
 
 

@@ -7,7 +7,7 @@ from improv_core.robots.config import read_robots
 from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind
 from tests.ide.cursor import at_cursor
 
-MOVING = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
+MOVING = [word for word in of_kind(Kind.PRIMITIVE, *TRANSFORMERS) if word not in of_kind(Kind.GUARD)]
 PLANES = of_kind(Kind.PLANE)
 
 
@@ -70,6 +70,35 @@ def test_planes_and_numbers_where_they_must_stand() -> None:
     check("r $ fast |>", "2", "3", "3/2")
     check("beat |>", "60", "30", "120")
     check("r $ repeat |>", *MOVING, "2", "3", "4", "8")
+
+
+PHRASES = "poly n = repeat n (forward scale 4/n left)\ntimes n (m) = repeat n m\nboth (a) (b) = a || b\n"
+
+
+def test_phrases_leave_room_for_their_arguments() -> None:
+    check_snippet(f"{PHRASES}r $ |>", "poly", "poly ${1:n}")
+    check_snippet(f"{PHRASES}r $ |>", "times", "times ${1:n} ($0)")
+    check_snippet(f"{PHRASES}r $ |> left", "times", "times ${1:n}")
+    check_snippet(f"{PHRASES}r $ |>", "both", "both (${1:a}) ($0)")
+    check_snippet("r $ |>", "ramp", "ramp ${1:1/2} ${2:2} ($0)")
+    check_snippet("r $ |>", "chance", "chance ${1:1/2} ($0)")
+    item = next(item for item in offered(f"{PHRASES}r $ |>").items if item.label == "times")
+    assert (item.kind, item.detail) == ("phrase", "times n (m)")
+
+
+def test_parameters_in_the_body_of_their_phrase() -> None:
+    check("f n (m) = |>", "m", *MOVING)
+    check("f n (m) = fast |>", "n", "2", "3", "3/2")
+    check("f n (m) = fast 2*|>", "n", "2", "3", "3/2")
+    check("m = left\nf (m) = m |>", "m", *MOVING)
+    check("f n (m) = up\nr $ |>", "f", *MOVING)
+
+
+def test_arguments_come_after_the_name_of_a_phrase() -> None:
+    assert [item.label for item in offered(f"{PHRASES}f k = times |>").items] == ["k", "2", "3", "3/2"]
+    check(f"{PHRASES}r $ times 2 |>", "both", "times", "poly", *MOVING)
+    check("x = left\nr $ x |>", "x", *MOVING)
+    check("f n (m) = m |>", "m", *MOVING)
 
 
 def test_nothing_in_comments_and_numbers() -> None:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from improv_core.ide.document_symbol import names_in, outline
+from improv_core.ide.document_symbol import Entry, names_in, outline
 from improv_core.program.analysis import analyze
 
 
 def check(program: str, *lines: str) -> None:
     found = []
     for entry in outline(analyze(program)):
-        for each, indent in ((entry, ""), *((part, "  ") for part in entry.parts)):
-            assert each.span.start <= each.name_span.start < each.name_span.end <= each.span.end
-            found.append(f"{indent}{each.name}: {each.kind} {each.detail}".rstrip())
+        found += drawn(entry, "")
     assert found == list(lines)
+
+
+def drawn(entry: Entry, indent: str) -> list[str]:
+    assert entry.span.start <= entry.name_span.start < entry.name_span.end <= entry.span.end
+    assert all(entry.span.start <= part.span.start <= part.span.end <= entry.span.end for part in entry.parts)
+    line = f"{indent}{entry.name}: {entry.kind} {entry.detail}".rstrip()
+    return [line, *(each for part in entry.parts for each in drawn(part, indent + "  "))]
 
 
 def test_what_statements_are_about() -> None:
@@ -24,6 +29,29 @@ def test_what_statements_are_about() -> None:
         "  r: robot 8 beats",
         "  s: robot 8 beats",
         "r: robot ∞",
+    )
+
+
+def test_scenes_hold_what_is_in_them() -> None:
+    check(
+        "f n = repeat n up\nr s $ up\n---\n# only a comment\n----\nr $ left\n\n",
+        "scene 1: scene",
+        "  f: phrase",
+        "  r s: robots 1 beat",
+        "    r: robot 1 beat",
+        "    s: robot 1 beat",
+        "scene 2: scene from beat 1",
+        "scene 3: scene from beat 1",
+        "  r: robot 1 beat",
+    )
+    check("---\nr $ up", "scene 2: scene from beat 0", "  r: robot 1 beat")
+    check(
+        "r $ slow 3/2 up\n---\nr $ repeat up\n---\n",
+        "scene 1: scene",
+        "  r: robot 1.5 beats",
+        "scene 2: scene from beat 2",
+        "  r: robot ∞",
+        "scene 3: scene never performed",
     )
 
 

@@ -34,3 +34,8 @@ def test_regions() -> None:
         "# region verse\nr $ up\n#region\n# endregion\n# a\n# b\n#endregion", "0-6 region", "2-3 region", "4-5 comment"
     )
     check("# endregion\n# regional\n# region", *[])
+
+
+def test_scenes() -> None:
+    check("r $ up\n---\nr $ (\n  up\n)\n\n  --- # two\nr $ left", "1-4 code", "2-3 code", "6-7 code")
+    check("---\n---\n# one\n# two\n", "1-3 code", "2-3 comment")

@@ -154,3 +154,38 @@ def test_what_stays_in_its_place_has_no_picture() -> None:
     for program in ("r $ le|>ft", "r |>$ rest up", "be|>at 60", "r $ [|>]"):
         found = hover(*at_cursor(program), pictures=True)
         assert found is None or not found.picture
+
+
+POLY = "x = up\n# A polygon with\n#  n sides.\npoly n = repeat n (forward scale 4/n left)\n"
+ANSWER = "answer (m) = m reflect sagittal m\n"
+
+
+def test_a_phrase_shows_its_head_its_comment_and_this_use() -> None:
+    program = f"{POLY}r $ |>poly 5 left"
+    source = "# A polygon with\n# n sides.\npoly n = repeat n (forward scale 4/n left)"
+    check(program, "poly 5", "**poly 5** (phrase, line 4)", source, "10 beats", "10.0 m, turns 360° left")
+    check(f"{POLY}r $ [poly |>5 left]", "poly 5", "**poly 5**", "twice as fast in this bracket: 5 beats")
+    check(f"{ANSWER}r $ an|>swer forward", "answer forward", "**answer** (phrase, line 1)", "2 beats", "4.0 m")
+    check(f"{ANSWER}r $ answer for|>ward", "forward", "1 beat")
+    assert hover(*at_cursor(program), pictures=True) != hover(*at_cursor(program))
+    assert said(POLY.replace("poly n", "|>poly n")) == "poly n (phrase)"
+
+
+def test_parameters_and_what_depends_on_them() -> None:
+    check(POLY.replace("repeat n", "repeat |>n"), "n", "**n** (parameter of `poly n`): a number")
+    check(POLY.replace("poly n", "poly |>n"), "n", "**n** (parameter of `poly n`): a number")
+    check(ANSWER.replace("= m", "= |>m"), "m", "**m** (parameter of `answer (m)`): a movement")
+    assert said(POLY.replace("repeat", "re|>peat")).startswith("repeat n: Repeats this many times")
+    assert "beat," not in said(POLY.replace("repeat", "re|>peat"))
+    check(POLY.replace("forward", "for|>ward"), "forward", "1 beat")
+
+
+def test_a_scene_says_when_it_begins() -> None:
+    check("beat 30\nr $ slow 3/2 up\n--|>-\ns $ up", "---", "**---**: a new scene", "begins at beat 2, 4.0 s")
+    check("r $ repeat up\n|>---\ns $ up", "---", "never begins")
+
+
+def test_new_words() -> None:
+    check("r $ ramp |>1/2 2 (forward left)", "ramp 1/2 2 (forward left)", "**ramp 1/2 2**: ", "1.6 beats", "2.0 m")
+    check("r $ |>choose (forward left)", "choose (forward left)", "**choose**: ", "1 beat")
+    check("r $ fit |>3 (forward left)", "fit 3 (forward left)", "**fit 3**: ", "3 beats")

@@ -48,3 +48,11 @@ def test_only_what_is_in_sight() -> None:
     assert drawn(program, Span(8, 12)) == "r $ up\ns $ up⟨1 beat⟩\nt $ up\n"
     (hint,) = hints(analyze("beat 30\nr $ up left"), Span(9, 10))
     assert (hint.text, hint.about) == ("2 beats", "4.0 s at beat 30")
+
+
+def test_arguments_say_which_they_are() -> None:
+    phrases = "f n (m) = repeat n m\ng (m) (k) = m k\n"
+    check(
+        f"{phrases}r $ f 2 (up) g f 4/2 up left",
+        f"{phrases}r $ f ⟨n:⟩2 ⟨m:⟩(up) g ⟨m:⟩f ⟨n:⟩4/2 ⟨m:⟩up ⟨k:⟩left⟨5 beats⟩",
+    )

@@ -44,6 +44,15 @@ def test_a_name_that_is_defined_again_is_another_one() -> None:
     check("x = left\n|>x = x x\nr $ x", "x = left\n{x} = x x\nr $ <x>")
 
 
+def test_a_parameter_stays_in_its_phrase() -> None:
+    marked = "m = up\nf n ({m}) = repeat n <m> fast n/2 [<m> m2]\nr $ f 2 m"
+    check(marked.replace("{m}", "|>m").replace("<m>", "m"), marked)
+    check(marked.replace("{m}", "m").replace("[<m>", "[|>m").replace("<m>", "m"), marked)
+    marked = "f {n} (m) = repeat <n> m fast <n>/2 up\nr $ f 2 n"
+    check(marked.replace("{n}", "n").replace("t <n>", "t |>n").replace("<n>", "n"), marked)
+    check_definition("m = up\nf (m) = |>m", "m = up\nf ({m}) = m")
+
+
 def test_names_that_nothing_above_defines_belong_together() -> None:
     check("r $ |>x\nx = x\nr $ x", "r $ <x>\nx = <x>\nr $ x")
     check("r $ |>nobody nobody", "r $ <nobody> <nobody>")

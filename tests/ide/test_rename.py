@@ -63,6 +63,22 @@ def test_what_would_change_the_meaning_is_refused() -> None:
     check_refused("|>x = left\nr $ y", "y", "`y` on line 2 would then mean this one: choose another name")
 
 
+def test_a_parameter() -> None:
+    check("f n (m) = repeat |>n m x m\nr $ f 2 up", "k", "f k (m) = repeat k m x m\nr $ f 2 up")
+    check("f n (|>m) = scale 4/n m", "x", "f n (x) = scale 4/n x")
+    check("f n n2 = fast n*n2|>/n up", "m", "f n m = fast n*m/n up")
+    check("m = up\nf (|>m) = m m\nr $ m", "x", "m = up\nf (x) = x x\nr $ m")
+    check_refused("f n (|>m) = m", "n", "`n` is already a parameter of this phrase: choose another name")
+    check_refused("f n (|>m) = m", "up", "`up` is a reserved word: choose another name")
+    line = "this phrase uses `x`, which would then mean the parameter: choose another name"
+    check_refused("x = up\nf (|>m) = m x", "x", line)
+    check_refused("|>x = up\nf (m) = m x", "m", "`m` is a parameter on line 2: choose another name")
+
+
+def test_a_phrase() -> None:
+    check("|>f (m) = m m\nr $ f f up", "g", "g (m) = m m\nr $ g g up")
+
+
 def test_names_must_be_legal() -> None:
     check_refused("|>x = left", "up", "`up` is a reserved word: choose another name")
     check_refused(
@@ -81,7 +97,7 @@ def test_names_must_be_legal() -> None:
 
 
 def test_only_names_and_robots() -> None:
-    line = "only names and robots can be renamed: put the cursor on one"
+    line = "only names, parameters, and robots can be renamed: put the cursor on one"
     for program in ("r $ le|>ft", "r $ repeat |>3 left", "# |>x", "|>left = up", "|>"):
         check_refused(program, "x", line)
     check_refused("r $ |>x", "y", "`x` is not defined above this line: define it first")

@@ -40,6 +40,15 @@ def test_what_is_not_known_has_no_color() -> None:
     check(analyze("anna ana $ up", robots), "anna:class", "$:operator", UP)
 
 
+def test_parameters_in_the_head_and_in_the_body() -> None:
+    check(
+        "f n (m) = fast n/2 m\n---",
+        *("f:variable.definition", "n:parameter.definition", "m:parameter.definition", "=:operator"),
+        *("fast:keyword", "n:parameter", "/:operator", "2:number", "m:parameter", "---:operator"),
+    )
+    check("f f = f", "f:variable.definition", "f:parameter.definition", "=:operator", "f:parameter")
+
+
 UP = "up:function.defaultLibrary"
 
 

@@ -48,3 +48,34 @@ def test_nothing_outside() -> None:
         check_nothing(program)
     check_nothing("r $ repeat 4 left || |>")
     check_nothing("r $ repeat|>")
+
+
+PHRASES = "# A polygon.\npoly n = repeat n (forward scale 4/n left)\ntimes n (m) = repeat n m\nboth (a) (b) = a || b\n"
+
+
+def test_phrases_show_their_heads() -> None:
+    check(f"{PHRASES}r $ poly |>", "poly <n>")
+    check(f"{PHRASES}r $ poly 5|>", "poly <n>")
+    check(f"{PHRASES}r $ poly 5/|>", "poly <n>")
+    check(f"{PHRASES}r $ times |>", "times <n> (m)")
+    check(f"{PHRASES}r $ times 3 |>", "times n <(m)>")
+    check(f"{PHRASES}r $ times 3/2 fo|>", "times n <(m)>")
+    check(f"{PHRASES}r $ both |>", "both <(a)> (b)")
+    check(f"{PHRASES}r $ both left |>", "both (a) <(b)>")
+    check(f"{PHRASES}r $ both (left right) (|>", "both (a) <(b)>")
+    check(f"{PHRASES}r $ both poly 3 |>", "both (a) <(b)>")
+    check(f"{PHRASES}r $ reverse both times 2 left |>", "both (a) <(b)>")
+    check(f"{PHRASES}f n (m) = both m times n*2 |>", "times n <(m)>")
+    check_nothing(f"{PHRASES}r $ poly 5 |>")
+    check_nothing(f"{PHRASES}r $ both times 2 left right |>")
+    check_nothing(f"{PHRASES}f (poly) = poly |>")
+    found = signature(*at_cursor(f"{PHRASES}r $ poly |>"))
+    assert found
+    assert found.about == "A polygon."
+
+
+def test_words_with_two_numbers() -> None:
+    check("r $ ramp |>", "ramp <a> b movement")
+    check("r $ ramp 1/2 |>", "ramp a <b> movement")
+    check("r $ ramp 1/2 2 |>", "ramp a b <movement>")
+    check("r $ chance |>", "chance <p> movement")

@@ -75,12 +75,20 @@ def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 
 @given(st.recursive(WORDS, combined, max_leaves=20))
 @example("left || reverse (left left || left forward)")
+@example("((slow 2 left || left left forward) repeat left)")
 def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None:
     analysis = analyze(f"r $ {movement}")
     for each in analysis.diagnostics:
-        for fix in (each for each in each.fixes if each.title == "Remove it") if each.code == "never-performed" else ():
-            after = analyze(fixed(analysis, fix))
-            assert compiled(after)["robots"] == compiled(analysis)["robots"]
+        for fix in each.fixes if each.code == "never-performed" else ():
+            if fix.title == "Remove it":
+                assert played(analyze(fixed(analysis, fix))) == played(analysis)
+
+
+def played(analysis: Analysis) -> list[list[float]]:
+    """What the robot plays. An endless part is cut off at a beat that depends on how it is written: without its end."""
+    robot = compiled(analysis, 1_000)["robots"]["r"]
+    segments: list[list[float]] = robot["segments"]
+    return segments[:-1] if robot["truncated"] else segments
 
 
 def test_related_places_are_shown() -> None:

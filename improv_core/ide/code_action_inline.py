@@ -1,0 +1,125 @@
+"""Refactorings that write a name or a phrase out, where it is used once or everywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+
+from improv_core.diagnostics import Edit
+from improv_core.ide.code_action import Action
+from improv_core.ide.phrases import arguments, tree
+from improv_core.ide.piece import Piece, is_broken, piece_of, replaced
+from improv_core.program.analysis import Analysis, Placed
+from improv_core.syntax import nodes
+from improv_core.syntax.nodes import Node, Number
+from improv_core.text import Span
+
+MOST_USES = 200
+"""The most uses of a name that can be inlined everywhere."""
+
+
+def inline_use(analysis: Analysis, piece: Piece) -> Iterator[Action]:
+    """Inline the name or phrase at the cursor."""
+    name = _used(piece.nodes[0])
+    definer = analysis.bindings.definer(name, piece.placed.index) if name and piece.is_term else None
+    if definer is None or name not in piece.placed.statement.uses:
+        return
+    if len(_uses(analysis, definer)) == 1:
+        yield from inline_everywhere(analysis, definer)
+    elif edit := _inlined(analysis, definer, piece):
+        yield Action(f"Inline {name} here", "refactor.inline", (edit,))
+
+
+def inline_definition(analysis: Analysis, span: Span) -> Iterator[Action]:
+    """Inline the name or phrase whose definition is at the cursor."""
+    placed = analysis.statement_at(span.start)
+    if placed and placed.statement.defines and placed.statement.heads[0].span.holds(span.start - placed.start):
+        yield from inline_everywhere(analysis, placed.index)
+
+
+def inline_everywhere(analysis: Analysis, definer: int) -> Iterator[Action]:
+    """Inline all uses of what a statement defines, and remove the definition."""
+    uses = _uses(analysis, definer)
+    edits = [edit for piece in uses[:MOST_USES] if (edit := _inlined(analysis, definer, piece))]
+    overlap = any(other.span.start < one.span.end for one, other in pairwise(edits))  # one in an argument of another
+    if not uses or len(edits) < len(uses) or overlap:
+        return
+    start, statement = analysis.offsets[definer], analysis.statements[definer]
+    first, last = (analysis.lines.position(place).line for place in (start, start + len(statement.text)))
+    gone = Edit(Span(analysis.lines.start(first), analysis.lines.start(last + 1)), "")
+    title = f"Inline {statement.heads[0].text}" + (" everywhere" if len(uses) > 1 else "") + " and remove the name"
+    yield Action(title, "refactor.inline", (gone, *edits))
+
+
+def _used(node: Node) -> str | None:
+    return node.name.text if isinstance(node, nodes.Call) else node.text if isinstance(node, nodes.Name) else None
+
+
+def _uses(analysis: Analysis, definer: int) -> list[Piece]:
+    """The uses of the name that the statement `definer` defines."""
+    statement = analysis.statements[definer]
+    kind = nodes.Call if statement.parameters else nodes.Name
+    users = analysis.bindings.users(statement.defines or "", definer)[: MOST_USES + 1]
+    return [
+        piece_of(analysis, placed, node)
+        for placed in map(analysis.placed, users)
+        if (body := tree(placed))
+        for node in nodes.nodes(body)
+        if isinstance(node, kind) and _used(node) == statement.defines
+    ]
+
+
+def _inlined(analysis: Analysis, definer: int, piece: Piece) -> Edit | None:
+    """The edit that inlines a name; None if names in its definition mean something else here."""
+    source, target = analysis.placed(definer), piece.placed
+    body = tree(source)
+    own = {each.name for each in target.statement.parameters}
+    same = all(
+        name not in own and analysis.bindings.definer(name, definer) == analysis.bindings.definer(name, target.index)
+        for name in source.statement.uses
+    )
+    if not same or not body or is_broken(source) or is_broken(target):
+        return None
+    text = _written_out(source, body, piece)
+    if text is None:
+        return None
+    fits = (
+        piece.takes_items
+        if isinstance(body, nodes.Series)
+        else not isinstance(body, nodes.Parallel) or piece.takes_voices
+    )
+    return replaced(piece, text if fits else f"({text})")
+
+
+def _written_out(source: Placed, body: Node, piece: Piece) -> str | None:
+    """The body of a definition with the arguments of a use in it; None if the arguments are wrong."""
+    taken, use = source.statement.parameters, piece.nodes[0]
+    given: Mapping[str, Number | Node] = {}
+    if isinstance(use, nodes.Call):
+        given = {parameter.name: argument for parameter, argument in arguments(use, taken)}
+        if len(use.numbers) + len(use.movements) != len(taken):
+            return None
+    if len(given) != len(taken) or (taken and not piece.placed.meaning.ok):
+        return None
+    start, text = body.span.start, source.statement.text[slice(*body.span)]
+    for span, put in sorted(_put(body, given, piece.placed.statement.text), reverse=True):
+        text = text[: span.start - start] + put + text[span.end - start :]
+    return text
+
+
+def _put(body: Node, given: Mapping[str, Number | Node], source: str) -> Iterator[tuple[Span, str]]:
+    """The parameters in a body, and what is written instead of each."""
+    for node in nodes.nodes(body):
+        argument = given.get(node.text) if isinstance(node, nodes.Name) else None
+        if argument:
+            yield node.span, source[slice(*argument.span)]
+        for number in nodes.numbers(node):
+            for before, token in pairwise((None, *number.tokens)):
+                value = given.get(token.text) if token and token.type == "PARAM" else None
+                if token and isinstance(value, Number):
+                    yield token.span, _divided(value) if before and before.text == "/" else value.text
+
+
+def _divided(number: Number) -> str:
+    """A number as it is written after `/`: what it multiplies by divides then, and the other way around."""
+    return number.text.translate({ord("*"): "/", ord("/"): "*"})

@@ -1,0 +1,57 @@
+"""What the names in a statement take: phrases have parameters, and a use of one has arguments."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from improv_core.program.analysis import Analysis, Placed
+from improv_core.syntax.nodes import Call, Node, Number, Parameter
+from improv_core.text import Span
+
+MOST_COMMENT = 10
+"""The most lines of a comment that are shown."""
+_COMMENT = re.compile(r"[ \t\ufeff]*#[# \t]*(.*)")
+
+
+def parameters(analysis: Analysis, name: str, before: int) -> Sequence[Parameter]:
+    """The parameters of a name that is used in the statement `before` and is not one of its parameters."""
+    definer = analysis.bindings.definer(name, before)
+    return () if definer is None else analysis.statements[definer].parameters
+
+
+def tree(placed: Placed) -> Node | None:
+    """The movement of a statement, with every use of a phrase together with its arguments."""
+    return placed.meaning.body or placed.statement.body
+
+
+def movements(taken: Sequence[Parameter]) -> int:
+    """How many of these parameters are movements."""
+    return sum(not each.is_number for each in taken)
+
+
+def arguments(call: Call, taken: Sequence[Parameter]) -> Iterator[tuple[Parameter, Number | Node]]:
+    """The parameters of a phrase, each with its argument in a use, as far as there are any."""
+    yield from zip((each for each in taken if each.is_number), call.numbers, strict=False)
+    yield from zip((each for each in taken if not each.is_number), call.movements, strict=False)
+
+
+def label(name: str, taken: Sequence[Parameter]) -> tuple[str, tuple[Span, ...]]:
+    """The head of a phrase, `times n (m)`, and where its parameters are in it."""
+    text, spans = name, []
+    for each in taken:
+        shown = each.name if each.is_number else f"({each.name})"
+        spans.append(Span(len(text) + 1, len(text) + 1 + len(shown)))
+        text = f"{text} {shown}"
+    return text, tuple(spans)
+
+
+def comment(analysis: Analysis, definer: int) -> str:
+    """The lines of comment right above a definition, without their `#`."""
+    lines = analysis.lines
+    number = lines.position(analysis.offsets[definer]).line
+    found: list[str] = []
+    while number and len(found) < MOST_COMMENT and (match := _COMMENT.fullmatch(lines.line(number - 1))):
+        found.insert(0, match[1])
+        number -= 1
+    return "\n".join(found)

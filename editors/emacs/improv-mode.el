@@ -38,20 +38,35 @@
 
 (defconst improv-mode--name "[[:alpha:]_][[:alnum:]_]*")
 
+(defconst improv-mode--parameters
+  (concat "\\(?:[ \t]+" improv-mode--name "\\)*\\(?:[ \t]*([ \t]*" improv-mode--name "[ \t]*)\\)*")
+  "A regexp that matches the parameters in the head of a definition.")
+
 (defconst improv-mode--statement
-  (concat "\\(?:beat\\_>\\|" improv-mode--name "[ \t]*\\(?:=\\|[[:alnum:]_ \t]*\\$\\)\\)")
+  (concat "\\(?:beat\\_>\\|---\\|" improv-mode--name
+          "\\(?:" improv-mode--parameters "[ \t]*=\\|[[:alnum:]_ \t]*\\$\\)\\)")
   "A regexp that matches the beginning of a statement.")
 
 (defvar improv-mode-font-lock-keywords
-  `((,(regexp-opt improv-statement-words 'symbols) . 'font-lock-preprocessor-face)
+  `((,(concat "^[ \t]*\\(" improv-mode--name "\\)\\(" improv-mode--parameters "\\)[ \t]*=")
+     (1 'font-lock-variable-name-face)
+     (,improv-mode--name (improv-mode--enter-parameters) nil (0 'font-lock-variable-use-face)))
+    ("^[ \t]*---+" . 'font-lock-preprocessor-face)
+    (,(regexp-opt improv-statement-words 'symbols) . 'font-lock-preprocessor-face)
     (,(regexp-opt improv-transformers 'symbols) . 'font-lock-keyword-face)
+    (,(regexp-opt improv-conditionals 'symbols) . 'font-lock-keyword-face)
     (,(regexp-opt improv-primitives 'symbols) . 'font-lock-function-call-face)
     (,(regexp-opt improv-planes 'symbols) . 'font-lock-constant-face)
-    (,(concat "\\(" improv-mode--name "\\)[ \t]*=") 1 'font-lock-variable-name-face)
     (,(concat improv-mode--name "\\(?:[ \t]+" improv-mode--name "\\)*[ \t]*\\$") . 'font-lock-type-face)
-    ("\\_<[0-9]*\\.?[0-9]+\\(?:/[0-9]*\\.?[0-9]+\\)?" . 'font-lock-number-face)
-    ("||\\|[=$]" 0 'font-lock-operator-face t))
+    ("\\_<[0-9]*\\.?[0-9]+" . 'font-lock-number-face)
+    ("||\\|[=$*/]" 0 'font-lock-operator-face t))
   "Font lock keywords, for buffers without a server.")
+
+(defun improv-mode--enter-parameters ()
+  "Go to the parameters that were just matched, and return where they end.
+Font lock ignores an end that is not after point, so it is one more if there are none."
+  (goto-char (match-beginning 2))
+  (max (match-end 2) (1+ (point))))
 
 (defvar improv-mode-syntax-table
   (let ((table (make-syntax-table)))
@@ -99,7 +114,7 @@
               indent-line-function #'improv-mode-indent-line
               indent-tabs-mode nil
               electric-indent-chars (append ")]" electric-indent-chars)
-              imenu-generic-expression `((nil ,(concat "^[ \t]*\\(" improv-mode--name "\\)[ \t]*=") 1))
+              imenu-generic-expression `((nil ,(concat "^[ \t]*\\(" improv-mode--name "\\)" improv-mode--parameters "[ \t]*=") 1))
               mode-line-process '(:eval (improv-playing-status)))
   (add-hook 'eglot-managed-mode-hook #'improv-playing-leave nil t))
 

@@ -45,13 +45,13 @@ module.exports = grammar({
 
     _movement: ($) => choice($._voice, $.parallel),
     parallel: ($) => seq($._voice, repeat1(seq("||", $._voice))),
-    _voice: ($) => choice($._term, $.series),
-    series: ($) => seq($._term, repeat1($._term)),
+    _voice: ($) => prec.right(choice($._term, $.series)),
+    series: ($) => prec.right(seq($._term, repeat1($._term))),
     _term: ($) => choice($.name, $.call, alias($._movement_parameter, $.parameter), $._built_in),
     _built_in: ($) => choice($.primitive, $.group, $.squeeze, $.transformation, $.conditional),
 
     // How many movements a phrase takes is known only from its definition, so they are the next items of the series.
-    call: ($) => seq(field("name", $.name), repeat1($.number)),
+    call: ($) => seq(field("name", choice($.name, alias($._movement_parameter, $.parameter))), repeat1($.number)),
     group: ($) => seq("(", optional($._movement), ")"),
     squeeze: ($) => seq("[", optional($._movement), "]"),
     transformation: ($) =>
@@ -63,8 +63,9 @@ module.exports = grammar({
         seq(transformer($, words.ramp), $.number, $.number, $._term),
         seq(transformer($, words.guard), $.condition, $._term),
       ),
-    // Between `if` and `else` stands one term, or a phrase and its movements.
-    conditional: ($) => seq(choice(...words.if), $.condition, $._voice, choice(...words.else), $._term),
+    // Between `if` and `else` stands one term, or a phrase and its movements. While one types, `else` is missing.
+    conditional: ($) =>
+      prec.right(seq(choice(...words.if), $.condition, $._voice, optional(seq(choice(...words.else), $._term)))),
     condition: ($) => seq(optional(choice(...words.not)), alias($.name, $.sense)),
 
     primitive: () => choice(...words.primitive),

@@ -367,7 +367,7 @@ def check(parser: tree_sitter.Parser, program: str) -> int:
 
 def is_right(statement: Statement) -> bool:
     """Whether it has the form of a statement; our parser leaves it to others what stands before the sign."""
-    heads = [head.text for head in statement.heads]
+    heads = [*(head.text for head in statement.heads), *(parameter.name for parameter in statement.parameters)]
     return not statement.diagnostics and all(re.fullmatch(NAME, head) and head not in WORDS for head in heads)
 
 

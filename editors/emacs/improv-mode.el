@@ -47,6 +47,9 @@
           "\\(?:" improv-mode--parameters "[ \t]*=\\|[[:alnum:]_ \t]*\\$\\)\\)")
   "A regexp that matches the beginning of a statement.")
 
+(defconst improv-mode--continuation "||\\|else\\_>"
+  "A regexp that matches the beginning of a line that continues a statement.")
+
 (defvar improv-mode-font-lock-keywords
   `((,(concat "^[ \t]*\\(" improv-mode--name "\\)\\(" improv-mode--parameters "\\)[ \t]*=")
      (1 'font-lock-variable-name-face)
@@ -57,14 +60,14 @@
     (,(regexp-opt improv-conditionals 'symbols) . 'font-lock-keyword-face)
     (,(regexp-opt improv-primitives 'symbols) . 'font-lock-function-call-face)
     (,(regexp-opt improv-planes 'symbols) . 'font-lock-constant-face)
-    (,(concat improv-mode--name "\\(?:[ \t]+" improv-mode--name "\\)*[ \t]*\\$") . 'font-lock-type-face)
+    (,(concat "\\(" improv-mode--name "\\(?:[ \t]+" improv-mode--name "\\)*\\)[ \t]*\\$") 1 'font-lock-type-face)
     ("\\_<[0-9]*\\.?[0-9]+" . 'font-lock-number-face)
-    ("||\\|[=$*/]" 0 'font-lock-operator-face t))
+    ("||\\|[=$*/]" . 'font-lock-operator-face))
   "Font lock keywords, for buffers without a server.")
 
 (defun improv-mode--enter-parameters ()
   "Go to the parameters that were just matched, and return where they end.
-Font lock ignores an end that is not after point, so it is one more if there are none."
+Font lock ignores an end at point, so that is one more if there are none."
   (goto-char (match-beginning 2))
   (max (match-end 2) (1+ (point))))
 
@@ -122,7 +125,8 @@ Font lock ignores an end that is not after point, so it is one more if there are
 (add-to-list 'auto-mode-alist '("\\.improv\\'" . improv-mode))
 
 (defun improv-mode-indent-line ()
-  "Indent by two spaces for each open bracket, as the formatter does."
+  "Indent by two spaces for each open bracket, as the formatter does.
+A statement that continues on a line of its own is indented once more there."
   (interactive)
   (let ((column (save-excursion (back-to-indentation) (improv-mode--indentation))))
     (if (<= (current-column) (current-indentation))
@@ -131,17 +135,22 @@ Font lock ignores an end that is not after point, so it is one more if there are
 
 (defun improv-mode--indentation ()
   "Return the column for the code that begins at point."
-  (cond ((looking-at-p improv-mode--statement) 0)
-        ((looking-at-p "[])]") (* 2 (max (1- (improv-mode--depth)) 0)))
-        (t (* 2 (max (improv-mode--depth) 0)))))
+  (pcase-let ((`(,depth . ,continued) (improv-mode--depth)))
+    (cond ((and (looking-at-p improv-mode--statement) (not (looking-at-p improv-mode--continuation))) 0)
+          ((<= depth 0) (if (looking-at-p improv-mode--continuation) 2 0))
+          (t (* 2 (+ depth (if (looking-at-p "[])]") -1 0) (if continued 1 0)))))))
 
 (defun improv-mode--depth ()
-  "Return how many brackets are open at point in its statement.
-Brackets that an earlier statement leaves open do not count."
-  (let ((here (point)))
+  "Return how many brackets are open at point, and whether a line continues.
+Only lines of the statement at point count."
+  (let ((here (point)) continued)
     (save-excursion
       (re-search-backward (concat "^[ \t]*" improv-mode--statement) nil 'move)
-      (car (parse-partial-sexp (point) here)))))
+      (let ((start (point)))
+        (while (re-search-forward (concat "^[ \t]*\\(" improv-mode--continuation "\\)") here t)
+          (when (<= (car (parse-partial-sexp start (match-beginning 1))) 0)
+            (setq continued t)))
+        (cons (car (parse-partial-sexp start here)) continued)))))
 
 
 ;;; Commands

@@ -301,7 +301,9 @@ def test_colors_in_neovim(variable: str, fetched: str, tmp_path: Path) -> None:
     (install,) = re.findall(r"```sh\n(.*?)```", (GRAMMAR / "README.md").read_text("utf-8"), re.DOTALL)
     grammar.run(install, env)
     program, script = tmp_path / "dance.improv", tmp_path / "colors.lua"
-    program.write_text("beat 60\nsq = slow 2 up # why\nr $ reflect YZ sq || left", "utf-8")
+    program.write_text(
+        "beat 60\nsq n = slow n up # why\n---\nr $ reflect YZ sq 2\n  || if not near up else left", "utf-8"
+    )
     script.write_text(WORDS_TO_GROUPS, "utf-8")
     plugin = f"set runtimepath^={ROOT / 'editors' / 'neovim'}"
     command = [neovim, "--headless", "-i", "NONE", "-n", "--cmd", plugin, "-c", f"luafile {script}", str(program)]
@@ -311,6 +313,11 @@ def test_colors_in_neovim(variable: str, fetched: str, tmp_path: Path) -> None:
         **dict.fromkeys(["beat"], "@attribute"),
         **dict.fromkeys(["60", "2"], "@number"),
         **dict.fromkeys(["sq"], "@variable"),
+        **dict.fromkeys(["n"], "@variable.parameter"),
+        **dict.fromkeys(["near"], "@variable.member"),
+        **dict.fromkeys(["if", "else"], "@keyword.conditional"),
+        **dict.fromkeys(["not"], "@keyword.operator"),
+        **dict.fromkeys(["---"], "@punctuation.special"),
         **dict.fromkeys(["=", "$", "||"], "@operator"),
         **dict.fromkeys(["slow", "reflect"], "@keyword"),
         **dict.fromkeys(["up", "left"], "@function.builtin"),

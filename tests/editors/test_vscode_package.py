@@ -86,7 +86,7 @@ def test_colors_before_the_server_answers(tmp_path: Path) -> None:
     program.write_text(colors.PROGRAM)
     script = ROOT / "tests" / "editors" / "vscode" / "colors.mjs"
     command = [need("node"), script, entry.parents[2] / "lib" / "vscode", grammar, program]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     scopes = {
         "beat": "keyword.other.beat",

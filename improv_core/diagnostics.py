@@ -28,6 +28,13 @@ SEVERITIES = {
     "bad-robot-name": Severity.ERROR,
     "endless-reverse": Severity.ERROR,
     "too-deep": Severity.ERROR,
+    "arguments": Severity.ERROR,
+    "too-large": Severity.ERROR,
+    "open-length": Severity.ERROR,
+    "uneven-choice": Severity.ERROR,
+    "misplaced-canon": Severity.ERROR,
+    "duplicate-parameter": Severity.ERROR,
+    "parameter-kind": Severity.ERROR,
     "empty-group": Severity.WARNING,
     "robots": Severity.ERROR,
     "unknown-robot": Severity.ERROR,
@@ -36,6 +43,7 @@ SEVERITIES = {
     "too-short": Severity.WARNING,
     "never-performed": Severity.HINT,
     "unused-name": Severity.HINT,
+    "no-effect": Severity.HINT,
     "bracket-not-a-beat": Severity.INFORMATION,
     "more-errors": Severity.ERROR,
     "more-hints": Severity.INFORMATION,
@@ -46,7 +54,7 @@ MOST_SHOWN = 500
 100,000 would hold up every key."""
 
 
-FADED = frozenset({"never-performed", "unused-name"})
+FADED = frozenset({"never-performed", "unused-name", "no-effect"})
 """Codes for text that has no effect. Editors fade it."""
 
 

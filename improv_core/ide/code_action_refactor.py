@@ -14,7 +14,7 @@ from improv_core.diagnostics import Edit, Severity
 from improv_core.ide.code_action import Action
 from improv_core.ide.cursor import around, cursor
 from improv_core.program.analysis import Analysis, Placed
-from improv_core.program.meaning import value_of
+from improv_core.program.numbers import value_of
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import lex
 from improv_core.syntax.nodes import Node

@@ -10,7 +10,7 @@ from itertools import islice
 from improv_core.ide.cursor import Before, before
 from improv_core.ide.hover import Hover, name_at, robot_at
 from improv_core.program.analysis import Analysis
-from improv_core.program.meaning import Definition
+from improv_core.program.reader import Definition
 from improv_core.program.timing import in_beats
 from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.vocabulary import WORDS, Kind, Word

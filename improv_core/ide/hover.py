@@ -12,7 +12,7 @@ from improv_core.ide.cursor import Cursor, cursor
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.compiler import score_of
-from improv_core.program.meaning import value_of
+from improv_core.program.numbers import value_of
 from improv_core.program.timing import ends, fastest, in_beats, in_seconds, path_length, times_as_fast, timing, written
 from improv_core.score import movement as algebra
 from improv_core.score.motion import Pose

@@ -15,7 +15,8 @@ from itertools import count, islice
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.feasibility import check_casting
-from improv_core.program.meaning import Definition, Meaning, Scope, movement_of, understand
+from improv_core.program.meaning import Meaning, movement_of, understand
+from improv_core.program.reader import Definition, Scope
 from improv_core.robots.config import Robots
 from improv_core.score import movement
 from improv_core.score.movement import Movement
@@ -212,6 +213,8 @@ class Analysis:
             yield Diagnostic("bad-number", statement.body.span, message)
         for node in meaning.unresolved:
             yield self._unresolved(index, node)
+        for use in meaning.misused:
+            yield self._misused(index, use)
 
     def _more(self, hidden: Sequence[int]) -> Diagnostic:
         """What stands for the diagnostics of the statements that are not shown."""
@@ -244,6 +247,24 @@ class Analysis:
         moved = (Edit(here, self.statements[later].text + line_end), Edit(self._whole_line(later, index), ""))
         fixes = (Fix(f"Move the definition of {name} up", moved),)
         return Diagnostic("used-before-definition", node.span, message, fixes, (related,))
+
+    def _misused(self, index: int, node: nodes.Name | nodes.Call) -> Diagnostic:
+        """The diagnostic about a use whose arguments are not as the head of its definition says."""
+        name, numbers = (node, ()) if isinstance(node, nodes.Name) else (node.name, node.numbers)
+        found = self.definition(name.text, index) if name.text in self.bindings.defined else None
+        is_parameter = name.text in (each.name for each in self.statements[index].parameters)
+        if is_parameter or not found or not found.phrase:
+            span = Span(numbers[0].span.start, numbers[-1].span.end)
+            message = f"`{name.text}` takes no number: remove it"
+            return Diagnostic("arguments", span, message, replace("Remove it", span, ""))
+        movements = node.movements if isinstance(node, nodes.Call) else ()
+        takes = _counted(len(found.phrase.numbers), len(found.phrase.movements))
+        message = f"`{name.text}` takes {takes}, not {_counted(len(numbers), len(movements))}: write `{found.head}`"
+        definer = self.bindings.definer(name.text, index)
+        assert definer is not None
+        head = self.statements[definer].heads[0].span.shifted(self.offsets[definer])
+        related = Related(self._relative(head, index), f"`{found.head}` is defined here")
+        return Diagnostic("arguments", name.span, message, (), (related,))
 
     def _unknown(self, node: nodes.Name) -> Diagnostic:
         name = node.text
@@ -422,7 +443,14 @@ def _sets_tempo(statement: Statement) -> bool:
 
 
 def _is_faulty(meaning: Meaning) -> bool:
-    return bool(meaning.diagnostics or meaning.unresolved)
+    return bool(meaning.diagnostics or meaning.unresolved or meaning.misused)
+
+
+def _counted(numbers: int, movements: int) -> str:
+    """`1 number`, `2 numbers and 1 movement`."""
+    kinds = ((numbers, "number"), (movements, "movement"))
+    counts = [f"{count} {kind}{'' if count == 1 else 's'}" for count, kind in kinds if count]
+    return " and ".join(counts) or "no number"
 
 
 def _is_uneven(meaning: Meaning) -> bool:

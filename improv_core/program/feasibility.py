@@ -11,7 +11,7 @@ from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.program.meaning import Meaning
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import excess, unsupported
-from improv_core.score.movement import Peak
+from improv_core.score.movement import Movement, Peak
 from improv_core.score.profiles import Profile
 from improv_core.score.walk import Moment, walk
 from improv_core.syntax.nodes import Statement
@@ -26,15 +26,16 @@ SLACK = 1 + 1e-9
 def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo: Fraction) -> tuple[Diagnostic, ...]:
     """What the robots of a statement can't do at `tempo` beats per minute. Spans count from its start."""
     found: dict[tuple[str, Span], Diagnostic] = {}
+    parts = dict(meaning.parts)
     for head in statement.heads:
-        if head.text not in meaning.robots:
+        if head.text not in parts:
             continue
         if robots.robots and head.text not in robots.robots:
             found["unknown-robot", head.span] = _unknown(head.text, head.span, robots)
             continue
         profile = robots.robot(head.text).profile
-        if _may_be_too_much(meaning.movement.peak, profile, tempo):
-            for diagnostic in _too_much(head.text, statement, meaning, profile, tempo):
+        if _may_be_too_much(parts[head.text].peak, profile, tempo):
+            for diagnostic in _too_much(head.text, statement, parts[head.text], profile, tempo):
                 found.setdefault((diagnostic.code, diagnostic.span), diagnostic)
     return tuple(found.values())
 
@@ -60,10 +61,12 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
 
 
 def _too_much(
-    robot: str, statement: Statement, meaning: Meaning, profile: Profile, tempo: Fraction
+    robot: str, statement: Statement, part: Movement, profile: Profile, tempo: Fraction
 ) -> Iterator[Diagnostic]:
     told: set[str] = set()  # report only the first item of each kind
-    for moment in islice(walk(meaning.movement), MOST_MOMENTS):
+    for moment in islice(walk(part), MOST_MOMENTS):
+        if not moment.sources:
+            continue  # a robot that waits in a canon
         for diagnostic in _about(moment, robot, statement, profile, tempo):
             if diagnostic.code not in told:
                 told.add(diagnostic.code)

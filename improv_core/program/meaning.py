@@ -2,271 +2,232 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
 
 from improv_core.diagnostics import Diagnostic, Severity, replace
+from improv_core.program.reader import NOTHING, Definition, Phrase, Reader, Reading, Scope, takes
 from improv_core.program.unreachable import unperformed
-from improv_core.score import movement
-from improv_core.score.movement import ENDLESS, LARGEST, MOST_BITS, MOST_VOICES, SAME, Movement, all_by, is_too_fast
+from improv_core.score.movement import Movement
 from improv_core.syntax import nodes
+from improv_core.syntax.gather import TooDeepError, gather
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.nodes import Node, Statement
+from improv_core.syntax.nodes import Call, Name, Node, Parameter, Statement
 from improv_core.syntax.vocabulary import WORDS
-from improv_core.text import Span
 
-LONGEST_NUMBER = 30
-"""The most characters of a number."""
-
-NOTHING = movement.series(())
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Definition:
-    """What a name stands for after the statement with this ID."""
-
-    name: str
-    statement: int
-    movement: Movement
-
-
-Scope = Mapping[str, Definition | None]
-"""What each name in a statement stands for; None if nothing above the statement defines it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Meaning:
     """What a statement means in a scope. Spans count from the start of the statement.
 
-    `unresolved` are the names that nothing above defines. Their messages depend on what is below.
+    `body` is its movement with the arguments of phrases in their places. `movement` is what the first robot plays, and
+    `others` what the others play, if `canon` makes that differ. `unresolved` are the names that nothing above defines,
+    and `misused` those whose arguments are not as their heads say. What is reported about them depends on other lines.
     """
 
     scope: tuple[Definition | None, ...]
     movement: Movement
     diagnostics: tuple[Diagnostic, ...]
-    unresolved: tuple[nodes.Name, ...] = ()
+    unresolved: tuple[Name, ...] = ()
+    misused: tuple[Name | Call, ...] = ()
     tempo: Fraction | None = None
     definition: Definition | None = None
     robots: tuple[str, ...] = ()
+    body: Node | None = None
+    others: tuple[Movement, ...] = ()
 
     @property
     def ok(self) -> bool:
         """Whether the statement itself has no error."""
-        return not self.unresolved and all(each.severity is not Severity.ERROR for each in self.diagnostics)
+        return not (
+            self.unresolved or self.misused or any(each.severity is Severity.ERROR for each in self.diagnostics)
+        )
+
+    @property
+    def parts(self) -> Sequence[tuple[str, Movement]]:
+        """What each robot plays."""
+        movements = (self.movement, *self.others) if self.others else (self.movement,) * len(self.robots)
+        return list(zip(self.robots, movements, strict=True))
 
 
 def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning:
     """The meaning of the statement with this ID. Never raises."""
     diagnostics = list(statement.diagnostics)
     bound = tuple(scope.values())
-    if not statement.sign:
+    sign = statement.sign
+    if not sign:
         return Meaning(bound, NOTHING, tuple(diagnostics))  # already reported: one error, one message
-    reader = _Reader(scope, diagnostics.append, {})
-    meant, tempo, definition = NOTHING, None, None
-    robots: tuple[str, ...] = ()
-    if statement.body:
-        meant = reader.movement(statement.body)
-        if statement.has_voices or isinstance(meant.duration, float):  # otherwise all of it plays
-            diagnostics += unperformed(statement.body, reader.movement_made)
+    robots = _robots(statement.heads, diagnostics) if sign.type == "DOLLAR" else ()
+    body = _gathered(statement, scope, diagnostics)
+    reader = Reader(scope, statement_id, Reading(0, len(robots)))
+    meant, definition, tempo = NOTHING, None, None
+    others: list[Movement] = []
+    if body and not statement.parameters:
+        meant = reader.movement(body)
+        if statement.has_voices or isinstance(meant.duration, float) or reader.calls:  # otherwise all of it plays
+            diagnostics += unperformed(body, reader)
+        if statement.has_canon:
+            others = [_played(body, scope, statement_id, robot, len(robots)) for robot in range(1, len(robots))]
     if statement.number:
         tempo = reader.number(statement.number, "the tempo")
-    if statement.sign.type == "DOLLAR":
-        robots = reader.robots(statement.heads)
-    elif statement.sign.type == "EQUAL":
-        for head in statement.heads:
-            reader.is_reserved(head)
-        definition = Definition(statement.defines, statement_id, meant) if statement.defines else None
-    unresolved: tuple[nodes.Name, ...] = ()
-    if statement.body and None in bound:
-        unresolved = tuple(node for node in nodes.names(statement.body) if scope.get(node.text) is None)
-    return Meaning(bound, meant, tuple(diagnostics), unresolved, tempo, definition, robots)
+    if sign.type == "EQUAL":
+        _check_head(statement, diagnostics)
+        phrase = _phrase(statement, body, reader, diagnostics) if statement.parameters else None
+        items = reader.items(body) if body and not phrase else ()
+        if statement.defines:
+            definition = Definition(statement.defines, statement_id, meant, items, phrase)
+    diagnostics += reader.found
+    unresolved: tuple[Name, ...] = ()
+    misused: tuple[Name | Call, ...] = ()
+    if body:
+        if None in bound:
+            unresolved = tuple(each for each in nodes.names(body) if each.text in scope and scope[each.text] is None)
+        misused = tuple(_misused(body, scope, statement.parameters)) if _has_arguments(statement, scope) else ()
+        if sign.type == "EQUAL" and statement.has_canon:
+            diagnostics += _misplaced(body)
+        if statement.has_senses:
+            diagnostics += _senses(body)
+    found = tuple(diagnostics)
+    return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
 
 
 def movement_of(node: Node, scope: Scope) -> Movement:
     """The movement of a node of a statement, in its scope."""
-    return _Reader(scope, lambda diagnostic: None, {}).movement(node)
+    return Reader(scope, _NOWHERE, Reading()).movement(node)
 
 
-@dataclass(frozen=True, slots=True)
-class _Reader:
-    """Reads the nodes of one statement, and reports what is wrong with them.
+_NOWHERE = -1  # the ID of no statement
 
-    `made` holds the movements of all nodes except primitives, by `id`.
-    """
 
-    scope: Scope
-    report: Callable[[Diagnostic], None]
-    made: dict[int, Movement]
-
-    def movement(self, node: Node) -> Movement:
-        """The movement of a node. A node with an error counts as an empty movement."""
-        if isinstance(node, nodes.Primitive):
-            return node.movement
-        if isinstance(node, nodes.Name):
-            found = self.scope.get(node.text)
-            self.made[id(node)] = made = movement.use(found.movement, node.span, found.statement) if found else NOTHING
-            return made
-        made = self._made(node)
-        if problem := _too_much(made):
-            span = node.numbers[0].span if isinstance(node, nodes.Apply) and node.numbers else node.span
-            self.report(Diagnostic("bad-number", span, problem))
-            made = NOTHING
-        self.made[id(node)] = made
-        return made
-
-    def movement_made(self, node: Node) -> Movement:
-        """The movement of a node that has been read."""
-        return node.movement if isinstance(node, nodes.Primitive) else self.made[id(node)]
-
-    def robots(self, heads: Sequence[Token]) -> tuple[str, ...]:
-        """The robots of a play statement, each once, without invalid names."""
-        robots: dict[str, None] = {}
-        for head in heads:
-            if not head.text or self.is_reserved(head):
-                continue
-            if _ROBOT_NAME.fullmatch(head.text):
-                robots[head.text] = None
-                continue
-            message = f"`{head.text}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
-            legal = re.sub(r"^[^A-Za-z]+|[^A-Za-z0-9_]", lambda match: "_" if match.start() else "", head.text)
-            fixes = replace(f"Rename to {legal}", head.span, legal) if legal and legal not in WORDS else ()
-            self.report(Diagnostic("bad-robot-name", head.span, message, fixes))
-        return tuple(robots)
-
-    def is_reserved(self, head: Token) -> bool:
-        if head.text in WORDS:
-            message = f"`{head.text}` is a reserved word: choose another name"
-            fixes = replace(f"Rename to my_{head.text}", head.span, f"my_{head.text}")
-            self.report(Diagnostic("reserved-name", head.span, message, fixes))
-        return head.text in WORDS
-
-    def number(self, token: nodes.Number, what: str) -> Fraction | None:
-        """The exact value of a number above zero. Anything else is reported and gives None."""
-        if not token.text:
-            return None
-        value = value_of(token.text)
-        if isinstance(value, Fraction):
-            return value
-        self.report(Diagnostic("bad-number", token.span, f"write {what} {value}"))
+def _gathered(statement: Statement, scope: Scope, diagnostics: list[Diagnostic]) -> Node | None:
+    """The movement of a statement, in which each phrase has its arguments."""
+    taking = {name: len(found.phrase.movements) for name, found in scope.items() if found and found.phrase}
+    if not statement.body or not any(taking.values()):
+        return statement.body
+    try:
+        return gather(statement.body, lambda name: taking.get(name, 0))
+    except TooDeepError as error:
+        diagnostics.append(Diagnostic("too-deep", error.span, str(error)))
         return None
 
-    def _made(self, node: Node) -> Movement:
-        if isinstance(node, nodes.Series):
-            items = [self.movement(item) for item in node.items]
-            if len(items) < FEW or _share_a_denominator(items):
-                return movement.series(items)
-            self.report(Diagnostic("bad-number", node.span, _TOO_LONG))
-            return NOTHING
-        if isinstance(node, nodes.Apply):
-            return self._applied(node)
-        if isinstance(node, nodes.Bracket):
-            return self._bracketed(node)
-        if isinstance(node, nodes.Parallel):
-            return self._together(node.span, [self.movement(voice) for voice in node.voices])
-        return NOTHING
 
-    def _together(self, span: Span, voices: Sequence[Movement]) -> Movement:
-        made = movement.parallel(voices)
-        if made.width <= MOST_VOICES:
-            return made
-        message = f"{made.width:,} voices play at once here, and {MOST_VOICES} is the most: use fewer"
-        self.report(Diagnostic("too-deep", span, message))
-        return NOTHING
-
-    def _bracketed(self, node: nodes.Bracket) -> Movement:
-        if node.body is None:
-            message = f"`{'[]' if node.squeezes else '()'}` is empty: write a movement in it or remove it"
-            self.report(Diagnostic("empty-group", node.span, message, replace("Remove it", node.span, "")))
-            return NOTHING
-        if not node.squeezes:
-            return self.movement(node.body)
-        voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
-        paced = [movement.pace(self.movement(voice), Fraction(nodes.items(voice))) for voice in voices]
-        made = self._together(node.span, paced)
-        if made.duration not in (0, 1):
-            long = "never ends" if made.duration == ENDLESS else f"takes {made.duration} beats, not one"
-            self.report(Diagnostic("bracket-not-a-beat", node.span, f"this bracket {long}"))
-        return made
-
-    def _applied(self, node: nodes.Apply) -> Movement:
-        body, word, argument = self.movement(node.body), node.word.text, (node.numbers[0] if node.numbers else None)
-        if word in ("reverse", "retrograde"):
-            if isinstance(body.duration, float):
-                message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
-                self.report(Diagnostic("endless-reverse", node.word.span, message))
-                return NOTHING
-            backward = movement.reverse(body)
-            return backward if word == "reverse" else movement.gain(backward, all_by(Fraction(-1)))
-        if word == "repeat":
-            return self._repeated(body, argument)
-        if word == "reflect":
-            return movement.gain(body, node.plane.velocity if node.plane else SAME)
-        factor = self.number(argument, f"the number after `{word}`") if argument else None
-        if factor is None:
-            return body
-        if word == "scale":
-            return movement.gain(body, all_by(factor))
-        return movement.pace(body, factor if word == "fast" else 1 / factor)
-
-    def _repeated(self, body: Movement, argument: nodes.Number | None) -> Movement:
-        if argument is None:
-            return movement.repeat(body)
-        if not argument.text.strip("0") and argument.text:
-            return movement.repeat(body, 0)
-        count = self.number(argument, "the number after `repeat`")
-        if count is None:
-            return body
-        if count.denominator != 1:
-            message = "repeat a whole number of times: 0, 1, 2, …"
-            self.report(Diagnostic("bad-number", argument.span, message))
-            return body
-        return movement.repeat(body, int(count))
+def _played(body: Node, scope: Scope, statement_id: int, robot: int, robots: int) -> Movement:
+    """What one of several robots plays."""
+    return Reader(scope, statement_id, Reading(robot, robots)).movement(body)
 
 
-FEW = 50
-"""Up to this many fractions are added without checking their common denominator."""
-_FEW_BITS = 150
-"""A movement whose numbers have so few bits is neither too long nor too fast: its factors are below 2^300 together."""
-_TOO_LONG = "these numbers make a fraction too long to compute exactly: use simpler ones"
+def _robots(heads: Sequence[Token], diagnostics: list[Diagnostic]) -> tuple[str, ...]:
+    """The robots of a play statement, each once, without invalid names."""
+    robots: dict[str, None] = {}
+    for head in heads:
+        if not head.text or _is_reserved(head, diagnostics):
+            continue
+        if _ROBOT_NAME.fullmatch(head.text):
+            robots[head.text] = None
+            continue
+        message = f"`{head.text}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
+        legal = re.sub(r"^[^A-Za-z]+|[^A-Za-z0-9_]", lambda match: "_" if match.start() else "", head.text)
+        fixes = replace(f"Rename to {legal}", head.span, legal) if legal and legal not in WORDS else ()
+        diagnostics.append(Diagnostic("bad-robot-name", head.span, message, fixes))
+    return tuple(robots)
 
 
-def _too_much(made: Movement) -> str | None:
-    """The message about numbers too long to stay exact or too large for a float; None if there are none.
+def _check_head(statement: Statement, diagnostics: list[Diagnostic]) -> None:
+    """Report reserved words and parameters of one name in the head of a definition."""
+    for head in statement.heads:
+        _is_reserved(head, diagnostics)
+    names: set[str] = set()
+    for parameter in statement.parameters:
+        token = parameter.token
+        if not _is_reserved(token, diagnostics) and token.text in names:
+            message = f"another parameter is called `{token.text}` too: choose another name"
+            diagnostics.append(Diagnostic("duplicate-parameter", token.span, message))
+        names.add(token.text)
 
-    All code that converts a movement's numbers to floats relies on this check.
-    """
-    duration = made.duration
-    length = made.bits if isinstance(duration, float) else made.bits + movement.bits(duration)
-    if length <= _FEW_BITS:
+
+def _is_reserved(token: Token, diagnostics: list[Diagnostic]) -> bool:
+    if token.text in WORDS:
+        message = f"`{token.text}` is a reserved word: choose another name"
+        fixes = replace(f"Rename to my_{token.text}", token.span, f"my_{token.text}")
+        diagnostics.append(Diagnostic("reserved-name", token.span, message, fixes))
+    return token.text in WORDS
+
+
+def _phrase(statement: Statement, body: Node | None, reader: Reader, diagnostics: list[Diagnostic]) -> Phrase | None:
+    """The phrase that a statement with parameters defines. What depends on no parameter is read here, once."""
+    parameters = statement.parameters
+    if body is None:
         return None
-    if LARGEST < duration < ENDLESS or is_too_fast(made.peak):
-        return "these numbers make the movement too long or too fast to play: use smaller ones"
-    return _TOO_LONG if length > MOST_BITS else None
+    movements = {each.name for each in parameters if not each.is_number}
+    if not any(each.severity is Severity.ERROR for each in statement.diagnostics):
+        mentioned = set(nodes.mentions(body, movements))
+        for parameter in parameters:
+            if parameter.name not in mentioned:
+                message = f"the movement does not use `{parameter.name}`: use it or remove it here"
+                diagnostics.append(Diagnostic("unused-name", parameter.token.span, message))
+    diagnostics += _settled(body, movements, reader)
+    return Phrase(parameters, body, reader.scope, reader)
 
 
-def _share_a_denominator(items: Sequence[Movement]) -> bool:
-    """Whether durations can be added exactly: the sum of thousands of unrelated fractions gets longer and longer."""
-    common = 1
-    for item in items:
-        if isinstance(item.duration, Fraction):
-            common = math.lcm(common, item.duration.denominator)
-            if common.bit_length() > MOST_BITS:
-                return False
-    return True
+def _settled(body: Node, movements: set[str], reader: Reader) -> Iterator[Diagnostic]:
+    """Read what mentions no parameter. Yields the hints about it."""
+    dependent: set[int] = set()
+
+    def depends(node: Node) -> bool:
+        inside = [depends(child) for child in nodes.children(node)]
+        own = isinstance(node, Name) and node.text in movements
+        if own or any(inside) or any(any(number.parameters) for number in nodes.numbers(node)):
+            dependent.add(id(node))
+            return True
+        return False
+
+    def settle(node: Node) -> Iterator[Diagnostic]:
+        if id(node) not in dependent:
+            reader.movement(node)
+            yield from unperformed(node, reader)
+            return
+        reader.numbers(node)
+        for child in nodes.children(node):
+            yield from settle(child)
+
+    depends(body)
+    yield from settle(body)
 
 
-@lru_cache(maxsize=1_000)
-def value_of(text: str) -> Fraction | str:
-    """The exact value of a number above zero, or words that say how to write one."""
-    if len(text) > LONGEST_NUMBER:
-        return f"with at most {LONGEST_NUMBER} characters"
-    above, _, below = text.partition("/")
-    if below and not Fraction(below):
-        return "without dividing by 0"
-    value = Fraction(above) / Fraction(below or 1)
-    return value if value > 0 else "as a number above 0"
+def _has_arguments(statement: Statement, scope: Scope) -> bool:
+    """Whether anything in a statement may have wrong arguments."""
+    return statement.has_arguments or any(found and found.phrase for found in scope.values())
+
+
+def _misused(body: Node, scope: Scope, parameters: Sequence[Parameter]) -> Iterator[Name | Call]:
+    """The uses of names and parameters whose arguments are not as their heads say."""
+    own = {each.name for each in parameters}
+    called: set[int] = set()
+    for node in nodes.nodes(body):
+        if isinstance(node, Call):
+            called.add(id(node.name))
+            found = scope.get(node.name.text)
+            if node.name.text in own or (found and not takes(found.phrase, node)):
+                yield node
+        elif isinstance(node, Name) and node.text not in own and id(node) not in called:
+            found = scope.get(node.text)
+            if found and found.phrase:
+                yield node
+
+
+def _misplaced(body: Node) -> Iterator[Diagnostic]:
+    for node in nodes.nodes(body):
+        if isinstance(node, nodes.Apply) and node.word.text == "canon":
+            message = "`canon` needs the robots of a line: write it after `$`, before the name"
+            yield Diagnostic("misplaced-canon", node.word.span, message)
+
+
+def _senses(body: Node) -> Iterator[Diagnostic]:
+    for node in nodes.nodes(body):
+        if isinstance(node, nodes.Choice) or (isinstance(node, nodes.Apply) and node.condition):
+            message = f"`{node.word.text}` needs a sense, and robots can't sense yet: remove it"
+            yield Diagnostic("syntax", node.word.span, message)

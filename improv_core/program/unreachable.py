@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic, replace
-from improv_core.score.movement import ENDLESS, Duration, Movement
+from improv_core.program.reader import Reader
+from improv_core.score.movement import ENDLESS, Duration
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
 from improv_core.text import Span
 
-_Lasts = Callable[[Node], Duration]
+MOST_VISITED = 10_000
+"""How many nodes of phrases within phrases are searched: each use of a phrase plays other parts of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +43,9 @@ class _Cut(NamedTuple):
     is_removable: bool
 
 
-def unperformed(body: Node, movement: Callable[[Node], Movement]) -> Iterator[Diagnostic]:
-    """A hint for each stretch that is never reached, given the movement of each node."""
-    for cut in _cut(body, _Window(0, ENDLESS), lambda node: movement(node).duration):
+def unperformed(body: Node, reader: Reader) -> Iterator[Diagnostic]:
+    """A hint for each stretch that is never reached in a movement that has been read."""
+    for cut in _cut(body, _Window(0, ENDLESS), reader, _Budget(MOST_VISITED)):
         if cut.is_removable:
             message = "this is never reached: remove it, or make what plays alongside it longer"
             yield Diagnostic("never-performed", cut.span, message, replace("Remove it", cut.span, ""))
@@ -52,40 +54,87 @@ def unperformed(body: Node, movement: Callable[[Node], Movement]) -> Iterator[Di
             yield Diagnostic("never-performed", cut.span, message)
 
 
-def _cut(node: Node, window: _Window, lasts: _Lasts, is_counted: bool = False) -> Iterator[_Cut]:
+@dataclass(slots=True)
+class _Budget:
+    nodes: int
+
+
+def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counted: bool = False) -> Iterator[_Cut]:
     if isinstance(node, nodes.Series):
-        for span in _lost(node, window, lasts):
+        for span in _lost(node, window, reader):
             yield _Cut(span, not is_counted and not window.is_aligned)
-        yield from _cut_items(node, window, lasts)
+    elif isinstance(node, nodes.Call):
+        yield from _cut_arguments(node, window, reader, budget)
+        return
+    for child, inside, counts_items in _reached(node, window, reader):
+        yield from _cut(child, inside, reader, budget, counts_items)
+
+
+def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node, _Window, bool]]:
+    """The nodes directly in a node that are reached, the part of each that plays, and whether its items are counted."""
+    lasts = reader.duration
+    if isinstance(node, nodes.Series):
+        for item, begin, end in _timed(node, reader):
+            if end > begin and not _is_lost(begin, end, window):
+                yield item, window.part(max(window.start - begin, 0), min(window.end, end) - begin), False
     elif isinstance(node, nodes.Parallel):
         inside = _Window(window.start, min(window.end, lasts(node)), window.is_aligned or window.start > 0)
         for voice in node.voices:
-            yield from _cut(voice, inside, lasts)
+            yield voice, inside, False
     elif isinstance(node, nodes.Bracket) and node.body:
         if not node.squeezes:
-            yield from _cut(node.body, window, lasts)
+            yield node.body, window, False
             return
         inside = window.part(window.start, min(window.end, lasts(node)))
         for voice in node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,):
             # A bracket counts its items. If one were removed, the others would last longer.
-            yield from _cut(voice, inside.times(Fraction(nodes.items(voice))), lasts, is_counted=True)
+            yield voice, inside.times(Fraction(nodes.items(voice))), True
     elif isinstance(node, nodes.Apply):
-        performed = _inside(node, window, lasts)
+        performed = _inside(node, window, reader)
         if performed:
-            yield from _cut(node.body, performed, lasts)
+            yield node.body, performed, False
 
 
-def _cut_items(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[_Cut]:
-    """The cuts inside those items of a series that are reached."""
-    for item, begin, end in _timed(node, lasts):
-        if end > begin and not _is_lost(begin, end, window):
-            yield from _cut(item, window.part(max(window.start - begin, 0), min(window.end, end) - begin), lasts)
+def _cut_arguments(call: nodes.Call, window: _Window, reader: Reader, budget: _Budget) -> Iterator[_Cut]:
+    """The cuts in the arguments of a phrase: what none of the places reaches where the phrase plays them."""
+    expansion = reader.expansion(call)
+    definition = reader.scope.get(call.name.text)
+    if not expansion or not definition or not definition.phrase:
+        return
+    for parameter, argument in zip(definition.phrase.movements, call.movements, strict=True):
+        played = list(_played(parameter.name, expansion.body, window, expansion.reader, budget))
+        if budget.nodes <= 0:
+            return
+        if played:
+            whole = _Window(min(part.start for part in played), max(part.end for part in played), True)
+            yield from _cut(argument, whole, reader, budget)
+        elif reader.duration(argument):
+            yield _Cut(argument.span, False)
 
 
-def _lost(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[Span]:
+def _played(name: str, node: Node, window: _Window, reader: Reader, budget: _Budget) -> Iterator[_Window]:
+    """The parts of the argument with this name that play, in each place where it is reached."""
+    budget.nodes -= 1
+    if budget.nodes <= 0:
+        return
+    if isinstance(node, nodes.Name):
+        if node.text == name:
+            yield window
+    elif isinstance(node, nodes.Call):
+        expansion = reader.expansion(node)
+        definition = reader.scope.get(node.name.text)
+        if expansion and definition and definition.phrase:
+            for parameter, argument in zip(definition.phrase.movements, node.movements, strict=True):
+                for inside in _played(parameter.name, expansion.body, window, expansion.reader, budget):
+                    yield from _played(name, argument, inside, reader, budget)
+    for child, inside, _ in _reached(node, window, reader):
+        yield from _played(name, child, inside, reader, budget)
+
+
+def _lost(node: nodes.Series, window: _Window, reader: Reader) -> Iterator[Span]:
     """The stretches of items that are not reached, each as long as possible."""
     lost: list[Node] = []
-    for item, begin, end in _timed(node, lasts):
+    for item, begin, end in _timed(node, reader):
         if _is_lost(begin, end, window):
             lost.append(item)
         elif lost and end > begin:
@@ -95,11 +144,11 @@ def _lost(node: nodes.Series, window: _Window, lasts: _Lasts) -> Iterator[Span]:
         yield Span(lost[0].span.start, lost[-1].span.end)
 
 
-def _timed(node: nodes.Series, lasts: _Lasts) -> Iterator[tuple[Node, Duration, Duration]]:
+def _timed(node: nodes.Series, reader: Reader) -> Iterator[tuple[Node, Duration, Duration]]:
     """The items with the beats at which they start and end."""
     begin: Duration = 0
     for item in node.items:
-        end = begin + lasts(item)
+        end = begin + reader.duration(item)
         yield item, begin, end
         begin = end
 
@@ -108,9 +157,13 @@ def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:
     return begin == ENDLESS or (end > begin and (begin >= window.end or end <= window.start))
 
 
-def _inside(node: nodes.Apply, window: _Window, lasts: _Lasts) -> _Window | None:
+_WHOLE = frozenset({"ramp", "ease", "accumulate", "choose", "shuffle", "canon"})
+"""Words whose parts play at other times than written. If all of it plays, so does all of what they apply to."""
+
+
+def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | None:
     """The window in the time of the body; None if nothing plays."""
-    whole, body = lasts(node), lasts(node.body)
+    whole, body = reader.duration(node), reader.duration(node.body)
     if not whole or not body:
         return None
     end = min(window.end, whole)
@@ -122,7 +175,10 @@ def _inside(node: nodes.Apply, window: _Window, lasts: _Lasts) -> _Window | None
         until = into + end - window.start
         # A window that extends into the next repetition shows all of the body, or both of its ends.
         return window.part(into, until) if until <= body else window.part(0, body)
-    if word in ("fast", "slow"):
+    if word in _WHOLE:
+        is_whole = window.start == 0 and end == whole
+        return _Window(0, body, True) if is_whole else None
+    if word in ("fast", "slow", "fit"):
         if whole == ENDLESS:
             return window.part(0, ENDLESS)  # not worth computing how much of it is reached
         return window.part(window.start, end).times(Fraction(body) / Fraction(whole))

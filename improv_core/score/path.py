@@ -214,7 +214,7 @@ def _period(movement: Movement) -> Exact | None:
     if not isinstance(movement, algebra.Parallel):
         return None
     common = Fraction(0)
-    for voice in movement.voices:
+    for voice in movement.items:
         period = _period(voice)
         if period is None:
             return None

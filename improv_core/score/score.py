@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, Literal, TypedDict
 
+from improv_core.score import dice as chances
 from improv_core.score import movement as algebra
+from improv_core.score import ramps
 from improv_core.score import world as worlds
 from improv_core.score.fits import checked, fits
 from improv_core.score.motion import Pose, Twist
@@ -152,11 +154,11 @@ def from_json(data: Mapping[str, Any]) -> Score:
         raise ValueError("it is not a score")
     made: list[Movement] = []
     for kind, *rest in data["movements"]:
-        made.append(_read(kind, rest, made))
+        made.append(_playable(_read(kind, rest, made)))
     parts = {
         name: Part(
             name,
-            _playable(_at(part["movement"], made)),
+            _at(part["movement"], made),
             checked(Profile, part["profile"]),
             checked(Pose, part["start"]),
             part["topic"],
@@ -179,15 +181,22 @@ def from_json(data: Mapping[str, Any]) -> Score:
 
 def _playable(movement: Movement) -> Movement:
     """A movement that the language would take too, which bounds what it costs to walk it."""
-    duration = movement.duration
+    duration, bounds = movement.duration, movement.bounds
     if (
-        (duration > algebra.LARGEST**2 and duration != algebra.ENDLESS)
-        or movement.width > algebra.MOST_VOICES
-        or movement.bits > algebra.MOST_BITS
-        or algebra.is_too_fast(movement.peak)
+        (not isinstance(duration, float) and (duration > _LONGEST or algebra.bits(duration) > _MOST_DURATION_BITS))
+        or bounds.width > algebra.MOST_VOICES
+        or bounds.depth > algebra.MOST_DEPTH
+        or bounds.bits > algebra.MOST_BITS
+        or bounds.throws > algebra.MOST_THROWS
+        or algebra.is_too_fast(bounds.peak)
     ):
         raise ValueError("its numbers are too large or its voices too many")
     return movement
+
+
+_LONGEST = algebra.LARGEST**2
+_MOST_DURATION_BITS = 4 * algebra.MOST_BITS
+"""The durations of one robot's statements share a denominator of up to `MOST_BITS`."""
 
 
 def _add(whole: Movement, rows: list[list[Any]], indices: dict[int, int]) -> int:
@@ -221,7 +230,20 @@ def _row(part: Movement, inner: list[int]) -> list[Any]:
         return ["gain", inner[0], [_number(value) for value in part.gain]]
     if isinstance(part, algebra.Use):
         return ["use", inner[0], part.span, part.statement]
-    return ["reverse", inner[0]]
+    if isinstance(part, algebra.Reverse):
+        return ["reverse", inner[0]]
+    if isinstance(part, ramps.Ramp):
+        return ["ramp", inner[0], *map(_number, part.rates)] if part.rates else ["ease", inner[0]]
+    if isinstance(part, chances.Choose):
+        return ["choose", inner]
+    if isinstance(part, chances.Shuffle):
+        return ["shuffle", inner]
+    if isinstance(part, chances.Chance):
+        return ["chance", inner[0], str(part.probability), part.span]
+    if isinstance(part, chances.Seed):
+        return ["seed", inner[0], str(part.number)]
+    assert isinstance(part, chances.Throwing)
+    return ["throwing", inner[0], part.throw]
 
 
 def _number(value: algebra.Exact) -> int | str:
@@ -252,6 +274,12 @@ def _velocity(numbers: Sequence[int | str]) -> Velocity:
     return Velocity(*(_exact(number) for number in numbers))
 
 
+def _count(number: object) -> int:
+    if type(number) is not int or not 0 <= number <= algebra.MOST_THROWS:
+        raise ValueError("a count is wrong")
+    return number
+
+
 def _span(span: list[int] | None) -> Span | None:
     if span is None:
         return None
@@ -271,15 +299,11 @@ def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
     if kind == "hold":
         velocity, duration, span = rest
         return algebra.hold(_velocity(velocity), _above_zero(duration), _span(span))
-    if kind == "series":
-        return algebra.series([_at(place, made) for place in rest[0]])
-    if kind == "parallel":
-        return algebra.parallel([_at(place, made) for place in rest[0]])
+    if make := _OF_SEVERAL.get(kind):
+        return make([_at(place, made) for place in rest[0]])
     body = _at(rest[0], made)
     if kind == "repeat":
-        if rest[1] is not None and (type(rest[1]) is not int or rest[1] < 0):
-            raise ValueError("a number of repeats is wrong")
-        return algebra.repeat(body, rest[1])
+        return algebra.repeat(body, None if rest[1] is None else _count(rest[1]))
     if kind == "pace":
         return algebra.pace(body, Fraction(_above_zero(rest[1])))
     if kind == "gain":
@@ -290,4 +314,22 @@ def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
         return algebra.use(body, _span(rest[1]), rest[2])
     if kind == "reverse":
         return algebra.reverse(body)
+    if kind == "ramp":
+        return ramps.ramp(body, _exact(rest[1]), _exact(rest[2]))
+    if kind == "ease":
+        return ramps.ease(body)
+    if kind == "chance":
+        return chances.chance(body, Fraction(_exact(rest[1])), _span(rest[2]))
+    if kind == "seed":
+        return chances.seed(body, Fraction(_exact(rest[1])))
+    if kind == "throwing":
+        return chances.throwing(body, _count(rest[1]))
     raise ValueError(f"no movement is called {kind!r}")
+
+
+_OF_SEVERAL: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
+    "series": algebra.series,
+    "parallel": algebra.parallel,
+    "choose": chances.choose,
+    "shuffle": chances.shuffle,
+}

@@ -12,10 +12,10 @@ from improv_core.text import Span
 
 
 class TooDeepError(Exception):
-    """Movements are nested too deeply. `span` is where."""
+    """Movements are nested too deeply at `span`."""
 
     def __init__(self, span: Span) -> None:
-        super().__init__("nested too deeply")
+        super().__init__(f"this is nested more than {DEEPEST} levels deep: name a part and use the name")
         self.span = span
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -145,7 +145,7 @@ class Statement:
     if it has none. `heads` are the names before the sign, and `parameters` those of a phrase. `body` is the movement
     as it can be read without knowing how many movements each name takes (see `gather`), and `number` the tempo.
     `defines` is the name that it defines, if that name is allowed. `uses` are the names in the movement that are not
-    parameters, each once. `has_voices` says whether it contains `||`, and `has_canon` whether it contains `canon`.
+    parameters, each once. The flags say whether it contains `||`, `canon`, a condition, and numbers after a name.
     """
 
     text: str
@@ -158,6 +158,8 @@ class Statement:
     uses: tuple[str, ...] = ()
     has_voices: bool = False
     has_canon: bool = False
+    has_senses: bool = False
+    has_arguments: bool = False
     parameters: tuple[Parameter, ...] = ()
 
     @property
@@ -193,6 +195,23 @@ def nodes(node: Node) -> Iterator[Node]:
 def names(node: Node) -> Iterator[Name]:
     """The names inside a node, in the order of the text."""
     return (each for each in nodes(node) if isinstance(each, Name))
+
+
+def numbers(node: Node) -> tuple[Number, ...]:
+    """The numbers that belong to a node itself."""
+    return node.numbers if isinstance(node, (Apply, Call)) else ()
+
+
+def mentions(node: Node | Number, movements: Container[str]) -> Iterator[str]:
+    """The parameters that a node or a number mentions, in order. `movements` names those that are movements."""
+    if isinstance(node, Number):
+        yield from (token.text for token in node.parameters)
+        return
+    for each in nodes(node):
+        for number in numbers(each):
+            yield from mentions(number, movements)
+        if isinstance(each, Name) and each.text in movements:
+            yield each.text
 
 
 def items(voice: Node) -> int:

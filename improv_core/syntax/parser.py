@@ -6,6 +6,7 @@ import sys
 from collections import OrderedDict
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import pairwise
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.score.movement import hold
@@ -105,6 +106,8 @@ def _parsed(text: str) -> Statement:
         tuple(dict.fromkeys([each.text for each in rest if each.type == "NAME" and each.text not in movements])),
         "BAR" in types,
         "FACTOR" in types and any(token.text == "canon" for token in rest),
+        "SENSE" in types,
+        any(one.type == "NAME" and other.type in ("NUMBER", "PARAM") for one, other in pairwise(rest)),
         head.parameters,
     )
 

@@ -99,7 +99,7 @@ def test_numbers_must_make_sense() -> None:
         beat 0
              ^ bad-number: write the tempo as a number above 0
         r $ repeat 1.5 left
-                   ^^^ bad-number: repeat a whole number of times: 0, 1, 2, …
+                   ^^^ bad-number: write the number after `repeat` as a whole number: 0, 1, 2, …
         r $ repeat -1 left
                    ^^ bad-number: write the number after `repeat` as a number above 0
         r $ fast 0 left

@@ -29,7 +29,7 @@ def velocity_at(movement: Movement, beat: Fraction) -> Velocity:
             beat -= Fraction(item.duration)
         raise AssertionError("beyond the end")
     if isinstance(movement, algebra.Parallel):
-        voices = [velocity_at(voice, beat) for voice in movement.voices]
+        voices = [velocity_at(voice, beat) for voice in movement.items]
         return Velocity(*(sum(values, Fraction(0)) for values in zip(*voices, strict=True)))
     if isinstance(movement, algebra.Repeat):
         turn = movement.body.duration

@@ -1,0 +1,52 @@
+"""The exact values of numbers, and how to write those that are wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
+
+from improv_core.score.movement import MOST_BITS, bits
+from improv_core.syntax.lexer import Token, lex
+
+LONGEST_NUMBER = 30
+"""The most characters of one number."""
+
+Values = Mapping[str, Fraction]
+"""The arguments of parameters that are numbers, by name."""
+
+_ABOVE_ZERO = "as a number above 0"
+
+
+@lru_cache(maxsize=1_000)
+def value_of(text: str) -> Fraction | str:
+    """The exact value of a number above zero, or words that say how to write one."""
+    value = product(lex(text))
+    return value if isinstance(value, str) or value > 0 else _ABOVE_ZERO
+
+
+def product(tokens: Sequence[Token], values: Values = {}) -> Fraction | str:  # noqa: B006
+    """The exact value of numbers and parameters with `*` or `/` between them, or words that say how to write them."""
+    total = Fraction(1)
+    divides = False
+    for token in tokens:
+        if token.type == "OPERATOR":
+            divides = token.text == "/"
+            continue
+        factor = values[token.text] if token.type == "PARAM" else _factor(token.text)
+        if isinstance(factor, str):
+            return factor
+        if divides and not factor:
+            return "without dividing by 0"
+        total = total / factor if divides else total * factor
+        if bits(total) > MOST_BITS:
+            return "with simpler factors: this fraction is too long to compute exactly"
+    return total
+
+
+@lru_cache(maxsize=1_000)
+def _factor(text: str) -> Fraction | str:
+    if len(text) > LONGEST_NUMBER:
+        return f"with at most {LONGEST_NUMBER} characters"
+    value = Fraction(text)
+    return _ABOVE_ZERO if text.startswith("-") and value else value

@@ -1,0 +1,608 @@
+"""Reads trees as movements, and reports what is wrong with them: transformers, brackets, and uses of phrases."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import NamedTuple
+
+from improv_core.diagnostics import SEVERITIES, Diagnostic, Edit, Fix, Severity, replace
+from improv_core.program.numbers import product
+from improv_core.program.timing import in_beats
+from improv_core.score import dice, movement, ramps
+from improv_core.score.movement import (
+    ENDLESS,
+    LARGEST,
+    MOST_BITS,
+    MOST_DEPTH,
+    MOST_THROWS,
+    MOST_VOICES,
+    SAME,
+    Duration,
+    Movement,
+    all_by,
+    is_too_fast,
+)
+from improv_core.syntax import nodes
+from improv_core.syntax.nodes import Call, Name, Node, Number, Parameter
+from improv_core.syntax.parser import DEEPEST
+from improv_core.text import Span
+
+NOTHING = movement.series(())
+MOST_EXPANDED = 10_000
+"""The most pairs of a phrase and its arguments that one statement may need."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Phrase:
+    """What a use of a phrase with parameters needs. `settled` has read the nodes in the body that mention no parameter:
+    they are the same in every use."""
+
+    parameters: tuple[Parameter, ...]
+    body: Node
+    scope: Scope
+    settled: Reader
+
+    @property
+    def numbers(self) -> Sequence[Parameter]:
+        return [each for each in self.parameters if each.is_number]
+
+    @property
+    def movements(self) -> Sequence[Parameter]:
+        return [each for each in self.parameters if not each.is_number]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Definition:
+    """What a name stands for after the statement with this ID.
+
+    `items` are the terms of the series that its movement is, for the words that work with items. A phrase with
+    parameters has neither them nor a movement until it is used.
+    """
+
+    name: str
+    statement: int
+    movement: Movement
+    items: tuple[Movement, ...]
+    phrase: Phrase | None = None
+
+    @property
+    def head(self) -> str:
+        """How it is written: `poly n`, `times n (m)`."""
+        parameters = self.phrase.parameters if self.phrase else ()
+        return " ".join([self.name, *(each.name if each.is_number else f"({each.name})" for each in parameters)])
+
+
+Scope = Mapping[str, Definition | None]
+"""What each name in a statement stands for; None if nothing above the statement defines it."""
+
+
+class Argument(NamedTuple):
+    """A movement given to a phrase, the statement it is written in, and how deeply it is nested."""
+
+    movement: Movement
+    items: tuple[Movement, ...]
+    statement: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Given:
+    """The arguments of one use of a phrase, by the names of its parameters."""
+
+    phrase: str
+    numbers: Mapping[str, Fraction]
+    movements: Mapping[str, Argument]
+
+
+NOBODY = Given("", {}, {})
+
+
+class Fault(NamedTuple):
+    """An error that depends on the arguments of a phrase, and the parameter whose argument causes it, if one does."""
+
+    code: str
+    message: str
+    parameter: str | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Expansion:
+    """What a phrase means with these arguments. `height` is how deeply it is nested."""
+
+    reader: Reader
+    body: Node
+    movement: Movement
+    height: int
+
+    @property
+    def items(self) -> tuple[Movement, ...]:
+        return self.reader.items(self.body)
+
+
+@dataclass(slots=True)
+class Reading:
+    """What all readers of one statement share.
+
+    `robot` is the place of the robot that plays among the `robots` of the line, for `canon`. `is_too_much` is set
+    once phrases need too much, and then none is expanded any more.
+    """
+
+    robot: int = 0
+    robots: int = 0
+    is_too_much: bool = False
+    expansions: dict[tuple[object, ...], Expansion] = field(default_factory=dict)
+
+
+@dataclass(slots=True, eq=False)
+class Reader:
+    """Reads the nodes of one statement, or of a phrase with its arguments.
+
+    `made` holds the movements of all nodes except primitives, by `id`. `found` are the diagnostics in the statement,
+    and `faults` those that depend on the arguments of the phrase. `level` is how deeply the node being read is nested,
+    through phrases, and `deepest` the deepest level so far.
+    """
+
+    scope: Scope
+    statement: int
+    reading: Reading
+    given: Given = NOBODY
+    settled: Reader | None = None
+    level: int = 0
+    deepest: int = 0
+    made: dict[int, Movement] = field(default_factory=dict)
+    calls: dict[int, Expansion] = field(default_factory=dict)
+    found: list[Diagnostic] = field(default_factory=list)
+    faults: list[Fault] = field(default_factory=list)
+
+    def movement(self, node: Node) -> Movement:
+        """The movement of a node. A node with an error counts as an empty movement."""
+        if isinstance(node, nodes.Primitive):
+            return node.movement
+        if self.settled and id(node) in self.settled.made:
+            return self.settled.made[id(node)]
+        made = self._named(node) if isinstance(node, Name) else self._checked(node)
+        self.made[id(node)] = made
+        return made
+
+    def movement_made(self, node: Node) -> Movement:
+        """The movement of a node that has been read."""
+        if isinstance(node, nodes.Primitive):
+            return node.movement
+        return self.made[id(node)] if id(node) in self.made or not self.settled else self.settled.made[id(node)]
+
+    def duration(self, node: Node) -> Duration:
+        """How many beats a node that has been read lasts."""
+        return self.movement_made(node).duration
+
+    def expansion(self, call: Call) -> Expansion | None:
+        """What a use of a phrase that has been read means; None if it is wrong."""
+        return self.calls.get(id(call)) or (self.settled.calls.get(id(call)) if self.settled else None)
+
+    def items(self, node: Node) -> tuple[Movement, ...]:
+        """The terms of the series that a node is, seen through parentheses, names, and phrases. It has been read."""
+        if isinstance(node, nodes.Series):
+            return tuple([self.movement_made(item) for item in node.items])
+        if isinstance(node, nodes.Bracket) and not node.squeezes:
+            return self.items(node.body) if node.body else ()
+        if isinstance(node, Name):
+            if argument := self.given.movements.get(node.text):
+                return _used(argument.items, node.span, argument.statement)
+            definition = self.scope.get(node.text)
+            return _used(definition.items, node.span, definition.statement) if definition else ()
+        if isinstance(node, Call):
+            expansion = self.expansion(node)
+            definition = self.scope.get(node.name.text)
+            if expansion and definition:
+                return _used(expansion.items, node.name.span, definition.statement)
+            return ()
+        return (self.movement_made(node),)
+
+    def number(self, number: Number, what: str) -> Fraction | None:
+        """The exact value of a number above zero. Anything else is reported and gives None."""
+        return self._number(number, what, _above_zero)
+
+    def numbers(self, node: Node) -> Sequence[Fraction | None]:
+        """The exact values of the numbers of a node; None for those that are wrong or not known yet."""
+        if isinstance(node, nodes.Apply):
+            word = node.word.text
+            return [self._number(each, f"the number after `{word}`", _RULES[word]) for each in node.numbers]
+        return [self._number(each, "this number", lambda value: None) for each in nodes.numbers(node)]
+
+    def report(self, diagnostic: Diagnostic, cause: Node | Number) -> None:
+        """Report what is wrong. In a phrase, an error is reported at each use, at the argument that causes it."""
+        if self.given is NOBODY:
+            if diagnostic not in self.found:
+                self.found.append(diagnostic)
+        elif SEVERITIES[diagnostic.code] is Severity.ERROR:
+            parameter = self._culprit(diagnostic.code, cause)
+            if parameter or not isinstance(cause, Number):  # a number without parameters is reported where it stands
+                message = f"in `{self.given.phrase}`: {diagnostic.message}"
+                self._fault(Fault(diagnostic.code, message, parameter))
+
+    def _fault(self, fault: Fault) -> None:
+        if fault not in self.faults:
+            self.faults.append(fault)
+
+    def _culprit(self, code: str, cause: Node | Number) -> str | None:
+        """The parameter in a faulty node or number whose argument most likely causes the error."""
+        names = list(dict.fromkeys(nodes.mentions(cause, self.given.movements)))
+        endless = (
+            name
+            for name in names
+            if name in self.given.movements and self.given.movements[name].movement.duration == ENDLESS
+        )
+        if code in ("endless-reverse", "open-length"):
+            return next(endless, next(iter(names), None))
+        return next(iter(names), None)
+
+    def _number(self, number: Number, what: str, wrong: Callable[[Fraction], str | None]) -> Fraction | None:
+        """The exact value of a number for which `wrong` has no words that say how to write it better."""
+        if any(token.type != "OPERATOR" and not token.text for token in number.tokens):
+            return None  # it is missing, and the parser has reported it
+        if any(token.text not in self.given.numbers for token in number.parameters):
+            return None  # an argument of a phrase that is not being used
+        value = product(number.tokens, self.given.numbers)
+        problem = value if isinstance(value, str) else wrong(value)
+        if problem:
+            self.report(Diagnostic("bad-number", number.span, f"write {what} {problem}"), number)
+            return None
+        assert isinstance(value, Fraction)
+        return value
+
+    def _checked(self, node: Node) -> Movement:
+        nests = not isinstance(node, (nodes.Series, nodes.Parallel))
+        self.level += nests
+        self.deepest = max(self.deepest, self.level)
+        made = self._too_deep(node) if self.deepest > DEEPEST else self._made(node)
+        self.level -= nests
+        if problem := _too_much(made):
+            span = node.numbers[0].span if isinstance(node, nodes.Apply) and node.numbers else node.span
+            self.report(Diagnostic("bad-number", span, problem), node)
+            return NOTHING
+        return made
+
+    def _too_deep(self, node: Node) -> Movement:
+        return self._too_much(node, "too-deep", f"with what it uses, this is nested more than {DEEPEST} levels deep")
+
+    def _too_much(self, node: Node, code: str, message: str) -> Movement:
+        """Report once that phrases need too much, at the outermost use."""
+        if not self.reading.is_too_much:
+            self.reading.is_too_much = True
+            self.report(Diagnostic(code, node.span, f"{message}: use fewer"), node)
+        return NOTHING
+
+    def _made(self, node: Node) -> Movement:
+        if isinstance(node, nodes.Series):
+            items = [self.movement(item) for item in node.items]
+            return movement.series(items) if self._add_up(node, items) else NOTHING
+        if isinstance(node, nodes.Apply):
+            return self._applied(node)
+        if isinstance(node, nodes.Bracket):
+            return self._bracketed(node)
+        if isinstance(node, nodes.Parallel):
+            return self._together(node, [self.movement(voice) for voice in node.voices])
+        if isinstance(node, Call):
+            return self._called(node)
+        if isinstance(node, nodes.Choice):
+            self.movement(node.then)
+            return self.movement(node.otherwise)
+        return NOTHING
+
+    def _named(self, name: Name) -> Movement:
+        if argument := self.given.movements.get(name.text):
+            self.deepest = max(self.deepest, self.level + argument.height)
+            return movement.use(argument.movement, name.span, argument.statement)
+        definition = self.scope.get(name.text)
+        if not definition or definition.phrase:  # a phrase lacks its arguments here
+            return NOTHING
+        return movement.use(definition.movement, name.span, definition.statement)
+
+    def _called(self, call: Call) -> Movement:
+        """A use of a phrase. If its arguments are not as its head says, that is reported elsewhere."""
+        definition = self.scope.get(call.name.text)
+        self.movement(call.name)
+        arguments = [self._argument(each) for each in call.movements]
+        if not definition or not definition.phrase or not takes(definition.phrase, call):
+            return NOTHING
+        numbers = [value for value in self.numbers(call) if value is not None]
+        if len(numbers) < len(call.numbers) or self.reading.is_too_much:
+            return NOTHING
+        expansion = self._expanded(call, definition, definition.phrase, numbers, arguments)
+        if not expansion:
+            return NOTHING
+        self.calls[id(call)] = expansion
+        self.deepest = max(self.deepest, self.level + expansion.height)
+        if self.deepest > DEEPEST:
+            return self._too_deep(call)
+        for fault in expansion.reader.faults:
+            self._blame(call, definition.phrase, fault)
+        return movement.use(expansion.movement, call.name.span, definition.statement)
+
+    def _argument(self, node: Node) -> Argument:
+        before, self.deepest = self.deepest, self.level
+        made = self.movement(node)
+        height = self.deepest - self.level
+        self.deepest = max(before, self.deepest)
+        return Argument(made, self.items(node), self.statement, height)
+
+    def _expanded(
+        self,
+        call: Call,
+        definition: Definition,
+        phrase: Phrase,
+        numbers: Sequence[Fraction],
+        arguments: Sequence[Argument],
+    ) -> Expansion | None:
+        """What a phrase means with these arguments; None if that needs too much."""
+        reading = self.reading
+        key = (definition, *numbers, *(each.movement for each in arguments))
+        if known := reading.expansions.get(key):
+            return known
+        if len(reading.expansions) >= MOST_EXPANDED:
+            self._too_much(call, "too-large", f"phrases within phrases need more than {MOST_EXPANDED:,} parts here")
+            return None
+        named_numbers = {each.name: value for each, value in zip(phrase.numbers, numbers, strict=True)}
+        named_movements = {each.name: argument for each, argument in zip(phrase.movements, arguments, strict=True)}
+        given = Given(definition.name, named_numbers, named_movements)
+        reader = Reader(
+            phrase.scope, definition.statement, reading, given, phrase.settled, level=self.level, deepest=self.level
+        )
+        made = reader.movement(phrase.body)
+        expansion = Expansion(reader, phrase.body, made, reader.deepest - self.level)
+        reading.expansions[key] = expansion
+        return expansion
+
+    def _blame(self, call: Call, phrase: Phrase, fault: Fault) -> None:
+        """Report a fault of a phrase at the argument of this use that causes it."""
+        given: Iterator[Node | Number] = iter((*call.numbers, *call.movements))
+        causes = {each.name: argument for each, argument in zip(phrase.parameters, given, strict=True)}
+        cause = causes.get(fault.parameter or "")
+        if self.given is NOBODY:
+            self.report(Diagnostic(fault.code, (cause or call.name).span, fault.message), cause or call)
+        else:
+            self._fault(Fault(fault.code, fault.message, self._culprit(fault.code, cause or call)))
+
+    def _add_up(self, node: Node, items: Sequence[Movement]) -> bool:
+        """Whether the durations of items can be added exactly. If not, that is reported."""
+        if len(items) < FEW or _share_a_denominator(items):
+            return True
+        self.report(Diagnostic("bad-number", node.span, _TOO_LONG), node)
+        return False
+
+    def _together(self, node: Node, voices: Sequence[Movement]) -> Movement:
+        made = movement.parallel(voices)
+        if made.width > MOST_VOICES:
+            message = f"{made.width:,} voices play at once here, and {MOST_VOICES} is the most: use fewer"
+        elif made.depth > MOST_DEPTH:
+            message = f"voices within voices are more than {MOST_DEPTH} deep here: use fewer"
+        else:
+            return made
+        self.report(Diagnostic("too-deep", node.span, message), node)
+        return NOTHING
+
+    def _bracketed(self, node: nodes.Bracket) -> Movement:
+        if node.body is None:
+            message = f"`{'[]' if node.squeezes else '()'}` is empty: write a movement in it or remove it"
+            self.report(Diagnostic("empty-group", node.span, message, replace("Remove it", node.span, "")), node)
+            return NOTHING
+        if not node.squeezes:
+            return self.movement(node.body)
+        voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
+        paced = [movement.pace(self.movement(voice), Fraction(nodes.items(voice))) for voice in voices]
+        made = self._together(node, paced)
+        if made.duration not in (0, 1):
+            long = "never ends" if made.duration == ENDLESS else f"takes {made.duration} beats, not one"
+            self.report(Diagnostic("bracket-not-a-beat", node.span, f"this bracket {long}"), node)
+        return made
+
+    def _applied(self, node: nodes.Apply) -> Movement:
+        body = self.movement(node.body)
+        word = node.word.text
+        if word in _ENDING and isinstance(body.duration, float):
+            self._report_endless(node)
+            return NOTHING
+        values = self.numbers(node)
+        numbers = [value for value in values if value is not None]
+        if len(numbers) < len(values):
+            return body
+        if word == "reflect":
+            return movement.gain(body, node.plane.velocity if node.plane else SAME)
+        if word == "repeat":
+            return movement.repeat(body, *map(int, numbers))
+        if word in _WITHOUT_ARGUMENT:
+            return _WITHOUT_ARGUMENT[word](body)
+        if word in _FROM_ITEMS:
+            return self._from_items(node)
+        if word == "ramp":
+            return self._ramped(node, body, *numbers)
+        return self._by(node, body, *numbers) if numbers else body
+
+    def _by(self, node: nodes.Apply, body: Movement, factor: Fraction) -> Movement:
+        word = node.word.text
+        if word == "fit":
+            return movement.fit(body, movement.exact(factor))
+        if word == "chance":
+            return dice.chance(body, factor, node.word.span)
+        if word == "canon":
+            return self._in_canon(node, body, factor)
+        if word == "seed":
+            if not body.dice:
+                self._report_idle(node, f"nothing in it throws dice, so `seed` changes nothing: remove `{_said(node)}`")
+            return dice.seed(body, factor)
+        if factor == 1:
+            self._report_idle(node, f"`{_said(node)}` changes nothing: remove it or use another number")
+        if word == "scale":
+            return movement.gain(body, all_by(factor))
+        return movement.pace(body, factor if word == "fast" else 1 / factor)
+
+    def _in_canon(self, node: nodes.Apply, body: Movement, beats: Fraction) -> Movement:
+        robot, robots = self.reading.robot, self.reading.robots
+        if not robots or self.given is not NOBODY:
+            return body  # it stands in a definition, and that is reported
+        if robots == 1:
+            self._report_idle(node, f"`canon` needs several robots before `$`: add one or remove `{_said(node)}`")
+            return body
+        before, after = beats * robot, beats * (robots - 1 - robot)
+        return movement.series([_standing(before), body, _standing(after)])
+
+    def _ramped(self, node: nodes.Apply, body: Movement, start: Fraction, end: Fraction) -> Movement:
+        if start or end:
+            return ramps.ramp(body, start, end)
+        message = "write a number above 0 after `ramp`: with two zeros it never moves"
+        span = Span(node.numbers[0].span.start, node.numbers[1].span.end)
+        self.report(Diagnostic("bad-number", span, message), node)
+        return body
+
+    def _from_items(self, node: nodes.Apply) -> Movement:
+        """`accumulate`, `choose`, or `shuffle` of the items of a movement."""
+        word, items = node.word.text, self.items(node.body)
+        if not self._add_up(node, items):
+            return NOTHING
+        if len(items) == 1:
+            self._report_idle(node, f"there is one item to {word} here: write several in brackets or remove `{word}`")
+        if word == "choose" and len({item.duration for item in items}) > 1:
+            self._report_uneven(node, items)
+            return NOTHING
+        return _FROM_ITEMS[word](items)
+
+    def _report_uneven(self, node: nodes.Apply, items: Sequence[Movement]) -> None:
+        lengths = list(dict.fromkeys(in_beats(item.duration) for item in items))
+        shown = ", ".join(lengths[:MOST_LENGTHS]) + (", …" if len(lengths) > MOST_LENGTHS else "")
+        message = f"the items of `choose` differ in length ({shown}): give them one length with `fit`"
+        first = items[0].duration
+        here = _items_written(node.body)
+        fixes: tuple[Fix, ...] = ()
+        if len(here) == len(items) and all(0 < item.duration < ENDLESS for item in items):
+            others = [each for each, item in zip(here, items, strict=True) if item.duration != first]
+            text = f"fit {Fraction(first)} "
+            edits = tuple([Edit(Span(each.span.start, each.span.start), text) for each in others])
+            fixes = (Fix(f"Fit the others into {in_beats(first)}", edits),)
+        self.report(Diagnostic("uneven-choice", node.word.span, message, fixes), node)
+
+    def _report_endless(self, node: nodes.Apply) -> None:
+        word = node.word.text
+        if word in ("reverse", "retrograde"):
+            message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
+            self.report(Diagnostic("endless-reverse", node.word.span, message), node)
+            return
+        endless = self._endless_word(node.body)
+        what = f"give `{endless}` a number" if endless == "repeat" else f"`{endless}` never ends"
+        message = f"`{word}` needs a movement that ends: {what}"
+        self.report(Diagnostic("open-length", node.word.span, message), node)
+
+    def _endless_word(self, body: Node) -> str:
+        """The word that makes a movement endless."""
+        for node in nodes.nodes(body):
+            if isinstance(node, nodes.Apply) and node.word.text == "repeat" and not node.numbers:
+                return "repeat"
+            if isinstance(node, Name) and id(node) in self.made and self.made[id(node)].duration == ENDLESS:
+                return node.text
+            if isinstance(node, Call) and self.made[id(node)].duration == ENDLESS:
+                return node.name.text
+        return "repeat"
+
+    def _report_idle(self, node: nodes.Apply, message: str) -> None:
+        written_as = Span(node.word.start, node.numbers[-1].span.end if node.numbers else node.word.end)
+        fixes = replace("Remove it", written_as, "")
+        self.report(Diagnostic("no-effect", written_as, message, fixes), node)
+
+
+def takes(phrase: Phrase | None, call: Call) -> bool:
+    """Whether a use has as many arguments of each kind as the head of a phrase says."""
+    if not phrase:
+        return not call.numbers and not call.movements
+    return len(call.numbers) == len(phrase.numbers) and len(call.movements) == len(phrase.movements)
+
+
+def _used(items: Sequence[Movement], span: Span, statement: int) -> tuple[Movement, ...]:
+    return tuple([movement.use(item, span, statement) for item in items])
+
+
+def _items_written(node: Node) -> Sequence[Node]:
+    """The items of a movement, if they are written where the movement is."""
+    while isinstance(node, nodes.Bracket) and not node.squeezes and node.body:
+        node = node.body
+    return node.items if isinstance(node, nodes.Series) else ()
+
+
+def _said(node: nodes.Apply) -> str:
+    return " ".join([node.word.text, *(each.text for each in node.numbers)])
+
+
+def _standing(beats: Fraction) -> Movement:
+    return movement.stand(movement.exact(beats))
+
+
+def _above_zero(value: Fraction) -> str | None:
+    return None if value > 0 else "as a number above 0"
+
+
+def _at_least_zero(value: Fraction) -> str | None:
+    return None if value >= 0 else "as a number from 0 up"
+
+
+def _probability(value: Fraction) -> str | None:
+    return None if 0 < value <= 1 else "as a number above 0 and at most 1"
+
+
+def _whole(value: Fraction) -> str | None:
+    return None if value.denominator == 1 else "as a whole number: 0, 1, 2, …"
+
+
+_RULES: Mapping[str, Callable[[Fraction], str | None]] = {
+    **dict.fromkeys(("fast", "slow", "scale", "fit", "seed"), _above_zero),
+    **dict.fromkeys(("ramp", "canon"), _at_least_zero),
+    "repeat": _whole,
+    "chance": _probability,
+}
+"""For the numbers of each word: how to write one better, if it is wrong."""
+_ENDING = frozenset({"reverse", "retrograde", "fit", "ramp", "ease"})
+"""Words that need a movement that ends."""
+_WITHOUT_ARGUMENT: Mapping[str, Callable[[Movement], Movement]] = {
+    "reverse": movement.reverse,
+    "retrograde": lambda body: movement.gain(movement.reverse(body), all_by(Fraction(-1))),
+    "ease": ramps.ease,
+}
+_FROM_ITEMS: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
+    "accumulate": movement.accumulate,
+    "choose": dice.choose,
+    "shuffle": dice.shuffle,
+}
+
+MOST_LENGTHS = 3
+"""How many different lengths of the items of a choice a message lists."""
+FEW = 50
+"""Up to this many fractions are added without checking their common denominator."""
+_FEW_BITS = 150
+"""A movement whose numbers have so few bits is neither too long nor too fast: its factors are below 2^300 together."""
+_TOO_LONG = "these numbers make a fraction too long to compute exactly: use simpler ones"
+
+
+def _too_much(made: Movement) -> str | None:
+    """The message about numbers too long to stay exact or too large for a float; None if there are none.
+
+    All code that converts a movement's numbers to floats relies on this check.
+    """
+    duration = made.duration
+    length = made.bits if isinstance(duration, float) else made.bits + movement.bits(duration)
+    if length <= _FEW_BITS and not made.throws:
+        return None
+    if LARGEST < duration < ENDLESS or is_too_fast(made.peak):
+        return "these numbers make the movement too long or too fast to play: use smaller ones"
+    if made.throws > MOST_THROWS:
+        return "these numbers make too many throws of the dice: use smaller ones"
+    return _TOO_LONG if length > MOST_BITS else None
+
+
+def _share_a_denominator(items: Sequence[Movement]) -> bool:
+    """Whether durations can be added exactly: the sum of thousands of unrelated fractions gets longer and longer."""
+    common = 1
+    for item in items:
+        if isinstance(item.duration, Fraction):
+            common = math.lcm(common, item.duration.denominator)
+            if common.bit_length() > MOST_BITS:
+                return False
+    return True

@@ -41,7 +41,7 @@ SEVERITIES = {
     "unsupported-direction": Severity.ERROR,
     "too-fast": Severity.WARNING,
     "too-short": Severity.WARNING,
-    "never-performed": Severity.HINT,
+    "never-performed": Severity.INFORMATION,
     "unused-name": Severity.HINT,
     "no-effect": Severity.HINT,
     "bracket-not-a-beat": Severity.INFORMATION,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -9,9 +10,16 @@ import click
 
 from improv_core.commands import parameters
 from improv_core.commands.echo import echo, echo_json
+from improv_core.commands.excerpt import excerpt
 from improv_core.commands.programs import report_each
+from improv_core.diagnostics import Severity
 from improv_core.program.analysis import Analysis
-from improv_core.program.report import as_json, as_lines
+from improv_core.program.report import as_json, as_line, problems
+
+INDENT = "    "
+WIDEST, NARROWEST = 120, 40
+"""Cells of a line where there is no terminal, and of one in a terminal too narrow to show more."""
+_COLORS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.INFORMATION: "cyan"}
 
 
 @click.command("check")
@@ -25,8 +33,12 @@ def command(files: tuple[Path, ...], layout: str) -> None:
 
 
 def _print_text(path: Path, analysis: Analysis) -> None:
-    for line in as_lines(path, analysis):
-        echo(line)
+    room = shutil.get_terminal_size((WIDEST, 0)).columns - len(INDENT) - len("……")
+    for where, lines, diagnostic in problems(path, analysis):
+        echo(as_line(where, lines, diagnostic))
+        line, carets = excerpt(lines, diagnostic.span, max(room, NARROWEST))
+        echo(INDENT + line)
+        echo(INDENT + carets, color=_COLORS.get(diagnostic.severity))
 
 
 def _print_json(path: Path, analysis: Analysis) -> None:

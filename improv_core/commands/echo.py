@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -12,9 +13,10 @@ import click
 from improv_core.plain import printable
 
 
-def echo(line: str, *, err: bool = False) -> None:
-    """Print one line; whatever it quotes stays one line."""
-    click.echo(printable(line), err=err)
+def echo(line: str, *, err: bool = False, color: str | None = None) -> None:
+    """Print one line; whatever it quotes stays one line. Colors only show on a terminal, and not with NO_COLOR."""
+    plain = color is None or "NO_COLOR" in os.environ
+    click.echo(printable(line) if plain else click.style(printable(line), fg=color), err=err)
 
 
 def echo_json(value: Any) -> None:

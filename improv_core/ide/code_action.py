@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from improv_core.diagnostics import Diagnostic, Edit
+from improv_core.diagnostics import Diagnostic, Edit, Fix
 from improv_core.program.analysis import Analysis
 from improv_core.text import Span
 
 SAFE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
-"""Codes whose fixes only remove text without effect, so all of them can be applied at once."""
+"""Codes of text without effect. Their fixes that only remove it can all be applied at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,16 +36,21 @@ def fixes(analysis: Analysis, span: Span) -> list[Action]:
         for each in here
         for fix in each.fixes
     ]
-    fixable = {each.code: each for each in here if each.code in SAFE and each.fixes}
+    fixable = {each.code: each for each in here if each.code in SAFE and _removal(each)}
     return [*found, *(action for each in fixable.values() for action in _everywhere(analysis, each))]
 
 
 def _everywhere(analysis: Analysis, problem: Diagnostic) -> Iterator[Action]:
-    alike = [each for each in analysis.diagnostics if each.code == problem.code and each.fixes]
-    if len(alike) > 1:
-        edits = _apart(edit for each in alike for edit in each.fixes[0].edits)
-        others = "the other one" if len(alike) == 2 else f"all {len(alike) - 1} others"
-        yield Action(f"{problem.fixes[0].title} and {others} of this kind", "quickfix", edits, (problem,))
+    removals = [fix for each in analysis.diagnostics if each.code == problem.code and (fix := _removal(each))]
+    if len(removals) > 1:
+        edits = _apart(edit for fix in removals for edit in fix.edits)
+        others = "the other one" if len(removals) == 2 else f"all {len(removals) - 1} others"
+        yield Action(f"{removals[0].title} and {others} of this kind", "quickfix", edits, (problem,))
+
+
+def _removal(problem: Diagnostic) -> Fix | None:
+    """The fix that only removes text, if there is one."""
+    return next((fix for fix in problem.fixes if not any(edit.text for edit in fix.edits)), None)
 
 
 def _ordered(edits: Iterable[Edit]) -> tuple[Edit, ...]:

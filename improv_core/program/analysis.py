@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from heapq import heapify, heappop, heappush
-from itertools import count, islice
+from itertools import count, islice, pairwise
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
@@ -18,11 +18,12 @@ from improv_core.program.feasibility import check_casting
 from improv_core.program.meaning import Meaning, movement_of, understand
 from improv_core.program.reader import Definition, Scope
 from improv_core.robots.config import Robots
-from improv_core.score import movement
+from improv_core.score import dice, movement
 from improv_core.score.movement import Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.syntax.parser import parse_statement
+from improv_core.syntax.slips import MEANT, is_like_a_robot
 from improv_core.syntax.statements import split
 from improv_core.text import LineIndex, Span
 
@@ -56,9 +57,10 @@ class Analysis:
     """The meaning of one version of a document. Made by `analyze`, or by `edited` from the previous version.
 
     The sequences are parallel, with one entry for each statement: its offset, tree, ID, and meaning. `tempos` has the
-    indices of the statements that set a tempo, `faulty` those of the statements whose meaning has diagnostics or
-    undefined names, and `uneven` those that play something whose length has a denominator over `EVEN`. `infeasible`
-    lists, by index, what the robots of a statement can't do.
+    indices of the statements that set a tempo, `scenes` those of the statements that begin a scene, `faulty` those of
+    the statements whose meaning has diagnostics or names that are undefined or have wrong arguments, and `uneven` those
+    that play something whose length has a denominator over `EVEN`. `infeasible` lists, by index, what the robots of a
+    statement can't do.
     """
 
     lines: LineIndex
@@ -68,6 +70,7 @@ class Analysis:
     meanings: Sequence[Meaning]
     bindings: Bindings
     tempos: Sequence[int]
+    scenes: Sequence[int]
     faulty: frozenset[int]
     uneven: frozenset[int]
     cast: Robots  # from improv.toml
@@ -88,14 +91,33 @@ class Analysis:
         return _tempo(self.tempos, self.meanings)
 
     @cached_property
-    def robots(self) -> Mapping[str, Movement]:
-        """What each robot plays, in order of appearance."""
-        plays: dict[str, list[Movement]] = {}
+    def parts(self) -> Mapping[str, tuple[Movement, ...]]:
+        """What each robot plays in each scene, in order of appearance.
+
+        Each line begins, for all its robots, at the furthest throw that any of them has reached.
+        """
+        plays: dict[str, dict[int, list[Movement]]] = {}
+        throws: dict[str, int] = {}
         for index, (statement_id, meaning) in enumerate(zip(self.statement_ids, self.meanings, strict=True)):
-            if index not in self._too_uneven:
-                for robot in meaning.robots:
-                    plays.setdefault(robot, []).append(movement.use(meaning.movement, None, statement_id))
-        return {robot: movement.series(parts) for robot, parts in plays.items()}
+            if not meaning.robots or index in self._too_uneven:
+                continue
+            scene = bisect_left(self.scenes, index) if self.scenes else 0
+            throw = max([throws.get(robot, 0) for robot in meaning.robots]) if throws else 0
+            for robot, part in meaning.parts:
+                begun = movement.use(dice.throwing(part, throw), None, statement_id)
+                plays.setdefault(robot, {}).setdefault(scene, []).append(begun)
+            if throw or meaning.movement.throws:
+                throws.update(dict.fromkeys(meaning.robots, throw + meaning.movement.throws))
+        scenes = range(len(self.scenes) + 1)
+        return {
+            robot: tuple([movement.series(parts.get(scene, ())) for scene in scenes]) for robot, parts in plays.items()
+        }
+
+    @cached_property
+    def robots(self) -> Mapping[str, Movement]:
+        """All that each robot plays, in order of appearance."""
+        begins = _begins(self.parts.values())
+        return {robot: _whole(scenes, begins) for robot, scenes in self.parts.items()}
 
     @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -103,7 +125,7 @@ class Analysis:
         if len(self.text) > LONGEST_PROGRAM:
             return (_TOO_LONG,)
         serious = self.faulty.union(self.tempos[1:], self.infeasible, self._too_uneven)
-        indices = [*sorted(serious), *sorted(self.bindings.unused - serious)]
+        indices = [*sorted(serious), *sorted(self.bindings.unused.union(self._scene_hints) - serious)]
         reported = ((index, each) for index in indices for each in self._diagnostics_of(index))
         found = [each.shifted(self.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
         if next_one := next(reported, None):
@@ -189,6 +211,36 @@ class Analysis:
                     commons[robot] = common
         return frozenset(found)
 
+    @cached_property
+    def _scene_hints(self) -> Mapping[int, Diagnostic]:
+        """Hints about scenes in which nothing plays, and about lines below a scene that never ends, by statement."""
+        if not self.scenes:
+            return {}
+        found: dict[int, Diagnostic] = {}
+        bounds = [-1, *self.scenes, len(self.statements)]
+        endless = 0  # the number of the first scene that never ends
+        for scene, (first, last) in enumerate(pairwise(bounds)):
+            playing = [index for index in range(first + 1, last) if self.meanings[index].robots]
+            if not playing and first < 0:
+                found[last] = self._idle_scene(last, "no robot plays above this line: remove it")
+            elif not playing:
+                found[first] = self._idle_scene(first, "no robot plays in this scene: remove this line")
+            for index in playing if endless else ():
+                whole = Span(0, len(self.statements[index].text))
+                message = f"scene {endless} above never ends, so this is never performed: give its `repeat` a number"
+                found[index] = Diagnostic("never-performed", whole, message)
+            if not endless and any(isinstance(self.meanings[index].movement.duration, float) for index in playing):
+                endless = scene + 1
+        return found
+
+    def _idle_scene(self, index: int, message: str) -> Diagnostic:
+        fixes = replace("Remove it", self._whole_line(index), "")
+        return Diagnostic("no-effect", Span(0, len(self.statements[index].text)), message, fixes)
+
+    @cached_property
+    def _plays_nothing(self) -> bool:
+        return not any(meaning.robots for meaning in self.meanings)
+
     def _scope(self, index: int) -> Scope:
         return _scope(self.statements[index], index, self.bindings, self.meanings)
 
@@ -197,11 +249,10 @@ class Analysis:
         statement, meaning = self.statements[index], self.meanings[index]
         yield from meaning.diagnostics
         yield from self.infeasible.get(index, ())
+        if index in self._scene_hints:
+            yield self._scene_hints[index]
         if index in self.bindings.unused:
-            head = statement.heads[0]
-            message = f"nothing uses `{head.text}`: use it below or remove this line"
-            line = self._whole_line(index)
-            yield Diagnostic("unused-name", head.span, message, (Fix("Remove the definition", (Edit(line, ""),)),))
+            yield self._unused(index)
         if statement.sign and statement.sign.type == "BEAT" and index != self.tempos[0]:
             first = self.offsets[self.tempos[0]]
             message = f"line {self._line(self.tempos[0])} already sets the tempo: remove this `beat`"
@@ -266,8 +317,26 @@ class Analysis:
         related = Related(self._relative(head, index), f"`{found.head}` is defined here")
         return Diagnostic("arguments", name.span, message, (), (related,))
 
+    def _unused(self, index: int) -> Diagnostic:
+        statement = self.statements[index]
+        head, sign = statement.heads[0], statement.sign
+        assert sign
+        message = f"nothing uses `{head.text}`: use it below or remove this line"
+        fixes = [
+            Fix("Remove the definition", (Edit(self._whole_line(index), ""),)),
+            *replace(f"Play it: {head.text} $ …", sign.span, "$"),
+        ]
+        if self._plays_nothing or head.text in self.cast.robots or is_like_a_robot(head.text):
+            message = f"nothing uses `{head.text}`: if it is a robot, write `{head.text} $ …`"
+            fixes.reverse()
+        return Diagnostic("unused-name", head.span, message, tuple(fixes))
+
     def _unknown(self, node: nodes.Name) -> Diagnostic:
         name = node.text
+        if meant := MEANT.get(name.lower()):
+            message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
+            fixes = tuple(fix for word in meant for fix in replace(f"Change to {word}", node.span, word))
+            return Diagnostic("unknown-name", node.span, message, fixes)
         near = self.bindings.nearest(name)
         if near is None:
             return Diagnostic("unknown-name", node.span, f"`{name}` is not defined: write `{name} = …` above this line")
@@ -319,7 +388,7 @@ def _assembled(
         meanings.append(meaning)
         if meaning.definition:
             current[meaning.definition.name] = meaning.definition
-    tempos = _tempos(statements)
+    tempos = _signed("BEAT", statements)
     tempo = _tempo(tempos, meanings)
     infeasible: dict[int, tuple[Diagnostic, ...]] = {}
     changed: Iterable[int] = range(len(statements))
@@ -335,6 +404,7 @@ def _assembled(
         meanings=meanings,
         bindings=bind(statements),
         tempos=tempos,
+        scenes=_signed("SCENE", statements),
         faulty=frozenset(index for index, meaning in enumerate(meanings) if _is_faulty(meaning)),
         uneven=frozenset(index for index, meaning in enumerate(meanings) if _is_uneven(meaning)),
         cast=cast,
@@ -353,9 +423,12 @@ def _with_others(
     bindings = old.bindings.edited({index: old.statements[index] for index in changed}, changed)
     meanings = list(old.meanings)
     again = _understand_again(meanings, statements, statement_ids, bindings, changed)
-    tempos = old.tempos
-    if any(_sets_tempo(statement) or index in tempos for index, statement in changed.items()):
-        tempos = _tempos(statements)
+    tempos, scenes = old.tempos, old.scenes
+    signs = {_sign(each) for index, statement in changed.items() for each in (statement, old.statements[index])}
+    if "BEAT" in signs:
+        tempos = _signed("BEAT", statements)
+    if "SCENE" in signs:
+        scenes = _signed("SCENE", statements)
     tempo = _tempo(tempos, meanings)
     known, doubtful = (old.infeasible, again) if tempo == old.tempo else ({}, range(len(statements)))
     return dataclasses.replace(
@@ -367,6 +440,7 @@ def _with_others(
         meanings=meanings,
         bindings=bindings,
         tempos=tempos,
+        scenes=scenes,
         faulty=old.faulty.difference(again).union(index for index in again if _is_faulty(meanings[index])),
         uneven=old.uneven.difference(again).union(index for index in again if _is_uneven(meanings[index])),
         infeasible=_infeasible(meanings, statements, old.cast, tempo, known, doubtful),
@@ -430,16 +504,17 @@ def _scope(statement: Statement, index: int, bindings: Bindings, meanings: Seque
     return scope
 
 
-def _tempos(statements: Sequence[Statement]) -> Sequence[int]:
-    return [index for index, statement in enumerate(statements) if _sets_tempo(statement)]
+def _signed(sign: str, statements: Sequence[Statement]) -> Sequence[int]:
+    """The statements with this sign."""
+    return [index for index, statement in enumerate(statements) if _sign(statement) == sign]
 
 
 def _tempo(tempos: Sequence[int], meanings: Sequence[Meaning]) -> Fraction:
     return (meanings[tempos[0]].tempo if tempos else None) or DEFAULT_TEMPO
 
 
-def _sets_tempo(statement: Statement) -> bool:
-    return bool(statement.sign and statement.sign.type == "BEAT")
+def _sign(statement: Statement) -> str:
+    return statement.sign.type if statement.sign else ""
 
 
 def _is_faulty(meaning: Meaning) -> bool:
@@ -459,3 +534,21 @@ def _is_uneven(meaning: Meaning) -> bool:
 
 def _denominator(played: Movement) -> int:
     return played.duration.denominator if isinstance(played.duration, Fraction) else 1
+
+
+def _begins(parts: Iterable[tuple[Movement, ...]]) -> Sequence[movement.Duration]:
+    begins: list[movement.Duration] = [0]
+    for scene in zip(*parts, strict=True):
+        end = begins[-1] + max(each.duration for each in scene)
+        begins.append(end if isinstance(end, float) else math.ceil(end))
+    return begins
+
+
+def _whole(scenes: tuple[Movement, ...], begins: Sequence[movement.Duration]) -> Movement:
+    items: list[Movement] = []
+    at: movement.Duration = 0
+    for scene, begin in zip(scenes, begins, strict=False):
+        if scene.duration and begin != math.inf:
+            items += [movement.stand(movement.exact(Fraction(begin - at))), scene] if begin > at else [scene]
+            at = begin + scene.duration
+    return movement.series(items)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +15,21 @@ from improv_core.text import LineIndex, Position
 
 
 def as_lines(path: Path, analysis: Analysis) -> list[str]:
-    """`path:line:column: severity[code] message`, one line each, counted from 1. Those of `improv.toml` come last."""
+    """All problems of a program as lines."""
+    return [as_line(*problem) for problem in problems(path, analysis)]
+
+
+def problems(path: Path, analysis: Analysis) -> Iterator[tuple[Path, LineIndex, Diagnostic]]:
+    """The diagnostics of a program, then those of `improv.toml`, each with its file and the lines of that file."""
+    yield from ((path, analysis.lines, diagnostic) for diagnostic in analysis.diagnostics)
     robots = analysis.cast
-    lines = [_as_line(path, diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
     if robots.path and robots.diagnostics:
         toml = LineIndex(robots.text)
-        lines += [_as_line(robots.path, diagnostic, toml) for diagnostic in robots.diagnostics]
-    return lines
+        yield from ((robots.path, toml, diagnostic) for diagnostic in robots.diagnostics)
 
 
-def _as_line(path: Path, diagnostic: Diagnostic, lines: LineIndex) -> str:
+def as_line(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> str:
+    """`path:line:column: severity[code] message`, counted from 1."""
     at = lines.position(diagnostic.span.start)
     where = f"{path}:{at.line + 1}:{at.column + 1}"
     return f"{where}: {diagnostic.severity.value}[{diagnostic.code}] {diagnostic.message}"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.diagnostics import Diagnostic, replace
+from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.program.reader import Reader
+from improv_core.program.timing import in_beats, written
 from improv_core.score.movement import ENDLESS, Duration
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
@@ -37,21 +38,45 @@ class _Window:
 
 
 class _Cut(NamedTuple):
-    """A span that is never reached, and whether removing it would leave the timing of the rest unchanged."""
+    """A span that is never reached, and whether removing it would leave the timing of the rest unchanged.
+
+    It comes after `endless`, an item that never ends, or something shorter plays alongside: of `whole` beats of the
+    series, `lost` are never performed.
+    """
 
     span: Span
     is_removable: bool
+    endless: Node | None
+    lost: Duration
+    whole: Duration
 
 
 def unperformed(body: Node, reader: Reader) -> Iterator[Diagnostic]:
-    """A hint for each stretch that is never reached in a movement that has been read."""
+    """A diagnostic for each stretch that is never reached in a movement that has been read."""
     for cut in _cut(body, _Window(0, ENDLESS), reader, _Budget(MOST_VISITED)):
-        if cut.is_removable:
-            message = "this is never reached: remove it, or make what plays alongside it longer"
-            yield Diagnostic("never-performed", cut.span, message, replace("Remove it", cut.span, ""))
-        else:
-            message = "this is never reached: make what plays alongside it longer"
-            yield Diagnostic("never-performed", cut.span, message)
+        fixes = replace("Remove it", cut.span, "") if cut.is_removable else ()
+        if cut.endless:
+            yield _after_endless(cut.span, cut.endless, fixes)
+            continue
+        message = "this is never reached"
+        if cut.lost < cut.whole < ENDLESS:
+            are = "is" if cut.lost == 1 else "are"
+            message = f"{written(Fraction(cut.lost))} of these {in_beats(cut.whole)} {are} never performed"
+        advice = "make what plays alongside longer" + (", or remove this" if fixes else "")
+        yield Diagnostic("never-performed", cut.span, f"{message}: {advice}", fixes)
+
+
+def _after_endless(span: Span, endless: Node, fixes: tuple[Fix, ...]) -> Diagnostic:
+    """The diagnostic about what comes after an item that never ends."""
+    if not isinstance(endless, nodes.Apply) or endless.word.text != "repeat" or isinstance(endless.body, nodes.Bracket):
+        advice = "give its `repeat` a number" + (", or remove this" if fixes else "")
+        return Diagnostic("never-performed", span, f"what comes before this never ends: {advice}", fixes)
+    body = endless.body
+    one = body.word.text if isinstance(body, nodes.Primitive) else body.text if isinstance(body, nodes.Name) else ""
+    repeated = f"only `{one}`" if one else "only one movement"
+    message = f"`repeat` repeats {repeated}, forever: put everything that it should repeat in `( )`"
+    brackets = (Edit(Span(body.span.start, body.span.start), "("), Edit(Span(span.end, span.end), ")"))
+    return Diagnostic("never-performed", span, message, (Fix("Repeat this too", brackets), *fixes))
 
 
 @dataclass(slots=True)
@@ -61,8 +86,13 @@ class _Budget:
 
 def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counted: bool = False) -> Iterator[_Cut]:
     if isinstance(node, nodes.Series):
-        for span in _lost(node, window, reader):
-            yield _Cut(span, not is_counted and not window.is_aligned)
+        whole = reader.duration(node)
+        lost = whole - min(window.end, whole) + window.start
+        for items, endless in _lost(node, window, reader):
+            # Without a word of dice, the throws after it would decide something else.
+            throws = any(reader.movement_made(item).dice for item in items)
+            span = Span(items[0].span.start, items[-1].span.end)
+            yield _Cut(span, not (is_counted or window.is_aligned or throws), endless, lost, whole)
     elif isinstance(node, nodes.Call):
         yield from _cut_arguments(node, window, reader, budget)
         return
@@ -109,7 +139,8 @@ def _cut_arguments(call: nodes.Call, window: _Window, reader: Reader, budget: _B
             whole = _Window(min(part.start for part in played), max(part.end for part in played), True)
             yield from _cut(argument, whole, reader, budget)
         elif reader.duration(argument):
-            yield _Cut(argument.span, False)
+            whole_argument = reader.duration(argument)
+            yield _Cut(argument.span, False, None, whole_argument, whole_argument)
 
 
 def _played(name: str, node: Node, window: _Window, reader: Reader, budget: _Budget) -> Iterator[_Window]:
@@ -131,17 +162,23 @@ def _played(name: str, node: Node, window: _Window, reader: Reader, budget: _Bud
         yield from _played(name, child, inside, reader, budget)
 
 
-def _lost(node: nodes.Series, window: _Window, reader: Reader) -> Iterator[Span]:
-    """The stretches of items that are not reached, each as long as possible."""
+def _lost(node: nodes.Series, window: _Window, reader: Reader) -> Iterator[tuple[Sequence[Node], Node | None]]:
+    """The stretches of items that are not reached, each as long as possible, and the endless item before it, if any."""
     lost: list[Node] = []
+    endless: Node | None = None
+    before: Node | None = None
     for item, begin, end in _timed(node, reader):
         if _is_lost(begin, end, window):
+            if not lost:
+                endless = before
             lost.append(item)
         elif lost and end > begin:
-            yield Span(lost[0].span.start, lost[-1].span.end)
+            yield lost, endless
             lost = []
+        if end == ENDLESS and before is None:
+            before = item
     if lost:
-        yield Span(lost[0].span.start, lost[-1].span.end)
+        yield lost, endless
 
 
 def _timed(node: nodes.Series, reader: Reader) -> Iterator[tuple[Node, Duration, Duration]]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import close_brackets
 from improv_core.syntax.lexer import NAME, Token
 from improv_core.syntax.nodes import Parameter
+from improv_core.syntax.slips import without_commas, without_sign
 from improv_core.text import Span
 
 _BRACKETS = frozenset({"LPAR", "RPAR", "LSQB", "RSQB"})
@@ -48,7 +49,7 @@ def split_head(text: str, tokens: Sequence[Token]) -> tuple[Head, list[Token]]:
     """The head of a statement, and the tokens that follow its sign. All tokens if it has no sign before a movement."""
     sign = sign_of(tokens)
     if sign is None:
-        return Head((), None, (), tuple(_without_sign(tokens))), list(tokens)
+        return Head((), None, (), (without_sign(tokens),)), list(tokens)
     if sign.type in ("BEAT", "SCENE"):
         return Head((), sign), list(tokens)
     place = next(index for index, token in enumerate(tokens) if token is sign)
@@ -136,6 +137,7 @@ def _invalid(name: Token) -> str:
 
 
 def _robots(text: str, tokens: Sequence[Token], sign: Token) -> Head:
+    tokens, commas = without_commas(tokens)
     joined = _joined(text, tokens)
     names = tuple(token._replace(type="HEAD") for token in joined if token.type not in _BRACKETS)
     if not names:
@@ -143,23 +145,11 @@ def _robots(text: str, tokens: Sequence[Token], sign: Token) -> Head:
     if len(names) < len(joined):
         wrong = next(token for token in joined if token.type in _BRACKETS)
         return Head(names, sign, (), (Diagnostic("syntax", wrong.span, "write a robot's name without brackets"),))
-    return Head(names, sign)
+    return Head(names, sign, (), tuple(commas))
 
 
 def _nothing(sign: Token) -> Token:
     return Token("HEAD", "", sign.start, sign.start)
-
-
-def _without_sign(tokens: Sequence[Token]) -> Iterator[Diagnostic]:
-    whole = Span(tokens[0].start, tokens[-1].end) if tokens else Span(0, 0)
-    first = tokens[0] if tokens else None
-    if first and first.type == "NAME" and len(tokens) > 1 and tokens[1].type not in ("NAME", "STRAY", "NUMBER"):
-        fixes = replace("Insert $", Span(first.end, first.end), " $")
-        yield Diagnostic("syntax", first.span, f"write `$` after the robot's name: `{first.text} $ …`", fixes)
-    elif first and first.type not in ("NAME", "STRAY", "NUMBER"):
-        yield Diagnostic("syntax", whole, "write a robot or a name before the movement: `turtle1 $ …` or `name = …`")
-    else:
-        yield Diagnostic("syntax", whole, "write `robot $ movement`, `name = movement`, or `beat 60`")
 
 
 def _joined(text: str, tokens: Sequence[Token]) -> list[Token]:

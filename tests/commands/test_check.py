@@ -8,12 +8,16 @@ from pathlib import Path
 from tests.commands.command_line import SQUARE, run
 
 
-def test_check_prints_a_line_for_each_mistake(broken: Path) -> None:
+def test_check_shows_the_place_of_each_mistake(broken: Path) -> None:
     done = run("check", SQUARE, broken)
     assert done.returncode == 1
     assert done.stdout.splitlines() == [
         f"{broken}:2:5: error[unclosed-bracket] close this bracket with `)`",
+        "    r $ (forward 😀 foward",
+        "        ^",
         f"{broken}:2:16: error[unknown-name] `foward` is not defined: did you mean `forward`?",
+        "    r $ (forward 😀 foward",
+        "                    ^^^^^^",
     ]
     assert done.stderr == ""
 
@@ -34,7 +38,7 @@ def test_files_that_can_not_be_read_are_named_and_the_others_still_told(broken: 
     latin.write_bytes(b"# caf\xe9\n")
     done = run("check", tmp_path / "none.improv", latin, tmp_path, broken)
     assert done.returncode == 2
-    assert len(done.stdout.splitlines()) == 2
+    assert len(done.stdout.splitlines()) == 2 * 3
     assert done.stderr.splitlines() == [
         f"improv: {tmp_path / 'none.improv'}: no such file or directory",
         f"improv: {latin}: it is not UTF-8 text",

@@ -33,7 +33,7 @@ def test_syntax_says_what_to_write() -> None:
         x = forward ||
                     ^^ syntax: write a movement after `||`
         x = forward 3 left
-                    ^ syntax: remove `3`: a number can only follow a name or a word such as `repeat` or `scale`
+                    ^ syntax: write the number first: `repeat 3 forward` or `scale 3 forward`
         x = forward | left
                     ^ syntax: write `||` between movements that play in parallel
         x = forward, left
@@ -214,33 +214,33 @@ def test_what_is_cut_off_is_never_performed() -> None:
     check(
         """
         r $ forward left || right
-                    ^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
+                    ^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
         r $ (repeat left) forward [right right]
-                          ^^^^^^^^^^^^^^^^^^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
+                          ^^^^^^^^^^^^^^^^^^^^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
         r $ reverse (forward left || right)
-                             ^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
+                             ^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
         r $ reverse (forward left) || right
-                     ^^^^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
+                     ^^^^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
         r $ [forward left right || slow 2 left]
         r $ fast 2 (forward left right rest) || rest
-                                 ^^^^^^^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
+                                 ^^^^^^^^^^ never-performed: 2 of these 4 beats are never performed: make what plays alongside longer, or remove this
         r $ repeat 3 (forward left) || rest rest rest
         r $ repeat 3 (forward left) || rest
-                              ^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
+                              ^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
         r $ forward || () || []
                        ^^ empty-group: `()` is empty: write a movement in it or remove it
                              ^^ empty-group: `[]` is empty: write a movement in it or remove it
         r $ [left slow 2 left forward || up down]
-                              ^^^^^^^ never-performed: this is never reached: make what plays alongside it longer
+                              ^^^^^^^ never-performed: 1 of these 4 beats is never performed: make what plays alongside longer
         r $ [left repeat left forward] up
             ^^^^^^^^^^^^^^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
-                              ^^^^^^^ never-performed: this is never reached: make what plays alongside it longer
-                                       ^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
+                              ^^^^^^^ never-performed: `repeat` repeats only `left`, forever: put everything that it should repeat in `( )`
+                                       ^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
         r $ [(left forward || left) up]
-                   ^^^^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
+                   ^^^^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
         r $ slow 2 (left (forward right || slow 3/2 left))
         r $ slow 2 (left repeat 2 forward left) || repeat 4 rest
-                                          ^^^^ never-performed: this is never reached: remove it, or make what plays alongside it longer
+                                          ^^^^ never-performed: 2 of these 4 beats are never performed: make what plays alongside longer, or remove this
         r $ repeat left
         r $ right
         """,

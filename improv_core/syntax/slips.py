@@ -1,0 +1,129 @@
+"""The likeliest slips of newcomers, each with a message that says what to write and a fix that writes it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+
+from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.syntax.lexer import Token
+from improv_core.text import Span
+
+MEANT: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(("wait", "stop", "pause", "stay", "stand", "hold", "halt", "sleep"), ("rest",)),
+    **dict.fromkeys(("turn", "rotate", "spin"), ("left", "right")),
+    **dict.fromkeys(("turnleft", "leftturn", "turn_left"), ("left",)),
+    **dict.fromkeys(("turnright", "rightturn", "turn_right"), ("right",)),
+    **dict.fromkeys(("go", "move", "walk", "step", "ahead", "straight", "fd"), ("forward",)),
+    **dict.fromkeys(("back", "bk"), ("backward",)),
+    **dict.fromkeys(("loop", "times", "forever"), ("repeat",)),
+    **dict.fromkeys(("mirror", "flip"), ("reflect",)),
+    **dict.fromkeys(("strafe", "sideways"), ("strafeleft", "straferight")),
+    **dict.fromkeys(("climb", "rise"), ("up",)),
+}
+"""Words that people try, in lowercase, and the words of the language that do what they want."""
+
+_TEMPO = frozenset({"beat", "tempo", "bpm"})
+_OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
+_TURNS = {"left": 90, "right": 90, "halfleft": 45, "halfright": 45}
+_FEWEST_DEGREES = 10
+"""From this number on, a number after a turn is an angle: nobody means so many quarter turns."""
+
+
+def without_sign(tokens: Sequence[Token]) -> Diagnostic:
+    """What is wrong with a statement that has neither `=` nor `$` and sets no tempo."""
+    if not tokens:
+        return Diagnostic("syntax", Span(0, 0), _FORMS)
+    first, second = tokens[0], tokens[1] if tokens[1:] else None
+    if second and first.type == "NAME" and first.text.lower() in _TEMPO and second.type == "NUMBER":
+        message = f"write `beat {second.text}` to set the tempo"
+        return Diagnostic("syntax", first.span, message, replace("Change to beat", first.span, "beat"))
+    colon = next((token for token in tokens if token.type != "NAME"), first)
+    if colon.text == ":" and colon is not first:
+        return Diagnostic("syntax", colon.span, "write `$` instead of `:`", replace("Change to $", colon.span, " $"))
+    whole = Span(first.start, tokens[-1].end)
+    plays = Fix("Play it: turtle1 $ …", (Edit(Span(first.start, first.start), "turtle1 $ "),))
+    if first.type in ("STRAY", "NUMBER"):
+        return Diagnostic("syntax", whole, _FORMS)
+    if first.type != "NAME":
+        message = "write a robot or a name before the movement: `turtle1 $ …` or `name = …`"
+        return Diagnostic("syntax", whole, message, (plays,))
+    if second is None or second.type in ("NAME", "STRAY", "NUMBER"):
+        return Diagnostic("syntax", whole, _FORMS, (plays,))
+    insert = Fix("Insert $", (Edit(Span(first.end, first.end), " $"),))
+    message = f"write `$` after the robot's name: `{first.text} $ …`"
+    return Diagnostic("syntax", first.span, message, (insert, plays))
+
+
+def without_commas(heads: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
+    """The tokens before `$` without commas, and the error if there are any."""
+    commas = [token for token in heads if token.text == ","]
+    if not commas:
+        return list(heads), []
+    touched = {token.start for token in heads}
+    fix = Fix(
+        "Remove the comma" if len(commas) == 1 else "Remove the commas",
+        tuple(Edit(comma.span, " " if comma.end in touched else "") for comma in commas),
+    )
+    message = "separate robots with spaces, without `,`"
+    kept = [token for token in heads if token.text != ","]
+    return kept, [Diagnostic("syntax", commas[0].span, message, (fix,))]
+
+
+def late_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
+    """The error about a number that follows the movement it should change, as in `forward 2`; None if it is not one."""
+    start = _start_of_term(tokens, at - 1)
+    if start is None or at == len(tokens) or tokens[at].type != "NUMBER":
+        return None
+    end = at + 1
+    while end < len(tokens) and tokens[end].type in ("NUMBER", "OPERATOR"):
+        end += 1
+    number = "".join(token.text for token in tokens[at:end])
+    term, last = tokens[start], tokens[at - 1]
+    written = term.text if start == at - 1 else "( … )" if term.text == "(" else "[ … ]"
+    span = Span(tokens[at].start, tokens[end - 1].end)
+    gone = Edit(Span(last.end if span.start - last.end <= 1 else span.start, span.end), "")
+    is_counted = start > 0 and tokens[start - 1].type == "REPEAT"
+    ways = [number] if is_counted else list(_ways(term, number))
+    shown = [f"{'repeat ' if is_counted else ''}{way} {written}" for way in ways]
+    fixes = [
+        Fix(f"Change to {title}", (Edit(Span(term.start, term.start), f"{way} "), gone))
+        for title, way in zip(shown, ways, strict=True)
+    ]
+    message = f"write the number first: {' or '.join(f'`{title}`' for title in shown)}"
+    return Diagnostic("syntax", span, message, tuple(fixes))
+
+
+def is_like_a_robot(name: str) -> bool:
+    """Whether a name looks like that of a robot: turtlesim's are `turtle1`, `turtle2`, …"""
+    return bool(_ROBOT.fullmatch(name))
+
+
+_ROBOT = re.compile(r"(turtle|robot)_?[0-9]*")
+_FORMS = "write `robot $ movement`, `name = movement`, or `beat 60`"
+
+
+def _ways(term: Token, number: str) -> Iterator[str]:
+    """The words and numbers that may be meant by a number after a term that starts with this token."""
+    if term.text in _TURNS and number.isdecimal() and int(number) >= _FEWEST_DEGREES:
+        yield f"scale {number}/{_TURNS[term.text]}"
+        return
+    if number.isdecimal():
+        yield f"repeat {number}"
+    if term.text != "rest":
+        yield f"scale {number}"
+
+
+def _start_of_term(tokens: Sequence[Token], last: int) -> int | None:
+    """The index at which the word or bracket that ends at the index `last` starts."""
+    if last < 0:
+        return None
+    token = tokens[last]
+    if token.type in ("PRIMITIVE", "NAME"):
+        return last
+    depth = 0
+    for place in range(last, -1, -1) if token.type in _OPENERS else ():
+        depth += (tokens[place].type in _OPENERS) - (tokens[place].type in _OPENERS.values())
+        if not depth:
+            return place
+    return None

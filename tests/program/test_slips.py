@@ -1,0 +1,97 @@
+"""The likeliest slips: what is said about them, and what each fix makes of the program."""
+
+from __future__ import annotations
+
+import pytest
+
+from improv_core.diagnostics import FADED, Severity
+from improv_core.program.analysis import analyze
+from improv_core.robots.config import read_robots
+from tests.program.drawing import check
+from tests.program.test_fixes import fixed
+
+
+def check_fixes(before: str, *after: str, robots: str = "") -> None:
+    """The fixes of the first diagnostic make these programs, and each is without errors of the same code."""
+    analysis = analyze(before, read_robots(robots))
+    problem = analysis.diagnostics[0]
+    made = [fixed(analysis, fix) for fix in problem.fixes]
+    assert made == list(after)
+    for program in made:
+        assert problem.code not in [each.code for each in analyze(program, read_robots(robots)).diagnostics]
+
+
+def test_slips_say_what_to_write() -> None:
+    check(
+        """
+        r $ forward 2
+                    ^ syntax: write the number first: `repeat 2 forward` or `scale 2 forward`
+        r $ rest 2
+                 ^ syntax: write the number first: `repeat 2 rest`
+        r $ (forward left) 3/2
+                           ^^^ syntax: write the number first: `scale 3/2 ( … )`
+        r $ repeat forward 4
+                           ^ syntax: write the number first: `repeat 4 forward`
+        r $ halfleft 45
+                     ^^ syntax: write the number first: `scale 45/45 halfleft`
+        Beat 60
+        ^^^^ syntax: write `beat 60` to set the tempo
+        turtle1: forward
+               ^ syntax: write `$` instead of `:`
+        anna, bob,cy $ forward
+            ^ syntax: separate robots with spaces, without `,`
+        forward left
+        ^^^^^^^^^^^^ syntax: write a robot or a name before the movement: `turtle1 $ …` or `name = …`
+        r $ wait Turn
+            ^^^^ unknown-name: `wait` is not defined: did you mean `rest`?
+                 ^^^^ unknown-name: `Turn` is not defined: did you mean `left` or `right`?
+        r $ repeat forward left
+                           ^^^^ never-performed: `repeat` repeats only `forward`, forever: put everything that it should repeat in `( )`
+        r $ repeat reverse forward left right
+                                   ^^^^^^^^^^ never-performed: `repeat` repeats only one movement, forever: put everything that it should repeat in `( )`
+        r $ repeat (forward left) right
+                                  ^^^^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
+        r $ slow 2 left forward || rest
+                        ^^^^^^^ never-performed: 2 of these 3 beats are never performed: make what plays alongside longer, or remove this
+        turtle2 = left
+        ^^^^^^^ unused-name: nothing uses `turtle2`: if it is a robot, write `turtle2 $ …`
+        """,
+        hints=True,
+    )
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("r $ left forward 2", ["r $ left repeat 2 forward", "r $ left scale 2 forward"]),
+        ("r $ reverse [up [left]] 2", ["r $ reverse repeat 2 [up [left]]", "r $ reverse scale 2 [up [left]]"]),
+        ("r $ (up # 2 times\n  2)", ["r $ (repeat 2 up # 2 times\n  )", "r $ (scale 2 up # 2 times\n  )"]),
+        ("r $ left 90", ["r $ scale 90/90 left"]),
+        ("r $ repeat forward 4", ["r $ repeat 4 forward"]),
+        ("BEAT 60\nr $ left", ["beat 60\nr $ left"]),
+        ("tempo 90\nr $ left", ["beat 90\nr $ left"]),
+        ("r: left", ["r $ left"]),
+        ("anna, bob,cy , di $ up", ["anna bob cy  di $ up"]),
+        ("forward left", ["turtle1 $ forward left"]),
+        ("r square left", ["turtle1 $ r square left"]),
+        ("r left", ["r $ left", "turtle1 $ r left"]),
+        ("r $ stop", ["r $ rest"]),
+        ("r $ turn", ["r $ left", "r $ right"]),
+        ("r $ repeat forward left up", ["r $ repeat (forward left up)", "r $ repeat forward "]),
+        ("x = left", ["x $ left", ""]),
+        ("x = left\nr $ up", ["r $ up", "x $ left\nr $ up"]),
+        ("turtle1 = left\nr $ up", ["turtle1 $ left\nr $ up", "r $ up"]),
+    ],
+)
+def test_fixes_of_slips(before: str, after: list[str]) -> None:
+    check_fixes(before, *after)
+
+
+def test_a_listed_robot_that_is_defined_is_meant_to_play() -> None:
+    check_fixes("ada = left\nbo $ up", "ada $ left\nbo $ up", "bo $ up", robots="[robots.ada]\n[robots.bo]\n")
+
+
+def test_what_is_cut_off_is_marked_and_not_only_faded() -> None:
+    (problem,) = analyze("r $ forward left || rest").diagnostics
+    assert problem.severity is Severity.INFORMATION
+    assert problem.code in FADED

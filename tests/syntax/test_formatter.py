@@ -46,10 +46,12 @@ def meaning(text: str) -> Any:
     for kind, *rest in score["movements"]:
         if kind == "hold":
             said = rest[:2]
-        elif kind in ("series", "parallel"):
+        elif kind in ("series", "parallel", "choose", "shuffle"):
             said = [movements[place] for place in rest[0]]
+        elif kind == "use":
+            said = [movements[rest[0]]]
         else:
-            said = [movements[rest[0]], *rest[1 : 1 if kind == "use" else None]]
+            said = [movements[rest[0]], *(value for value in rest[1:] if not isinstance(value, list))]  # no spans
         movements.append(f"{kind} {hash(str(said))}")
     parts = [(robot, {**part, "movement": movements[part["movement"]]}) for robot, part in score["parts"].items()]
     codes = [diagnostic.code for diagnostic in analysis.diagnostics]

@@ -51,7 +51,7 @@ def meaning(text: str) -> Any:
         elif kind == "use":
             said = [movements[rest[0]]]
         else:
-            said = [movements[rest[0]], *(value for value in rest[1:] if not isinstance(value, list))]  # no spans
+            said = [movements[rest[0]], *(value for value in rest[1:] if not isinstance(value, Span))]
         movements.append(f"{kind} {hash(str(said))}")
     parts = [(robot, {**part, "movement": movements[part["movement"]]}) for robot, part in score["parts"].items()]
     codes = [diagnostic.code for diagnostic in analysis.diagnostics]

@@ -310,7 +310,8 @@ class Analysis:
             return Diagnostic("arguments", span, message, replace("Remove it", span, ""))
         movements = node.movements if isinstance(node, nodes.Call) else ()
         takes = _counted(len(found.phrase.numbers), len(found.phrase.movements))
-        message = f"`{name.text}` takes {takes}, not {_counted(len(numbers), len(movements))}: write `{found.head}`"
+        given = f", not {_counted(len(numbers), len(movements))}" if numbers or movements else ""
+        message = f"`{name.text}` takes {takes}{given}: write `{found.head}`"
         definer = self.bindings.definer(name.text, index)
         assert definer is not None
         head = self.statements[definer].heads[0].span.shifted(self.offsets[definer])
@@ -525,7 +526,7 @@ def _counted(numbers: int, movements: int) -> str:
     """`1 number`, `2 numbers and 1 movement`."""
     kinds = ((numbers, "number"), (movements, "movement"))
     counts = [f"{count} {kind}{'' if count == 1 else 's'}" for count, kind in kinds if count]
-    return " and ".join(counts) or "no number"
+    return " and ".join(counts)
 
 
 def _is_uneven(meaning: Meaning) -> bool:

@@ -166,7 +166,7 @@ def _phrase(statement: Statement, body: Node | None, reader: Reader, diagnostics
     if not any(each.severity is Severity.ERROR for each in statement.diagnostics):
         mentioned = set(nodes.mentions(body, movements))
         for parameter in parameters:
-            if parameter.name not in mentioned:
+            if parameter.name not in mentioned and parameter.name not in WORDS:
                 message = f"the movement does not use `{parameter.name}`: use it or remove it here"
                 diagnostics.append(Diagnostic("unused-name", parameter.token.span, message))
     diagnostics += _settled(body, movements, reader)

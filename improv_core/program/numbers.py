@@ -21,21 +21,27 @@ _ABOVE_ZERO = "as a number above 0"
 @lru_cache(maxsize=1_000)
 def value_of(text: str) -> Fraction | str:
     """The exact value of a number above zero, or words that say how to write one."""
-    value = product(lex(text))
-    return value if isinstance(value, str) or value > 0 else _ABOVE_ZERO
+    value = product(lex(text), {})
+    return value if isinstance(value, str) or (value is not None and value > 0) else _ABOVE_ZERO
 
 
-def product(tokens: Sequence[Token], values: Values = {}) -> Fraction | str:  # noqa: B006
-    """The exact value of numbers and parameters with `*` or `/` between them, or words that say how to write them."""
-    total = Fraction(1)
+def product(tokens: Sequence[Token], values: Values) -> Fraction | str | None:
+    """The exact value of numbers and parameters with `*` or `/` between them, or words that say how to write them.
+
+    None if a number is missing, or a parameter has no value.
+    """
+    total: Fraction | None = None
     divides = False
     for token in tokens:
         if token.type == "OPERATOR":
             divides = token.text == "/"
             continue
-        factor = values[token.text] if token.type == "PARAM" else _factor(token.text)
-        if isinstance(factor, str):
+        factor = values.get(token.text) if token.type == "PARAM" else _factor(token.text)
+        if factor is None or isinstance(factor, str):
             return factor
+        if total is None:
+            total = factor
+            continue
         if divides and not factor:
             return "without dividing by 0"
         total = total / factor if divides else total * factor
@@ -45,7 +51,9 @@ def product(tokens: Sequence[Token], values: Values = {}) -> Fraction | str:  # 
 
 
 @lru_cache(maxsize=1_000)
-def _factor(text: str) -> Fraction | str:
+def _factor(text: str) -> Fraction | str | None:
+    if not text:
+        return None  # it is missing, and the parser has reported it
     if len(text) > LONGEST_NUMBER:
         return f"with at most {LONGEST_NUMBER} characters"
     value = Fraction(text)

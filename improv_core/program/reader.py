@@ -126,13 +126,13 @@ class Expansion:
 class Reading:
     """What all readers of one statement share.
 
-    `robot` is the place of the robot that plays among the `robots` of the line, for `canon`. `is_too_much` is set
-    once phrases need too much, and then none is expanded any more.
+    `robot` is the place of the robot that plays among the `robots` of the line, for `canon`. `too_much` is
+    set to a code and a message once phrases need too much, and then none is expanded any more.
     """
 
     robot: int = 0
     robots: int = 0
-    is_too_much: bool = False
+    too_much: tuple[str, str] | None = None
     expansions: dict[tuple[object, ...], Expansion] = field(default_factory=dict)
 
 
@@ -209,7 +209,7 @@ class Reader:
         if isinstance(node, nodes.Apply):
             word = node.word.text
             return [self._number(each, f"the number after `{word}`", _RULES[word]) for each in node.numbers]
-        return [self._number(each, "this number", lambda value: None) for each in nodes.numbers(node)]
+        return [self._number(each, "this number", _any) for each in nodes.numbers(node)]
 
     def report(self, diagnostic: Diagnostic, cause: Node | Number) -> None:
         """Report what is wrong. In a phrase, an error is reported at each use, at the argument that causes it."""
@@ -240,23 +240,19 @@ class Reader:
 
     def _number(self, number: Number, what: str, wrong: Callable[[Fraction], str | None]) -> Fraction | None:
         """The exact value of a number for which `wrong` has no words that say how to write it better."""
-        if any(token.type != "OPERATOR" and not token.text for token in number.tokens):
-            return None  # it is missing, and the parser has reported it
-        if any(token.text not in self.given.numbers for token in number.parameters):
-            return None  # an argument of a phrase that is not being used
         value = product(number.tokens, self.given.numbers)
+        if value is None:
+            return None
         problem = value if isinstance(value, str) else wrong(value)
         if problem:
             self.report(Diagnostic("bad-number", number.span, f"write {what} {problem}"), number)
-            return None
-        assert isinstance(value, Fraction)
-        return value
+        return None if problem or isinstance(value, str) else value
 
     def _checked(self, node: Node) -> Movement:
         nests = not isinstance(node, (nodes.Series, nodes.Parallel))
         self.level += nests
         self.deepest = max(self.deepest, self.level)
-        made = self._too_deep(node) if self.deepest > DEEPEST else self._made(node)
+        made = self._too_deep() if self.deepest > DEEPEST else self._made(node)
         self.level -= nests
         if problem := _too_much(made):
             span = node.numbers[0].span if isinstance(node, nodes.Apply) and node.numbers else node.span
@@ -264,14 +260,9 @@ class Reader:
             return NOTHING
         return made
 
-    def _too_deep(self, node: Node) -> Movement:
-        return self._too_much(node, "too-deep", f"with what it uses, this is nested more than {DEEPEST} levels deep")
-
-    def _too_much(self, node: Node, code: str, message: str) -> Movement:
-        """Report once that phrases need too much, at the outermost use."""
-        if not self.reading.is_too_much:
-            self.reading.is_too_much = True
-            self.report(Diagnostic(code, node.span, f"{message}: use fewer"), node)
+    def _too_deep(self) -> Movement:
+        message = f"with the phrases in it, this is nested more than {DEEPEST} levels deep: use fewer"
+        self.reading.too_much = ("too-deep", message)
         return NOTHING
 
     def _made(self, node: Node) -> Movement:
@@ -308,15 +299,18 @@ class Reader:
         if not definition or not definition.phrase or not takes(definition.phrase, call):
             return NOTHING
         numbers = [value for value in self.numbers(call) if value is not None]
-        if len(numbers) < len(call.numbers) or self.reading.is_too_much:
+        if len(numbers) < len(call.numbers) or self.reading.too_much:
             return NOTHING
-        expansion = self._expanded(call, definition, definition.phrase, numbers, arguments)
-        if not expansion:
-            return NOTHING
-        self.calls[id(call)] = expansion
+        expansion = self._expanded(definition, definition.phrase, numbers, arguments)
         self.deepest = max(self.deepest, self.level + expansion.height)
         if self.deepest > DEEPEST:
-            return self._too_deep(call)
+            self._too_deep()
+        if self.reading.too_much:
+            if self.given is NOBODY:
+                code, message = self.reading.too_much
+                self.report(Diagnostic(code, call.name.span, message), call)
+            return NOTHING
+        self.calls[id(call)] = expansion
         for fault in expansion.reader.faults:
             self._blame(call, definition.phrase, fault)
         return movement.use(expansion.movement, call.name.span, definition.statement)
@@ -330,20 +324,19 @@ class Reader:
 
     def _expanded(
         self,
-        call: Call,
         definition: Definition,
         phrase: Phrase,
         numbers: Sequence[Fraction],
         arguments: Sequence[Argument],
-    ) -> Expansion | None:
-        """What a phrase means with these arguments; None if that needs too much."""
+    ) -> Expansion:
+        """What a phrase means with these arguments."""
         reading = self.reading
         key = (definition, *numbers, *(each.movement for each in arguments))
         if known := reading.expansions.get(key):
             return known
         if len(reading.expansions) >= MOST_EXPANDED:
-            self._too_much(call, "too-large", f"phrases within phrases need more than {MOST_EXPANDED:,} parts here")
-            return None
+            message = f"phrases within phrases need more than {MOST_EXPANDED:,} parts here: use fewer"
+            reading.too_much = ("too-large", message)
         named_numbers = {each.name: value for each, value in zip(phrase.numbers, numbers, strict=True)}
         named_movements = {each.name: argument for each, argument in zip(phrase.movements, arguments, strict=True)}
         given = Given(definition.name, named_numbers, named_movements)
@@ -534,6 +527,10 @@ def _said(node: nodes.Apply) -> str:
 
 def _standing(beats: Fraction) -> Movement:
     return movement.stand(movement.exact(beats))
+
+
+def _any(value: Fraction) -> str | None:
+    return None
 
 
 def _above_zero(value: Fraction) -> str | None:

@@ -129,7 +129,7 @@ def _cut_arguments(call: nodes.Call, window: _Window, reader: Reader, budget: _B
     """The cuts in the arguments of a phrase: what none of the places reaches where the phrase plays them."""
     expansion = reader.expansion(call)
     definition = reader.scope.get(call.name.text)
-    if not expansion or not definition or not definition.phrase:
+    if not expansion or expansion.reader.faults or not definition or not definition.phrase:
         return
     for parameter, argument in zip(definition.phrase.movements, call.movements, strict=True):
         played = list(_played(parameter.name, expansion.body, window, expansion.reader, budget))

@@ -69,7 +69,7 @@ def ends(movement: Movement, profile: Profile) -> str:
     """Where a movement leads: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty if it is unknown."""
     if isinstance(movement.duration, float):  # endless
         return ""
-    pose = pose_at(Part("", movement, profile, Pose(), ""), movement.duration)
+    pose = pose_at(Part("", (movement,), profile, Pose(), ""), movement.duration)
     if pose is None:
         return ""
     sides = (("ahead", "behind", pose.x), ("left", "right", pose.y), ("up", "down", pose.z))

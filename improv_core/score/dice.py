@@ -16,6 +16,7 @@ from improv_core.score.movement import (
     STILL,
     Bounds,
     Movement,
+    Repeat,
     Several,
     Single,
     hold,
@@ -143,6 +144,28 @@ def throwing(body: Movement, throw: int) -> Movement:
     if not body.bounds.dice:
         return body
     return Throwing(body.duration, body.uniform, body.bounds, body, throw)
+
+
+def decided(part: Choose | Chance | Seed | Throwing, dice: Dice) -> tuple[Movement, Dice]:
+    """What plays at this throw, and its own dice."""
+    if isinstance(part, Choose):
+        index = dice.choice(len(part.items))
+        return part.items[index], dice.inside(index)
+    if isinstance(part, Chance):
+        return part.body if dice.happens(part.probability) else part.otherwise, dice.inside(0)
+    if isinstance(part, Seed):
+        return part.body, dice_of(str(part.number))
+    return part.body, dice_of(ROBOTS, part.throw)
+
+
+def in_order(part: Shuffle, dice: Dice) -> list[tuple[Movement, Dice]]:
+    """The items of a shuffle in the order in which they play at this throw, each with its own dice."""
+    return [(part.items[index], dice.inside(index)) for index in dice.order(len(part.items))]
+
+
+def at_turn(part: Repeat, dice: Dice, turn: int) -> Dice:
+    """The dice of one turn of a repeat. The turns of an endless one throw from a stream of their own."""
+    return (dice.inside(0) if part.times is None else dice).after(turn * part.body.throws)
 
 
 def _any_of(items: Sequence[Movement]) -> Bounds:

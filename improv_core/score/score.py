@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, Literal, TypedDict
@@ -17,6 +17,7 @@ from improv_core.score.fits import checked, fits
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Movement, Velocity
 from improv_core.score.profiles import Profile
+from improv_core.score.scenes import performance, scene_begins
 from improv_core.score.world import World
 from improv_core.text import Span
 
@@ -26,19 +27,29 @@ FASTEST_RATE = 1_000
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One robot's part: its movement, its profile, its start pose, and its topic.
+    """One robot's part: its scenes, its profile, its start pose, and its topic.
+
+    `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `movement` is all that
+    it performs, and in between it stands until each scene begins, at `scene_begins`. These beats depend on all robots,
+    so the `Score` sets them; by itself, a part performs as if it were alone.
 
     `reset` is the service that moves it to its start pose, if there is one. With `use_sim_time`, its messages are
     stamped with the time on /clock.
     """
 
     robot: str
-    movement: Movement
+    scenes: tuple[Movement, ...]
     profile: Profile
     start: Pose
     topic: str
     reset: str | None = None
     use_sim_time: bool = False
+    scene_begins: tuple[int, ...] = ()
+    movement: Movement = field(init=False)
+
+    def __post_init__(self) -> None:
+        begins = self.scene_begins or scene_begins((self.scenes,))
+        object.__setattr__(self, "movement", performance(self.scenes, begins))
 
 
 Rejoin = Literal["continue", "next", "pause"]
@@ -69,8 +80,8 @@ class Safety:
 class Score:
     """All parts, which play together from beat 0 at `tempo` beats per minute.
 
-    `world` is the surroundings of simulated robots. For the page, `text` is the program, and `offsets` are the offsets
-    of its statements by ID.
+    `begins` are the beats at which the scenes begin, for all robots. `world` is the surroundings of simulated robots.
+    For the page, `text` is the program, and `offsets` are the offsets of its statements by ID.
     """
 
     tempo: Fraction
@@ -79,6 +90,14 @@ class Score:
     offsets: Mapping[int, int] = field(default_factory=dict)
     world: World = worlds.EMPTY
     safety: Safety = Safety()
+    begins: tuple[int, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        begins = scene_begins(part.scenes for part in self.parts.values())
+        object.__setattr__(self, "begins", begins)
+        if len(begins) > 1:
+            parts = {name: replace(part, scene_begins=begins) for name, part in self.parts.items()}
+            object.__setattr__(self, "parts", parts)
 
     @property
     def beats(self) -> algebra.Duration:
@@ -103,7 +122,7 @@ def to_json(score: Score) -> dict[str, Any]:
     indices: dict[int, int] = {}
     parts = {
         name: {
-            "movement": _add(part.movement, rows, indices),
+            "scenes": [_add(scene, rows, indices) for scene in part.scenes],
             "profile": asdict(part.profile),
             "start": asdict(part.start),
             "topic": part.topic,
@@ -119,7 +138,7 @@ def to_json(score: Score) -> dict[str, Any]:
 
 
 class _PartJson(TypedDict):
-    movement: int
+    scenes: Sequence[int]
     profile: Mapping[str, Any]
     start: Mapping[str, Any]
     topic: str
@@ -158,7 +177,7 @@ def from_json(data: Mapping[str, Any]) -> Score:
     parts = {
         name: Part(
             name,
-            _at(part["movement"], made),
+            tuple(_at(scene, made) for scene in part["scenes"]),
             checked(Profile, part["profile"]),
             checked(Pose, part["start"]),
             part["topic"],

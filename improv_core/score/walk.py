@@ -12,7 +12,19 @@ from fractions import Fraction
 from itertools import accumulate, count
 from typing import NamedTuple
 
-from improv_core.score.dice import ROBOTS, Chance, Choose, Dice, Seed, Shuffle, Throwing, dice_of
+from improv_core.score.dice import (
+    ROBOTS,
+    Chance,
+    Choose,
+    Dice,
+    Seed,
+    Shuffle,
+    Throwing,
+    at_turn,
+    decided,
+    dice_of,
+    in_order,
+)
 from improv_core.score.movement import (
     ENDLESS,
     NORMAL,
@@ -55,13 +67,14 @@ class Moment(NamedTuple):
     sources: tuple[Source, ...]
 
 
-def walk(movement: Movement, start: Exact = 0, *, merge: bool = False) -> Iterator[Moment]:
+def walk(movement: Movement, start: Exact = 0, *, merge: bool = False, dice: Dice | None = None) -> Iterator[Moment]:
     """The moments of a movement from beat `start` on, in order, without gaps. None is empty.
 
     With `merge`, a finite part of constant velocity is one moment, no matter how often it repeats, without sources.
-    Dice are thrown from the start of the robots' stream, except where `dice.throwing` says otherwise.
+    `dice` are those at its beginning: by default, the first of the robots' stream.
     """
-    dice = dice_of(ROBOTS) if movement.dice else None
+    if movement.dice and not dice:
+        dice = dice_of(ROBOTS)
     for duration, velocity, sources in _moments((movement, start, False, dice), merge, _NOWHERE):
         yield Moment(start, duration, velocity, sources)
         start += duration
@@ -115,6 +128,10 @@ def _moments(visit: _Visit, merge: bool, statement: int) -> Iterator[_Piece]:
                 gain, part = gain.times(part.gain), part.body
             elif isinstance(part, Reverse):
                 at, backward, part = part.duration - at, not backward, part.body
+            elif isinstance(part, Shuffle):
+                assert dice
+                stack.append(_Frame(_shuffled(part, at, backward, dice), rate, gain, statement, sources))
+                break
             elif isinstance(part, (Parallel, Ramp)):
                 pieces = (
                     _together(part, at, backward, dice, merge, statement)
@@ -125,11 +142,9 @@ def _moments(visit: _Visit, merge: bool, statement: int) -> Iterator[_Piece]:
                     yield *_at_rate(duration, velocity.times(gain), rate), sources + inner
                 break
             else:
+                assert isinstance(part, (Choose, Chance, Seed, Throwing))
                 assert dice
-                if isinstance(part, Shuffle):
-                    stack.append(_Frame(_shuffled(part, at, backward, dice), rate, gain, statement, sources))
-                    break
-                part, dice = _decided(part, dice)
+                part, dice = decided(part, dice)
 
 
 def _at_rate(duration: Exact, velocity: Velocity, rate: Fraction) -> tuple[Exact, Velocity]:
@@ -144,10 +159,9 @@ def _items(part: Series, at: Duration, backward: bool, dice: Dice | None) -> Ite
 
 
 def _shuffled(part: Shuffle, at: Duration, backward: bool, dice: Dice) -> Iterator[_Visit]:
-    order = dice.order(len(part.items))
-    items = [part.items[index] for index in order]
+    items, dice_of_items = zip(*in_order(part, dice), strict=True)
     ends = list(accumulate(item.duration for item in items))
-    return _one_by_one(items, ends, at, backward, lambda index: dice.inside(order[index]))
+    return _one_by_one(items, ends, at, backward, dice_of_items.__getitem__)
 
 
 def _one_by_one(
@@ -175,25 +189,10 @@ def _turns(part: Repeat, at: Duration, backward: bool, dice: Dice | None) -> Ite
     if body.duration != ENDLESS:
         turns, at = divmod(at, body.duration)
         turn = int(turns)
-    if dice and part.times is None:
-        dice = dice.inside(0)
     onward: Iterable[int] = count(turn) if part.times is None else range(turn, part.times)
     for each in range(turn, -1, -1) if backward else onward:
-        yield body, at, backward, dice and dice.after(each * body.throws)
+        yield body, at, backward, dice and at_turn(part, dice, each)
         at = body.duration if backward else 0
-
-
-def _decided(part: Movement, dice: Dice) -> tuple[Movement, Dice]:
-    """The part that plays, and its dice."""
-    if isinstance(part, Choose):
-        index = dice.choice(len(part.items))
-        return part.items[index], dice.inside(index)
-    if isinstance(part, Chance):
-        return part.body if dice.happens(part.probability) else part.otherwise, dice.inside(0)
-    if isinstance(part, Seed):
-        return part.body, dice_of(str(part.number))
-    assert isinstance(part, Throwing)
-    return part.body, dice_of(ROBOTS, part.throw)
 
 
 def _in_steps(

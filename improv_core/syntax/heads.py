@@ -113,9 +113,10 @@ def _parameters(tokens: Sequence[Token]) -> tuple[list[Parameter], Diagnostic | 
             closer = next(rest)
             if closer.type != "RPAR":
                 wrong = Diagnostic("syntax", closer.span, "write one parameter in each pair of brackets: `(a) (b)`")
+        if _NAME.fullmatch(name.text):
+            parameters.append(Parameter(name, is_number))
         if wrong:
             return parameters, wrong
-        parameters.append(Parameter(name, is_number))
     return parameters, None
 
 

@@ -297,7 +297,7 @@ def test_a_stage_that_led_and_died_is_replaced_by_one_that_stops_the_robots_firs
         new = show.latest("ros")
         (standing,) = new.loads
         assert standing["score"]["parts"].keys() == {"r"}
-        assert standing["score"]["movements"] == [["series", []]]
+        assert standing["score"]["movements"] == []
         new.tell("ended")
         assert await show.begin()
         assert new.loads[-1]["score"] != standing["score"]

@@ -36,6 +36,9 @@ PIECES = [
         "\ny = ",
     ),
     *("\nx = x left\n", "\nr $ x || y\n", "\nbeat 30\n", "😀", "\u2028", "\f", "\ufeff"),
+    *("\nx n (m) = repeat n m\n", "\ny (m) = m x 2 m\n", "\nr $ x 3 left\n", "\nr q $ canon 1 y left\n", "n", "(m)"),
+    *("\n---\n", "\n|| ", "\nelse ", "\nr $ choose (left right)\n", "\nq $ chance 1/2 left\n", "seed 2", "fit 2"),
+    *("accumulate", "shuffle", "ramp 1 2", "ease", "if near", "until not cue", "*", "/"),
 ]
 texts = st.lists(st.sampled_from(PIECES), max_size=40).map("".join)
 edits = st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1), st.lists(st.sampled_from(PIECES), max_size=4)), max_size=6)
@@ -90,3 +93,17 @@ def test_what_does_not_depend_on_an_edit_is_not_understood_again() -> None:
     assert kept == [False, False, True, False, True]
     longer = edited.edited(0, 0, "a = left\n")
     assert longer.meanings[1:] == edited.meanings
+
+
+def test_a_key_in_the_body_of_a_phrase_costs_its_uses() -> None:
+    analysis = analyze("poly n = repeat n left\nx (m) = poly 3 m\nr $ poly 5\nr $ left\nr $ x right\n")
+    edited = analysis.edited(18, 22, "right")
+    kept = [one is other for one, other in zip(analysis.meanings, edited.meanings, strict=True)]
+    assert kept == [False, False, False, True, False]
+
+
+def test_an_edit_of_an_argument_costs_its_line() -> None:
+    analysis = analyze("poly n (m) = repeat n left\nr $ poly 5 left\nr $ poly 5 left\n")
+    edited = analysis.edited(38, 42, "right")
+    kept = [one is other for one, other in zip(analysis.meanings, edited.meanings, strict=True)]
+    assert kept == [True, False, True]

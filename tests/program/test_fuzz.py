@@ -68,6 +68,20 @@ PIECES += [
     "{",
     "x = ",
 ]
+PIECES += [
+    "n",
+    "(m)",
+    "*",
+    "/",
+    "\n---\n",
+    "\n|| ",
+    "\nelse ",
+    "x n (m) = ",
+    "y (m) = m m\n",
+    "near",
+    "x 3 y ",
+    "a b $ ",
+]
 PIECES += ["r $ ", "beat 60\n", "repeat 1000000000 ", "fast 1.000000001 ", "(" * 30, "[" * 30, ")" * 30]
 
 
@@ -195,6 +209,19 @@ WORST = [
     "x = left right\n" + "x = x || x\n" * 30 + "r $ x",
     "x = forward\n" + ("x = " + " || ".join(["x"] * 1_000) + "\n") * 150 + "r $ x",
     "r $ " + " ".join(f"fast 1.{odd:07} left" for odd in range(4_000)),
+    "a (m) = m m\nr $ " + "a " * 400 + "forward",
+    "p0 (m) = reverse m\n" + "".join(f"p{k + 1} (m) = p{k} p{k} m\n" for k in range(100)) + "r $ p100 left",
+    "p0 (m) = m\n" + "".join(f"p{k + 1} (m) = p{k} m\n" for k in range(2_000)) + "r $ p2000 left",
+    "p0 a = scale a left\n" + "".join(f"p{k + 1} a = p{k} a p{k} a*{k + 2}\n" for k in range(200)) + "r $ p200 1",
+    "s0 n = scale n left\n" + "".join(f"s{k + 1} n = s{k} n*n\n" for k in range(100)) + "r $ s100 3",
+    "p0 (m) = m || m\n" + "".join(f"p{k + 1} (m) = p{k} p{k} m\n" for k in range(20)) + "r $ p20 left",
+    "r $ " + "if near left else " * 5_000 + "left",
+    "r $ " + "if near " * 5_000 + "left",
+    "r $ " + "n*" * 20_000 + "3 left",
+    "f " + "n " * 20_000 + "= left",
+    "f " + "(m" * 20_000 + "= left",
+    "r $ slow " + "3*" * 20_000 + "3 left",
+    "r $ accumulate (" + " ".join(f"fast 1.{odd:07} left" for odd in range(1_000)) + ")",
     "".join(f"r $ {f'fast 1.{odd:028} ' * 10}left\n" for odd in range(1_000)),
 ]
 

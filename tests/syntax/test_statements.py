@@ -26,6 +26,16 @@ from improv_core.syntax.statements import split
         ("x = (forward\n  left\ny = left", ["x = (forward\n  left", "y = left"]),
         ("x = (forward\nbeat\n)", ["x = (forward\nbeat\n)"]),
         ("x = forward)\ny = left", ["x = forward)", "y = left"]),
+        ("f n (m)=(forward\ng(m) = m", ["f n (m)=(forward", "g(m) = m"]),
+        # A line that begins with `||` or `else` goes on.
+        ("r $ a\n  || b\nbeat 60", ["r $ a\n  || b", "beat 60"]),
+        ("r $ a # why\n\n# because\n|| b # so\n# done\n", ["r $ a # why\n\n# because\n|| b # so"]),
+        ("r $ if near a\nelse b\nelsewhere = a", ["r $ if near a\nelse b", "elsewhere = a"]),
+        ("r $ a ||\nb", ["r $ a ||", "b"]),
+        ("|| a", ["|| a"]),
+        # A line of dashes is a statement of its own.
+        ("r $ (a\n---\nr $ b\n  ----- # two\n", ["r $ (a", "---", "r $ b", "----- # two"]),
+        ("--\n--- a", ["--", "--- a"]),
     ],
 )
 def test_split(text: str, statements: list[str]) -> None:

@@ -1,0 +1,250 @@
+"""Phrases with parameters: a use is its body with the arguments written in."""
+
+from __future__ import annotations
+
+import re
+from itertools import islice
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from improv_core.diagnostics import Severity
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import compiled
+from improv_core.score.walk import walk
+from tests.program.drawing import check
+
+NUMBERS = ["1", "2", "3", "0.5", "1.5", "2*3/4"]
+WORDS = ["forward", "left", "halfright", "up", "rest", "()", "choose (left right)", "[up left]"]
+PLAIN = ["reverse", "retrograde", "ease", "accumulate", "shuffle", "choose", "reflect YZ", "repeat 2", "chance 1/3"]
+WITH_NUMBER = ["fast", "slow", "scale", "fit", "repeat", "seed", "ramp 0"]
+
+Pair = tuple[str, str]
+"""A movement as it is written, and with the arguments of phrases written in."""
+
+
+def movements(leaves: st.SearchStrategy[Pair], numbers: list[str]) -> st.SearchStrategy[Pair]:
+    def combined(inner: st.SearchStrategy[Pair]) -> st.SearchStrategy[Pair]:
+        def around(before: str, between: str, after: str) -> st.SearchStrategy[Pair]:
+            return st.lists(inner, min_size=1, max_size=3).map(
+                lambda pairs: (
+                    before + between.join(pair[0] for pair in pairs) + after,
+                    before + between.join(pair[1] for pair in pairs) + after,
+                )
+            )
+
+        applied = st.sampled_from(PLAIN) | st.builds(
+            "{} {}".format, st.sampled_from(WITH_NUMBER), st.sampled_from(numbers)
+        )
+        return (
+            st.builds(lambda word, pair: (f"{word} {pair[0]}", f"{word} {pair[1]}"), applied, inner)
+            | around("(", " ", ")")
+            | around("(", " || ", ")")
+            | around("[", " ", "]")
+        )
+
+    return st.recursive(leaves | st.sampled_from(WORDS).map(lambda word: (word, word)), combined, max_leaves=6)
+
+
+def as_term(pair: Pair) -> Pair:
+    return f"({pair[0]})", f"({pair[1]})"
+
+
+@st.composite
+def programs(draw: st.DrawFn) -> Pair:
+    """A program with two phrases, and one without."""
+    names = st.sampled_from(["p", "q"]).map(lambda name: (name, name))
+    in_f = draw(movements(names, [*NUMBERS, "a", "b*2", "3/a"]))[0]
+
+    def use_f(first: str, second: str, one: Pair, other: Pair) -> Pair:
+        arguments = {"a": first, "b": second, "p": f"({one[1]})", "q": f"({other[1]})"}
+        expanded = re.sub(r"\b[abpq]\b", lambda name: arguments[name[0]], in_f)
+        return f"f {first} {second} {as_term(one)[0]} {as_term(other)[0]}", f"({expanded})"
+
+    plain = st.sampled_from(NUMBERS[:-1])
+    leaf = names.map(lambda pair: ("p", "p"))
+    in_g, expanded_g = draw(movements(st.builds(use_f, plain, plain, leaf, leaf) | leaf, NUMBERS))
+
+    def use_g(one: Pair) -> Pair:
+        expanded = re.sub(r"\bp\b", lambda name: f"({one[1]})", expanded_g)
+        return f"g {as_term(one)[0]}", f"({expanded})"
+
+    left = st.just(("left", "left"))
+    uses = st.builds(use_f, plain, plain, left, left) | st.builds(use_g, left)
+    uses |= st.builds(use_g, st.builds(use_f, plain, plain, left, left))
+    played, expanded = draw(movements(uses, NUMBERS))
+    definitions = f"f a b (p) (q) = {in_f}\ng (p) = {in_g}\n"
+    return f"{definitions}r s $ {played}\nr $ choose (left right)", f"r s $ {expanded}\nr $ choose (left right)"
+
+
+@given(programs())
+@settings(max_examples=300)
+def test_a_use_is_its_body_with_the_arguments_written_in(pair: Pair) -> None:
+    short, long = (analyze(text) for text in pair)
+    played = compiled(short, 200)
+    wrong = [each for each in short.diagnostics if each.severity is Severity.ERROR]
+    if not any(short.lines.position(each.span.start).line < 2 for each in wrong):  # a phrase may be wrong but not used
+        assert long.ok == (not wrong)
+    if not wrong:
+        assert played["robots"] == compiled(long, 200)["robots"]
+
+
+@given(movements(st.nothing(), NUMBERS))
+@settings(max_examples=200)
+def test_two_robots_on_a_line_are_in_unison(pair: Pair) -> None:
+    analysis = analyze(f"r $ choose (up down)\nr s $ {pair[0]}")
+    after_the_first_line = islice(walk(analysis.robots["r"], 1), 100)
+    alone = islice(walk(analysis.robots["s"]), 100)
+    assert [moment[1:3] for moment in after_the_first_line] == [moment[1:3] for moment in alone]
+
+
+def test_phrases_read_like_transformers() -> None:
+    def beats(text: str) -> object:
+        return analyze(f"answer (m) = m slow 2 m\ntimes n (m) = repeat n m\nx = rest\n{text}").robots["r"].duration
+
+    assert beats("r $ answer forward left") == 4
+    assert beats("r $ reverse answer forward left") == 4
+    assert beats("r $ times 3 answer forward x") == 10
+    assert beats("r $ [answer forward left]") == 2
+    assert beats("r $ answer [forward left]") == 3
+
+
+def test_parameters_hide_names_and_names_mean_what_they_meant() -> None:
+    analysis = analyze("x = rest rest\nf (x) = x\ng (m) = m x\nx = left\nr $ f up\ns $ g up\n")
+    assert (analysis.robots["r"].duration, analysis.robots["s"].duration) == (1, 3)
+
+
+def test_arguments_are_as_the_head_says() -> None:
+    analysis = check("""
+        poly n = repeat n left
+        times n (m) = repeat n m
+        x = left
+        r $ poly
+            ^^^^ arguments: `poly` takes 1 number: write `poly n`
+        r $ poly 2 3 x
+            ^^^^ arguments: `poly` takes 1 number, not 2 numbers: write `poly n`
+        r $ (times 3)
+             ^^^^^ arguments: `times` takes 1 number and 1 movement, not 1 number: write `times n (m)`
+        r $ times left
+            ^^^^^ arguments: `times` takes 1 number and 1 movement, not 1 movement: write `times n (m)`
+        r $ x 3
+              ^ arguments: `x` takes no number: remove it
+        f (m) = m 2
+                  ^ arguments: `m` takes no number: remove it
+        r $ f x
+    """)
+    related = [other for each in analysis.diagnostics for other in each.related]
+    assert [analysis.text[slice(*other.span)] for other in related] == ["poly", "poly", "times", "times"]
+    assert related[0].message == "`poly n` is defined here"
+
+
+def test_an_error_is_at_the_argument_that_causes_it() -> None:
+    check("""
+        poly n = repeat n scale 4/n left
+        r $ poly 1.5
+                 ^^^ bad-number: in `poly`: write the number after `repeat` as a whole number: 0, 1, 2, …
+        r $ poly 0
+                 ^ bad-number: in `poly`: write the number after `scale` without dividing by 0
+        back (m) = rest reverse m
+        both n (a) (b) = poly n a back b
+        r $ both 3 (repeat left) repeat up
+                                 ^^^^^^^^^ endless-reverse: in `back`: `reverse` needs a movement that ends: give the `repeat` in it a number
+        r $ both 1/2 left up
+                 ^^^ bad-number: in `poly`: write the number after `repeat` as a whole number: 0, 1, 2, …
+        calm (m) = ease m
+        r $ calm (left repeat up)
+                 ^^^^^^^^^^^^^^^^ open-length: in `calm`: `ease` needs a movement that ends: `m` never ends
+        one (m) (n) = choose (m n)
+        r $ one left slow 2 up
+                ^^^^ uneven-choice: in `one`: the items of `choose` differ in length (1 beat, 2 beats): give them one length with `fit`
+    """)
+
+
+def test_what_does_not_depend_on_arguments_is_told_once_where_it_stands() -> None:
+    check("""
+        f n (m) = repeat n m fast 0 m reverse repeat left foo
+                                  ^ bad-number: write the number after `fast` as a number above 0
+                                      ^^^^^^^ endless-reverse: `reverse` needs a movement that ends: give the `repeat` in it a number
+                                                          ^^^ unknown-name: `foo` is not defined: write `foo = …` above this line
+        r $ f 2 left f 3 up
+    """)
+
+
+def test_heads() -> None:
+    check("""
+        f n n (n) = fast n left
+            ^ duplicate-parameter: another parameter is called `n` too: choose another name
+               ^ duplicate-parameter: another parameter is called `n` too: choose another name
+        g left (YZ) = up
+          ^^^^ reserved-name: `left` is a reserved word: choose another name
+                ^^ reserved-name: `YZ` is a reserved word: choose another name
+        i (a) b = a
+              ^ syntax: write `b` before `(a)`: numbers come first
+        j (a b) = a
+             ^ syntax: write one parameter in each pair of brackets: `(a) (b)`
+        k () = up
+           ^ syntax: write the name of a parameter in the brackets
+        l [m] = up
+          ^ syntax: write a parameter that is a movement in round brackets: `(m)`
+        n (m = m
+          ^ unclosed-bracket: close this bracket with `)`
+        o n = n left
+              ^ parameter-kind: `n` is a number here: write `(n)` in the head to make it a movement
+        p (m) = fast m left
+                     ^ parameter-kind: `m` is a movement here: write it without brackets in the head to make it a number
+    """)
+
+
+def test_parameters_that_nothing_uses_are_told() -> None:
+    check(
+        """
+        h a (b) (c) = up c
+          ^ unused-name: the movement does not use `a`: use it or remove it here
+             ^ unused-name: the movement does not use `b`: use it or remove it here
+        r $ h 2 (left left) right
+                ^^^^^^^^^^^ never-performed: this is never reached: make what plays alongside longer
+        """,
+        hints=True,
+    )
+
+
+def test_what_no_place_of_a_phrase_reaches_is_never_performed() -> None:
+    check(
+        """
+        short (m) = m || rest
+        both (m) = short m (m || rest rest)
+        r $ short (up left)
+                      ^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer
+        r $ both (up left right)
+                          ^^^^^ never-performed: 1 of these 3 beats is never performed: make what plays alongside longer
+        """,
+        hints=True,
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("a (m) = m m\nr $ " + "a " * 200 + "left", None),
+        ("a (m) = m m\nr $ " + "a " * 201 + "left", "too-deep"),
+        ("a (m) = " + "(" * 99 + "m" + ")" * 99 + "\nr $ a a left", None),
+        ("a (m) = " + "(" * 100 + "m" + ")" * 100 + "\nr $ a a left", "too-deep"),
+        ("p0 (m) = m m\n" + "".join(f"p{k + 1} (m) = p{k} p{k} m\n" for k in range(30)) + "r $ p30 left", "too-deep"),
+        (
+            "p0 a = scale a left\n" + "".join(f"p{k + 1} a = p{k} a p{k} a*2\n" for k in range(20)) + "r $ p20 1",
+            None,
+        ),
+        (
+            "p0 a = scale a left\n" + "".join(f"p{k + 1} a = p{k} a p{k} a*{k + 2}\n" for k in range(20)) + "r $ p20 1",
+            "too-large",
+        ),
+        ("s0 n = scale n left\n" + "".join(f"s{k + 1} n = s{k} n*n\n" for k in range(20)) + "r $ s20 3", "bad-number"),
+    ],
+    ids=lambda text: f"{str(text)[:30]!r}…",
+)
+def test_phrases_within_phrases_are_bounded(text: str, code: str | None) -> None:
+    lines = text.count("\n")
+    analysis = analyze(text)
+    found = [each for each in analysis.diagnostics if analysis.lines.position(each.span.start).line == lines]
+    assert [each.code for each in found] == ([code] if code else [])

@@ -90,7 +90,7 @@ def test_colors_before_the_server_answers(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     scopes = {
         "beat": "keyword.other.beat",
-        "scene": "keyword.other.scene",
+        "scene": "keyword.operator.scene",
         "primitive": "support.function.primitive",
         "transformer": "keyword.control.transformer",
         "conditional": "keyword.control.conditional",

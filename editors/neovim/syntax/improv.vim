@@ -28,7 +28,7 @@ highlight default link improvParameter Identifier
 highlight default link improvRobot Type
 highlight default link improvNumber Number
 highlight default link improvOperator Operator
-highlight default link improvScene PreProc
+highlight default link improvScene Operator
 highlight default link improvComment Comment
 
 let b:current_syntax = 'improv'

@@ -12,7 +12,7 @@
 (parameter) @variable.parameter
 (sense) @variable.member
 (robot) @type
-(scene) @punctuation.special
 
 ["=" "$" "||" "*" "/"] @operator
+(scene) @operator
 ["(" ")" "[" "]"] @punctuation.bracket

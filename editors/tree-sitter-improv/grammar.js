@@ -63,7 +63,7 @@ module.exports = grammar({
         seq(transformer($, words.ramp), $.number, $.number, $._term),
         seq(transformer($, words.guard), $.condition, $._term),
       ),
-    // Between `if` and `else` stands one term, or a phrase and its movements. While one types, `else` is missing.
+    // Between `if` and `else` stands one term, or a phrase and its movements. While you type, `else` may be missing.
     conditional: ($) =>
       prec.right(seq(choice(...words.if), $.condition, $._voice, optional(seq(choice(...words.else), $._term)))),
     condition: ($) => seq(optional(choice(...words.not)), alias($.name, $.sense)),

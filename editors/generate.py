@@ -19,7 +19,8 @@ from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind  # noqa: E
 GROUPS = {
     "beat": of_kind(Kind.BEAT),
     "primitive": of_kind(Kind.PRIMITIVE),
-    "transformer": of_kind(*TRANSFORMERS, Kind.IF, Kind.ELSE, Kind.NOT),
+    "transformer": of_kind(*TRANSFORMERS),
+    "conditional": of_kind(Kind.IF, Kind.ELSE, Kind.NOT),
     "plane": of_kind(Kind.PLANE),
 }
 """The words that have the same color."""

@@ -10,6 +10,7 @@ import pytest
 from improv_core.diagnostics import SEVERITIES
 from improv_core.program.analysis import analyze
 from improv_core.syntax.vocabulary import WORDS
+from tests.pictures import pictures
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -32,9 +33,16 @@ def test_the_language_page_has_every_word_and_every_code() -> None:
     assert set(SEVERITIES) <= written
 
 
+def test_pictures_show_the_programs_above_them() -> None:
+    drawn = dict(pictures())
+    assert len(drawn) > 3
+    for path, picture in drawn.items():
+        assert path.read_text(encoding="utf-8") == picture, f"{path}: run `python -m tests.pictures`"
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_lead_somewhere(page: Path) -> None:
-    for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", page.read_text(encoding="utf-8")):
+    for target in re.findall(r"(?:\]\(|src=\")(?!https?:|#)([^)#\"]+)", page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), target
 
 

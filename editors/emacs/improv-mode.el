@@ -38,20 +38,38 @@
 
 (defconst improv-mode--name "[[:alpha:]_][[:alnum:]_]*")
 
+(defconst improv-mode--parameters
+  (concat "\\(?:[ \t]+" improv-mode--name "\\)*\\(?:[ \t]*([ \t]*" improv-mode--name "[ \t]*)\\)*")
+  "A regexp that matches the parameters in the head of a definition.")
+
 (defconst improv-mode--statement
-  (concat "\\(?:beat\\_>\\|" improv-mode--name "[ \t]*\\(?:=\\|[[:alnum:]_ \t]*\\$\\)\\)")
+  (concat "\\(?:beat\\_>\\|---\\|" improv-mode--name
+          "\\(?:" improv-mode--parameters "[ \t]*=\\|[[:alnum:]_ \t]*\\$\\)\\)")
   "A regexp that matches the beginning of a statement.")
 
+(defconst improv-mode--continuation "||\\|else\\_>"
+  "A regexp that matches the beginning of a line that continues a statement.")
+
 (defvar improv-mode-font-lock-keywords
-  `((,(regexp-opt improv-statement-words 'symbols) . 'font-lock-preprocessor-face)
+  `((,(concat "^[ \t]*\\(" improv-mode--name "\\)\\(" improv-mode--parameters "\\)[ \t]*=")
+     (1 'font-lock-variable-name-face)
+     (,improv-mode--name (improv-mode--enter-parameters) nil (0 'font-lock-variable-use-face)))
+    ("^[ \t]*---+" . 'font-lock-preprocessor-face)
+    (,(regexp-opt improv-statement-words 'symbols) . 'font-lock-preprocessor-face)
     (,(regexp-opt improv-transformers 'symbols) . 'font-lock-keyword-face)
+    (,(regexp-opt improv-conditionals 'symbols) . 'font-lock-keyword-face)
     (,(regexp-opt improv-primitives 'symbols) . 'font-lock-function-call-face)
     (,(regexp-opt improv-planes 'symbols) . 'font-lock-constant-face)
-    (,(concat "\\(" improv-mode--name "\\)[ \t]*=") 1 'font-lock-variable-name-face)
-    (,(concat improv-mode--name "\\(?:[ \t]+" improv-mode--name "\\)*[ \t]*\\$") . 'font-lock-type-face)
-    ("\\_<[0-9]*\\.?[0-9]+\\(?:/[0-9]*\\.?[0-9]+\\)?" . 'font-lock-number-face)
-    ("||\\|[=$]" 0 'font-lock-operator-face t))
+    (,(concat "\\(" improv-mode--name "\\(?:[ \t]+" improv-mode--name "\\)*\\)[ \t]*\\$") 1 'font-lock-type-face)
+    ("\\_<[0-9]*\\.?[0-9]+" . 'font-lock-number-face)
+    ("||\\|[=$*/]" . 'font-lock-operator-face))
   "Font lock keywords, for buffers without a server.")
+
+(defun improv-mode--enter-parameters ()
+  "Go to the parameters that were just matched, and return where they end.
+Font lock ignores an end at point, so that is one more if there are none."
+  (goto-char (match-beginning 2))
+  (max (match-end 2) (1+ (point))))
 
 (defvar improv-mode-syntax-table
   (let ((table (make-syntax-table)))
@@ -99,7 +117,7 @@
               indent-line-function #'improv-mode-indent-line
               indent-tabs-mode nil
               electric-indent-chars (append ")]" electric-indent-chars)
-              imenu-generic-expression `((nil ,(concat "^[ \t]*\\(" improv-mode--name "\\)[ \t]*=") 1))
+              imenu-generic-expression `((nil ,(concat "^[ \t]*\\(" improv-mode--name "\\)" improv-mode--parameters "[ \t]*=") 1))
               mode-line-process '(:eval (improv-playing-status)))
   (add-hook 'eglot-managed-mode-hook #'improv-playing-leave nil t))
 
@@ -107,7 +125,8 @@
 (add-to-list 'auto-mode-alist '("\\.improv\\'" . improv-mode))
 
 (defun improv-mode-indent-line ()
-  "Indent by two spaces for each open bracket, as the formatter does."
+  "Indent by two spaces for each open bracket, as the formatter does.
+A statement that continues on a line of its own is indented once more there."
   (interactive)
   (let ((column (save-excursion (back-to-indentation) (improv-mode--indentation))))
     (if (<= (current-column) (current-indentation))
@@ -116,17 +135,22 @@
 
 (defun improv-mode--indentation ()
   "Return the column for the code that begins at point."
-  (cond ((looking-at-p improv-mode--statement) 0)
-        ((looking-at-p "[])]") (* 2 (max (1- (improv-mode--depth)) 0)))
-        (t (* 2 (max (improv-mode--depth) 0)))))
+  (pcase-let ((`(,depth . ,continued) (improv-mode--depth)))
+    (cond ((and (looking-at-p improv-mode--statement) (not (looking-at-p improv-mode--continuation))) 0)
+          ((<= depth 0) (if (looking-at-p improv-mode--continuation) 2 0))
+          (t (* 2 (+ depth (if (looking-at-p "[])]") -1 0) (if continued 1 0)))))))
 
 (defun improv-mode--depth ()
-  "Return how many brackets are open at point in its statement.
-Brackets that an earlier statement leaves open do not count."
-  (let ((here (point)))
+  "Return how many brackets are open at point, and whether a line continues.
+Only lines of the statement at point count."
+  (let ((here (point)) continued)
     (save-excursion
       (re-search-backward (concat "^[ \t]*" improv-mode--statement) nil 'move)
-      (car (parse-partial-sexp (point) here)))))
+      (let ((start (point)))
+        (while (re-search-forward (concat "^[ \t]*\\(" improv-mode--continuation "\\)") here t)
+          (when (<= (car (parse-partial-sexp start (match-beginning 1))) 0)
+            (setq continued t)))
+        (cons (car (parse-partial-sexp start here)) continued)))))
 
 
 ;;; Commands

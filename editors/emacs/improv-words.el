@@ -15,8 +15,12 @@
   "Words colored as a primitive.")
 
 (defconst improv-transformers
-  '("reverse" "retrograde" "repeat" "reflect" "fast" "slow" "scale")
+  '("reverse" "retrograde" "repeat" "reflect" "fast" "slow" "scale" "fit" "ramp" "ease" "accumulate" "canon" "choose" "shuffle" "chance" "seed" "until" "pause")
   "Words colored as a transformer.")
+
+(defconst improv-conditionals
+  '("if" "else" "not")
+  "Words colored as a conditional.")
 
 (defconst improv-planes
   '("YZ" "XZ" "XY" "sagittal" "frontal" "transverse")

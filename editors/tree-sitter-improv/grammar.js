@@ -1,5 +1,5 @@
 // Improv for tree-sitter: the rules of improv_core/syntax/grammar.lark, with the words from words.json.
-// src/scanner.c decides where a statement ends and which line ends are only white space.
+// src/scanner.c decides where a statement ends, which line ends are only white space, and which names are parameters.
 
 /// <reference types="tree-sitter-cli/dsl" />
 
@@ -8,43 +8,72 @@ const words = require("./words.json");
 module.exports = grammar({
   name: "improv",
 
-  externals: ($) => [$._end, $._line_break, "(", ")", "[", "]"],
+  externals: ($) => [
+    $._end,
+    $._line_break,
+    "(",
+    ")",
+    "[",
+    "]",
+    $._defined,
+    $._number_parameter,
+    $._movement_parameter,
+  ],
   extras: ($) => [/[ \t\uFEFF]/, $._line_break, $.comment],
   word: ($) => $.name,
 
   rules: {
     document: ($) => seq(repeat(seq(optional($._statement), $._end)), optional($._statement)),
-    _statement: ($) => choice($.tempo, $.definition, $.play, $.unfinished),
+    _statement: ($) => choice($.tempo, $.definition, $.play, $.scene, $.unfinished),
 
     tempo: ($) => seq(alias(choice(...words.beat), $.beat), $.number),
-    definition: ($) => seq(field("name", $.name), "=", field("movement", $._movement)),
+    definition: ($) =>
+      seq(
+        field("name", alias($._defined, $.name)),
+        repeat(field("parameter", $._parameter)),
+        repeat(seq("(", field("parameter", $._parameter), ")")),
+        "=",
+        field("movement", $._movement),
+      ),
+    _parameter: ($) => alias(choice($._number_parameter, $._movement_parameter), $.parameter),
     play: ($) => seq($._robots, "$", field("movement", $._movement)),
+    scene: () => /---+/,
     // `$` or `=` is still missing. Names at the start are robots, so that they keep their color when `$` follows.
     unfinished: ($) => choice($._robots, seq(optional($._robots), $._begun)),
     _robots: ($) => repeat1(alias($.name, $.robot)),
-    _begun: ($) => seq($._built_in, repeat($._term), repeat(seq("||", $._voice))),
+    _begun: ($) => seq(choice($._built_in, $.number), repeat($._term), repeat(seq("||", $._voice))),
 
     _movement: ($) => choice($._voice, $.parallel),
     parallel: ($) => seq($._voice, repeat1(seq("||", $._voice))),
-    _voice: ($) => choice($._term, $.series),
-    series: ($) => seq($._term, repeat1($._term)),
-    _term: ($) => choice($.name, $._built_in),
-    _built_in: ($) => choice($.primitive, $.group, $.squeeze, $.transformation),
+    _voice: ($) => prec.right(choice($._term, $.series)),
+    series: ($) => prec.right(seq($._term, repeat1($._term))),
+    _term: ($) => choice($.name, $.call, alias($._movement_parameter, $.parameter), $._built_in),
+    _built_in: ($) => choice($.primitive, $.group, $.squeeze, $.transformation, $.conditional),
 
+    // How many movements a phrase takes is known only from its definition, so they are the next items of the series.
+    call: ($) => seq(field("name", choice($.name, alias($._movement_parameter, $.parameter))), repeat1($.number)),
     group: ($) => seq("(", optional($._movement), ")"),
     squeeze: ($) => seq("[", optional($._movement), "]"),
     transformation: ($) =>
       choice(
-        seq(transformer($, words.mirror), $._term),
+        seq(transformer($, words.plain), $._term),
         seq(transformer($, words.repeat), optional($.number), $._term),
         seq(transformer($, words.reflect), $.plane, $._term),
         seq(transformer($, words.factor), $.number, $._term),
+        seq(transformer($, words.ramp), $.number, $.number, $._term),
+        seq(transformer($, words.guard), $.condition, $._term),
       ),
+    // Between `if` and `else` stands one term, or a phrase and its movements. While you type, `else` may be missing.
+    conditional: ($) =>
+      prec.right(seq(choice(...words.if), $.condition, $._voice, optional(seq(choice(...words.else), $._term)))),
+    condition: ($) => seq(optional(choice(...words.not)), alias($.name, $.sense)),
 
     primitive: () => choice(...words.primitive),
     plane: () => choice(...words.plane),
     name: () => /[\p{L}\p{Nl}\p{No}_][\p{L}\p{N}_]*/,
-    number: () => /[+-]?[0-9]*\.?[0-9]+(\/[+-]?[0-9]*\.?[0-9]+)?/,
+    number: ($) => seq($._factor, repeat(seq(choice("*", "/"), $._factor))),
+    _factor: ($) => choice($._digits, alias($._number_parameter, $.parameter)),
+    _digits: () => /[+-]?[0-9]*\.?[0-9]+/,
     comment: () => /#[^\r\n]*/,
   },
 });

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity, replace
-from improv_core.program.reader import NOTHING, Definition, Phrase, Reader, Reading, Scope, takes
+from improv_core.program.reader import NOTHING, Definition, Items, Phrase, Reader, Reading, Scope, takes
 from improv_core.program.unreachable import unperformed
 from improv_core.score.movement import Movement
 from improv_core.syntax import nodes
@@ -77,7 +77,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if sign.type == "EQUAL":
         _check_head(statement, diagnostics)
         phrase = _phrase(statement, body, reader, diagnostics) if statement.parameters else None
-        items = reader.items(body) if body and not phrase else ()
+        items = reader.items(body) if body and not phrase else Items((), statement_id)
         if statement.defines:
             definition = Definition(statement.defines, statement_id, meant, items, phrase)
     diagnostics += reader.found

@@ -84,6 +84,8 @@ def classified(tokens: Sequence[Token], numbers: Collection[str]) -> list[Token]
 
 
 def _definition(text: str, tokens: Sequence[Token], sign: Token) -> Head:
+    if len(tokens) == 1 and tokens[0].type not in _BRACKETS and _NAME.fullmatch(tokens[0].text):
+        return Head((tokens[0]._replace(type="HEAD"),), sign)  # as nearly all are
     tokens, wrong_brackets = close_brackets(tokens)
     joined = _joined(text, tokens)
     words = [token for token in joined if token.type not in _BRACKETS]

@@ -83,7 +83,10 @@ def _parsed(text: str) -> Statement:
         message = f"this statement has more than {LONGEST:,} characters: split it up"
         return Statement(text, (Diagnostic("syntax", Span(0, len(text)), message),), None)
     head, rest = split_head(text, lex(text))
-    rest = classified(rest, head.numbers)
+    types = {token.type for token in rest}
+    if head.parameters or "GUARD" in types or "IF" in types:
+        rest = classified(rest, head.numbers)
+        types = {token.type for token in rest}
     sign = head.sign
     if too_deep := _too_deep(rest):
         return Statement(text, (too_deep,), sign)
@@ -94,7 +97,6 @@ def _parsed(text: str) -> Statement:
     if not diagnostics:  # one error, one message: a wrong bracket or head makes the rest look wrong too
         diagnostics += wrong_form
     name = head.names[0].text if sign and sign.type == "EQUAL" else None
-    types = {token.type for token in rest}
     movements = {each.name for each in head.parameters if not each.is_number}
     return Statement(
         text,
@@ -108,9 +110,14 @@ def _parsed(text: str) -> Statement:
         "BAR" in types,
         "FACTOR" in types and any(token.text == "canon" for token in rest),
         "SENSE" in types,
-        any(one.type == "NAME" and other.type in ("NUMBER", "PARAM") for one, other in pairwise(rest)),
+        "NAME" in types and not types.isdisjoint(("NUMBER", "PARAM")) and _has_arguments(rest),
         head.parameters,
     )
+
+
+def _has_arguments(tokens: Sequence[Token]) -> bool:
+    """Whether a number follows a name."""
+    return any(one.type == "NAME" and other.type in ("NUMBER", "PARAM") for one, other in pairwise(tokens))
 
 
 def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
@@ -209,6 +216,9 @@ def _numbers(parts: Sequence[Shape], tokens: Sequence[Token]) -> tuple[Number, .
 
 
 def _number(shape: Branch, tokens: Sequence[Token]) -> Number:
+    first = shape.parts[0]
+    if len(shape.parts) == 1 and isinstance(first, Leaf):
+        return _single(_token(first, tokens))
     factors = tuple([_token(leaf, tokens) for leaf in shape.parts if isinstance(leaf, Leaf)])
     return Number(_span(factors[0].start, factors[-1].end), factors)
 
@@ -226,6 +236,11 @@ def _primitive(text: str, start: int) -> Primitive:
     """Shared by all statements that have this word at this offset: most nodes are primitives."""
     span, word = _span(start, start + len(text)), WORDS[text]
     return Primitive(span, word, hold(word.velocity, span=span))
+
+
+@lru_cache(maxsize=20_000)
+def _single(token: Token) -> Number:
+    return Number(token.span, (token,))
 
 
 @lru_cache(maxsize=20_000)

@@ -47,5 +47,16 @@ def test_examples_are_right(path: Path) -> None:
     assert json.loads(done.stdout)["diagnostics"] == []
 
 
-def test_six_examples() -> None:
-    assert len(EXAMPLES) >= 6
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_in_examples_robots_meet_nobody(path: Path) -> None:
+    done = run("play", "--fast", "--for", "60", path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_say_first_what_they_show(path: Path) -> None:
+    assert path.read_text(encoding="utf-8").startswith("# ")
+
+
+def test_ten_examples() -> None:
+    assert len(EXAMPLES) >= 10

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.editors import colors
 from tests.editors.editors import LIMIT, ROOT, find, nothing_left
 from tests.editors.terminal import Terminal, until
 
@@ -35,6 +37,23 @@ r1 r2 $ (star
     up
   ]
 )
+answer n (m) = (
+  m reflect sagittal
+  m
+)
+---
+r1 $ if near left
+  else (
+    right
+    up
+  )
+  || [
+    up
+  ]
+# after it
+---
+left_open (m) = (m
+r2 $ left
 """
 LINT = """
 (setq native-comp-enable-subr-trampolines nil byte-compile-warnings t
@@ -108,6 +127,27 @@ def test_indents_what_stands_in_brackets(emacs: str, tmp_path: Path) -> None:
     flat = "".join(line.lstrip() + "\n" for line in INDENTED.splitlines())
     done = run(command(emacs, "indent.el"), tmp_path, surroundings(os.environ, tmp_path, PROGRAM), flat)
     assert done.stdout == INDENTED, done.stderr
+
+
+def test_colors_before_the_server_answers(emacs: str, tmp_path: Path) -> None:
+    done = run(command(emacs, "colors.el"), tmp_path, surroundings(os.environ, tmp_path, colors.PROGRAM))
+    faces = {
+        "beat": "preprocessor",
+        "scene": "preprocessor",
+        "primitive": "function-call",
+        "transformer": "keyword",
+        "conditional": "keyword",
+        "plane": "constant",
+        "name": "variable-name",
+        "parameter": "variable-use",
+        "robot": "type",
+        "number": "number",
+        "operator": "operator",
+        "comment": "comment",
+    }
+    expected = colors.expected({kind: f"font-lock-{face}-face" for kind, face in faces.items()}, plain="nil")
+    found = json.loads(done.stdout.replace("comment-delimiter", "comment"))
+    assert found == expected
 
 
 def test_is_installed_as_its_page_says(emacs: str, tmp_path: Path) -> None:

@@ -30,10 +30,15 @@ COLORS = {
             "function.builtin",
             "keyword",
             "keyword.control",
+            "keyword.control.conditional",
+            "keyword.operator",
             "operator",
             "punctuation.bracket",
+            "punctuation.special",
             "type",
             "variable",
+            "variable.other.member",
+            "variable.parameter",
         ]
     )
 }
@@ -43,11 +48,16 @@ def test_colors_and_indentation(tmp_path: Path) -> None:
     """The theme gives each scope a color of its own, so that the screen tells the scope of each word."""
     expected = {
         **dict.fromkeys(["beat"], "keyword"),
-        **dict.fromkeys(["60", "3/2"], "constant.numeric"),
-        **dict.fromkeys(["sq"], "variable"),
-        **dict.fromkeys(["=", "$", "||"], "operator"),
+        **dict.fromkeys(["60", "3", "2", "4"], "constant.numeric"),
+        **dict.fromkeys(["sq", "poly"], "variable"),
+        **dict.fromkeys(["n", "m"], "variable.parameter"),
+        **dict.fromkeys(["near"], "variable.other.member"),
+        **dict.fromkeys(["=", "$", "||", "*", "/"], "operator"),
+        **dict.fromkeys(["if", "else"], "keyword.control.conditional"),
+        **dict.fromkeys(["not"], "keyword.operator"),
+        **dict.fromkeys(["---"], "punctuation.special"),
         **dict.fromkeys(["(", ")", "[", "]"], "punctuation.bracket"),
-        **dict.fromkeys(["slow", "reflect", "fast"], "keyword.control"),
+        **dict.fromkeys(["slow", "reflect", "fast", "ramp"], "keyword.control"),
         **dict.fromkeys(["left", "rest", "up"], "function.builtin"),
         **dict.fromkeys(["#", "why"], "comment.line"),
         **dict.fromkeys(["YZ"], "constant.builtin"),
@@ -57,7 +67,8 @@ def test_colors_and_indentation(tmp_path: Path) -> None:
     theme.parent.mkdir(parents=True)
     colors = "".join(f'"{scope}" = "{color}"\n' for scope, color in COLORS.items())
     theme.write_text(f'"ui.selection" = {{}}\n{colors}', encoding="utf-8")
-    program = "\nbeat 60\nsq = (\n  slow 3/2 left # why\n)\nr $ reflect YZ sq || rest up [left]\nfast (\n"
+    program = "\nbeat 60\nsq = (\n  slow 3/2 left # why\n)\nr $ reflect YZ sq || rest up [left]\n"
+    program += "poly n (m) = ramp n * 2 4 m\n---\nr $ if not near rest\n  else poly 4 rest\nfast (\n"
     with helix(tmp_path, program, 'theme = "scopes"\n[editor]\ntrue-color = true\n') as (terminal, _):
         until(
             lambda: _scopes(terminal.screen(colors=True)) == expected,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import shutil
 import subprocess
@@ -14,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.editors import robot
+from tests.editors import colors, robot
 from tests.editors.editors import LIMIT, ROOT, find, nothing_left, started_from
 from tests.editors.terminal import Terminal, until, written
 
@@ -88,6 +89,14 @@ def test_session(neovim: Neovim) -> None:
 @pytest.mark.timeout(LIMIT + 60)
 def test_words(neovim: Neovim) -> None:
     neovim.check("words.lua")
+
+
+def test_colors_before_the_server_answers(neovim: Neovim) -> None:
+    program, script, env = colors.written(neovim.folder)
+    setup = f"set runtimepath^={PLUGIN}"
+    options = ["--headless", "-u", "NONE", "-i", "NONE", "-n", "--cmd", setup, "-S", str(script), str(program)]
+    subprocess.run([neovim.path, *options], env={**os.environ, **env}, check=True, timeout=LIMIT)
+    assert json.loads(Path(env["IMPROV_COLORS"]).read_text()) == colors.in_vim_syntax()
 
 
 @pytest.mark.timeout(LIMIT + 60)

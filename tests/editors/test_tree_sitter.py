@@ -9,6 +9,7 @@ import random
 import re
 import shutil
 import subprocess
+from collections.abc import Collection
 from itertools import accumulate
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,10 +17,22 @@ from typing import TYPE_CHECKING, NamedTuple
 import pytest
 
 from improv_core.syntax.lexer import NAME, Token
-from improv_core.syntax.nodes import Apply, Bracket, Node, Statement, children
+from improv_core.syntax.nodes import (
+    Apply,
+    Bracket,
+    Call,
+    Choice,
+    Condition,
+    Name,
+    Node,
+    Number,
+    Statement,
+    children,
+    nodes,
+)
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
-from improv_core.syntax.vocabulary import WORDS, Kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, Kind
 from tests.editors import grammar
 from tests.editors.editors import ROOT, find
 from tests.needs import lacking
@@ -41,6 +54,11 @@ PROGRAMS = [
     "größe_1 = (\n\n  left # one\n  # two\n\n  [ up\r\n\tdown ]\n) x\n\ufeff r $ größe_1",
     "r $ repeat repeat 2 fast -1/2 scale .5 reflect XZ slow 1.5 (()[[]])",
     "forwards = left repeats\nlefts = repeat\tforwards\n",
+    "f n k (m)( w ) = repeat n*2/3 m fast 2/n/k f 2 n (m w) m nn n2\nn m $ f 1/2 3 left (n) m",
+    "r $ left # one\n\n# two\n  || right # three\n# four\n||up\n# five\n\n---\n-----\n# six\nx = up",
+    "f near n (not_) = until near (not_) if not near not_ f n\n  else repeat n not_\nelse_ = left",
+    "f (m) = [\n  if near f m f else pause not cue m\n  || x\n]\nelse_ $ if near (\nleft)\n# why\nelse right",
+    "f (\n# why\n  m\n) = m\nf\tn = ramp .5*n n m\nm = n\ng (n) = n repeat n\nbeat 30*2",
 ]
 """All are right."""
 
@@ -87,6 +105,11 @@ def test_programs_are_read_alike(program: str, parser: tree_sitter.Parser) -> No
         ("r $ ((forward]\ns $ (left)", 1),
         ("left right\nx\nturtle forward x || up\nleft = up\nup $ left\nr $ left", 5),
         ("r $ , forward\n- $ up\ns $ up | left\nt $ left", 3),
+        ("f n = n\ng (m) = repeat m\nh n = repeat n m\ny n (m) = fast m n", 2),
+        ("x = (left\nf n (m) = m\ny = [up\n---\nr $ left\nz = [up\n|| r $ left\ns $ left", 3),
+        ("r $ left ---\n--- left\n--\nr $ left\n||\ns $ up\n|| else left\nelse $ up\nt $ up", 5),
+        ("r $ if near left\ns $ if left else right\nt $ until not left\nu $ ramp 2 left\nv $ poly 2* 3", 4),
+        ("r $ if near left right else up else down\ns $ not near\nf (m) n = m\nf [m] = m\nf (m n) = m", 5),
     ],
 )
 def test_a_mistake_stays_in_its_statement(program: str, mistakes: int, parser: tree_sitter.Parser) -> None:
@@ -106,6 +129,16 @@ def test_whatever_is_mistyped(parser: tree_sitter.Parser) -> None:
         "YZ",
         "r $ ",
         "x = ",
+        "f n (m) = ",
+        " n",
+        "m ",
+        "---",
+        "if near ",
+        "else ",
+        "until not ",
+        "ramp ",
+        "*",
+        "/",
         "é",
         "\ud7ff",
     ]
@@ -120,7 +153,7 @@ def test_whatever_is_mistyped(parser: tree_sitter.Parser) -> None:
     assert mistakes > 2_000
 
 
-@pytest.mark.parametrize("program", PROGRAMS[-12:])
+@pytest.mark.parametrize("program", PROGRAMS[-20:])
 def test_typed_letter_by_letter(program: str, parser: tree_sitter.Parser) -> None:
     """As in editors: each tree is made from the one before."""
     source = program.encode()
@@ -149,11 +182,15 @@ def test_colors_in_neovims_names(parser: tree_sitter.Parser) -> None:
         FOR_NEOVIM,
         {
             "attribute": {"beat"},
-            "number": {"60", "3/2"},
-            "variable": {"sq"},
-            "operator": {"=", "||", "$"},
+            "number": {"60", "3/2", "4", "2*n"},
+            "variable": {"sq", "poly"},
+            "variable.parameter": {"n", "m"},
+            "operator": {"=", "||", "$", "*", "/", "---"},
             "punctuation.bracket": set("()[]"),
-            "keyword": {"slow", "reflect"},
+            "keyword": {"slow", "reflect", "ramp", "until"},
+            "keyword.conditional": {"if", "else"},
+            "keyword.operator": {"not"},
+            "variable.member": {"near", "cue"},
             "constant": {"YZ"},
             "function.builtin": {"up", "left"},
             "type": {"r1", "r2"},
@@ -169,11 +206,16 @@ def test_colors_in_helixs_names(parser: tree_sitter.Parser) -> None:
         FOR_HELIX,
         {
             "keyword": {"beat"},
-            "constant.numeric": {"60", "3/2"},
-            "variable": {"sq"},
-            "operator": {"=", "||", "$"},
+            "constant.numeric": {"60", "3/2", "4", "2*n"},
+            "variable": {"sq", "poly"},
+            "variable.parameter": {"n", "m"},
+            "operator": {"=", "||", "$", "*", "/"},
             "punctuation.bracket": set("()[]"),
-            "keyword.control": {"slow", "reflect"},
+            "keyword.control": {"slow", "reflect", "ramp", "until"},
+            "keyword.control.conditional": {"if", "else"},
+            "keyword.operator": {"not"},
+            "variable.other.member": {"near", "cue"},
+            "punctuation.special": {"---"},
             "constant.builtin": {"YZ"},
             "function.builtin": {"up", "left"},
             "type": {"r1", "r2"},
@@ -183,7 +225,12 @@ def test_colors_in_helixs_names(parser: tree_sitter.Parser) -> None:
 
 
 def check_colors(parser: tree_sitter.Parser, queries: Path, expected: dict[str, set[str]]) -> None:
-    program = "beat 60 # why\nsq = slow 3/2 (left) || [up]\nr1 r2 $ reflect YZ sq"
+    program = """beat 60 # why
+sq = slow 3/2 (left) || [up]
+poly n (m) = ramp 2*n 3/2 m
+---
+r1 r2 $ reflect YZ sq poly 4 left
+  || if not near up else until cue left"""
     found = captures(parser, queries / "highlights.scm", program)
     assert {name: set(texts) for name, texts in found.items()} == expected
 
@@ -192,12 +239,12 @@ def check_colors(parser: tree_sitter.Parser, queries: Path, expected: dict[str, 
     ("file", "capture", "texts"),
     [
         (FOR_NEOVIM / "folds.scm", "fold", ["# a\n# b", "x = (up\n[left]\n)", "(up\n[left]\n)", "[left]", "r $ x"]),
-        (FOR_NEOVIM / "indents.scm", "indent.begin", ["(up\n[left]\n)", "[left]"]),
+        (FOR_NEOVIM / "indents.scm", "indent.begin", ["x = (up\n[left]\n)", "(up\n[left]\n)", "[left]", "r $ x"]),
         (FOR_NEOVIM / "locals.scm", "local.definition.var", ["x"]),
         (FOR_NEOVIM / "locals.scm", "local.reference", ["x", "x"]),
         (FOR_NEOVIM / "textobjects.scm", "function.inner", ["(up\n[left]\n)", "x"]),
         (FOR_NEOVIM / "textobjects.scm", "parameter.inner", ["up", "[left]"]),
-        (FOR_HELIX / "indents.scm", "indent", ["(up\n[left]\n)", "[left]"]),
+        (FOR_HELIX / "indents.scm", "indent", ["x = (up\n[left]\n)", "(up\n[left]\n)", "[left]", "r $ x"]),
         (FOR_HELIX / "indents.scm", "outdent", ["]", ")"]),
         (FOR_HELIX / "locals.scm", "local.definition.variable", ["x"]),
         (FOR_HELIX / "textobjects.scm", "function.inside", ["(up\n[left]\n)", "x"]),
@@ -207,6 +254,25 @@ def check_colors(parser: tree_sitter.Parser, queries: Path, expected: dict[str, 
 )
 def test_other_queries(file: Path, capture: str, texts: list[str], parser: tree_sitter.Parser) -> None:
     found = captures(parser, file, "# a\n# b\nx = (up\n[left]\n)\nr $ x")
+    assert found[capture] == texts
+
+
+@pytest.mark.parametrize(
+    ("file", "capture", "texts"),
+    [
+        (FOR_NEOVIM / "folds.scm", "fold", ["y n (m) = m repeat n m", "r $ y 4 up\n  || if not near up else y 2"]),
+        (FOR_NEOVIM / "locals.scm", "local.definition.var", ["y"]),
+        (FOR_NEOVIM / "locals.scm", "local.definition.parameter", ["n", "m"]),
+        (FOR_NEOVIM / "locals.scm", "local.reference", ["y", "n", "m", "m", "n", "m", "y", "y"]),
+        (FOR_NEOVIM / "textobjects.scm", "call.outer", ["y 4", "y 2"]),
+        (FOR_NEOVIM / "textobjects.scm", "conditional.inner", ["not near", "up", "y 2"]),
+        (FOR_NEOVIM / "textobjects.scm", "parameter.inner", ["n", "m", "m", "repeat n m", "y 4", "4", "up", "2"]),
+        (FOR_HELIX / "textobjects.scm", "parameter.inside", ["n", "m", "n", "4", "not near", "2"]),
+    ],
+    ids=lambda value: f"{value.parents[1].parent.name}-{value.stem}" if isinstance(value, Path) else None,
+)
+def test_queries_about_phrases(file: Path, capture: str, texts: list[str], parser: tree_sitter.Parser) -> None:
+    found = captures(parser, file, "y n (m) = m repeat n m\nr $ y 4 up\n  || if not near up else y 2")
     assert found[capture] == texts
 
 
@@ -234,7 +300,9 @@ def test_colors_in_neovim(variable: str, fetched: str, tmp_path: Path) -> None:
     (install,) = re.findall(r"```sh\n(.*?)```", (GRAMMAR / "README.md").read_text("utf-8"), re.DOTALL)
     grammar.run(install, env)
     program, script = tmp_path / "dance.improv", tmp_path / "colors.lua"
-    program.write_text("beat 60\nsq = slow 2 up # why\nr $ reflect YZ sq || left", "utf-8")
+    program.write_text(
+        "beat 60\nsq n = slow n up # why\n---\nr $ reflect YZ sq 2\n  || if not near up else left", "utf-8"
+    )
     script.write_text(WORDS_TO_GROUPS, "utf-8")
     plugin = f"set runtimepath^={ROOT / 'editors' / 'neovim'}"
     command = [neovim, "--headless", "-i", "NONE", "-n", "--cmd", plugin, "-c", f"luafile {script}", str(program)]
@@ -244,7 +312,11 @@ def test_colors_in_neovim(variable: str, fetched: str, tmp_path: Path) -> None:
         **dict.fromkeys(["beat"], "@attribute"),
         **dict.fromkeys(["60", "2"], "@number"),
         **dict.fromkeys(["sq"], "@variable"),
-        **dict.fromkeys(["=", "$", "||"], "@operator"),
+        **dict.fromkeys(["n"], "@variable.parameter"),
+        **dict.fromkeys(["near"], "@variable.member"),
+        **dict.fromkeys(["if", "else"], "@keyword.conditional"),
+        **dict.fromkeys(["not"], "@keyword.operator"),
+        **dict.fromkeys(["=", "$", "||", "---"], "@operator"),
         **dict.fromkeys(["slow", "reflect"], "@keyword"),
         **dict.fromkeys(["up", "left"], "@function.builtin"),
         **dict.fromkeys(["YZ"], "@constant"),
@@ -270,15 +342,15 @@ vim.cmd("qa!")
 """
 """What colors each word on the screen, as Neovim's :Inspect tells it."""
 
-LEAVES = {"beat", "number", "name", "robot", "transformer", "primitive", "plane", "comment"}
-SIGNS = {"=", "$", "||", "(", ")", "[", "]"}
+LEAVES = {"beat", "name", "robot", "parameter", "sense", "transformer", "primitive", "plane", "scene", "comment"}
+SIGNS = {"=", "$", "||", "(", ")", "[", "]", "if", "else", "not"}
 KINDS = {
     "BEAT": "beat",
-    "NUMBER": "number",
     "NAME": "name",
     "PRIMITIVE": "primitive",
     "PLANE": "plane",
-    **dict.fromkeys(["MIRROR", "REPEAT", "REFLECT", "FACTOR"], "transformer"),
+    "SCENE": "scene",
+    **{kind.value: "transformer" for kind in TRANSFORMERS},
 }
 """Our tokens in the kinds of the grammar; signs and brackets are what they look like."""
 
@@ -300,45 +372,81 @@ def check(parser: tree_sitter.Parser, program: str) -> int:
 
 def is_right(statement: Statement) -> bool:
     """Whether it has the form of a statement; our parser leaves it to others what stands before the sign."""
-    heads = [head.text for head in statement.heads]
+    heads = [*(head.text for head in statement.heads), *(parameter.name for parameter in statement.parameters)]
     return not statement.diagnostics and all(re.fullmatch(NAME, head) and head not in WORDS for head in heads)
 
 
 def tree_of(statement: Statement, start: int) -> Tree:
     """Our tree of a statement, in the kinds of the grammar."""
     assert statement.sign
+    words = words_of(statement, start)
+    if statement.sign.type == "SCENE":
+        return words[0]
     if statement.sign.type == "BEAT":
-        kind, parts = "tempo", [word for word in words_of(statement, start) if word.kind in ("beat", "number")]
+        kind, parts = "tempo", words
     else:
         assert statement.body
+        movements = {each.name for each in statement.parameters if not each.is_number}
         kind = "definition" if statement.sign.type == "EQUAL" else "play"
-        heads = [word for word in words_of(statement, start) if word.start < start + statement.sign.start]
-        parts = [*heads, _node(statement.body, start)]
+        heads = [word for word in words if word.start < start + statement.sign.start and word.kind not in SIGNS]
+        parts = [*heads, _node(statement.body, movements, start)]
     return Tree(kind, parts[0].start, parts[-1].end, tuple(parts))
 
 
-def _node(node: Node, start: int) -> Tree:
+def _node(node: Node, movements: Collection[str], start: int) -> Tree:
+    """Our tree of a movement. `movements` are the parameters that are movements."""
     kind = type(node).__name__.lower()
-    parts = [_node(child, start) for child in children(node)]
-    if isinstance(node, Bracket):
+    parts = [_node(child, movements, start) for child in children(node)]
+    if isinstance(node, Name) and node.text in movements:
+        kind = "parameter"
+    elif isinstance(node, Bracket):
         kind = "squeeze" if node.squeezes else "group"
+    elif isinstance(node, Call):
+        parts += [_number(number, start) for number in node.numbers]
+    elif isinstance(node, Choice):
+        kind = "conditional"
+        parts = [_condition(node.condition, start), *parts]
     elif isinstance(node, Apply):
         kind = "transformation"
-        before = [_word("transformer", node.word, start)]
+        before = [_word("transformer", node.word, start), *(_number(number, start) for number in node.numbers)]
         if node.across:
             before.append(_word("plane", node.across, start))
+        if node.condition:
+            before.append(_condition(node.condition, start))
         parts = [*before, *parts]
     return Tree(kind, start + node.span.start, start + node.span.end, tuple(parts))
 
 
+def _number(number: Number, start: int) -> Tree:
+    parameters = tuple(_word("parameter", token, start) for token in number.parameters)
+    return Tree("number", start + number.span.start, start + number.span.end, parameters)
+
+
+def _condition(condition: Condition, start: int) -> Tree:
+    span = condition.span
+    return Tree("condition", start + span.start, start + span.end, (_word("sense", condition.sense, start),))
+
+
 def words_of(statement: Statement, start: int) -> list[Tree]:
-    """All words of a statement, each as what it is."""
+    """All words of a statement, each as what it is. A number is one word, whatever it is made of."""
+    tree = statement.body
+    numbers = [statement.number] if statement.number else []
+    senses = []
+    for node in nodes(tree) if tree else ():
+        if isinstance(node, (Apply, Call)):
+            numbers += node.numbers
+        if isinstance(node, (Apply, Choice)) and node.condition:
+            senses.append(node.condition.sense.span)
     head = "name" if statement.sign and statement.sign.type == "EQUAL" else "robot"
-    heads = [token.span for token in statement.heads]
-    return [
-        _word(head if token.span in heads else KINDS.get(token.type, token.text), token, start)
-        for token in statement.tokens
-    ]
+    kinds = {token.span: head for token in statement.heads} | dict.fromkeys(senses, "sense")
+    parameters = {each.name for each in statement.parameters}
+    words = [_number(number, start) for number in numbers]
+    in_numbers = {place for word in words for place in range(word.start, word.end)}
+    for token in statement.tokens:
+        if start + token.start not in in_numbers:
+            plain = "parameter" if token.text in parameters else KINDS.get(token.type, token.text)
+            words.append(_word(kinds.get(token.span, plain), token, start))
+    return sorted(words, key=lambda word: word.start)
 
 
 def _word(kind: str, token: Token, start: int) -> Tree:
@@ -352,15 +460,16 @@ def theirs(parser: tree_sitter.Parser, program: str) -> tuple[list[Tree], list[T
     words: list[Tree] = []
     comments: list[tuple[int, int]] = []
 
-    def tree(node: tree_sitter.Node) -> Tree:
+    def tree(node: tree_sitter.Node, inside: str = "") -> Tree:
         start, end = offsets[node.start_byte], offsets[node.end_byte]
-        parts = [tree(child) for child in node.children if node.type not in LEAVES]
+        parts = [tree(child, node.type) for child in node.children if node.type not in LEAVES]
+        kept = tuple(part for part in parts if part.kind not in {*SIGNS, "*", "/", "comment"})
+        found = Tree(f"missing {node.type}" if node.is_missing else node.type, start, end, kept)
         if node.type == "comment":
             comments.append((start, end))
-        elif not parts and start < end:
-            words.append(Tree(node.type, start, end))
-        kind = f"missing {node.type}" if node.is_missing else node.type
-        return Tree(kind, start, end, tuple(part for part in parts if part.kind not in {*SIGNS, "comment"}))
+        elif inside != "number" and start < end and (node.type == "number" or not parts):
+            words.append(found)
+        return found
 
     return list(tree(parser.parse(source).root_node).parts), words, comments
 
@@ -372,8 +481,8 @@ def captures(parser: tree_sitter.Parser, query: Path, program: str) -> dict[str,
     assert parser.language
     cursor = QueryCursor(Query(parser.language, query.read_text("utf-8")))
     found: dict[str, list[str]] = {}
-    for _, nodes in cursor.matches(parser.parse(program.encode()).root_node):
-        for name, several in nodes.items():
+    for _, captured in cursor.matches(parser.parse(program.encode()).root_node):
+        for name, several in captured.items():
             text = program[several[0].start_byte : several[-1].end_byte]
             found.setdefault(name, []).append(text)
     return found

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 from textwrap import dedent
 
 import pytest
 
-from tests.editors import robot
+from tests.editors import colors, robot
 from tests.editors.editors import LIMIT, ROOT, nothing_left
 from tests.editors.terminal import Terminal, written
 from tests.needs import lacking, need
@@ -64,3 +67,11 @@ def test_session(tmp_path: Path) -> None:
             terminal.type(":ImprovPlay", "Enter")
             asyncio.run(robot.moves(url))
             terminal.type(":quit!", "Enter")
+
+
+def test_colors_before_the_server_answers(tmp_path: Path) -> None:
+    program, script, env = colors.written(tmp_path)
+    setup = f"set nocompatible runtimepath^={FOLDER}"
+    command = [need("vim"), "-u", "NONE", "-i", "NONE", "-n", "-es", "--cmd", setup, "-S", str(script), str(program)]
+    subprocess.run(command, env={**os.environ, **env}, check=True, timeout=LIMIT)
+    assert json.loads(Path(env["IMPROV_COLORS"]).read_text()) == colors.in_vim_syntax()

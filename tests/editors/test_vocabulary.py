@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from editors.generate import GROUPS
 from improv_core.program.analysis import analyze
 from improv_core.syntax.vocabulary import WORDS
 from tests.editors.editors import ROOT
@@ -28,6 +29,10 @@ SNIPPETS = sorted((ROOT / "editors").glob("*/snippets/*.json"))
 
 def test_the_editors_have_the_words_of_the_language() -> None:
     assert generate(ROOT, "--check") == ""
+
+
+def test_each_word_has_one_color() -> None:
+    assert sorted(word for words in GROUPS.values() for word in words) == sorted(WORDS)
 
 
 def test_a_word_added_in_one_place_reaches_all_and_changes_nothing_else(tmp_path: Path) -> None:
@@ -56,11 +61,13 @@ def test_a_word_added_in_one_place_reaches_all_and_changes_nothing_else(tmp_path
 @pytest.mark.parametrize("snippets", SNIPPETS, ids=lambda path: path.parents[1].name)
 def test_snippets_are_right_as_they_are(snippets: Path) -> None:
     for name, snippet in json.loads(snippets.read_text(encoding="utf-8")).items():
-        (body,) = snippet["body"]
+        body = "\n".join(snippet["body"])
         for choices in re.findall(r"\$\{\d+\|(.*?)\|\}", body):
             assert set(choices.split(",")) <= set(WORDS), name
         text = re.sub(r"\$\{\d+(?::|\|)([^},|]*)[^}]*\}", r"\1", body).replace("\\$", "$")
         program = text if re.search(r"[$=]|^beat ", text) else f"r $ {text}"
+        if program.startswith("---"):
+            program = f"r $ left\n{program}"
         assert {each.code for each in analyze(program).diagnostics} <= {"unused-name"}, program
 
 

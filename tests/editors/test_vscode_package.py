@@ -12,7 +12,8 @@ import pytest
 
 from improv_core import __version__
 from improv_ls.server import create_server
-from tests.editors.editors import ROOT
+from tests.editors import colors
+from tests.editors.editors import ROOT, find
 from tests.editors.vscode.workbench import packaged
 from tests.needs import need
 
@@ -77,3 +78,32 @@ def test_parts_without_a_window(tmp_path: Path, name: str, passes: int) -> None:
     ran = subprocess.run([need("node"), "--test", str(bundled)], capture_output=True, text=True)
     assert ran.returncode == 0, ran.stdout
     assert f"# pass {passes}" in ran.stdout
+
+
+def test_colors_before_the_server_answers(tmp_path: Path) -> None:
+    entry = Path(find("CODE_SERVER", "code-server/node_modules/code-server/out/node/entry.js"))
+    grammar, program = FOLDER / "syntaxes" / "improv.tmLanguage.json", tmp_path / "colors.improv"
+    program.write_text(colors.PROGRAM)
+    script = ROOT / "tests" / "editors" / "vscode" / "colors.mjs"
+    command = [need("node"), script, entry.parents[2] / "lib" / "vscode", grammar, program]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    scopes = {
+        "beat": "keyword.other.beat",
+        "scene": "keyword.operator.scene",
+        "primitive": "support.function.primitive",
+        "transformer": "keyword.control.transformer",
+        "conditional": "keyword.control.conditional",
+        "plane": "constant.language.plane",
+        "name": "variable.other.definition",
+        "parameter": "variable.parameter",
+        "robot": "entity.name.type.robot",
+        "number": "constant.numeric",
+        "operator": "keyword.operator",
+        "comment": "comment.line.number-sign",
+    }
+    found = [[word, scope.removesuffix(".improv")] for word, scope in json.loads(done.stdout)]
+    brackets = {"(", ")", "[", "]"}
+    assert [[word, "variable.other" if word in brackets else scope] for word, scope in found] == colors.expected(
+        scopes, plain="variable.other"
+    )

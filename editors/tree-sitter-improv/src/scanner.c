@@ -1,16 +1,32 @@
-// Line ends and brackets, as in improv_core/syntax/statements.py. A statement ends with its line unless a bracket is
-// open. A line that begins like a statement always starts one, so that a missing bracket does not swallow the rest.
+// Line ends and brackets, as in improv_core/syntax/statements.py, and a statement's parameters.
+//
+// A statement ends with its line unless a bracket is open or the next line of code begins with `||` or `else`. A line
+// that begins like a statement always starts one, so that a missing bracket does not swallow the rest. The names in the
+// head of a definition decide what the same names mean in its movement: `repeat n m` needs a number before a term.
 
 #include "tree_sitter/alloc.h"
 #include "tree_sitter/parser.h"
 
+#include <stddef.h>
 #include <string.h>
 
-enum { END, LINE_BREAK, OPEN_GROUP, CLOSE_GROUP, OPEN_SQUEEZE, CLOSE_SQUEEZE };
+enum { END, LINE_BREAK, OPEN_GROUP, CLOSE_GROUP, OPEN_SQUEEZE, CLOSE_SQUEEZE, DEFINED, NUMBER, MOVEMENT };
+
+enum { MOST_PARAMETERS = 120 }; // tree-sitter gives the state 1,024 bytes
+
+typedef struct {
+  uint32_t hash; // of the name
+  uint32_t symbol; // NUMBER or MOVEMENT
+} Parameter;
 
 typedef struct {
   uint32_t open_brackets;
+  uint32_t next_line; // END or LINE_BREAK for blank lines and comments, whose line ends are already decided; or UNKNOWN
+  uint32_t parameter_count;
+  Parameter parameters[MOST_PARAMETERS];
 } Scanner;
+
+enum { UNKNOWN = 0xFF };
 
 static bool is_blank(int32_t c) { return c == ' ' || c == '\t' || c == 0xFEFF; }
 
@@ -24,8 +40,8 @@ static bool is_letter(int32_t c) {
   return c >= 0xAA && c != 0x3000 && c != 0xFEFF && !(0x2000 <= c && c < 0x2070);
 }
 
-static void skip_blanks(TSLexer *lexer) {
-  while (is_blank(lexer->lookahead)) lexer->advance(lexer, true);
+static void look_past_blanks(TSLexer *lexer) {
+  while (is_blank(lexer->lookahead)) lexer->advance(lexer, false);
 }
 
 static void skip_line_end(TSLexer *lexer) {
@@ -34,56 +50,163 @@ static void skip_line_end(TSLexer *lexer) {
   if (is_carriage_return && lexer->lookahead == '\n') lexer->advance(lexer, false);
 }
 
-// Whether the following text begins like a statement: `beat NUMBER`, `NAME =` or `NAME … $`.
-static bool begins_statement(TSLexer *lexer) {
-  if (!is_letter(lexer->lookahead)) return false;
-  const char *rest_of_beat = "beat";
-  bool is_beat = true;
-  while (is_letter(lexer->lookahead) || is_digit(lexer->lookahead)) {
-    is_beat = is_beat && lexer->lookahead == *rest_of_beat++;
-    lexer->advance(lexer, false);
-  }
-  is_beat = is_beat && !*rest_of_beat && is_blank(lexer->lookahead);
-  skip_blanks(lexer);
-  int32_t next = lexer->lookahead;
-  if (next == '=' || (is_beat && (is_digit(next) || next == '-' || next == '+' || next == '.'))) return true;
-  while (!lexer->eof(lexer) && !is_line_end(lexer->lookahead)) {
-    switch (lexer->lookahead) {
-      case '$': return true;
-      case '(': case ')': case '[': case ']': case '=': case '|': case '#': return false;
+static void look_past_comments(TSLexer *lexer) {
+  while (!lexer->eof(lexer)) {
+    if (lexer->lookahead == '#') {
+      while (!lexer->eof(lexer) && !is_line_end(lexer->lookahead)) lexer->advance(lexer, false);
+    } else if (is_blank(lexer->lookahead) || is_line_end(lexer->lookahead)) {
+      lexer->advance(lexer, false);
+    } else {
+      return;
     }
+  }
+}
+
+static bool takes(TSLexer *lexer, int32_t sign) {
+  if (lexer->lookahead != sign) return false;
+  lexer->advance(lexer, false);
+  return true;
+}
+
+// The hash (FNV-1a) of the name that follows; 0 if none does.
+static uint32_t take_name(TSLexer *lexer) {
+  if (!is_letter(lexer->lookahead)) return 0;
+  uint32_t hash = 2166136261;
+  while (is_letter(lexer->lookahead) || is_digit(lexer->lookahead)) {
+    hash = (hash ^ (uint32_t)lexer->lookahead) * 16777619;
     lexer->advance(lexer, false);
   }
+  return hash ? hash : 1;
+}
+
+static uint32_t hash_of(const char *word) {
+  uint32_t hash = 2166136261;
+  while (*word) hash = (hash ^ (uint32_t)*word++) * 16777619;
+  return hash;
+}
+
+// One parameter that is a movement: `(m)`.
+static bool take_movement(TSLexer *lexer) {
+  if (!takes(lexer, '(')) return false;
+  look_past_blanks(lexer);
+  if (!take_name(lexer)) return false;
+  look_past_blanks(lexer);
+  return takes(lexer, ')');
+}
+
+// Whether the line continues a statement: it begins with `||` or `else`. And whether it begins like one, which matters
+// inside brackets: `beat NUMBER`, `---`, `NAME … =` with parameters, or `NAME … $`.
+static void look_at_line(TSLexer *lexer, bool *continues, bool *begins) {
+  *continues = *begins = false;
+  if (takes(lexer, '|')) *continues = lexer->lookahead == '|';
+  if (takes(lexer, '-')) *begins = takes(lexer, '-') && lexer->lookahead == '-';
+  uint32_t word = take_name(lexer);
+  if (!word) return;
+  *continues = word == hash_of("else");
+  bool is_beat = word == hash_of("beat") && is_blank(lexer->lookahead);
+  bool may_define = true, may_play = true, after_blank = false;
+  while (may_define || may_play) {
+    int32_t next = lexer->lookahead;
+    if (is_beat && !is_blank(next)) {
+      *begins = is_digit(next) || next == '-' || next == '+' || next == '.';
+      if (*begins) return;
+      is_beat = false;
+    }
+    if (next == '=' || next == '$') {
+      *begins = next == '=' ? may_define : may_play;
+      return;
+    }
+    if (lexer->eof(lexer) || is_line_end(next) || next == '#' || next == '|' || next == ')') return;
+    if (next == '(' || next == '[') {
+      may_play = false;
+      may_define = may_define && take_movement(lexer);
+    } else if (is_letter(next)) {
+      may_define = may_define && after_blank;
+      take_name(lexer);
+    } else {
+      may_define = may_define && is_blank(next);
+      lexer->advance(lexer, false);
+    }
+    after_blank = is_blank(next);
+  }
+}
+
+// Line ends between comments follow from the one before them, so that a long comment is read once, not once per line.
+static void scan_line_end(Scanner *scanner, TSLexer *lexer) {
+  skip_line_end(lexer);
+  lexer->mark_end(lexer);
+  look_past_blanks(lexer);
+  bool code_follows = lexer->lookahead != '#' && !is_line_end(lexer->lookahead);
+  uint32_t symbol = scanner->next_line;
+  if (symbol == UNKNOWN) {
+    bool continues, begins;
+    look_past_comments(lexer);
+    look_at_line(lexer, &continues, &begins);
+    symbol = (scanner->open_brackets ? !begins : continues) ? LINE_BREAK : END;
+  }
+  if (symbol == END) scanner->open_brackets = scanner->parameter_count = 0;
+  scanner->next_line = code_follows ? UNKNOWN : symbol;
+  lexer->result_symbol = (TSSymbol)symbol;
+}
+
+static void add_parameter(Scanner *scanner, uint32_t hash, uint32_t symbol) {
+  if (scanner->parameter_count < MOST_PARAMETERS) {
+    scanner->parameters[scanner->parameter_count++] = (Parameter){hash, symbol};
+  }
+}
+
+// The rest of a definition's head, up to `=`: names of numbers, then names of movements in parentheses.
+static bool scan_head(Scanner *scanner, TSLexer *lexer) {
+  uint32_t name;
+  look_past_blanks(lexer);
+  while ((name = take_name(lexer))) {
+    add_parameter(scanner, name, NUMBER);
+    look_past_blanks(lexer);
+  }
+  while (takes(lexer, '(')) {
+    look_past_comments(lexer);
+    if (!(name = take_name(lexer))) break;
+    add_parameter(scanner, name, MOVEMENT);
+    look_past_comments(lexer);
+    if (!takes(lexer, ')')) break;
+    look_past_blanks(lexer);
+  }
+  if (lexer->lookahead == '=') return true;
+  scanner->parameter_count = 0;
   return false;
+}
+
+static bool scan_name(Scanner *scanner, TSLexer *lexer, const bool *valid_symbols) {
+  uint32_t name = take_name(lexer);
+  lexer->mark_end(lexer);
+  for (uint32_t i = 0; i < scanner->parameter_count; i++) {
+    Parameter parameter = scanner->parameters[i];
+    if (parameter.hash == name) {
+      lexer->result_symbol = (TSSymbol)parameter.symbol;
+      return valid_symbols[parameter.symbol];
+    }
+  }
+  lexer->result_symbol = DEFINED;
+  return valid_symbols[DEFINED] && !scanner->parameter_count && scan_head(scanner, lexer);
 }
 
 // Takes every line end and bracket, even where the grammar does not expect it, so that an error stays in its statement.
 bool tree_sitter_improv_external_scanner_scan(void *payload, TSLexer *lexer, const bool *valid_symbols) {
-  (void)valid_symbols;
-  uint32_t *open_brackets = &((Scanner *)payload)->open_brackets;
-  skip_blanks(lexer);
+  Scanner *scanner = payload;
+  while (is_blank(lexer->lookahead)) lexer->advance(lexer, true); // they are no part of the token
   int32_t next = lexer->lookahead;
 
   if (is_line_end(next)) {
-    skip_line_end(lexer);
-    lexer->mark_end(lexer);
-    while (*open_brackets && (is_blank(lexer->lookahead) || is_line_end(lexer->lookahead))) {
-      lexer->advance(lexer, false);
-    }
-    if (!*open_brackets || begins_statement(lexer)) {
-      *open_brackets = 0;
-      lexer->result_symbol = END;
-    } else {
-      lexer->result_symbol = LINE_BREAK;
-    }
+    scan_line_end(scanner, lexer);
     return true;
   }
+  if (is_letter(next)) return scan_name(scanner, lexer, valid_symbols);
 
   if (next == '(' || next == '[') {
-    ++*open_brackets;
+    ++scanner->open_brackets;
     lexer->result_symbol = next == '(' ? OPEN_GROUP : OPEN_SQUEEZE;
   } else if (next == ')' || next == ']') {
-    if (*open_brackets) --*open_brackets;
+    if (scanner->open_brackets) --scanner->open_brackets;
     lexer->result_symbol = next == ')' ? CLOSE_GROUP : CLOSE_SQUEEZE;
   } else {
     return false;
@@ -92,16 +215,24 @@ bool tree_sitter_improv_external_scanner_scan(void *payload, TSLexer *lexer, con
   return true;
 }
 
-void *tree_sitter_improv_external_scanner_create(void) { return ts_calloc(1, sizeof(Scanner)); }
+void *tree_sitter_improv_external_scanner_create(void) {
+  Scanner *scanner = ts_calloc(1, sizeof(Scanner));
+  scanner->next_line = UNKNOWN;
+  return scanner;
+}
 
 void tree_sitter_improv_external_scanner_destroy(void *payload) { ts_free(payload); }
 
 unsigned tree_sitter_improv_external_scanner_serialize(void *payload, char *buffer) {
-  memcpy(buffer, payload, sizeof(Scanner));
-  return sizeof(Scanner);
+  Scanner *scanner = payload;
+  unsigned length = offsetof(Scanner, parameters) + scanner->parameter_count * sizeof(Parameter);
+  memcpy(buffer, scanner, length);
+  return length;
 }
 
 void tree_sitter_improv_external_scanner_deserialize(void *payload, const char *buffer, unsigned length) {
-  memset(payload, 0, sizeof(Scanner));
-  if (length == sizeof(Scanner)) memcpy(payload, buffer, length);
+  Scanner *scanner = payload;
+  scanner->open_brackets = scanner->parameter_count = 0;
+  scanner->next_line = UNKNOWN;
+  if (length) memcpy(scanner, buffer, length);
 }

@@ -4,10 +4,15 @@
 (number) @number
 (beat) @attribute
 (transformer) @keyword
+["if" "else"] @keyword.conditional
+"not" @keyword.operator
 (primitive) @function.builtin
 (plane) @constant
 (name) @variable
+(parameter) @variable.parameter
+(sense) @variable.member
 (robot) @type
 
-["=" "$" "||"] @operator
+["=" "$" "||" "*" "/"] @operator
+(scene) @operator
 ["(" ")" "[" "]"] @punctuation.bracket

@@ -1,3 +1,3 @@
-[(group) (squeeze)] @indent.begin
+[(definition) (play) (group) (squeeze)] @indent.begin
 
 [")" "]"] @indent.branch @indent.end

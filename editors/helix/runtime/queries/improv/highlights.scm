@@ -4,10 +4,15 @@
 (number) @constant.numeric
 (beat) @keyword
 (transformer) @keyword.control
+["if" "else"] @keyword.control.conditional
+"not" @keyword.operator
 (primitive) @function.builtin
 (plane) @constant.builtin
 (name) @variable
+(parameter) @variable.parameter
+(sense) @variable.other.member
 (robot) @type
+(scene) @punctuation.special
 
-["=" "$" "||"] @operator
+["=" "$" "||" "*" "/"] @operator
 ["(" ")" "[" "]"] @punctuation.bracket

@@ -1,3 +1,3 @@
-[(group) (squeeze)] @indent
+[(definition) (play) (group) (squeeze)] @indent
 
 [")" "]"] @outdent

@@ -1,4 +1,4 @@
-; A statement is a function, an item in a series is an entry, and a transformer's argument is a parameter.
+; A statement is a function, an item in a series is an entry, and arguments and parameters are parameters.
 
 (definition movement: (_) @function.inside) @function.around
 (play movement: (_) @function.inside) @function.around
@@ -6,6 +6,9 @@
 (series (_) @entry.inside @entry.around)
 
 (transformation [(number) (plane)] @parameter.inside @parameter.around)
+(condition) @parameter.inside @parameter.around
+(call (number) @parameter.inside @parameter.around)
+(definition parameter: (_) @parameter.inside @parameter.around)
 
 (comment) @comment.inside
 (comment)+ @comment.around

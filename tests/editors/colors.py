@@ -1,0 +1,55 @@
+"""A program with every kind of word, and how an editor colors it by its own means, without a server or a grammar."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+_LINES = """\
+beat:beat 60:number #:comment why:comment
+poly:name n:parameter ( m:parameter ) =:operator ramp:transformer 2:number *:operator n 1.5:number m
+---:scene
+r:robot s:robot $:operator reflect:transformer YZ:plane poly 4:number left:primitive
+||:operator if:conditional not:conditional near up:primitive else:conditional until:transformer cue [ right:primitive ]
+x:name =:operator 3:number /:operator 2:number fit:transformer #:comment a:comment /:comment b:comment =:comment
+"""
+_WORDS = [[word.partition(":")[::2] for word in line.split()] for line in _LINES.splitlines()]
+PROGRAM = "".join(" ".join(word for word, _ in line) + "\n" for line in _WORDS)
+
+
+def expected(colors: Mapping[str, str], plain: str = "") -> list[list[str]]:
+    """Each word of the program and its color, given the color of each kind. Words of no kind are plain."""
+    return [[word, colors[kind] if kind else plain] for line in _WORDS for word, kind in line]
+
+
+SCRIPT = """\
+filetype plugin on
+syntax on
+edit!
+let s:found = []
+for s:row in range(1, line('$'))
+  let [s:word, s:column, s:end] = matchstrpos(getline(s:row), '\\S\\+')
+  while s:column >= 0
+    call add(s:found, [s:word, synIDattr(synID(s:row, s:column + 1, 1), 'name')])
+    let [s:word, s:column, s:end] = matchstrpos(getline(s:row), '\\S\\+', s:end)
+  endwhile
+endfor
+call writefile([json_encode(s:found)], $IMPROV_COLORS)
+qall!
+"""
+"""Writes each word and its syntax group, in Vim and in Neovim."""
+
+
+def in_vim_syntax() -> list[list[str]]:
+    """What SCRIPT finds in a program that is colored by `improv.vim`."""
+    kinds = {kind for line in _WORDS for _, kind in line}
+    found = expected({kind: f"improv{kind.capitalize()}" for kind in kinds})
+    return [[word, "improvHead" if word in "()" else color] for word, color in found]
+
+
+def written(folder: Path) -> tuple[Path, Path, dict[str, str]]:
+    """The program and the script as files, and the environment that says where the script writes what it finds."""
+    program, script = folder / "colors.improv", folder / "colors.vim"
+    program.write_text(PROGRAM)
+    script.write_text(SCRIPT)
+    return program, script, {"IMPROV_COLORS": str(folder / "colors.json")}

@@ -22,9 +22,10 @@ from improv_core.score import dice, movement
 from improv_core.score.movement import Movement
 from improv_core.score.scenes import performance, scene_begins
 from improv_core.syntax import nodes
+from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.syntax.parser import parse_statement
-from improv_core.syntax.slips import MEANT, is_like_a_robot
+from improv_core.syntax.slips import MEANT, is_like_a_robot, number_first
 from improv_core.syntax.statements import split
 from improv_core.text import LineIndex, Span
 
@@ -314,8 +315,12 @@ class Analysis:
         is_parameter = name.text in (each.name for each in self.statements[index].parameters)
         if is_parameter or not found or not found.phrase:
             span = Span(numbers[0].span.start, numbers[-1].span.end)
-            message = f"`{name.text}` takes no number: remove it"
-            return Diagnostic("arguments", span, message, replace("Remove it", span, ""))
+            remove = replace("Remove it", span, "")
+            if len(numbers) > 1 or any(numbers[0].parameters):
+                return Diagnostic("arguments", span, f"`{name.text}` takes no number: remove it", remove)
+            term = Token("NAME", name.text, *name.span)
+            message, fixes = number_first(numbers[0].text, term, True, Span(name.span.end, span.end))
+            return Diagnostic("arguments", span, f"`{name.text}` takes no number: {message}", (*fixes, *remove))
         movements = node.movements if isinstance(node, nodes.Call) else ()
         takes = _counted(len(found.phrase.numbers), len(found.phrase.movements))
         given = f", not {_counted(len(numbers), len(movements))}" if numbers or movements else ""
@@ -331,10 +336,10 @@ class Analysis:
         head, sign = statement.heads[0], statement.sign
         assert sign
         message = f"nothing uses `{head.text}`: use it below or remove this line"
-        fixes = [
-            Fix("Remove the definition", (Edit(self._whole_line(index), ""),)),
-            *replace(f"Play it: {head.text} $ …", sign.span, "$"),
-        ]
+        fixes = [Fix("Remove the definition", (Edit(self._whole_line(index), ""),))]
+        if statement.parameters:
+            return Diagnostic("unused-name", head.span, message, tuple(fixes))
+        fixes += replace(f"Play it: {head.text} $ …", sign.span, "$")
         if self._plays_nothing or head.text in self.cast.robots or is_like_a_robot(head.text):
             message = f"nothing uses `{head.text}`: if it is a robot, write `{head.text} $ …`"
             fixes.reverse()

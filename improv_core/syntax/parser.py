@@ -30,7 +30,7 @@ from improv_core.syntax.nodes import (
     Series,
     Statement,
 )
-from improv_core.syntax.slips import late_number
+from improv_core.syntax.slips import misplaced_number
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
 from improv_core.text import Span
 
@@ -158,7 +158,7 @@ def _parse(tokens: Sequence[Token], head: Head) -> tuple[Node | None, Number | N
         found = tokens[unexpected.at] if unexpected.at < len(tokens) else None
         if marked := found or last:
             wrong = _wrong_kind(found, unexpected.wanted, head) if found else None
-            wrong = wrong or late_number(tokens, unexpected.at)
+            wrong = wrong or misplaced_number(tokens, unexpected.at)
             diagnostics.append(
                 wrong or Diagnostic("syntax", marked.span, *_wanted(last, found, unexpected.wanted)),
             )

@@ -20,10 +20,12 @@ MEANT: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("mirror", "flip"), ("reflect",)),
     **dict.fromkeys(("strafe", "sideways"), ("strafeleft", "straferight")),
     **dict.fromkeys(("climb", "rise"), ("up",)),
+    **dict.fromkeys(("random", "pick"), ("choose",)),
 }
 """Words that people try, in lowercase, and the words of the language that do what they want."""
 
 _TEMPO = frozenset({"beat", "tempo", "bpm"})
+_WORDS = ("PRIMITIVE", "NAME")
 _OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
 _TURNS = {"left": 90, "right": 90, "halfleft": 45, "halfright": 45}
 
@@ -68,28 +70,43 @@ def without_commas(heads: Sequence[Token]) -> tuple[list[Token], list[Diagnostic
     return kept, [Diagnostic("syntax", commas[0].span, message, (fix,))]
 
 
-def late_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
-    """The error about a number that follows the movement it should change, as in `forward 2`; None if it is not one."""
-    start = _start_of_term(tokens, at - 1)
-    if start is None or at == len(tokens) or tokens[at].type != "NUMBER":
-        return None
-    end = at + 1
+def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
+    """The error about a number without its word, as in `forward 2` or `2 forward`; None if it is another one."""
+    end = at
     while end < len(tokens) and tokens[end].type in ("NUMBER", "OPERATOR"):
         end += 1
+    if end == at or tokens[at].type != "NUMBER":
+        return None
     number = "".join(token.text for token in tokens[at:end])
-    term, last = tokens[start], tokens[at - 1]
-    written = term.text if start == at - 1 else "( … )" if term.text == "(" else "[ … ]"
     span = Span(tokens[at].start, tokens[end - 1].end)
-    gone = Edit(Span(last.end if span.start - last.end <= 1 else span.start, span.end), "")
-    is_counted = start > 0 and tokens[start - 1].type == "REPEAT"
+    start = _start_of_term(tokens, at - 1)
+    if start is not None:
+        last = tokens[at - 1]
+        gone = Span(last.end if span.start - last.end <= 1 else span.start, span.end)
+        is_counted = start > 0 and tokens[start - 1].type == "REPEAT"
+        return Diagnostic("syntax", span, *number_first(number, tokens[start], at - start == 1, gone, is_counted))
+    if end < len(tokens) and tokens[end].type in (*_WORDS, *_OPENERS.values()):
+        return Diagnostic("syntax", span, *number_first(number, tokens[end], tokens[end].type in _WORDS, span))
+    return None
+
+
+def number_first(
+    number: str, term: Token, is_word: bool, gone: Span, is_counted: bool = False
+) -> tuple[str, tuple[Fix, ...]]:
+    """The message about a number without its word, and its fixes: they remove it at `gone` and write it before the term
+    that starts with this token. If the term `is_counted`, `repeat` stands before it and lacks its number."""
+    written = term.text if is_word else "( … )" if term.text == "(" else "[ … ]"
     ways = [number] if is_counted else list(_ways(term, number))
     shown = [f"{'repeat ' if is_counted else ''}{way} {written}" for way in ways]
-    fixes = [
-        Fix(f"Change to {title}", (Edit(Span(term.start, term.start), f"{way} "), gone))
+    message = f"write {' or '.join(f'`{title}`' for title in shown)}"
+    if gone.end <= term.start:
+        return message, tuple(
+            Fix(f"Change to {title}", (Edit(gone, way),)) for title, way in zip(shown, ways, strict=True)
+        )
+    return f"{message}: the number comes first", tuple(
+        Fix(f"Change to {title}", (Edit(Span(term.start, term.start), f"{way} "), Edit(gone, "")))
         for title, way in zip(shown, ways, strict=True)
-    ]
-    message = f"write the number first: {' or '.join(f'`{title}`' for title in shown)}"
-    return Diagnostic("syntax", span, message, tuple(fixes))
+    )
 
 
 def is_like_a_robot(name: str) -> bool:
@@ -117,7 +134,7 @@ def _start_of_term(tokens: Sequence[Token], last: int) -> int | None:
     if last < 0:
         return None
     token = tokens[last]
-    if token.type in ("PRIMITIVE", "NAME"):
+    if token.type in _WORDS:
         return last
     depth = 0
     for place in range(last, -1, -1) if token.type in _OPENERS else ():

@@ -33,7 +33,7 @@ def test_syntax_says_what_to_write() -> None:
         x = forward ||
                     ^^ syntax: write a movement after `||`
         x = forward 3 left
-                    ^ syntax: write the number first: `repeat 3 forward` or `scale 3 forward`
+                    ^ syntax: write `repeat 3 forward` or `scale 3 forward`: the number comes first
         x = forward | left
                     ^ syntax: write `||` between movements that play in parallel
         x = forward, left

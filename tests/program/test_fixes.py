@@ -34,7 +34,7 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("syntax", "r $ forward | left", "r $ forward || left"),
         ("syntax", "r $ forward, left", "r $ forward left"),
         ("syntax", "r $ YZ left", "r $ reflect YZ left"),
-        ("syntax", "r $ 3 forward left", "r $  forward left"),
+        ("syntax", "r $ 3 forward left", "r $ repeat 3 forward left"),
         ("unclosed-bracket", "r $ (forward [left\n", "r $ (forward [left)\n"),
         ("unmatched-bracket", "r $ forward)", "r $ forward"),
         ("unmatched-bracket", "r $ [forward)", "r $ [forward]"),

@@ -129,9 +129,9 @@ def test_arguments_are_as_the_head_says() -> None:
         r $ times left
             ^^^^^ arguments: `times` takes 1 number and 1 movement, not 1 movement: write `times n (m)`
         r $ x 3
-              ^ arguments: `x` takes no number: remove it
+              ^ arguments: `x` takes no number: write `repeat 3 x` or `scale 3 x`: the number comes first
         f (m) = m 2
-                  ^ arguments: `m` takes no number: remove it
+                  ^ arguments: `m` takes no number: write `repeat 2 m` or `scale 2 m`: the number comes first
         r $ f x
     """)
     related = [other for each in analysis.diagnostics for other in each.related]

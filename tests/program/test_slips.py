@@ -25,15 +25,17 @@ def test_slips_say_what_to_write() -> None:
     check(
         """
         r $ forward 2
-                    ^ syntax: write the number first: `repeat 2 forward` or `scale 2 forward`
+                    ^ syntax: write `repeat 2 forward` or `scale 2 forward`: the number comes first
         r $ rest 2
-                 ^ syntax: write the number first: `repeat 2 rest`
+                 ^ syntax: write `repeat 2 rest`: the number comes first
         r $ (forward left) 3/2
-                           ^^^ syntax: write the number first: `scale 3/2 ( … )`
+                           ^^^ syntax: write `scale 3/2 ( … )`: the number comes first
         r $ repeat forward 4
-                           ^ syntax: write the number first: `repeat 4 forward`
+                           ^ syntax: write `repeat 4 forward`: the number comes first
         r $ halfleft 45
-                     ^^ syntax: write the number first: `scale 45/45 halfleft`
+                     ^^ syntax: write `scale 45/45 halfleft`: the number comes first
+        r $ 2 forward
+            ^ syntax: write `repeat 2 forward` or `scale 2 forward`
         Beat 60
         ^^^^ syntax: write `beat 60` to set the tempo
         turtle1: forward
@@ -68,6 +70,11 @@ def test_slips_say_what_to_write() -> None:
         ("r $ (up # 2 times\n  2)", ["r $ (repeat 2 up # 2 times\n  )", "r $ (scale 2 up # 2 times\n  )"]),
         ("r $ left 90", ["r $ scale 90/90 left"]),
         ("r $ repeat forward 4", ["r $ repeat 4 forward"]),
+        ("r $ up 2*3 (left)", ["r $ scale 2*3 up (left)"]),
+        ("r $ 3/2 (left) up", ["r $ scale 3/2 (left) up"]),
+        ("r $ 90 left", ["r $ scale 90/90 left"]),
+        ("x = up\nr $ x 2 up", ["x = up\nr $ repeat 2 x up", "x = up\nr $ scale 2 x up", "x = up\nr $ x  up"]),
+        ("f n = repeat n up\nr $ up", ["r $ up"]),
         ("BEAT 60\nr $ left", ["beat 60\nr $ left"]),
         ("tempo 90\nr $ left", ["beat 90\nr $ left"]),
         ("r: left", ["r $ left"]),

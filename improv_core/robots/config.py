@@ -128,13 +128,16 @@ _MEASURES: Mapping[str, Range] = {
     "max_angular_acceleration": ("rad/s²", 0.001, 1000),
     "command_rate": ("Hz", 1, 200),
     "radius": ("meters", 0.001, 100),
+    "noise": ("shares of the speed", 0, 0.5),
 }
+_WHEEL_ERROR = (0.5, 1.5)
+_MOTORS_ONLY = ("wheel_error", "noise")
 _SECTIONS = ("robots", "profiles", "ros", "world")
 _ROS_KEYS = ("namespace", "use_sim_time", "stop", "deadman", "rejoin")
 _DEADMAN_KEYS = ("topic", "button")
 _MOST_BUTTON = 99
 _ROBOT_KEYS = ("profile", "start", "topic", "message", "reset")
-_PROFILE_KEYS = ("base", *_MEASURES, "motions", "message", "dynamics")
+_PROFILE_KEYS = ("base", *_MEASURES, "motions", "message", "dynamics", "wheel_error")
 
 
 class _RobotsReading(TomlReading):
@@ -245,7 +248,24 @@ class _RobotsReading(TomlReading):
         for word, known in (("message", MESSAGES), ("dynamics", DYNAMICS)):
             if written := self.one_of((*keys, word), table, known):
                 changes[word] = written
-        return replace(base, name=name, motions=motions or base.motions, **changes)
+        if "wheel_error" in table:
+            changes["wheel_error"] = self.wheel_error((*keys, "wheel_error"), table["wheel_error"])
+        profile = replace(base, name=name, motions=motions or base.motions, **changes)
+        if profile.dynamics != "motors":
+            for key in _MOTORS_ONLY:
+                if key in table:
+                    self.at_key((*keys, key), f'`{key}` works only with `dynamics = "motors"`: add that line')
+        return profile
+
+    def wheel_error(self, keys: Keys, value: Any) -> tuple[float, float]:
+        least, most = _WHEEL_ERROR
+        if isinstance(value, list) and len(value) == 2:
+            left, right = value
+            if all(type(wheel) in (int, float) and least <= wheel <= most for wheel in value):
+                return float(left), float(right)
+        message = f"write `wheel_error` as two numbers from {least} to {most}, left and right: `[0.98, 1.0]`"
+        self.at_value(keys, message)
+        return 1.0, 1.0
 
     def motions(self, keys: Keys, value: Any) -> tuple[str, ...]:
         if not isinstance(value, list) or not value:

@@ -101,6 +101,46 @@ def test_a_profile_without_a_base_says_its_step_and_is_not_limited_in_the_rest()
     """)
 
 
+def test_robots_that_drift() -> None:
+    found = check("""
+        [profiles.worn]
+        base = "turtlebot4"
+        dynamics = "motors"
+        wheel_error = [0.96, 0.94]
+        noise = 0.01
+
+        [profiles.new]
+        base = "worn"
+        noise = 0
+    """)
+    worn, new = found.profiles["worn"], found.profiles["new"]
+    assert (worn.wheel_error, worn.noise) == ((0.96, 0.94), 0.01)
+    assert (new.wheel_error, new.noise) == ((0.96, 0.94), 0)
+
+
+def test_drift_that_makes_no_sense() -> None:
+    found = check("""
+        [profiles.a]
+        base = "turtlebot4"
+        dynamics = "motors"
+        wheel_error = [0.96]
+                      ^^^^^^ robots: write `wheel_error` as two numbers from 0.5 to 1.5, left and right: `[0.98, 1.0]`
+        noise = 1
+                ^ robots: write `noise` in shares of the speed, from 0 to 0.5
+
+        [profiles.b]
+        base = "a"
+        wheel_error = [0, true]
+                      ^^^^^^^^^ robots: write `wheel_error` as two numbers from 0.5 to 1.5, left and right: `[0.98, 1.0]`
+
+        [profiles.c]
+        base = "turtlebot4"
+        noise = 0.01
+        ^^^^^ robots: `noise` works only with `dynamics = "motors"`: add that line
+    """)
+    assert found.profiles["b"].wheel_error == (1.0, 1.0)
+
+
 def test_a_world() -> None:
     found = check("""
         [world]

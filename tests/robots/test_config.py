@@ -24,7 +24,8 @@ from improv_core.text import LineIndex
 from tests.strange_files import StrangeFile
 
 PAGE = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+FLEET = (Path(__file__).parents[2] / "docs" / "fleet.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE + FLEET, re.DOTALL)
 
 
 def check(expected: str) -> Robots:

@@ -102,6 +102,17 @@ def test_a_profile_without_a_base_says_its_step_and_is_not_limited_in_the_rest()
     """)
 
 
+def test_a_name_for_the_node() -> None:
+    assert check('[ros]\nnode = "conductor_1"').node == "conductor_1"
+    assert check("").node is None
+    found = check("""
+        [ros]
+        node = "/lab/conductor"
+               ^^^^^^^^^^^^^^^^ robots: use the letters a to z, digits, and `_`, not starting with a digit, without `/`
+    """)
+    assert found.node is None
+
+
 def test_robots_that_drift() -> None:
     found = check("""
         [profiles.worn]
@@ -450,7 +461,7 @@ def test_wrong_keys_and_values_of_ros() -> None:
         use_sim_time = "yes"
                        ^^^^^ robots: write `use_sim_time` as `true` or `false`
         qos = 3
-        ^^^ robots: `qos` is not valid here: write one of `namespace`, `use_sim_time`, `stop`, `deadman`, `rejoin`
+        ^^^ robots: `qos` is not valid here: write one of `namespace`, `node`, `use_sim_time`, `stop`, `deadman`, `rejoin`
         [robots.a]
         reset = ["/reset"]
                 ^^^^^^^^^^ robots: write `reset` as text, in quotes
@@ -614,7 +625,7 @@ def test_what_the_page_shows_is_right(block: str) -> None:
 
 
 def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
-    ours = ("profile", "start", "topic", "message", "reset", "namespace", "use_sim_time", "base")
+    ours = ("profile", "start", "topic", "message", "reset", "namespace", "node", "use_sim_time", "base")
     for key in (*ours, *(set(Profile.__slots__) - {"name"})):
         assert f"| `{key}` |" in PAGE
     for profile in BUILT_IN.values():

@@ -91,7 +91,8 @@ def main() -> int:
             publishers.take(message)
         gone = gone or lines.ended
         if watch.must_stop(now, gone, silent and stage.is_halted()):
-            stage.kill()  # it could come back, and go on sending
+            if not gone:  # one that has closed our input sends nothing any more, and may have last words
+                stage.kill()  # it could come back and continue to send
             publishers.stop(watch.moved)
         elif not gone:
             continue

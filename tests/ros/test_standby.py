@@ -63,3 +63,11 @@ def test_a_stage_that_has_stopped_its_robots(listen: Listen, sink: Sink) -> None
     wait_until_gone(ours, LIMIT)
     turtles.close()
     assert len(turtles.heard) == heard
+
+
+def test_a_stage_that_ends_while_a_robot_moves(listen: Listen, sink: Sink) -> None:
+    """The standby stops the robot and lets the stage end by itself, so its last message is not lost."""
+    turtles = moving(listen, sink)
+    sink.close()
+    turtles.wait(still)
+    assert sink.process.returncode == 0

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 
 MOTIONS = ("forward", "turn", "strafe", "climb")
 DYNAMICS = ("ideal", "motors")
+LIMITED = "limits"
+"""What `dynamics` is of an ideal robot beside its real one (`beside_robots`)."""
 MESSAGES = ("auto", "Twist", "TwistStamped")
 
 _WHEELS = ("forward", "turn")
@@ -46,6 +48,17 @@ class Profile:
     def __post_init__(self) -> None:
         for name in ("motions", "wheel_error"):
             object.__setattr__(self, name, tuple(getattr(self, name)))  # a list if it comes from JSON
+
+
+def beside_robots(profile: Profile) -> Profile:
+    """The profile of a simulated robot beside its real one: it keeps the limits that the real one has, and no others.
+
+    Its speeds are sent within them, and its base limits its accelerations, so an ideal robot would be elsewhere.
+    """
+    speeds = (profile.max_linear, profile.max_angular)
+    accelerations = (profile.max_linear_acceleration, profile.max_angular_acceleration)
+    has_limits = any(limit is not None for limit in (*speeds, *accelerations))
+    return replace(profile, dynamics=LIMITED) if profile.dynamics == "ideal" and has_limits else profile
 
 
 # turtlesim's turtle.cpp has no speed limit and no height. It obeys `linear.y` only if its parameter `holonomic` is set,

@@ -62,16 +62,17 @@ class Motors(NamedTuple):
 
 
 def motors_of(profile: Profile, robot: str) -> Motors | None:
-    """The motors of a robot with this profile; None if it is ideal."""
-    if profile.dynamics != "motors":
+    """The motors of a robot with this profile; None if it is ideal. Beside a real one, it has only known limits."""
+    if profile.dynamics == "ideal":
         return None
+    linear, angular = (LINEAR_ACCELERATION, ANGULAR_ACCELERATION) if profile.dynamics == "motors" else (math.inf,) * 2
     left, right = profile.wheel_error
     wheels = Wheels(left, right, WHEEL_SEPARATION * profile.radius, profile.noise, robot)
     return Motors(
         profile.max_linear,
         profile.max_angular,
-        profile.max_linear_acceleration or LINEAR_ACCELERATION,
-        profile.max_angular_acceleration or ANGULAR_ACCELERATION,
+        profile.max_linear_acceleration or linear,
+        profile.max_angular_acceleration or angular,
         wheels if (left, right, profile.noise) != (1, 1, 0) else None,
     )
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.profiles import TURTLEBOT4, Profile
+from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile, beside_robots
 from improv_core.stage.sinks.dynamics import Motion, Motors, Wheels, follow, motors_of
 
 BASE = Motors(max_linear=0.5, max_angular=2.0, linear_acceleration=0.8, angular_acceleration=4.0)
@@ -33,6 +33,17 @@ def test_ideal_robots_have_no_motors() -> None:
 def test_motors_have_the_limits_of_their_profile_and_ours_where_it_has_none() -> None:
     create = Profile("create", 0.2, max_linear_acceleration=0.9, max_angular=1.9, dynamics="motors")
     assert motors_of(create, "r") == Motors(None, 1.9, 0.9, 5.0)
+
+
+def test_beside_real_robots_only_known_limits_count() -> None:
+    burger = motors_of(beside_robots(TURTLEBOT3_BURGER), "r")
+    assert burger == Motors(0.22, 2.84, math.inf, math.inf)
+    assert motors_of(beside_robots(TURTLEBOT4), "r") == Motors(0.306, 1.9, 0.9, 7.725)
+    assert motors_of(beside_robots(TURTLESIM), "r") is None
+    assert beside_robots(replace(TURTLEBOT4, dynamics="motors")).dynamics == "motors"
+    # As the sink scales what is too fast: half as fast, so half as far, and no longer to get going.
+    commands = [(0.0, Twist(x=0.44, yaw=1.0)), (2.0, STILL)]
+    check(commands, 3.0, Pose().after(Twist(x=0.22, yaw=0.5), 2.0), burger)
 
 
 def test_an_ideal_robot_is_at_its_speed_at_once() -> None:

@@ -40,6 +40,7 @@ class Performance:
         self._documents = documents
         self._playback: Playback | None = None
         self._document: Document | None = None  # as it was when it began to play
+        self._node: str | None = None  # as the improv.toml of the latest dance names it
         self._generation = 0
         self._refused = 0  # the count of stops when the editor was last told that something did not begin
         self._page_shown = False
@@ -69,7 +70,9 @@ class Performance:
         await self._play(document, settings.switch_at if settings.on_save == "continue" else "restart", asked)
 
     async def _play(self, document: Document, when: When, asked: int) -> None:
-        playback, analysis = self._stages(), document.analysis
+        analysis = document.analysis
+        self._node = analysis.cast.node
+        playback = self._stages()
         try:
             generation = await playback.play(score_of(analysis), name_of(document.uri), asked, when)
         except StageError as error:
@@ -167,6 +170,7 @@ class Performance:
             settings.ros_discovery,
             settings.ros_standby,
             takes_start_poses=True,
+            node=self._node,
         )
         old = self._playback
         if old and old.options == options:

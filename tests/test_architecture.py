@@ -41,13 +41,13 @@ LIBRARIES = {
     "pymunk": ["stage/sinks/collisions.py"],
     "rclpy": [
         "stage/graph.py",
-        *(f"stage/sinks/{name}.py" for name in ("ros", "ros_listening", "ros_nodes")),
+        *(f"stage/sinks/{name}.py" for name in ("ros", "ros_listening", "ros_nodes", "ros_requests")),
     ],
     "aiohttp": ["stage/viewer/application.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "resvg_py": ["commands/plot.py"],
 }
-MESSAGES_OF_ROS = {"geometry_msgs", "sensor_msgs", "std_msgs", "std_srvs"}
+MESSAGES_OF_ROS = {"geometry_msgs", "rcl_interfaces", "sensor_msgs", "std_msgs", "std_srvs"}
 
 
 def name(path: Path) -> str:

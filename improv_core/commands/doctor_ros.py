@@ -15,7 +15,7 @@ from improv_core.playback.interpreter import SETUP, Interpreter, InterpreterErro
 from improv_core.playback.isolation import isolated
 from improv_core.robots.config import FILE_NAME, Robot
 from improv_core.score.score import Safety
-from improv_core.stage.discovery import RANGE, REACH, advice, described, limited, reached
+from improv_core.stage.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
 from improv_core.stage.graph import VELOCITIES
 from improv_core.stage.protocol import FOLDER
 from improv_core.stage.sinks.ros_nodes import STANDBY
@@ -72,6 +72,8 @@ def reach(env: Mapping[str, str]) -> Finding:
     if stage[RANGE] not in REACH:
         return Finding(Mark.BROKEN, f"{RANGE} is {stage[RANGE]}", f"set it to {', '.join(REACH)}, or unset it")
     what, reaches = described(stage), reached(stage)
+    if server(stage):
+        return Finding(Mark.GOOD, what, f"unset {SERVER} to find robots without it")
     if reaches == "LOCALHOST":
         return Finding(Mark.GOOD, what, f"set {advice(env, 'SUBNET')} to reach robots on the network")
     if reaches == "OFF":

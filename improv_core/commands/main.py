@@ -14,6 +14,7 @@ import click
 from improv_core import __version__
 from improv_core.commands.echo import printable_usage_errors
 from improv_core.commands.exit_codes import FAILED, CommandError
+from improv_core.commands.ros_arguments import without_ros_arguments
 from improv_core.program.files import ReadError
 
 COMMANDS = {
@@ -39,7 +40,8 @@ def main() -> None:
     stream = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115 (it is None where a shell has closed it)
     output = sys.stdout = Output(stream.buffer, "utf-8", "replace", line_buffering=stream.isatty())
     try:
-        improv()
+        ours, theirs = without_ros_arguments(sys.argv[1:])
+        improv(ours, obj=theirs)
     except (SystemExit, OSError):
         if not output.problem:
             raise

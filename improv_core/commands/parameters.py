@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from improv_core.playback.start import Options
 
 files = click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 file = click.argument("file", type=click.Path(path_type=Path))
@@ -23,6 +27,17 @@ backend = click.option(
     show_default=True,
     help="Play in the simulator, on ROS 2, or on both; auto uses ROS 2 if it is available.",
 )
+
+
+def options(file: Path, backend: str, port: int) -> Options:
+    """What to play a program on, with the arguments after `--ros-args`."""
+    from improv_core.playback.start import Options  # here, since only some commands need it
+    from improv_core.program.files import ReadError, robots_near
+
+    node = None
+    with suppress(ReadError):  # which is reported when the program is read
+        node = robots_near(file.absolute().parent).node
+    return Options(backend, port, node=node, ros_arguments=click.get_current_context().obj or ())
 
 
 class _Seconds(click.FloatRange):

@@ -43,7 +43,7 @@ def command(
         raise CommandError("--fast works only in the simulator: real robots can't be sped up")
     if fast:
         sys.exit(play_fast(file, seconds, report=report is not None))
-    options = Options(backend, port)
+    options = parameters.options(file, backend, port)
     sys.exit(run(play(file, options, browser=not no_browser, report=report is not None)))
 
 

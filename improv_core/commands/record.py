@@ -39,7 +39,7 @@ def command(file: Path, output: Path, seconds: float | None, backend: str | None
         sys.exit(record(file, output, seconds))
     if seconds:
         raise CommandError("--for cannot be combined with --backend; stop a live run with Ctrl-C")
-    sys.exit(run(record_live(file, output, Options(backend, port), browser=not no_browser)))
+    sys.exit(run(record_live(file, output, parameters.options(file, backend, port), browser=not no_browser)))
 
 
 class RecordError(CommandError):

@@ -37,7 +37,7 @@ be half written, and longest if it is empty, missing or not text, since somebody
 @parameters.no_browser
 def command(file: Path, backend: str, port: int, no_browser: bool) -> None:
     """Play a program every time it is saved. Ctrl-C stops the robots."""
-    sys.exit(run(watch(file, Options(backend, port), browser=not no_browser)))
+    sys.exit(run(watch(file, parameters.options(file, backend, port), browser=not no_browser)))
 
 
 async def watch(path: Path, options: Options, *, browser: bool) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -20,6 +21,8 @@ SinkName = Literal["simulator", "ros"]
 class Options:
     """What to play on. `backend` is auto, sim, ros, or both; the ROS fields are as in the settings.
 
+    `node` is the name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own, after `--ros-args`.
+
     With `report_sent`, stages report every velocity they send. `takes_start_poses` is for a listener that handles
     `place` requests: only then does the page offer to write start poses into improv.toml.
     """
@@ -31,6 +34,8 @@ class Options:
     standby: bool = True
     report_sent: bool = False
     takes_start_poses: bool = False
+    node: str | None = None
+    ros_arguments: Sequence[str] = ()
 
 
 async def start_stage(sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> Stage | None:
@@ -51,7 +56,9 @@ async def start_stage(sink: SinkName, options: Options, token: str, hear: Hear, 
     if found:
         discovery = ["--discovery", options.discovery] if options.discovery else []
         alone = [] if options.standby else ["--no-standby"]
-        arguments = ["--sink", sink, *discovery, *alone, *reporting]
+        named = ["--node", options.node] if options.node else []
+        theirs = ["--ros-args", *options.ros_arguments] if options.ros_arguments else []  # last: it takes all the rest
+        arguments = ["--sink", sink, *discovery, *alone, *reporting, *named, *theirs]
         return await Stage.start([found.python, str(FOLDER), *arguments], found.env, hear, stops)
     if options.backend == "auto":
         return None

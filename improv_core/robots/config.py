@@ -40,7 +40,8 @@ class Robot:
 class Robots:
     """The valid content of an `improv.toml`. `profiles` are its own and the built-in ones.
 
-    `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab".
+    `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab". `node` is the name
+    of Improv's node in ROS 2; None stands for a unique one.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -52,6 +53,7 @@ class Robots:
     use_sim_time: bool = False
     world: World = EMPTY
     safety: Safety = field(default_factory=Safety)
+    node: str | None = None
 
     @property
     def ok(self) -> bool:
@@ -73,10 +75,11 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     namespace = reading.ros_name(("ros", "namespace"), ros, "") or ""
     use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
     safety = reading.safety(ros, namespace)
+    node = reading.node_name(("ros", "node"), ros)
     world = read_world(reading, sections.get("world", {}))
     robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
-    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world, safety)
+    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world, safety, node)
 
 
 def find_robots_file(folder: Path) -> Path | None:
@@ -111,6 +114,8 @@ def _topic(namespace: str, robot: str) -> str:
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
 _ROS_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # as in rmw's validate_full_topic_name.c
+_NODE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # as in rmw's validate_node_name.c
+_LONGEST_NODE_NAME = 200  # there 255, but the names of services come after it
 _LONGEST_ROS_NAME = 247  # also there: 255, less 8 for prefixes
 
 # The ranges catch typical errors: 0, millimeters, an angle in radians.
@@ -128,13 +133,16 @@ _MEASURES: Mapping[str, Range] = {
     "max_angular_acceleration": ("rad/s²", 0.001, 1000),
     "command_rate": ("Hz", 1, 200),
     "radius": ("meters", 0.001, 100),
+    "noise": ("shares of the speed", 0, 0.5),
 }
+_WHEEL_ERROR = (0.5, 1.5)
+_MOTORS_ONLY = ("wheel_error", "noise")
 _SECTIONS = ("robots", "profiles", "ros", "world")
-_ROS_KEYS = ("namespace", "use_sim_time", "stop", "deadman", "rejoin")
+_ROS_KEYS = ("namespace", "node", "use_sim_time", "stop", "deadman", "rejoin")
 _DEADMAN_KEYS = ("topic", "button")
 _MOST_BUTTON = 99
 _ROBOT_KEYS = ("profile", "start", "topic", "message", "reset")
-_PROFILE_KEYS = ("base", *_MEASURES, "motions", "message", "dynamics")
+_PROFILE_KEYS = ("base", *_MEASURES, "motions", "message", "dynamics", "wheel_error")
 
 
 class _RobotsReading(TomlReading):
@@ -207,6 +215,14 @@ class _RobotsReading(TomlReading):
             return whole
         return None
 
+    def node_name(self, keys: Keys, table: Mapping[str, Any]) -> str | None:
+        """A name for Improv's node, without a namespace."""
+        name = self.text(keys, table)
+        if name is None or (_NODE_NAME.fullmatch(name) and len(name) <= _LONGEST_NODE_NAME):
+            return name
+        self.at_value(keys, "use the letters a to z, digits, and `_`, not starting with a digit, without `/`")
+        return None
+
     def profiles(self, tables: Mapping[str, Any]) -> dict[str, Profile]:
         """All profiles, including the built-in ones. Each is made after its base."""
         own = {name: self.table(("profiles", name), value, _PROFILE_KEYS) for name, value in tables.items()}
@@ -245,7 +261,24 @@ class _RobotsReading(TomlReading):
         for word, known in (("message", MESSAGES), ("dynamics", DYNAMICS)):
             if written := self.one_of((*keys, word), table, known):
                 changes[word] = written
-        return replace(base, name=name, motions=motions or base.motions, **changes)
+        if "wheel_error" in table:
+            changes["wheel_error"] = self.wheel_error((*keys, "wheel_error"), table["wheel_error"])
+        profile = replace(base, name=name, motions=motions or base.motions, **changes)
+        if profile.dynamics != "motors":
+            for key in _MOTORS_ONLY:
+                if key in table:
+                    self.at_key((*keys, key), f'`{key}` works only with `dynamics = "motors"`: add that line')
+        return profile
+
+    def wheel_error(self, keys: Keys, value: Any) -> tuple[float, float]:
+        least, most = _WHEEL_ERROR
+        if isinstance(value, list) and len(value) == 2:
+            left, right = value
+            if all(type(wheel) in (int, float) and least <= wheel <= most for wheel in value):
+                return float(left), float(right)
+        message = f"write `wheel_error` as two numbers from {least} to {most}, left and right: `[0.98, 1.0]`"
+        self.at_value(keys, message)
+        return 1.0, 1.0
 
     def motions(self, keys: Keys, value: Any) -> tuple[str, ...]:
         if not isinstance(value, list) or not value:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 MOTIONS = ("forward", "turn", "strafe", "climb")
 DYNAMICS = ("ideal", "motors")
+LIMITED = "limits"
+"""What `dynamics` is of an ideal robot beside its real one (`beside_robots`)."""
 MESSAGES = ("auto", "Twist", "TwistStamped")
 
 _WHEELS = ("forward", "turn")
@@ -21,7 +23,8 @@ class Profile:
     (rad/s), and the accelerations (m/s², rad/s²): None if there is no limit. `motions`: those of `MOTIONS` that it can
     make, in both directions. `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in
     the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as
-    the score says, or as motors would.
+    the score says, or as motors would. With motors, `wheel_error` holds how far its left and right wheels really roll
+    for each meter that their encoders count, and `noise` the standard deviation of that, as a share.
     """
 
     name: str
@@ -39,9 +42,23 @@ class Profile:
     # Which message a TurtleBot3 or a TurtleBot 4 expects depends on the ROS release, so no built-in profile fixes it.
     message: str = "auto"
     dynamics: str = "ideal"
+    wheel_error: Sequence[float] = (1.0, 1.0)
+    noise: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "motions", tuple(self.motions))  # a list if it comes from JSON
+        for name in ("motions", "wheel_error"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))  # a list if it comes from JSON
+
+
+def beside_robots(profile: Profile) -> Profile:
+    """The profile of a simulated robot beside its real one: it keeps the limits that the real one has, and no others.
+
+    Its speeds are sent within them, and its base limits its accelerations, so an ideal robot would be elsewhere.
+    """
+    speeds = (profile.max_linear, profile.max_angular)
+    accelerations = (profile.max_linear_acceleration, profile.max_angular_acceleration)
+    has_limits = any(limit is not None for limit in (*speeds, *accelerations))
+    return replace(profile, dynamics=LIMITED) if profile.dynamics == "ideal" and has_limits else profile
 
 
 # turtlesim's turtle.cpp has no speed limit and no height. It obeys `linear.y` only if its parameter `holonomic` is set,
@@ -51,9 +68,9 @@ TURTLESIM = Profile("turtlesim", step=2.0, motions=_WHEELS)
 DEFAULT = replace(TURTLESIM, motions=MOTIONS)
 """For a robot without a profile: it steps like turtlesim and, since nothing is known about it, may use all motions."""
 
-# Robots on a floor step 0.2 m. At tempo 60 that is 0.2 m/s, within every robot's limit, as is a quarter turn at
-# 1.57 rad/s. It is the same for all of them, so a program takes up the same space with each.
-# The radius is half the longer side of the body, according to the manual.
+# Robots on a floor step 0.2 m. At tempo 60 that is 0.2 m/s, within every robot's limit; a quarter turn, at 1.57 rad/s,
+# is too fast for a Husky and a Leo Rover. It is the same for all of them, so a program takes up the same space with
+# each. The radius is half the longer side of the body, according to the manual.
 _FLOOR_STEP = 0.2
 
 # ROBOTIS e-Manual, TurtleBot3, Specifications: Burger 0.22 m/s, 2.84 rad/s, 138 mm × 178 mm; Waffle and Waffle Pi
@@ -80,6 +97,37 @@ TURTLEBOT4 = Profile(
     radius=0.171,
 )
 
+# The same base without its tower: 0.306 m/s, 1.9 rad/s, and both accelerations as above. The radius is that of the body
+# in create3_sim's create3.urdf.xacro.
+CREATE3 = replace(TURTLEBOT4, name="create3", radius=0.164)
+
+# clearpath_common, clearpath_control/config: j100/control.yaml 2.0 m/s, 4.0 rad/s, 20 m/s², 25 rad/s², and
+# a200/control.yaml 1.0 m/s, 1.0 rad/s, 1.0 m/s², 1.0 rad/s². Jackal User Manual: 508 mm × 430 mm. Husky A200 User
+# Manual: 990 mm × 670 mm.
+JACKAL = Profile(
+    "jackal",
+    _FLOOR_STEP,
+    max_linear=2.0,
+    max_angular=4.0,
+    max_linear_acceleration=20.0,
+    max_angular_acceleration=25.0,
+    motions=_WHEELS,
+    radius=0.254,
+)
+HUSKY = Profile(
+    "husky",
+    _FLOOR_STEP,
+    max_linear=1.0,
+    max_angular=1.0,
+    max_linear_acceleration=1.0,
+    max_angular_acceleration=1.0,
+    motions=_WHEELS,
+    radius=0.495,
+)
+
+# Leo Rover specification (version 1.9): 0.4 m/s, 1 rad/s, 424 mm × 445 mm. It gives no acceleration limit.
+LEO_ROVER = Profile("leo_rover", _FLOOR_STEP, max_linear=0.4, max_angular=1.0, motions=_WHEELS, radius=0.223)
+
 # The last two are no machine in particular: step and radius are our choice, and the limits are what small machines
 # of the kind keep, the lowest of each source.
 
@@ -103,5 +151,16 @@ QUADROTOR = Profile("quadrotor", step=0.5, max_linear=1.0, max_angular=2.61, mot
 
 BUILT_IN: Mapping[str, Profile] = {
     profile.name: profile
-    for profile in (TURTLESIM, TURTLEBOT3_BURGER, TURTLEBOT3_WAFFLE, TURTLEBOT4, HOLONOMIC, QUADROTOR)
+    for profile in (
+        TURTLESIM,
+        TURTLEBOT3_BURGER,
+        TURTLEBOT3_WAFFLE,
+        TURTLEBOT4,
+        CREATE3,
+        JACKAL,
+        HUSKY,
+        LEO_ROVER,
+        HOLONOMIC,
+        QUADROTOR,
+    )
 }

@@ -27,8 +27,8 @@ if __name__ == "__main__":
 from improv_core.score.motion import Twist
 from improv_core.stage.loop import EARLY, Arrival, End, Opened, one_line, run
 from improv_core.stage.pipes import read_arrivals, write_messages
-from improv_core.stage.protocol import VERSION, FromStage, Ready
-from improv_core.stage.sinks import Edge, Sink
+from improv_core.stage.protocol import VERSION, FromStage, PageRequest, Ready
+from improv_core.stage.sinks import Sink
 from improv_core.stage.urgent_queue import UrgentQueue
 
 SWITCH_INTERVAL = 0.0005
@@ -76,17 +76,32 @@ def _options() -> argparse.Namespace:
         "--takes-start-poses", action="store_true", help="start poses dragged on the page can be written"
     )
     parser.add_argument("--report-sent", action="store_true", help="tell of every velocity that is sent")
+    parser.add_argument("--node", help="the name of the node in ROS 2, if it is not to be unique")
+    parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help="ROS's own arguments, to the end")
     return parser.parse_args()
 
 
-def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Edge], None]) -> tuple[Opened, Ready]:
+def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None]) -> tuple[Opened, Ready]:
     """The sink that was asked for, and what to say once it is ready."""
     if options.sink == "ros":
         from improv_core.stage.sinks.ros import Ros
 
-        ros = Ros(options.discovery, not options.no_standby, hear)
+        def ask(command: PageRequest) -> None:
+            if command["type"] == "hush" or command["type"] == "pause" or command["type"] == "speed":
+                hear(command)  # now, even if the parent hangs, or isn't told before we are ready
+            put({"type": "request", "command": command})
+
+        arguments = ["--ros-args", *options.ros_args] if options.ros_args else []
+        ros = Ros(options.discovery, not options.no_standby, hear, ask, options.node, arguments)
+
+        def tell_both(message: FromStage) -> None:
+            # A speed that was set before the first score is no news: the parent would take it for the end of a score.
+            if message["type"] != "transport" or message["generation"]:
+                ros.show(message)
+                put(message)
+
         ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "real": True}
-        return Opened(ros, put), ready
+        return Opened(ros, tell_both), ready
 
     from improv_core.stage.sinks.simulator import Simulator
     from improv_core.stage.viewer.server import Viewer

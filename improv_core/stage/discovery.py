@@ -7,6 +7,8 @@ from collections.abc import Mapping
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 LOCALHOST_ONLY = "ROS_LOCALHOST_ONLY"
 PEERS = "ROS_STATIC_PEERS"
+SERVER = "ROS_DISCOVERY_SERVER"
+SUPER_CLIENT = "ROS_SUPER_CLIENT"
 REACH = {
     "LOCALHOST": "this machine only",
     "SUBNET": "the whole subnet",
@@ -30,11 +32,25 @@ def limited(env: Mapping[str, str], setting: str | None = None) -> dict[str, str
     made = {**env, RANGE: env.get(RANGE) or setting or "LOCALHOST"}
     if _release(env) in BEFORE_RANGES and made[RANGE] not in ("SUBNET", "SYSTEM_DEFAULT"):
         made[LOCALHOST_ONLY] = "1"  # even where it is 0: sourcing Humble sets that, nobody has asked for it
+    if server(env) and not env.get(SUPER_CLIENT):
+        made[SUPER_CLIENT] = "TRUE"  # otherwise the server doesn't tell who else is there, and what they listen for
     return made
 
 
+def server(env: Mapping[str, str]) -> str | None:
+    """The Fast DDS discovery server that is asked which robots there are, if any. It overrides RANGE.
+
+    So robots on other machines are reached with LOCALHOST too, if they ask the same server (tests/ros/test_hosts.py).
+    """
+    uses_fast_dds = env.get("RMW_IMPLEMENTATION", "rmw_fastrtps").startswith("rmw_fastrtps")
+    return (uses_fast_dds and env.get(SERVER)) or None
+
+
 def reached(env: Mapping[str, str]) -> str:
-    """How far a stage with this environment, which `limited` has made, really reaches: a key of `REACH`."""
+    """How far a stage with this environment, which `limited` has made, really reaches: a key of `REACH`.
+
+    That is without a discovery server, which has its own way.
+    """
     only = env.get(LOCALHOST_ONLY) == "1"
     if _release(env) in BEFORE_RANGES:
         return "LOCALHOST" if only else "SUBNET"
@@ -45,9 +61,12 @@ def reached(env: Mapping[str, str]) -> str:
 
 def described(env: Mapping[str, str]) -> str:
     """In words, what a stage with this environment, which `limited` has made, reaches."""
+    domain = f"domain {env.get('ROS_DOMAIN_ID') or 0}"
+    if asked := server(env):
+        return f"{domain}, all robots listed by the discovery server {asked}"
     reach = reached(env)
     peers = f", plus {PEERS} {env[PEERS]}" if env.get(PEERS) and reach != "OFF" and not _ignores_peers(env) else ""
-    return f"domain {env.get('ROS_DOMAIN_ID') or 0}, {REACH[reach]}{peers}"
+    return f"{domain}, {REACH[reach]}{peers}"
 
 
 def advice(env: Mapping[str, str], wanted: str) -> str:

@@ -70,7 +70,13 @@ def _node(name: str) -> Iterator[Any]:
 
 
 def _ends(infos: Sequence[Any]) -> list[list[str]]:
-    return sorted([f"{info.node_namespace.rstrip('/')}/{info.node_name}", info.topic_type] for info in infos)
+    return sorted([_name(info), info.topic_type] for info in infos)
+
+
+def _name(info: Any) -> str:
+    # A Fast DDS discovery server may tell of a listener and never of its node (ros2#1617).
+    unknown = info.node_name == "_NODE_NAME_UNKNOWN_"
+    return "an unnamed node" if unknown else f"{info.node_namespace.rstrip('/')}/{info.node_name}"
 
 
 def _say(value: Any) -> None:

@@ -6,10 +6,11 @@ import math
 import queue
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from improv_core.plain import message as in_plain_text
+from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
 from improv_core.stage.player import GAMEPAD, Player
 from improv_core.stage.protocol import (
@@ -188,6 +189,9 @@ class _Loop:
 
     def _load(self, asked: Play, now: float) -> None:
         load, score = asked.load, asked.score
+        if "zero" in load:  # real robots lead
+            parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}
+            score = replace(score, parts=parts)
         self.player.backend = load["backend"]
         self._opened.show(score, load["generation"])
         at = self._as_of(load.get("at"), now)

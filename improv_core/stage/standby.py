@@ -14,7 +14,7 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -76,7 +76,7 @@ def main() -> int:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
     stage = _Stage(os.getppid())
-    publishers = _Publishers(f"{sys.argv[1]}")
+    publishers = _Publishers(sys.argv[1], sys.argv[2:])
     watch = Watch(time.monotonic())
     lines = _Lines()
     os.write(1, b"ready\n")
@@ -155,11 +155,11 @@ class _Lines:
 class _Publishers:
     """Publishers like those of the stage, each matched with the same listeners."""
 
-    def __init__(self, node: str) -> None:
+    def __init__(self, node: str, arguments: Sequence[str]) -> None:
         from improv_core.stage.sinks.ros_nodes import Nodes
 
         # Nobody spins the node, so it offers no services; nor does it log.
-        self._nodes = Nodes(node, start_parameter_services=False, enable_rosout=False)
+        self._nodes = Nodes(node, arguments, start_parameter_services=False, enable_rosout=False)
         self._made: dict[tuple[str, str], tuple[Any, Callable[[], None]]] = {}
         self.new: dict[tuple[str, str], float] = {}
         """Publishers that have found no listener yet, and until when to look."""

@@ -114,6 +114,15 @@ RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
             {"ROS_DOMAIN_ID": "7", RANGE: "SUBNET"},
             f"✓ domain 7, the whole subnet: set {RANGE}=LOCALHOST after sourcing ROS to stay on this machine",
         ),
+        (
+            {"ROS_DISCOVERY_SERVER": "10.0.0.1:11811"},
+            "✓ domain 0, all robots listed by the discovery server 10.0.0.1:11811: "
+            "unset ROS_DISCOVERY_SERVER to find robots without it",
+        ),
+        (
+            {"ROS_DISCOVERY_SERVER": "10.0.0.1:11811", "RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"},
+            f"✓ domain 0, this machine only: set {RANGE}=SUBNET to reach robots on the network",
+        ),
         ({RANGE: "OFF"}, f"– domain 0, no discovery: unset {RANGE} to find robots on this machine"),
         ({RANGE: "here"}, f"✗ {RANGE} is here: set it to LOCALHOST, SUBNET, OFF, SYSTEM_DEFAULT, or unset it"),
         ({"ROS_DOMAIN_ID": "233"}, "✗ ROS_DOMAIN_ID is 233: set it to a number from 0 to 101"),

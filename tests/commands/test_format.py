@@ -192,5 +192,5 @@ def test_a_block_that_leaves_its_list_stays(tmp_path: Path) -> None:
 
 def test_examples_and_documents_are_formatted() -> None:
     pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "docs"]
-    done = run("format", "--check", *sorted((ROOT / "examples").glob("*.improv")), *pages)
+    done = run("format", "--check", *sorted((ROOT / "examples").rglob("*.improv")), *pages)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from textwrap import dedent
+
+import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
+from improv_core.score.profiles import BUILT_IN
 from tests.program.drawing import drawn
 
 ROBOTS = read_robots("""
@@ -30,6 +34,21 @@ def test_within_the_limits_nothing_is_said() -> None:
         burger $ forward left backward halfright
         omni $ strafeleft
     """)
+
+
+@pytest.mark.parametrize("profile", BUILT_IN)
+def test_every_built_in_robot_can_dance_the_examples_for_robots(profile: str) -> None:
+    folder = Path(__file__).parents[2] / "examples" / "robots"
+    ours = 'base = "turtlebot4"'
+    written = (folder / "improv.toml").read_text("utf-8")
+    assert ours in written
+    robots = read_robots(written.replace(ours, f'base = "{profile}"'))
+    assert robots.ok
+    programs = sorted(folder.glob("*.improv"))
+    assert len(programs) == 3
+    for program in programs:
+        source = program.read_text("utf-8").strip("\n")
+        assert drawn(analyze(source, robots), hints=False) == source
 
 
 def test_too_fast_says_what_fits() -> None:

@@ -24,7 +24,8 @@ from improv_core.text import LineIndex
 from tests.strange_files import StrangeFile
 
 PAGE = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+FLEET = (Path(__file__).parents[2] / "docs" / "fleet.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE + FLEET, re.DOTALL)
 
 
 def check(expected: str) -> Robots:
@@ -99,6 +100,57 @@ def test_a_profile_without_a_base_says_its_step_and_is_not_limited_in_the_rest()
                   ^^^^ robots: add `step`, in meters, or `base`, the profile to take all other values from
         max_linear = 1
     """)
+
+
+def test_a_name_for_the_node() -> None:
+    assert check('[ros]\nnode = "conductor_1"').node == "conductor_1"
+    assert check("").node is None
+    found = check("""
+        [ros]
+        node = "/lab/conductor"
+               ^^^^^^^^^^^^^^^^ robots: use the letters a to z, digits, and `_`, not starting with a digit, without `/`
+    """)
+    assert found.node is None
+
+
+def test_robots_that_drift() -> None:
+    found = check("""
+        [profiles.worn]
+        base = "turtlebot4"
+        dynamics = "motors"
+        wheel_error = [0.96, 0.94]
+        noise = 0.01
+
+        [profiles.new]
+        base = "worn"
+        noise = 0
+    """)
+    worn, new = found.profiles["worn"], found.profiles["new"]
+    assert (worn.wheel_error, worn.noise) == ((0.96, 0.94), 0.01)
+    assert (new.wheel_error, new.noise) == ((0.96, 0.94), 0)
+
+
+def test_drift_that_makes_no_sense() -> None:
+    found = check("""
+        [profiles.a]
+        base = "turtlebot4"
+        dynamics = "motors"
+        wheel_error = [0.96]
+                      ^^^^^^ robots: write `wheel_error` as two numbers from 0.5 to 1.5, left and right: `[0.98, 1.0]`
+        noise = 1
+                ^ robots: write `noise` in shares of the speed, from 0 to 0.5
+
+        [profiles.b]
+        base = "a"
+        wheel_error = [0, true]
+                      ^^^^^^^^^ robots: write `wheel_error` as two numbers from 0.5 to 1.5, left and right: `[0.98, 1.0]`
+
+        [profiles.c]
+        base = "turtlebot4"
+        noise = 0.01
+        ^^^^^ robots: `noise` works only with `dynamics = "motors"`: add that line
+    """)
+    assert found.profiles["b"].wheel_error == (1.0, 1.0)
 
 
 def test_a_world() -> None:
@@ -409,7 +461,7 @@ def test_wrong_keys_and_values_of_ros() -> None:
         use_sim_time = "yes"
                        ^^^^^ robots: write `use_sim_time` as `true` or `false`
         qos = 3
-        ^^^ robots: `qos` is not valid here: write one of `namespace`, `use_sim_time`, `stop`, `deadman`, `rejoin`
+        ^^^ robots: `qos` is not valid here: write one of `namespace`, `node`, `use_sim_time`, `stop`, `deadman`, `rejoin`
         [robots.a]
         reset = ["/reset"]
                 ^^^^^^^^^^ robots: write `reset` as text, in quotes
@@ -573,7 +625,7 @@ def test_what_the_page_shows_is_right(block: str) -> None:
 
 
 def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
-    ours = ("profile", "start", "topic", "message", "reset", "namespace", "use_sim_time", "base")
+    ours = ("profile", "start", "topic", "message", "reset", "namespace", "node", "use_sim_time", "base")
     for key in (*ours, *(set(Profile.__slots__) - {"name"})):
         assert f"| `{key}` |" in PAGE
     for profile in BUILT_IN.values():

@@ -98,7 +98,7 @@ def end(*_: object) -> None:
 
 
 signal.signal(signal.SIGTERM, end)
-sink = Ros(None, "standby" in sys.argv[1:], lambda edge: None)
+sink = Ros(None, "standby" in sys.argv[1:], lambda edge: None, lambda request: None)
 answer(sink.description)
 methods: dict[str, Callable[..., Any]] = {
     "prepare": prepare,

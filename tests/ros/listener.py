@@ -6,12 +6,14 @@ every listener is made anew.
 
 import argparse
 import json
+import math
 import sys
 import threading
 import time
 
 import rclpy
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
+from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
@@ -22,6 +24,8 @@ parser = argparse.ArgumentParser()
 parser.add_argument("topics", nargs="*")
 parser.add_argument("--stamped", action="store_const", const=TwistStamped, dest="type", default=Twist)
 parser.add_argument("--string", action="store_const", const=String, dest="type")
+parser.add_argument("--odometry", action="store_const", const=Odometry, dest="type")
+parser.add_argument("--pose", action="store_const", const=PoseStamped, dest="type")
 parser.add_argument("--transient", action="store_const", const=DurabilityPolicy.TRANSIENT_LOCAL, dest="durability")
 parser.add_argument("--best-effort", action="store_const", const=ReliabilityPolicy.BEST_EFFORT, dest="reliability")
 parser.add_argument("--publish")
@@ -37,6 +41,11 @@ def say(**values):
 
 
 def hear(topic, message):
+    if options.type in (Odometry, PoseStamped):
+        pose = message.pose.pose if options.type is Odometry else message.pose
+        heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        say(topic=topic, at=time.monotonic(), x=pose.position.x, y=pose.position.y, heading=heading)
+        return
     stamped = options.type is TwistStamped
     velocity = message.twist if stamped else message
     linear, angular = velocity.linear, velocity.angular

@@ -47,6 +47,14 @@ def test_a_setting_counts_only_where_the_environment_says_nothing() -> None:
     assert limited({RANGE: "OFF"}, "SUBNET")[RANGE] == "OFF"
 
 
+def test_a_discovery_server_is_asked_for_the_whole_graph() -> None:
+    asked = limited({"ROS_DISCOVERY_SERVER": "10.0.0.1:11811"})
+    assert asked["ROS_SUPER_CLIENT"] == "TRUE"
+    assert described(asked) == "domain 0, all robots listed by the discovery server 10.0.0.1:11811"
+    assert limited({"ROS_DISCOVERY_SERVER": "x", "ROS_SUPER_CLIENT": "FALSE"})["ROS_SUPER_CLIENT"] == "FALSE"
+    assert "ROS_SUPER_CLIENT" not in limited({"ROS_DISCOVERY_SERVER": ""})
+
+
 @pytest.mark.parametrize(
     ("env", "expected"),
     [

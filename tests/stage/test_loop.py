@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from improv_core.score.motion import STILL, Twist
+from improv_core.score.profiles import TURTLEBOT4
 from improv_core.score.score import Deadman, Safety, Score, to_json
 from improv_core.stage.loop import Arrival, End, Opened, Play, Reading, run
 from improv_core.stage.pipes import arrival
@@ -219,3 +220,16 @@ def test_a_gamepad_that_falls_silent_counts_as_released() -> None:
     moved = [at for _, at, twist in sink.sent if twist != STILL]
     assert max(moved) <= 1 + DEADMAN_LIMIT
     assert states(told)[-2:] == ["playing", "paused"]
+
+
+def test_only_beside_real_robots_simulated_ones_keep_their_limits() -> None:
+    def shown(zero: bool) -> str:
+        play = load("a $ forward")
+        limited = {name: replace(part, profile=TURTLEBOT4) for name, part in play.score.parts.items()}
+        message: Load = {**play.load, "zero": START} if zero else play.load
+        scores: list[Score] = []
+        turned = Turned([(0, Play(message, replace(play.score, parts=limited))), (9, End())])
+        run(Opened(Memory(), lambda told: None, lambda score, generation: scores.append(score)), turned, turned)
+        return scores[0].parts["a"].profile.dynamics
+
+    assert (shown(zero=False), shown(zero=True)) == ("ideal", "limits")

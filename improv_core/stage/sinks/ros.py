@@ -6,16 +6,17 @@ import math
 import os
 import threading
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
 from improv_core.stage.discovery import described, limited
-from improv_core.stage.protocol import LOADING_LIMIT
+from improv_core.stage.protocol import LOADING_LIMIT, FromStage
 from improv_core.stage.sinks import Edge
 from improv_core.stage.sinks.ros_listening import Listening
-from improv_core.stage.sinks.ros_nodes import STANDBY, Nodes, is_harmless, node_name
+from improv_core.stage.sinks.ros_nodes import STANDBY, Nodes, is_harmless, node_name, without_name
+from improv_core.stage.sinks.ros_requests import Ask, Requests
 from improv_core.stage.sinks.ros_reset import Resets
 from improv_core.stage.sinks.ros_standby import Standby
 from improv_core.stage.sinks.ros_topic import Now, Topic
@@ -32,7 +33,9 @@ class Ros:
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
     `discovery` is how far it looks for robots if the environment does not set that (stage/discovery.py). `hear` gets
-    edges, from a thread of its own. Raises ImportError without rclpy.
+    edges, and `ask` what somebody in ROS 2 asks for, from a thread of their own. `node` is the name of its node, if it
+    is to have one that is not unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what rclpy
+    raises if the arguments are wrong.
     """
 
     name: str = "ROS 2"
@@ -40,14 +43,23 @@ class Ros:
     period: float | None = None
 
     def __init__(
-        self, discovery: str | None, standby: bool, hear: Callable[[Edge], None], now: Now = time.monotonic
+        self,
+        discovery: str | None,
+        standby: bool,
+        hear: Callable[[Edge], None],
+        ask: Ask,
+        node: str | None = None,
+        arguments: Sequence[str] = (),
+        now: Now = time.monotonic,
     ) -> None:
         os.environ.update(limited(os.environ, discovery))
-        self._standby = Standby(node_name() + STANDBY, now, standby)  # first: it starts while we do
+        name, arguments = without_name(arguments)
+        self._standby = Standby(node_name() + STANDBY, arguments, now, standby)  # first: it starts while we do
         from rclpy.executors import SingleThreadedExecutor
 
-        self._nodes = Nodes(node_name())
+        self._nodes = Nodes(name or node or node_name(), arguments)
         self._node = self._nodes.first
+        self._requests = Requests(self._node, ask)
         self._executor: Any = SingleThreadedExecutor(context=self._node.context)
         self._executor.add_node(self._node)
         self._closing = threading.Event()
@@ -67,6 +79,10 @@ class Ros:
     def description(self) -> str:
         """What it reaches, in words: the domain and the range of discovery."""
         return f"{self.name}, {described(os.environ)}"
+
+    def show(self, message: FromStage) -> None:
+        """Show what the stage says of itself to those in ROS 2."""
+        self._requests.show(message)
 
     def prepare(self, score: Score, restart: bool) -> None:
         """Create publishers for new topics. Existing ones are kept, since discovery can take seconds.

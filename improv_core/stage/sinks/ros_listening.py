@@ -53,7 +53,7 @@ class Listening:
         if not self._safety.stop:
             return False
         now = self._now()
-        if not self._node.count_publishers(self._safety.stop):
+        if not self._count_publishers(self._safety.stop):
             self._found = math.inf
             return now < self._asked + FIND_LIMIT
         self._found = min(self._found, now)
@@ -66,13 +66,16 @@ class Listening:
             wanted.append((self._safety.deadman.topic, "sensor_msgs/msg/Joy", "robots wait for it"))
         found = {}
         for topic, kind, so in wanted:
-            if topic and not self._node.count_publishers(topic):
+            if topic and not self._count_publishers(topic):
                 found[topic] = f"nobody publishes on {topic}, so {so}"
             elif topic:
                 kinds = {info.topic_type for info in self._node.get_publishers_info_by_topic(topic)}
                 if kind not in kinds:
                     found[topic] = f"{topic} carries {', '.join(sorted(kinds))}, not {kind}, so {so}"
         return found
+
+    def _count_publishers(self, topic: str) -> int:
+        return int(self._node.count_publishers(self._node.resolve_topic_name(topic)))
 
     def _drop(self, what: str | None) -> None:
         if what:

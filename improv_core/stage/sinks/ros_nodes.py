@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 DEPTH = 10
@@ -15,12 +15,16 @@ STANDBY = "_standby"
 
 
 class Nodes:
-    """One node that lives as long as its process, and a second one if a topic needs both message types."""
+    """One node that lives as long as its process, and a second one if a topic needs both message types.
 
-    def __init__(self, name: str, **options: bool) -> None:
+    `arguments` are ROS's: `--ros-args …`, without a name for the node. Raises what rclpy raises if they are wrong.
+    """
+
+    def __init__(self, name: str, arguments: Sequence[str] = (), **options: bool) -> None:
         import rclpy
 
-        self.first = _node(rclpy.get_default_context(), name, **options)
+        self._arguments = arguments
+        self.first = _node(rclpy.get_default_context(), name, arguments, **options)
         self._second: Any = None
 
     @property
@@ -37,7 +41,12 @@ class Nodes:
         node = self._second_node() if second else self.first
         # With the default callbacks, a destroyed publisher stays on the topic as long as the executor waits.
         none = PublisherEventCallbacks(use_default_callbacks=False)
-        publisher = node.create_publisher(kind, topic, DEPTH, event_callbacks=none)
+        overrides = None
+        if self._arguments:  # they may override QoS; only then, since each topic declares three parameters for it
+            from rclpy.qos_overriding_options import QoSOverridingOptions
+
+            overrides = QoSOverridingOptions.with_default_policies()
+        publisher = node.create_publisher(kind, topic, DEPTH, event_callbacks=none, qos_overriding_options=overrides)
         return publisher, lambda: node.destroy_publisher(publisher)
 
     def close(self) -> None:
@@ -62,13 +71,28 @@ class Nodes:
 
             # No executor spins it, so it offers no services.
             name = f"{self.first.get_name()}_2"
-            self._second = _node(rclpy.Context(), name, start_parameter_services=False)
+            self._second = _node(rclpy.Context(), name, self._arguments, start_parameter_services=False)
         return self._second
 
 
 def node_name(process: int | str = "") -> str:
     """A name that no other Improv process has, on this machine or another."""
     return f"improv_{re.sub('[^A-Za-z0-9_]', '_', socket.gethostname())}_{process or os.getpid()}"
+
+
+def without_name(arguments: Sequence[str]) -> tuple[str | None, list[str]]:
+    """The name that ROS's arguments give to all nodes (`-r __node:=NAME`), if any, and the arguments without it.
+
+    Improv has several nodes: each gets a name made from this one.
+    """
+    name, kept = None, list[str]()
+    for word in arguments:
+        if found := re.fullmatch(r"(?:[^:]+:)?__(?:node|name):=(\w+)", word):
+            name = found[1]
+            kept.pop()  # the `-r` before it
+        else:
+            kept.append(word)
+    return name, kept
 
 
 def is_harmless(node: str) -> bool:
@@ -91,10 +115,10 @@ def is_harmless(node: str) -> bool:
     return False
 
 
-def _node(context: Any, name: str, **options: bool) -> Any:
+def _node(context: Any, name: str, arguments: Sequence[str], **options: bool) -> Any:
     import rclpy
     from rclpy.signals import SignalHandlerOptions
 
     # rclpy's own handlers would invalidate the context before the last zero could be sent.
-    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
     return rclpy.create_node(name, context=context, **options)

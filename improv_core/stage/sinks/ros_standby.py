@@ -7,7 +7,7 @@ import os
 import select
 import subprocess
 import sys
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 
 from improv_core.stage.protocol import FOLDER, SILENCE_LIMIT, ToStandby
@@ -23,11 +23,13 @@ END_LIMIT = 2.0
 class Standby:
     """Knows what is published where and which robots move, and sends zeros if the stage dies.
 
+    It publishes with the same arguments of ROS (`--ros-args …`) as the stage, so that remapping holds for it too.
+
     Once it has started, nothing waits for it: one that doesn't read its input has failed, and `problem` says so.
     """
 
-    def __init__(self, node: str, clock: Callable[[], float], wanted: bool) -> None:
-        self._node = node
+    def __init__(self, node: str, arguments: Sequence[str], clock: Callable[[], float], wanted: bool) -> None:
+        self._command = [sys.executable, str(FOLDER / "standby.py"), node, *arguments]
         self._clock = clock
         self.problem: str | None = None
         """What is wrong with the standby, in one line."""
@@ -35,7 +37,7 @@ class Standby:
         self._moving: set[str] = set()
         self._pulse = 0.0  # when the next sign of life is due
         self._found: set[str] = set()  # topics on which it has found a listener
-        self._process = _start(node) if wanted else None
+        self._process = _start(self._command) if wanted else None
 
     @property
     def works(self) -> bool:
@@ -61,7 +63,7 @@ class Standby:
             return
         self._process.kill()
         self._process.wait()
-        self._process, self.problem = _start(self._node), None
+        self._process, self.problem = _start(self._command), None
         self._found.clear()
         for (topic, kind), second in self._publishers.items():
             self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
@@ -127,9 +129,9 @@ class Standby:
             )
 
 
-def _start(node: str) -> subprocess.Popen[bytes]:
+def _start(command: Sequence[str]) -> subprocess.Popen[bytes]:
     process = subprocess.Popen(
-        [sys.executable, str(FOLDER / "standby.py"), node],
+        command,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

@@ -32,6 +32,7 @@ class Topic:
 
     def __init__(self, name: str, message: str, node: Any, advertise: Advertise, now: Now, at_once: bool) -> None:
         self.name = name
+        self._seen_as = node.resolve_topic_name(name)  # in the graph: ROS's arguments may remap it
         self._node = node
         self._advertise = advertise
         self._now = now
@@ -63,7 +64,7 @@ class Topic:
         Takes a few microseconds if all listeners match: it is called for every topic while robots move.
         """
         counts = [publisher.count() for publisher in self._publishers.values()]
-        listeners = self._node.count_subscribers(self.name)
+        listeners = self._node.count_subscribers(self._seen_as)
         wanted: set[str] = set()
         if listeners and (listeners != sum(counts) or 0 in counts):
             # Listeners of another type never match, but the graph shows their type.
@@ -74,7 +75,7 @@ class Topic:
         settled = [publisher.is_settled(self._now()) for publisher in self._publishers.values()]
         if all(settled) or not listeners:
             self._finding = math.inf
-            return None if all(settled) else f"nothing is listening on {self.name}"
+            return None if all(settled) else f"nothing is listening on {self._seen_as}"
         if wanted.isdisjoint(TYPES[kind] for kind in self._publishers) and not any(counts):
             return self._unfit(", ".join(sorted(wanted)))
         if any(counts):
@@ -82,11 +83,11 @@ class Topic:
         self._finding = min(self._finding, self._now())
         if self._now() < self._finding + FIND_LIMIT:
             return self._incompatible() or ""
-        return self._incompatible() or f"the listener on {self.name} can't be reached: check the network"
+        return self._incompatible() or f"the listener on {self._seen_as} can't be reached: check the network"
 
     def others(self, own: Collection[str], standby: bool) -> list[str]:
         """The nodes that also publish here, except our `own`. A `standby` has as many publishers as we have."""
-        if self._node.count_publishers(self.name) == len(self._publishers) * (1 + standby):
+        if self._node.count_publishers(self._seen_as) == len(self._publishers) * (1 + standby):
             return []
         infos = self._node.get_publishers_info_by_topic(self.name)
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))
@@ -103,10 +104,10 @@ class Topic:
         wanted = {each.qos_profile.durability.name for each in listeners if each.topic_type in ours}
         if wanted != {"TRANSIENT_LOCAL"}:
             return None
-        return f"the listener on {self.name} requires transient local, which Improv can't offer: make it volatile"
+        return f"the listener on {self._seen_as} requires transient local, which Improv can't offer: make it volatile"
 
     def _unfit(self, wanted: str) -> str:
-        found = f"the listener on {self.name} expects {wanted}"
+        found = f"the listener on {self._seen_as} expects {wanted}"
         if self._message in TYPES:
             return f"{found}, but `message` in improv.toml is {self._message}: change it"
         return f"{found}, but Improv can only send {' or '.join(TYPES.values())}"

@@ -13,7 +13,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
 from improv_core.score.world import World
 from improv_core.stage.sinks.collisions import Bump, Collisions, Disc, Pushed
-from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, follow, motors_of
+from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, follow, motors_of, moving
 
 LOOK = 24
 """Steps between two searches for robots near something: 0.1 s. A robot that can't touch anything before the next search
@@ -193,7 +193,7 @@ class Simulator:
         """Does nothing: a page can still show the last poses."""
 
     def _cast(self, name: str, part: Part) -> None:
-        motors = motors_of(part.profile)
+        motors = motors_of(part.profile, name)
         disc = Disc(part.profile.radius, motors is not None)
         known = self._robots.get(name)
         if known:
@@ -277,7 +277,7 @@ def _after_push(motion: Motion, pushed: Pushed, at: float, motors: Motors | None
         return Motion(at, pushed.pose, motion.commanded, motion.commanded)
     cos, sin = math.cos(pushed.pose.heading), math.sin(pushed.pose.heading)
     twist = Twist(cos * pushed.x + sin * pushed.y, cos * pushed.y - sin * pushed.x, motion.twist.z, pushed.yaw)
-    return Motion(at, pushed.pose, twist, motion.commanded)
+    return moving(at, pushed.pose, twist, motion.commanded, motors)
 
 
 def _near(circles: Mapping[str, tuple[float, float, float]]) -> set[str]:

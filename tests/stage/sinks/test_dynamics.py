@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
+from statistics import stdev
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.profiles import TURTLEBOT4, Profile
-from improv_core.stage.sinks.dynamics import Motion, Motors, follow, motors_of
+from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile, beside_robots
+from improv_core.stage.sinks.dynamics import Motion, Motors, Wheels, follow, motors_of
 
 BASE = Motors(max_linear=0.5, max_angular=2.0, linear_acceleration=0.8, angular_acceleration=4.0)
+WORN = BASE._replace(wheels=Wheels(0.96, 0.94, separation=0.2, noise=0.0, seed="r"))
+NOISY = BASE._replace(wheels=Wheels(1.0, 1.0, separation=0.2, noise=0.01, seed="r"))
 
 
 def check(commands: list[tuple[float, Twist]], to: float, expected: Pose, motors: Motors | None = BASE) -> None:
@@ -23,12 +27,23 @@ def check(commands: list[tuple[float, Twist]], to: float, expected: Pose, motors
 
 
 def test_ideal_robots_have_no_motors() -> None:
-    assert motors_of(TURTLEBOT4) is None
+    assert motors_of(TURTLEBOT4, "r") is None
 
 
 def test_motors_have_the_limits_of_their_profile_and_ours_where_it_has_none() -> None:
     create = Profile("create", 0.2, max_linear_acceleration=0.9, max_angular=1.9, dynamics="motors")
-    assert motors_of(create) == Motors(None, 1.9, 0.9, 5.0)
+    assert motors_of(create, "r") == Motors(None, 1.9, 0.9, 5.0)
+
+
+def test_beside_real_robots_only_known_limits_count() -> None:
+    burger = motors_of(beside_robots(TURTLEBOT3_BURGER), "r")
+    assert burger == Motors(0.22, 2.84, math.inf, math.inf)
+    assert motors_of(beside_robots(TURTLEBOT4), "r") == Motors(0.306, 1.9, 0.9, 7.725)
+    assert motors_of(beside_robots(TURTLESIM), "r") is None
+    assert beside_robots(replace(TURTLEBOT4, dynamics="motors")).dynamics == "motors"
+    # As the sink scales what is too fast: half as fast, so half as far, and no longer to get going.
+    commands = [(0.0, Twist(x=0.44, yaw=1.0)), (2.0, STILL)]
+    check(commands, 3.0, Pose().after(Twist(x=0.22, yaw=0.5), 2.0), burger)
 
 
 def test_an_ideal_robot_is_at_its_speed_at_once() -> None:
@@ -59,6 +74,38 @@ def test_too_short_for_full_speed_is_a_triangle() -> None:
     check([(0.0, Twist(x=0.4)), (0.25, STILL)], 9.0, Pose(0.2 * 0.25))
 
 
+def test_the_wheels_of_a_profile_with_errors() -> None:
+    worn = replace(TURTLEBOT4, dynamics="motors", wheel_error=(0.96, 0.94), noise=0.01, radius=0.1)
+    motors = motors_of(worn, "anna")
+    assert motors
+    assert motors.wheels == Wheels(0.96, 0.94, pytest.approx(0.142), 0.01, "anna")  # type: ignore[arg-type]
+
+
+def test_wheels_that_roll_too_little_on_one_side_turn_a_straight_line_into_an_arc() -> None:
+    yaw = -0.4 * 0.02 / 0.2  # the right wheel is 8 mm/s slower, 0.2 m away from the left one
+    expected = Pose().after(Twist(x=0.38, yaw=yaw), 9.5)
+    check([(0.0, Twist(x=0.4)), (9.5, STILL)], 11.0, expected, WORN._replace(linear_acceleration=1e9))
+
+
+def test_worn_wheels_turn_too_little_and_beside_the_middle() -> None:
+    expected = Pose().after(Twist(x=-0.1 * 0.02 / 2, yaw=0.95), 3.0)
+    check([(0.0, Twist(yaw=1.0)), (3.0, STILL)], 4.0, expected, WORN._replace(angular_acceleration=1e9))
+
+
+def test_noise_is_the_same_each_time_and_as_large_as_the_profile_says() -> None:
+    def ends(seed: str) -> list[Pose]:
+        motors = NOISY._replace(wheels=NOISY.wheels._replace(seed=seed))  # type: ignore[union-attr]
+        moving = Motion(0.0, Pose(), Twist(x=0.4), Twist(x=0.4))
+        times = [second / 10 + 0.05 for second in range(1, 2001)]
+        return [follow(moving, [], time, motors).pose_at(time) for time in (times[0], times[-1])]
+
+    assert ends("r") == ends("r") != ends("s")
+    turns = [NOISY.wheels.rolling(Twist(x=1.0), period).yaw for period in range(2000)]  # type: ignore[union-attr]
+    # The difference of two wheels of 1% each, 0.2 m apart.
+    assert stdev(turns) == pytest.approx(0.01 * math.sqrt(2) / 0.2, rel=0.1)
+
+
+@pytest.mark.parametrize("motors", [BASE, WORN, NOISY], ids=["base", "worn", "noisy"])
 @given(
     st.lists(
         st.tuples(st.floats(0, 3), st.builds(Twist, x=st.floats(-1, 1), y=st.floats(-1, 1), yaw=st.floats(-3, 3))),
@@ -67,15 +114,15 @@ def test_too_short_for_full_speed_is_a_triangle() -> None:
     st.lists(st.integers(0, 4 * 240), max_size=8).map(sorted),
 )
 def test_asking_in_between_changes_nothing_and_no_limit_is_broken(
-    commands: list[tuple[float, Twist]], steps: list[int]
+    motors: Motors, commands: list[tuple[float, Twist]], steps: list[int]
 ) -> None:
     motion, left, passed = Motion(0.0, Pose()), commands, [Motion(0.0, Pose())]
     for step in [*steps, 4 * 240]:
         time = step / 240
-        motion = follow(motion, left, time, BASE)
+        motion = follow(motion, left, time, motors)
         left = [command for command in left if command[0] > time]
         passed.append(Motion(time, motion.pose_at(time), motion.twist))
-    at_once = follow(Motion(0.0, Pose()), commands, 4.0, BASE)
+    at_once = follow(Motion(0.0, Pose()), commands, 4.0, motors)
     assert (motion.twist, motion.pose_at(4.0)) == (at_once.twist, at_once.pose_at(4.0))
     for before, after in pairwise(passed):
         seconds = after.at - before.at

@@ -125,8 +125,9 @@ function showCast() {
  * @param {{ dynamics: string }[]} robots
  */
 function dynamics(robots) {
-  const ideal = robots.filter((robot) => robot.dynamics === "ideal").length
-  return ideal === robots.length ? "ideal motion" : ideal ? "some with motors" : "with motors"
+  const kinds = new Set(robots.map((robot) => robot.dynamics))
+  const some = kinds.size > 1 ? "some " : ""
+  return kinds.has("motors") ? `${some}with motors` : kinds.has("limits") ? `${some}within limits` : "ideal motion"
 }
 
 function showTransport() {

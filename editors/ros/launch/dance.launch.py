@@ -1,0 +1,34 @@
+"""`ros2 launch improv dance.launch.py file:=/path/to/dance.improv`: plays a program, again whenever it is saved."""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+
+def generate_launch_description() -> LaunchDescription:
+    """What `ros2 launch` asks for."""
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("file", description="the program, with its whole path"),
+            DeclareLaunchArgument("backend", default_value="ros", description="ros, both, or sim"),
+            DeclareLaunchArgument("node", default_value="improv", description="the name of the node"),
+            DeclareLaunchArgument("speed", default_value="1.0", description="times the tempo, from 0.1 to 4"),
+            Node(
+                package="improv",
+                executable="improv",
+                name=LaunchConfiguration("node"),
+                arguments=[
+                    "watch",
+                    LaunchConfiguration("file"),
+                    "--backend",
+                    LaunchConfiguration("backend"),
+                    "--no-browser",
+                ],
+                parameters=[{"speed": ParameterValue(LaunchConfiguration("speed"), value_type=float)}],
+                output="screen",
+                emulate_tty=True,
+            ),
+        ]
+    )

@@ -1,0 +1,110 @@
+"""Hosts of a network that exists only on this machine (Linux, root): each has its own network, shared memory, and name.
+
+Without its own `/dev/shm`, DDS would pass messages between them through memory, and nothing would be proven.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.needs import need
+
+FIRST, SECOND = "10.77.1.2", "10.77.2.2"
+"""The addresses of two hosts; on one link, they are in one subnet."""
+
+_INSIDE = 'mount -t tmpfs tmpfs /dev/shm && hostname "$0" && exec "$@"'
+
+
+@dataclass(frozen=True)
+class Host:
+    """A network namespace."""
+
+    namespace: str
+    name: str
+
+    def command(self, *command: str) -> list[str]:
+        """This command, on this host."""
+        return [
+            "ip",
+            "netns",
+            "exec",
+            self.namespace,
+            "unshare",
+            "--uts",
+            "--mount",
+            "sh",
+            "-c",
+            _INSIDE,
+            self.name,
+            *command,
+        ]
+
+    def wrapper(self, program: str, folder: Path) -> str:
+        """A file that runs a program on this host, for whoever starts it by its path."""
+        path = folder / f"{self.name}-{Path(program).name}"
+        words = " ".join(f"'{word}'" for word in self.command(program))
+        path.write_text(f'#!/bin/sh\nexec {words} "$@"\n')
+        path.chmod(0o755)
+        return str(path)
+
+
+@contextmanager
+def on_one_link() -> Iterator[tuple[Host, Host]]:
+    """Two hosts joined by a cable, in one subnet."""
+    with _hosts("one", "two") as (one, two):
+        _ip(one, "link add eth0 type veth peer name eth0 netns", two.namespace)
+        for host, address in ((one, FIRST), (two, SECOND)):
+            _join(host, "eth0", f"{address}/16")
+            _ip(host, "route add 224.0.0.0/4 dev eth0")
+        yield one, two
+
+
+@contextmanager
+def behind_a_router() -> Iterator[tuple[Host, Host]]:
+    """Two hosts in two subnets with a router between them, which passes no multicast."""
+    with _hosts("one", "two", "router") as (one, two, router):
+        for host, end, address in ((one, "eth1", FIRST), (two, "eth2", SECOND)):
+            _ip(host, f"link add eth0 type veth peer name {end} netns", router.namespace)
+            gateway = address.removesuffix("2") + "1"
+            _join(router, end, f"{gateway}/24")
+            _join(host, "eth0", f"{address}/24")
+            _ip(host, f"route add default via {gateway}")
+        forward = ["ip", "netns", "exec", router.namespace, "sh", "-c", "echo 1 > /proc/sys/net/ipv4/ip_forward"]
+        subprocess.run(forward, check=True)
+        yield one, two
+
+
+@contextmanager
+def _hosts(*names: str) -> Iterator[list[Host]]:
+    need("ip")
+    need("unshare")
+    hosts = [Host(f"improv-{os.getpid()}-{name}", name) for name in names]
+    try:
+        for host in hosts:
+            try:
+                subprocess.run(["ip", "netns", "add", host.namespace], check=True, capture_output=True, text=True)
+                subprocess.run(host.command("true"), check=True, capture_output=True, text=True)
+            except subprocess.CalledProcessError as refused:
+                pytest.skip(f"the kernel refuses network namespaces: {refused.stderr.strip()}")
+            _ip(host, "link set lo up")
+        yield hosts
+    finally:
+        for host in hosts:
+            with suppress(subprocess.CalledProcessError):
+                subprocess.run(["ip", "netns", "delete", host.namespace], check=True, capture_output=True)
+
+
+def _join(host: Host, end: str, address: str) -> None:
+    _ip(host, f"addr add {address} dev {end}")
+    _ip(host, f"link set {end} up")
+
+
+def _ip(host: Host, words: str, *more: str) -> None:
+    subprocess.run(["ip", "-n", host.namespace, *words.split(), *more], check=True)

@@ -1,0 +1,189 @@
+"""Robots on another host: two network namespaces with real DDS between them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.ros.conftest import LIMIT, Listener
+from tests.ros.hosts import FIRST, SECOND, Host, behind_a_router, on_one_link
+
+PRESSER = Path(__file__).with_name("presser.py")
+TOML = '[ros]\nstop = "/e_stop"\n[robots.r]\nprofile = "turtlesim"\n'
+PROGRAM = "r $ repeat forward\n"
+SERVER = f"{FIRST}:11811"
+HEARD = " listens for Twist on /r/cmd_vel"
+UNHEARD = "– r: nothing is listening on /r/cmd_vel: start the robot"
+GUARDED = " on /e_stop"
+
+SNIFFER = """
+import json, socket, sys, threading
+packets = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(3))  # all: only so does it see what it sends
+packets.bind(("eth0", 0))
+sent = 0
+def count():
+    global sent
+    while True:
+        packet = packets.recv(65536)
+        sent += packet[12:14].hex() == "0800" and packet[23] == 17 and socket.inet_ntoa(packet[26:30]) == sys.argv[1]
+threading.Thread(target=count, daemon=True).start()
+print(flush=True)
+sys.stdin.read()
+print(sent)
+"""
+"""Counts the UDP packets that leave a host, which also come to its own raw sockets."""
+
+
+class Pair:
+    """Improv on the second host, a robot and an emergency stop on the first."""
+
+    def __init__(self, one: Host, two: Host, python: str, env: Mapping[str, str], folder: Path) -> None:
+        self._two, self._env, self._folder = two, env, folder
+        (folder / "improv.toml").write_text(TOML)
+        (folder / "dance.improv").write_text(PROGRAM)
+        there = one.wrapper(python, folder)
+        self.robot = Listener(there, env, "/r/cmd_vel")
+        pipe = subprocess.PIPE
+        self._presser = subprocess.Popen(
+            [there, PRESSER, "--stop", "/e_stop"], env=env, stdin=pipe, stdout=pipe, text=True
+        )
+        assert self._presser.stdout
+        self._presser.stdout.readline()
+
+    def close(self) -> None:
+        self.robot.close()
+        self._presser.communicate(timeout=LIMIT)
+
+    def press(self) -> None:
+        print("stop true", file=self._presser.stdin, flush=True)
+
+    def improv(self, *arguments: str) -> subprocess.Popen[str]:
+        command = self._two.command(sys.executable, "-m", "improv_core", *arguments, str(self._folder / "dance.improv"))
+        pipe = subprocess.PIPE
+        return subprocess.Popen(command, env=self._env, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True)
+
+    def doctor(self, *expected: str) -> str:
+        """What it says, once lines end like this: on a busy machine, discovery may take longer than it looks."""
+        end = time.monotonic() + LIMIT
+        while True:
+            out, err = self.improv("doctor").communicate(timeout=LIMIT)
+            assert err == ""
+            if all(f"{part}\n" in out for part in expected) or time.monotonic() > end:
+                return out
+
+    def packets(self) -> subprocess.Popen[str]:
+        """Starts to count what leaves the host that Improv is on."""
+        pipe = subprocess.PIPE
+        command = self._two.command(sys.executable, "-c", SNIFFER, SECOND)
+        counting = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
+        assert counting.stdout
+        counting.stdout.readline()
+        return counting
+
+
+@pytest.fixture
+def hosts() -> Iterator[ExitStack]:
+    with ExitStack() as stack:
+        yield stack
+
+
+@contextmanager
+def pair(stack: ExitStack, link: bool, python: str, env: Mapping[str, str], folder: Path) -> Iterator[Pair]:
+    one, two = stack.enter_context(on_one_link() if link else behind_a_router())
+    if "ROS_DISCOVERY_SERVER" in env:
+        stack.enter_context(discovery_server(one, python))
+    made = Pair(one, two, python, env, folder)
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+@contextmanager
+def discovery_server(host: Host, python: str) -> Iterator[None]:
+    """Fast DDS's own, as people start it on one of their hosts."""
+    prefix = Path(python).parent.parent
+    program = prefix / "bin" / "fast-discovery-server"
+    # In the wheels, it doesn't find the libraries beside it by itself.
+    libraries = [prefix / "lib", *prefix.glob("lib/python*/site-packages/ros_fastrtps.libs")]
+    path = ":".join(map(str, libraries))
+    command = host.command("env", f"LD_LIBRARY_PATH={path}", str(program), "-i", "0", "-l", FIRST, "-p", "11811")
+    server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert server.stdout
+    try:
+        assert "Server is running" in server.stdout.readline()
+        threading.Thread(target=server.stdout.read, daemon=True).start()
+        yield
+    finally:
+        server.kill()
+        server.wait(LIMIT)
+
+
+def hears_and_is_heard(pair: Pair) -> None:
+    """The robot over there moves, and whoever presses the emergency stop over there stops it."""
+    playing = pair.improv("play", "--backend", "ros")
+    try:
+        pair.robot.wait(lambda message: message["x"] > 0)
+        pair.press()
+        pair.robot.wait(lambda message: message["x"] == 0)
+        assert playing.stderr
+        assert any("the emergency stop on /e_stop is on" in line for line in playing.stderr)
+    finally:
+        playing.terminate()
+        playing.communicate(timeout=LIMIT)
+
+
+def test_in_one_subnet(hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+    env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
+    with pair(hosts, True, ros_python, env, tmp_path) as both:
+        counting = both.packets()
+        said = both.doctor(HEARD, GUARDED)
+        assert f"{HEARD}\n" in said
+        assert f"{GUARDED}\n" in said
+        assert f"✓ domain {env['ROS_DOMAIN_ID']}, the whole subnet: " in said
+        hears_and_is_heard(both)
+        assert int(counting.communicate(timeout=LIMIT)[0]) > 0
+
+
+def test_on_this_machine_only_nothing_leaves_it(
+    hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    with pair(hosts, True, ros_python, ros_env, tmp_path) as both:
+        counting = both.packets()
+        said = both.doctor()
+        assert f"✓ domain {ros_env['ROS_DOMAIN_ID']}, this machine only: " in said
+        assert f"{UNHEARD}\n" in said
+        playing = both.improv("play", "--backend", "ros")
+        assert playing.stderr
+        assert any("nothing is listening on /r/cmd_vel" in line for line in playing.stderr)
+        playing.terminate()
+        playing.communicate(timeout=LIMIT)
+        assert both.robot.heard == []
+        assert int(counting.communicate(timeout=LIMIT)[0]) == 0
+
+
+def test_in_another_subnet_by_a_discovery_server(
+    hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "ROS_DISCOVERY_SERVER": SERVER}
+    with pair(hosts, False, ros_python, env, tmp_path) as both:
+        said = both.doctor(HEARD, GUARDED)
+        assert f"{HEARD}\n" in said
+        assert f"{GUARDED}\n" in said
+        assert f"✓ domain {env['ROS_DOMAIN_ID']}, all robots listed by the discovery server {SERVER}: " in said
+        hears_and_is_heard(both)
+
+
+def test_without_a_discovery_server_another_subnet_is_out_of_reach(
+    hosts: ExitStack, ros_python: str, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    env = {**ros_env, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
+    with pair(hosts, False, ros_python, env, tmp_path) as both:
+        assert f"{UNHEARD}\n" in both.doctor()

@@ -1,0 +1,148 @@
+"""What others in ROS 2 ask of Improv's node: services, parameters, names, and remapping."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.ros.conftest import LIMIT, Listen
+from tests.ros.dance import Server, at_speed, still
+
+ASKER = Path(__file__).with_name("asker.py")
+NODE = '[ros]\nnode = "conductor"\n'
+PROGRAM = "turtle1 $ repeat forward\n"
+SPEED = 2.0
+"""m/s of a step of 2 m at tempo 60."""
+
+Ask = Callable[[str], Any]
+
+
+@pytest.fixture
+def ask(ros_python: str, ros_env: Mapping[str, str]) -> Iterator[Ask]:
+    """Asks what asker.py understands."""
+    pipe = subprocess.PIPE
+    process = subprocess.Popen([ros_python, ASKER], env=ros_env, stdin=pipe, stdout=pipe, text=True)
+    assert process.stdout
+    process.stdout.readline()
+
+    def answer(line: str) -> Any:
+        print(line, file=process.stdin, flush=True)
+        assert process.stdout
+        return json.loads(process.stdout.readline())
+
+    yield answer
+    process.communicate(timeout=LIMIT)
+
+
+@contextmanager
+def server(env: Mapping[str, str], folder: Path) -> Iterator[Server]:
+    """A language server whose node is called conductor."""
+    (folder / "improv.toml").write_text(NODE)
+    with Server(env, uri=(folder / "dance.improv").as_uri()) as made:
+        yield made
+
+
+@contextmanager
+def play(env: Mapping[str, str], folder: Path, program: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    path = folder / "dance.improv"
+    path.write_text(program)
+    command = [sys.executable, "-m", "improv_core", "play", str(path), "--backend", "ros", *arguments]
+    playing = subprocess.Popen(command, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        yield playing
+    finally:
+        playing.terminate()
+        playing.communicate(timeout=LIMIT)
+
+
+def until(ask: Ask, line: str, expected: Any) -> None:
+    """Ask again until this is the answer."""
+    end = time.monotonic() + LIMIT
+    while (found := ask(line)) != expected:
+        assert time.monotonic() < end, found
+
+
+def test_services_play_pause_and_stop(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+    robot = listen("/turtle1/cmd_vel")
+    with server(ros_env, tmp_path) as editor:
+        editor.save(PROGRAM)
+        robot.wait(at_speed(SPEED))
+        until(ask, "call /conductor/play", [True, "it plays already"])
+        assert ask("call /conductor/pause") == [True, "pausing"]
+        robot.wait(still)
+        until(ask, "call /conductor/pause", [False, "nothing plays"])
+        assert ask("call /conductor/play") == [True, "continuing"]
+        robot.wait(at_speed(SPEED))
+        assert ask("call /conductor/stop") == [True, "all robots are being stopped"]
+        robot.wait(still)
+        until(ask, "call /conductor/play", [True, "playing again from beat 0"])
+        robot.wait(at_speed(SPEED))
+        editor.complaints()
+
+
+def test_speed_can_be_set_and_tempo_read(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+    robot = listen("/turtle1/cmd_vel")
+    with server(ros_env, tmp_path) as editor:
+        editor.save("beat 30\n" + PROGRAM)
+        robot.wait(at_speed(SPEED / 2))
+        until(ask, "get /conductor tempo", 30.0)
+        assert ask("set /conductor speed 2.0") == [True, ""]
+        robot.wait(at_speed(SPEED))
+        assert ask("get /conductor speed") == 2.0
+        refused, why = ask("set /conductor tempo 90")
+        assert (refused, why) == (False, "tempo is read-only: set speed, or change `beat` in the program")
+        accepted, _ = ask("set /conductor speed 40")
+        assert not accepted
+        editor.complaints()
+
+
+def test_before_anything_is_played(ask: Ask, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+    with play(ros_env, tmp_path, "a $ repeat forward\n", "--ros-args", "-r", "__node:=early"):
+        until(ask, "call /early/stop", [True, "all robots are being stopped"])
+
+
+def test_ros_arguments(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+    """A name, remapping, which holds for the standby too, a speed, and the QoS of a topic."""
+    robot = listen("/base/cmd_vel", "--best-effort")
+    reliable = listen("/base/cmd_vel", "--name", "reliable")
+    best_effort = "qos_overrides./base/cmd_vel.publisher.reliability:=best_effort"
+    words = ["-r", "__node:=dancer", "-r", "/turtle1/cmd_vel:=/base/cmd_vel", "-p", "speed:=0.5", "-p", best_effort]
+    with play(ros_env, tmp_path, PROGRAM, "--ros-args", *words):
+        robot.wait(at_speed(SPEED / 2))
+        robot.wait_for_publishers(2)
+        assert "dancer" in ask("nodes")
+        assert ask("get /dancer speed") == 0.5
+        assert all(still(message) or message["x"] == SPEED / 2 for message in robot.heard)
+        assert ask("call /dancer/stop") == [True, "all robots are being stopped"]
+        robot.wait(still)
+        assert reliable.heard == []
+
+
+def test_what_a_launch_file_passes(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+    robot = listen("/turtle1/cmd_vel")
+    parameters = tmp_path / "launch_params"
+    parameters.write_text("/**:\n  ros__parameters:\n    speed: 0.5\n")
+    with play(
+        ros_env, tmp_path, PROGRAM, "--ros-args", "-r", "__node:=improv", "--params-file", str(parameters)
+    ) as playing:
+        robot.wait(at_speed(SPEED / 2))
+        assert ask("get /improv speed") == 0.5
+        playing.send_signal(signal.SIGINT)  # as `ros2 launch` ends its nodes
+        robot.wait(still)
+
+
+def test_arguments_that_ros_refuses(ros_env: Mapping[str, str], tmp_path: Path) -> None:
+    with play(ros_env, tmp_path, PROGRAM, "--ros-args", "-r", "what") as playing:
+        _, err = playing.communicate(timeout=LIMIT)
+        assert playing.returncode != 0
+        assert "what" in err
+        assert len(err.splitlines()) == 1

@@ -21,7 +21,7 @@ class Profile:
     (rad/s), and the accelerations (m/s², rad/s²): None if there is no limit. `motions`: those of `MOTIONS` that it can
     make, in both directions. `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in
     the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as
-    the score says, or as motors would.
+    the score says, or as motors would. `near`: meters ahead of it in which it senses what is near; None is one step.
     """
 
     name: str
@@ -39,6 +39,12 @@ class Profile:
     # Which message a TurtleBot3 or a TurtleBot 4 expects depends on the ROS release, so no built-in profile fixes it.
     message: str = "auto"
     dynamics: str = "ideal"
+    near: float | None = None
+
+    @property
+    def reach(self) -> float:
+        """Meters ahead of it in which the simulator senses what is near."""
+        return self.step if self.near is None else self.near
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motions", tuple(self.motions))  # a list if it comes from JSON

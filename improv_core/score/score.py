@@ -10,11 +10,13 @@ from functools import lru_cache
 from typing import Any, Literal, TypedDict
 
 from improv_core.score import movement as algebra
+from improv_core.score import senses
 from improv_core.score import world as worlds
 from improv_core.score.fits import checked, fits
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Movement, Velocity
 from improv_core.score.profiles import Profile
+from improv_core.score.senses import Senses
 from improv_core.score.world import World
 from improv_core.text import Span
 
@@ -27,7 +29,7 @@ class Part:
     """One robot's part: its movement, its profile, its start pose, and its topic.
 
     `reset` is the service that moves it to its start pose, if there is one. With `use_sim_time`, its messages are
-    stamped with the time on /clock.
+    stamped with the time on /clock. `senses` are those that its movement reads.
     """
 
     robot: str
@@ -37,6 +39,7 @@ class Part:
     topic: str
     reset: str | None = None
     use_sim_time: bool = False
+    senses: Senses = field(default_factory=dict)
 
 
 Rejoin = Literal["continue", "next", "pause"]
@@ -107,6 +110,7 @@ def to_json(score: Score) -> dict[str, Any]:
             "topic": part.topic,
             "reset": part.reset,
             "use_sim_time": part.use_sim_time,
+            "senses": senses.to_json(part.senses),
         }
         for name, part in score.parts.items()
     }
@@ -123,6 +127,7 @@ class _PartJson(TypedDict):
     topic: str
     reset: str | None
     use_sim_time: bool
+    senses: Mapping[str, Mapping[str, Any]]
 
 
 class _DeadmanJson(TypedDict):
@@ -162,6 +167,7 @@ def from_json(data: Mapping[str, Any]) -> Score:
             part["topic"],
             part["reset"],
             part["use_sim_time"],
+            senses.from_json(part["senses"]),
         )
         for name, part in data["parts"].items()
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, NamedTuple
@@ -88,6 +89,8 @@ def source_from_json(data: Mapping[str, Any]) -> Source:
     """One source. Raises ValueError or TypeError if it is none."""
     if "topic" in data:
         topic = checked(Topic, data)
+        if not _TOPIC.fullmatch(topic.topic):
+            raise ValueError("the topic of a sense has a wrong name")
         if not (topic.timeout >= 0 and -_TURN <= topic.start <= topic.end <= _TURN):
             raise ValueError("the timeout or the sector of a sense is out of range")
         return topic
@@ -95,3 +98,4 @@ def source_from_json(data: Mapping[str, Any]) -> Source:
 
 
 _TURN = 2 * math.pi
+_TOPIC = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # rclpy raises an exception when it is asked about another name

@@ -29,6 +29,8 @@ from improv_core.stage.lines import Lines
 from improv_core.stage.protocol import FromReader, ToReader
 from improv_core.stage.sinks import Edge
 
+NICENESS = 5
+"""Where processors are short, commands come first."""
 LOOK = 0.05
 """Seconds between two looks for silence and for what the stage says."""
 
@@ -37,6 +39,7 @@ def main() -> int:
     """Read what the stage asks for over standard input, until it ends; edges go to standard output."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
+    os.nice(NICENESS)
     from improv_core.stage.sinks.ros_subscriptions import Subscriptions
 
     senses = Senses(time.monotonic())

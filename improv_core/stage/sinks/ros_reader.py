@@ -145,7 +145,6 @@ def _start(node: str) -> subprocess.Popen[bytes]:
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        start_new_session=True,
     )
     assert process.stdin
     os.set_blocking(process.stdin.fileno(), False)

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from improv_core.score.senses import BuiltIn, Message, Topic
-from tests.processes import descendants
+from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT, Sink
 
 SENSOR = Path(__file__).parent / "sensor.py"
@@ -137,6 +137,10 @@ def test_several_senses_of_several_robots_on_one_topic(sensor: Sense, sink: Sink
     assert came == [["anna", "far", None], ["bert", "far", None], ["bert", "near", None]]
     publish(scan(0.4))
     feels(sink, ["anna", "near", True])
+    read(sink)
+    feels(sink, ["anna", "near", None])
+    read(sink, far=far)
+    feels(sink, ["anna", "far", True])
 
 
 def test_a_sensor_that_comes_late(sensor: Sense, sink: Sink) -> None:
@@ -192,17 +196,32 @@ def test_a_sensor_that_sends_only_changes(sensor: Sense, sink: Sink) -> None:
     assert sink("no_more_edges")
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "halted"])
-def test_a_reader_that_fails(how: int, sensor: Sense, sink: Sink) -> None:
+@pytest.mark.parametrize(
+    ("how", "what"), [(signal.SIGKILL, "has ended"), (signal.SIGSTOP, "was silent for 1.0 s")], ids=["killed", "halted"]
+)
+def test_a_reader_that_fails(how: int, what: str, sensor: Sense, sink: Sink) -> None:
     publish = sensor("/anna/scan", "sensor_msgs/LaserScan")
     publish(scan(0.4))
     read(sink, near=Topic("/anna/scan", "sensor_msgs/LaserScan", 0.5))
     feels(sink, ["anna", "near", True])
     (reader,) = descendants(sink.process.pid)
     os.kill(reader, how)
-    feels(sink, ["anna", "near", None], ["anna", "near", True])
+    feels(sink, ["anna", "near", None])
+    line = f"the process that reads sensors {what}: another one starts"
+    sink("find", "warnings", line, line)
+    feels(sink, ["anna", "near", True])
+    assert sink("warnings") == {}
     (another,) = descendants(sink.process.pid)
     assert another != reader
+
+
+def test_a_stage_that_is_killed_takes_its_reader_along(sensor: Sense, sink: Sink) -> None:
+    sensor("/anna/hit", "std_msgs/Bool")
+    read(sink, hit=Topic("/anna/hit", "std_msgs/Bool", timeout=0.0))
+    feels(sink, ["anna", "hit", False])
+    reader = descendants(sink.process.pid)
+    sink.process.kill()
+    wait_until_gone(reader, LIMIT)
 
 
 def test_a_program_without_senses_starts_no_reader(sink: Sink) -> None:

@@ -20,7 +20,7 @@ from improv_core.stage.sinks import Edge
 
 START_LIMIT = 10.0
 """Seconds until a new process must show signs of life; on a quiet machine it takes half a second."""
-ALIVE_LIMIT = 0.5
+ALIVE_LIMIT = 1.0
 """Seconds without a sign of life after which the process counts as hung."""
 FIND_LIMIT = 5.0
 """Seconds that beat 0 waits for senses that are still silent, from when they were first asked for."""
@@ -77,13 +77,17 @@ class Reader:
     def _run(self) -> None:
         """Keep a process that reads, until we are closed."""
         while not self._closing.is_set():
-            process = _start(self._node)
-            what = self._listen(process)
-            if self._closing.is_set():
-                process.communicate()
-                return
-            process.kill()
-            process.wait()
+            try:
+                process = _start(self._node)
+            except OSError as error:
+                what = f"can't start: {error}"
+            else:
+                what = self._listen(process)
+                if self._closing.is_set():
+                    process.communicate()
+                    return
+                process.kill()
+                process.wait()
             self._fall_silent()
             self.problem = f"the process that reads sensors {what}: another one starts"
             self._closing.wait(AGAIN)
@@ -94,13 +98,15 @@ class Reader:
         assert process.stdout
         asked, unsent, rest = None, b"", b""
         waited, limit = 0.0, START_LIMIT
+        poll = select.poll()
+        poll.register(process.stdout, select.POLLIN)
         while not self._closing.is_set():
             if asked is not self._sources:
                 asked, self.unread = self._sources, {}
                 unsent += _request(asked)
             with suppress(OSError):  # it is full, or the process has ended, which is seen below
                 unsent = unsent[os.write(process.stdin.fileno(), unsent) :]
-            if not select.select([process.stdout], [], [], WAIT)[0]:
+            if not poll.poll(WAIT * 1000):
                 waited += WAIT  # not by a clock, so that nothing is said against it while we ourselves stand still
                 if waited >= limit:
                     return f"was silent for {limit} s"

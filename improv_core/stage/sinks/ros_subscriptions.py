@@ -78,7 +78,10 @@ class Subscriptions:
 
 
 def _executor(context: Any) -> Any:
-    """An executor; since Jazzy there is one that takes a message in a quarter of the time."""
+    """An executor; since Jazzy there is one that takes a message in a quarter of the time.
+
+    Subscriptions with callbacks for events, which ours have not, can crash it (rclpy#1644).
+    """
     try:
         from rclpy.experimental import EventsExecutor
     except ImportError:

@@ -41,7 +41,10 @@ LIBRARIES = {
     "pymunk": ["stage/sinks/collisions.py"],
     "rclpy": [
         "stage/graph.py",
-        *(f"stage/sinks/{name}.py" for name in ("ros", "ros_listening", "ros_nodes", "ros_requests")),
+        *(
+            f"stage/sinks/{name}.py"
+            for name in ("ros", "ros_listening", "ros_nodes", "ros_requests", "ros_subscriptions")
+        ),
     ],
     "aiohttp": ["stage/viewer/application.py"],
     "mcap": ["stage/sinks/recorder.py"],

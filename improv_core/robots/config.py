@@ -10,12 +10,16 @@ from pathlib import Path
 from typing import Any, cast, get_args
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
+from improv_core.robots.ros_names import full_name, node_name, ros_name
+from improv_core.robots.senses import read_senses
 from improv_core.robots.toml_reading import Range, TomlReading, listed
 from improv_core.robots.toml_text import Keys, read_toml
 from improv_core.robots.world import read_world
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, DYNAMICS, MESSAGES, MOTIONS, Profile
 from improv_core.score.score import Deadman, Rejoin, Safety
+from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
+from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
 from improv_core.score.world import EMPTY, World
 from improv_core.syntax.vocabulary import WORDS
 
@@ -41,7 +45,7 @@ class Robots:
     """The valid content of an `improv.toml`. `profiles` are its own and the built-in ones.
 
     `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab". `node` is the name
-    of Improv's node in ROS 2; None stands for a unique one.
+    of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -54,6 +58,7 @@ class Robots:
     world: World = EMPTY
     safety: Safety = field(default_factory=Safety)
     node: str | None = None
+    senses: Mapping[str, Source] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
@@ -64,6 +69,27 @@ class Robots:
         """A robot, listed or not. One that is not listed has no limits."""
         return self.robots.get(name) or Robot(DEFAULT, None, _topic(self.namespace, name), DEFAULT.message)
 
+    @property
+    def sense_names(self) -> tuple[str, ...]:
+        """The names of all senses: the built-in ones and the declared ones."""
+        return tuple(dict.fromkeys([*BUILT_IN_SENSES, *self.senses]))
+
+    def sense(self, robot: str, name: str) -> Source:
+        """Where a robot's sense comes from, with the full name of its topic. Raises KeyError if it is unknown."""
+        source = self.senses.get(name) or BUILT_IN_SENSES[name]
+        if isinstance(source, Topic):
+            return replace(source, topic=full_name(source.topic, f"{self.namespace}/{robot}"))
+        return source
+
+    def lacks(self, robot: str, name: str) -> bool:
+        """Whether a robot is listed, but nothing says where this sense of it comes from.
+
+        Then only a simulated one has it. A profile that sets `near` says so for `near`. People give the cue.
+        """
+        if robot not in self.robots or name == CUE or not isinstance(self.sense(robot, name), BuiltIn):
+            return False
+        return name != NEAR or self.robots[robot].profile.near is None
+
 
 def read_robots(text: str, path: Path | None = None) -> Robots:
     """Read the text of an `improv.toml`. Never raises; errors are in `diagnostics`, in the order of the text."""
@@ -72,14 +98,15 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.data, _SECTIONS).items()}
     profiles = reading.profiles(sections.get("profiles", {}))
     ros = reading.table(("ros",), sections.get("ros", {}), _ROS_KEYS)
-    namespace = reading.ros_name(("ros", "namespace"), ros, "") or ""
+    namespace = ros_name(reading, ("ros", "namespace"), ros, "") or ""
     use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
     safety = reading.safety(ros, namespace)
-    node = reading.node_name(("ros", "node"), ros)
+    node = node_name(reading, ("ros", "node"), ros)
     world = read_world(reading, sections.get("world", {}))
     robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
+    senses = read_senses(reading, sections.get("senses", {}))
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
-    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world, safety, node)
+    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world, safety, node, senses)
 
 
 def find_robots_file(folder: Path) -> Path | None:
@@ -113,10 +140,6 @@ def _topic(namespace: str, robot: str) -> str:
 
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
-_ROS_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # as in rmw's validate_full_topic_name.c
-_NODE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # as in rmw's validate_node_name.c
-_LONGEST_NODE_NAME = 200  # there 255, but the names of services come after it
-_LONGEST_ROS_NAME = 247  # also there: 255, less 8 for prefixes
 
 # The ranges catch typical errors: 0, millimeters, an angle in radians.
 _START: Mapping[str, Range] = {
@@ -134,10 +157,11 @@ _MEASURES: Mapping[str, Range] = {
     "command_rate": ("Hz", 1, 200),
     "radius": ("meters", 0.001, 100),
     "noise": ("shares of the speed", 0, 0.5),
+    "near": ("meters", 0.001, 100),
 }
 _WHEEL_ERROR = (0.5, 1.5)
 _MOTORS_ONLY = ("wheel_error", "noise")
-_SECTIONS = ("robots", "profiles", "ros", "world")
+_SECTIONS = ("robots", "profiles", "ros", "world", "senses")
 _ROS_KEYS = ("namespace", "node", "use_sim_time", "stop", "deadman", "rejoin")
 _DEADMAN_KEYS = ("topic", "button")
 _MOST_BUTTON = 99
@@ -174,13 +198,13 @@ class _RobotsReading(TomlReading):
         profile = profiles[kind] if kind else DEFAULT
         start = self.start((*keys, "start"), table["start"]) if "start" in table else None
         message = self.one_of((*keys, "message"), table, MESSAGES) or profile.message
-        topic = self.ros_name((*keys, "topic"), table, namespace) or _topic(namespace, name)
-        return Robot(profile, start, topic, message, self.ros_name((*keys, "reset"), table, namespace))
+        topic = ros_name(self, (*keys, "topic"), table, namespace) or _topic(namespace, name)
+        return Robot(profile, start, topic, message, ros_name(self, (*keys, "reset"), table, namespace))
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros, get_args(Rejoin)) or Safety().rejoin
         deadman = self.deadman(ros["deadman"], namespace) if "deadman" in ros else None
-        return Safety(self.ros_name(("ros", "stop"), ros, namespace), deadman, cast(Rejoin, rejoin))
+        return Safety(ros_name(self, ("ros", "stop"), ros, namespace), deadman, cast(Rejoin, rejoin))
 
     def deadman(self, value: Any, namespace: str) -> Deadman | None:
         keys = ("ros", "deadman")
@@ -188,7 +212,7 @@ class _RobotsReading(TomlReading):
             self.at_value(keys, 'write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`')
             return None
         table = self.table(keys, value, _DEADMAN_KEYS)
-        topic, button = self.ros_name((*keys, "topic"), table, namespace), table["button"]
+        topic, button = ros_name(self, (*keys, "topic"), table, namespace), table["button"]
         if type(button) is not int or not 0 <= button <= _MOST_BUTTON:
             self.at_value((*keys, "button"), f"write `button` as a whole number from 0 to {_MOST_BUTTON}")
             return None
@@ -200,28 +224,6 @@ class _RobotsReading(TomlReading):
             return None
         found = self.numbers(keys, self.table(keys, value, tuple(_START)), _START)
         return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
-
-    def ros_name(self, keys: Keys, table: Mapping[str, Any], namespace: str) -> str | None:
-        """The full name of a topic or a service. The namespace applies unless the name starts with `/`."""
-        written = self.text(keys, table)
-        if written is None:
-            return None
-        whole = written if written.startswith("/") else f"{namespace}/{written}"
-        if len(whole) > _LONGEST_ROS_NAME:
-            self.at_value(keys, f"this name is too long for ROS 2: use at most {_LONGEST_ROS_NAME} characters")
-        elif not _ROS_NAME.fullmatch(whole):
-            self.at_value(keys, "use the letters a to z, digits, and `_` between the `/`, not starting with a digit")
-        else:
-            return whole
-        return None
-
-    def node_name(self, keys: Keys, table: Mapping[str, Any]) -> str | None:
-        """A name for Improv's node, without a namespace."""
-        name = self.text(keys, table)
-        if name is None or (_NODE_NAME.fullmatch(name) and len(name) <= _LONGEST_NODE_NAME):
-            return name
-        self.at_value(keys, "use the letters a to z, digits, and `_`, not starting with a digit, without `/`")
-        return None
 
     def profiles(self, tables: Mapping[str, Any]) -> dict[str, Profile]:
         """All profiles, including the built-in ones. Each is made after its base."""

@@ -24,7 +24,8 @@ class Profile:
     make, in both directions. `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in
     the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as
     the score says, or as motors would. With motors, `wheel_error` holds how far its left and right wheels really roll
-    for each meter that their encoders count, and `noise` the standard deviation of that, as a share.
+    for each meter that their encoders count, and `noise` the standard deviation of that, as a share. `near`: meters
+    ahead of it in which it senses what is near; None is one step.
     """
 
     name: str
@@ -44,6 +45,12 @@ class Profile:
     dynamics: str = "ideal"
     wheel_error: Sequence[float] = (1.0, 1.0)
     noise: float = 0.0
+    near: float | None = None
+
+    @property
+    def reach(self) -> float:
+        """Meters ahead of it in which the simulator senses what is near."""
+        return self.step if self.near is None else self.near
 
     def __post_init__(self) -> None:
         for name in ("motions", "wheel_error"):

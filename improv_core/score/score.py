@@ -11,13 +11,14 @@ from typing import Any, Literal, TypedDict
 
 from improv_core.score import dice as chances
 from improv_core.score import movement as algebra
-from improv_core.score import ramps
+from improv_core.score import ramps, senses
 from improv_core.score import world as worlds
 from improv_core.score.fits import checked, fits
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Movement, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.scenes import performance, scene_begins
+from improv_core.score.senses import Senses
 from improv_core.score.world import World
 from improv_core.text import Span
 
@@ -34,7 +35,7 @@ class Part:
     so the `Score` sets them; by itself, a part performs as if it were alone.
 
     `reset` is the service that moves it to its start pose, if there is one. With `use_sim_time`, its messages are
-    stamped with the time on /clock.
+    stamped with the time on /clock. `senses` are those that its movement reads.
     """
 
     robot: str
@@ -44,6 +45,7 @@ class Part:
     topic: str
     reset: str | None = None
     use_sim_time: bool = False
+    senses: Senses = field(default_factory=dict)
     scene_begins: tuple[int, ...] = ()
     movement: Movement = field(init=False)
 
@@ -128,6 +130,7 @@ def to_json(score: Score) -> dict[str, Any]:
             "topic": part.topic,
             "reset": part.reset,
             "use_sim_time": part.use_sim_time,
+            "senses": senses.to_json(part.senses),
         }
         for name, part in score.parts.items()
     }
@@ -144,6 +147,7 @@ class _PartJson(TypedDict):
     topic: str
     reset: str | None
     use_sim_time: bool
+    senses: Mapping[str, Mapping[str, Any]]
 
 
 class _DeadmanJson(TypedDict):
@@ -183,6 +187,7 @@ def from_json(data: Mapping[str, Any]) -> Score:
             part["topic"],
             part["reset"],
             part["use_sim_time"],
+            senses.from_json(part["senses"]),
         )
         for name, part in data["parts"].items()
     }

@@ -17,6 +17,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
+from improv_core.score.senses import RobotSense
 from improv_core.score.transport import Switch, Transport
 from improv_core.stage.listeners import Listeners
 from improv_core.stage.protocol import (
@@ -91,7 +92,7 @@ class Player:
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
         self._wanted: dict[str, Twist] = {}  # each robot's velocity, or what it would be if the robot were not silent
-        self._senses: dict[str, bool | None] = {}  # from the latest edges
+        self._senses: dict[str | RobotSense, bool | None] = {}  # from the latest edges
         self._listeners = Listeners(sink)
         self._continues = False  # whether a pause ends by itself once nothing is waited for
         self._zeros_left: dict[str, int] = {}  # for each silent robot
@@ -149,7 +150,7 @@ class Player:
             self._play_from(self._transport.origin, self._transport.performed(now), now)
 
     def sense(self, edge: Edge, now: float) -> None:
-        """Take what people press: an emergency stop stops all robots, a deadman button that is released pauses them."""
+        """Take a change: an emergency stop stops all robots, a deadman button that is released pauses them."""
         before, self._senses[edge.what] = self._senses.get(edge.what), edge.value
         if edge.what == self._score.safety.stop:
             if edge.value:

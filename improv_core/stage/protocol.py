@@ -277,6 +277,49 @@ class EndStandby(TypedDict):
     type: Literal["end"]
 
 
+class SenseToRead(TypedDict):
+    """A sense of a robot; `source` as in a score, with a topic."""
+
+    robot: str
+    sense: str
+    source: Mapping[str, Any]
+
+
+class Read(TypedDict):
+    """Read these senses, and no others."""
+
+    type: Literal["read"]
+    senses: Sequence[SenseToRead]
+
+
+class SenseEdge(TypedDict):
+    """A sense of a robot has become true or false, or silent (null), at a time on the monotonic clock."""
+
+    type: Literal["edge"]
+    robot: str
+    sense: str
+    value: bool | None
+    at: float
+
+
+class Alive(TypedDict):
+    """The reader lives."""
+
+    type: Literal["alive"]
+
+
+class Unread(TypedDict):
+    """A topic can't be read at all; one line that says why."""
+
+    type: Literal["unread"]
+    topic: str
+    message: str
+
+
+ToReader = Read
+"""From the stage to the reader of sensors, over a pipe."""
+FromReader = SenseEdge | Alive | Unread
+
 ToStandby = Publish | Withdraw | Moves | Pulse | Stands | EndStandby
 """From the stage to its standby, over a pipe."""
 
@@ -394,8 +437,8 @@ def read_from_stage(line: bytes) -> FromStage:
 
 
 def by_type(union: Any) -> dict[str, type]:
-    """The messages of a union, by their `type`."""
-    return {get_args(hints_of(each)["type"])[0]: each for each in get_args(union)}
+    """The messages of a union, or the one message, by `type`."""
+    return {get_args(hints_of(each)["type"])[0]: each for each in get_args(union) or [union]}
 
 
 def _read(line: bytes, union: Any) -> object:

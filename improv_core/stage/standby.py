@@ -7,7 +7,6 @@ Started by the stage, with its own interpreter, as `python …/improv_core/stage
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import select
@@ -25,6 +24,7 @@ if __name__ == "__main__":
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
     sys.path.append(str(here.parent.parent))
 
+from improv_core.stage.lines import Lines
 from improv_core.stage.protocol import ToStandby
 from improv_core.stage.setpoints import LAST_ZEROS
 
@@ -78,7 +78,7 @@ def main() -> int:
     stage = _Stage(os.getppid())
     publishers = _Publishers(sys.argv[1], sys.argv[2:])
     watch = Watch(time.monotonic())
-    lines = _Lines()
+    lines: Lines[ToStandby] = Lines()
     os.write(1, b"ready\n")
     while not watch.ended:
         gone, silent = stage.wait(FIND if publishers.new else LOOK if watch.moved else None)
@@ -130,26 +130,6 @@ class _Stage:
         if os.getppid() == self._pid:
             with suppress(ProcessLookupError):
                 os.kill(self._pid, signal.SIGKILL)
-
-
-class _Lines:
-    """Messages on standard input: a JSON line each."""
-
-    def __init__(self) -> None:
-        os.set_blocking(0, False)
-        self._rest = b""
-        self.ended = False
-
-    def read(self) -> Iterator[ToStandby]:
-        """All that is there."""
-        while not self.ended:
-            try:
-                data = os.read(0, 65_536)
-            except BlockingIOError:
-                return
-            self.ended = not data
-            *lines, self._rest = (self._rest + data).split(b"\n")
-            yield from map(json.loads, lines)
 
 
 class _Publishers:

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Generic, TypeVar
 
+from improv_core.score.senses import RobotSense
 from improv_core.stage.sinks import Edge
 
 OVERTAKEN = frozenset({"pause", "resume", "seek", "speed", "silence", "held"})
@@ -22,11 +23,15 @@ Item = TypeVar("Item")
 
 
 class UrgentQueue(Generic[Item]):
-    """Any thread and any signal handler may put items in; one thread gets them. Edges overtake everything else."""
+    """Any thread and any signal handler may put items in; one thread gets them.
+
+    Edges overtake everything else, except that those of robots' senses, which may be many, let a stop go first.
+    """
 
     def __init__(self) -> None:
         self._arriving: queue.SimpleQueue[Item] = queue.SimpleQueue()  # safe in a signal handler
         self._edges: deque[Item] = deque()
+        self._sensed: deque[Item] = deque()
         self._waiting: deque[Item] = deque()  # belongs to the thread that gets
 
     def put(self, item: Item) -> None:
@@ -38,11 +43,13 @@ class UrgentQueue(Generic[Item]):
         while not self._arriving.empty():
             item = self._arriving.get_nowait()
             if isinstance(item, Edge):
-                self._edges.append(item)
+                (self._sensed if isinstance(item.what, RobotSense) else self._edges).append(item)
             else:
                 self._arrange(item)
         if self._edges:
             return self._edges.popleft()
+        if self._sensed and not (self._waiting and _kind(self._waiting[0]) == "hush"):
+            return self._sensed.popleft()
         return self._waiting.popleft() if self._waiting else self._arriving.get(timeout=timeout)
 
     def _arrange(self, item: Item) -> None:

@@ -16,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.robots.config import Robot, Robots, find_robots_file, read_robots
+from improv_core.robots.senses import KEYS as SENSE_KEYS
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
 from improv_core.score.score import Deadman, Safety, Score, from_json, to_json
@@ -574,11 +575,31 @@ keys = st.sampled_from(
         "start",
         "x",
         "topic",
+        "senses",
+        "message",
+        "below",
+        "from",
+        "timeout",
+        "key",
         "",
     ]
 )
 anything = st.recursive(
-    st.sampled_from(["1", "1e999", "-0", "nan", "true", '"a"', '"turtlesim"', '"/a"', "07:32:00", '"\\n"']),
+    st.sampled_from(
+        [
+            "1",
+            "1e999",
+            "-0",
+            "nan",
+            "true",
+            '"a"',
+            '"turtlesim"',
+            '"/a"',
+            '"sensor_msgs/LaserScan"',
+            "07:32:00",
+            '"\\n"',
+        ]
+    ),
     lambda inner: (
         st.lists(inner, max_size=2).map(lambda items: f"[{','.join(items)}]")
         | st.dictionaries(keys, inner, max_size=3).map(
@@ -628,6 +649,8 @@ def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
     ours = ("profile", "start", "topic", "message", "reset", "namespace", "node", "use_sim_time", "base")
     for key in (*ours, *(set(Profile.__slots__) - {"name"})):
         assert f"| `{key}` |" in PAGE
+    for key in SENSE_KEYS:
+        assert f"`{key}`" in PAGE.split("## Senses\n")[1].split("\n## ")[0]
     for profile in BUILT_IN.values():
         (row,) = re.findall(rf"^\| `{profile.name}`.*$", PAGE, re.MULTILINE)
         limits = (profile.max_linear, profile.max_angular, profile.max_linear_acceleration)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import queue
 import signal
 import sys
 import time
@@ -14,6 +15,7 @@ from typing import Any
 
 sys.path.append(str(Path(__file__).parents[2]))  # as the stage does: last, and not installed
 
+from improv_core.score import senses
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part, Score
@@ -30,6 +32,7 @@ def answer(value: Any) -> None:
 def prepare(topics: dict[str, str], restart: bool = True, profile: Any = (), **part: Any) -> None:
     """Robots on these topics; what is given of a part and its profile is alike for all."""
     made = replace(TURTLESIM, **dict(profile))
+    part["senses"] = senses.from_json(part.get("senses", {}))
     parts = {robot: Part(robot, (), made, Pose(), topic, **part) for robot, topic in topics.items()}
     sink.prepare(Score(Fraction(60), parts), restart)
 
@@ -91,6 +94,16 @@ def offered(topic: str) -> tuple[str, ...]:
     return tuple(sorted(info.topic_type for info in sink._node.get_publishers_info_by_topic(topic)))
 
 
+def edge() -> Any:
+    """The next edge: robot, sense, value; and how long ago it came."""
+    found = edges.get(timeout=LIMIT)
+    return [*found.what, found.value], time.monotonic() - found.at
+
+
+def no_more_edges() -> bool:
+    return edges.empty()
+
+
 def end(*_: object) -> None:
     sink.send("turtle1", STILL, 0.0)
     sink.close()
@@ -98,7 +111,8 @@ def end(*_: object) -> None:
 
 
 signal.signal(signal.SIGTERM, end)
-sink = Ros(None, "standby" in sys.argv[1:], lambda edge: None, lambda request: None)
+edges: queue.SimpleQueue[Any] = queue.SimpleQueue()
+sink = Ros(None, "standby" in sys.argv[1:], edges.put, lambda request: None)
 answer(sink.description)
 methods: dict[str, Callable[..., Any]] = {
     "prepare": prepare,
@@ -110,6 +124,8 @@ methods: dict[str, Callable[..., Any]] = {
     "wait": wait,
     "wait_for_reset": wait_for_reset,
     "find": find,
+    "edge": edge,
+    "no_more_edges": no_more_edges,
     "until_missing": until_missing,
     "until_no_warnings": until_no_warnings,
     "until_offered": until_offered,

@@ -15,8 +15,10 @@ from typing import Any
 import pytest
 
 from improv_core import stage
+from improv_core.score import senses
 from improv_core.score.motion import STILL
 from improv_core.score.score import to_json
+from improv_core.score.senses import BuiltIn, Key, Topic
 from improv_core.stage.loop import End, Play, Unreadable
 from improv_core.stage.pipes import LONGEST, arrival
 from improv_core.stage.protocol import Load
@@ -34,6 +36,9 @@ LOAD: Load = {
     "zero": 1000.0,
     "at": 1000.0,
 }
+LOAD["score"]["parts"]["r"]["senses"] = senses.to_json(
+    {"near": Topic("/r/scan", "sensor_msgs/LaserScan", below=0.5), "bump": BuiltIn("bump"), "drop": Key("d")}
+)
 WRONG: list[Any] = [None, True, -1, 0, 10**9, 10**400, 1.5, -1e308, 1e999, float("nan"), "", "1/0", "-1", "9" * 3000]
 WRONG += ["1e99999999", "\ud800", [], [[]], [None] * 3, {}, {"": {}}]
 DEEP = 100_000

@@ -11,9 +11,11 @@ import pytest
 
 from improv_core.stage.protocol import (
     FromPage,
+    FromReader,
     FromStage,
     ProtocolError,
     ToPage,
+    ToReader,
     ToStage,
     ToStandby,
     by_type,
@@ -30,6 +32,8 @@ PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="
         ("To the stage", ToStage),
         ("From the stage", FromStage),
         ("To the standby", ToStandby),
+        ("To the reader", ToReader),
+        ("From the reader", FromReader),
         ("To the page", ToPage),
         ("From the page", FromPage),
     ],

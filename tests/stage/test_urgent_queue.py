@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import queue
+from dataclasses import replace
 
 import pytest
 
+from improv_core.score.senses import RobotSense
 from improv_core.stage.sinks import Edge
 from improv_core.stage.urgent_queue import UrgentQueue
 
@@ -61,3 +63,17 @@ def test_edges_overtake_everything_else_and_stay_in_order() -> None:
     for item in (score, seek, on, hush, off):
         waiting.put(item)
     assert [waiting.get() for _ in range(4)] == [on, off, score, hush]
+
+
+def test_what_robots_sense_overtakes_all_but_a_stop() -> None:
+    waiting: UrgentQueue[object] = UrgentQueue()
+    seek, hush = {"type": "seek"}, {"type": "hush"}
+    pressed, near = Edge("/e_stop", True, 1.0), Edge(RobotSense("a", "near"), True, 2.0)
+    far = replace(near, value=False)
+    for item in (seek, near, pressed):
+        waiting.put(item)
+    assert waiting.get() == pressed
+    waiting.put(far)
+    assert waiting.get() == near
+    waiting.put(hush)
+    assert [waiting.get() for _ in range(2)] == [hush, far]

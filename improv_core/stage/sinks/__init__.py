@@ -8,16 +8,17 @@ from typing import Protocol
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
+from improv_core.score.senses import RobotSense
 
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """What people or robots do has changed: `what` is a topic, or a button on one; None is silence.
+    """What people or robots do has changed: `what` is a topic, a button on one, or a robot's sense; None is silence.
 
-    `at` is when it came, in monotonic seconds.
+    `at` is when it came, in monotonic seconds; for a sense of a simulated robot, in performance time.
     """
 
-    what: str
+    what: str | RobotSense
     value: bool | None
     at: float
 

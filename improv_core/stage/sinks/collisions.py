@@ -70,6 +70,8 @@ class Collisions:
         self._above: dict[tuple[str, ...], float] = {}  # when one of a pair was last above the other
         self._start = self._end = 0.0
         self._bumps: list[Bump] = []
+        self._pressed: set[str] = set()
+        self._touching: set[str] = set()
 
     def near_obstacle(self, x: float, y: float, reach: float) -> bool:
         """Whether a wall or an obstacle is within `reach` meters of a point."""
@@ -122,6 +124,13 @@ class Collisions:
         bumps, self._bumps = self._bumps, []
         return bumps
 
+    def take_contacts(self) -> tuple[set[str], set[str]]:
+        """The robots that drove into something or were driven into, and those that touched anything, since the last
+        call."""
+        contacts = self._pressed, self._touching
+        self._pressed, self._touching = set(), set()
+        return contacts
+
     def _stand(self, world: World) -> None:
         import pymunk
 
@@ -164,6 +173,9 @@ class Collisions:
         closing = _closing(arbiter) * STEP / (self._end - self._start)
         if self._above.get(names) == self._start:
             closing = max(closing, self._sinking(*names))
+        self._touching.update(names)
+        if closing > BUMP:
+            self._pressed.update(names)
         if self._end - self._touched.get(names, -math.inf) <= APART:
             self._touched[names] = self._end
         elif closing > BUMP:

@@ -11,11 +11,14 @@ from typing import Any
 
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
+from improv_core.score.senses import CUE, BuiltIn, RobotSense
+from improv_core.score.senses import Topic as SenseTopic
 from improv_core.stage.discovery import described, limited
 from improv_core.stage.protocol import LOADING_LIMIT, FromStage
 from improv_core.stage.sinks import Edge
 from improv_core.stage.sinks.ros_listening import Listening
-from improv_core.stage.sinks.ros_nodes import STANDBY, Nodes, is_harmless, node_name, without_name
+from improv_core.stage.sinks.ros_nodes import READER, STANDBY, Nodes, is_harmless, node_name, without_name
+from improv_core.stage.sinks.ros_reader import Reader
 from improv_core.stage.sinks.ros_requests import Ask, Requests
 from improv_core.stage.sinks.ros_reset import Resets
 from improv_core.stage.sinks.ros_standby import Standby
@@ -68,6 +71,7 @@ class Ros:
         self._now = now
         self._resets = Resets(self._node, now)
         self._listening = Listening(self._node, hear, now)
+        self._reader = Reader(node_name() + READER, hear, now)
         self._parts: dict[str, Part] = {}
         self._topics: dict[str, Topic] = {}
         self._cast: list[str] = []
@@ -93,6 +97,7 @@ class Ros:
         self._standby.live(LOADING_LIMIT)
         self._listening.take(score.safety)
         parts = score.parts
+        self._reader.read(_read_from_topics(parts))
         self._cast = list(parts)
         self._parts.update(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
@@ -112,7 +117,8 @@ class Ros:
 
     def resetting(self) -> bool:
         # All are to be asked.
-        return any([self._resets.under_way(), self._listening.under_way(), self._awaits_standby()])
+        waits = [self._resets.under_way(), self._listening.under_way(), self._awaits_standby()]
+        return any([*waits, self._reader.under_way()])
 
     def _awaits_standby(self) -> bool:
         """Whether the standby has yet to find a listener that we have found; it gets a few seconds."""
@@ -140,6 +146,8 @@ class Ros:
         if self._standby.problem:
             found[self._standby.problem] = self._standby.problem
         found |= self._listening.warnings()
+        if self._reader.problem:
+            found[self._reader.problem] = self._reader.problem
         clocked = not self._node.get_clock().ros_time_is_active and self._node.count_publishers("/clock")
         for robot in asked:
             topic = self._topic(robot)
@@ -156,6 +164,8 @@ class Ros:
                     f"messages on {topic.name} carry this machine's time, but a node publishes /clock: "
                     "if the robot is simulated, set `use_sim_time = true` under [ros] in improv.toml",
                 )
+            elif silent := self._silent(robot):
+                found.setdefault(robot, silent)
         return found
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
@@ -184,6 +194,7 @@ class Ros:
 
     def close(self) -> None:
         self._standby.close()
+        self._reader.close()
         time.sleep(LINGER)
         self._closing.set()
         self._executor.shutdown()
@@ -205,6 +216,24 @@ class Ros:
 
         return publisher, withdraw
 
+    def _silent(self, robot: str) -> str | None:
+        """Why a sense of a robot is silent, as far as is known; None if there is none."""
+        for sense, source in self._parts[robot].senses.items():
+            if isinstance(source, BuiltIn) and sense != CUE:
+                return f"no topic says when `{sense}` is true of real robots: add [senses.{sense}] to improv.toml"
+            if isinstance(source, SenseTopic) and self._reader.is_silent(RobotSense(robot, sense)):
+                problem = self._reader.unread.get(source.topic) or self._unheard(source)
+                return f"{problem}, so {robot} stands still where it reads `{sense}`"
+        return None
+
+    def _unheard(self, source: SenseTopic) -> str:
+        kinds = {info.topic_type for info in self._node.get_publishers_info_by_topic(source.topic)}
+        if not kinds:
+            return f"nobody publishes on {source.topic}"
+        if source.message.replace("/", "/msg/") not in kinds:
+            return f"{source.topic} carries {', '.join(sorted(kinds))}, not {source.message}"
+        return f"nothing usable comes on {source.topic}"
+
     def _topic(self, robot: str) -> Topic:
         return self._topics[self._parts[robot].topic]
 
@@ -214,3 +243,12 @@ class Ros:
 
             self._uses_sim_time = wanted
             self._node.set_parameters([Parameter("use_sim_time", value=wanted)])
+
+
+def _read_from_topics(parts: Mapping[str, Part]) -> dict[RobotSense, SenseTopic]:
+    return {
+        RobotSense(robot, sense): source
+        for robot, part in parts.items()
+        for sense, source in part.senses.items()
+        if isinstance(source, SenseTopic)
+    }

@@ -9,6 +9,7 @@ from typing import Any
 from improv_core.score.score import Safety
 from improv_core.stage.protocol import DEADMAN_LIMIT
 from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks.ros_nodes import subscribe
 from improv_core.stage.sinks.ros_topic import Now
 
 LOOK = 0.05
@@ -91,19 +92,19 @@ class Listening:
         from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
         from std_msgs.msg import Bool
 
-        def subscribe(reliability: Any, durability: Any) -> Any:
+        def hear(reliability: Any, durability: Any) -> Any:
             qos = QoSProfile(depth=1, reliability=reliability, durability=durability)
-            return self._subscribe(Bool, topic, lambda message: self._turn(topic, message.data), qos)
+            return subscribe(self._node, Bool, topic, lambda message: self._turn(topic, message.data), qos)
 
         # This one hears every publisher. A reliable one is heard a second time, so that nothing is lost, and if it
         # offers what it said before, that too; asking for more than is offered would be reported as an error there.
-        subscriptions = {None: subscribe(ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)}
+        subscriptions = {None: hear(ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)}
 
         def look() -> None:
             for publisher in self._node.get_publishers_info_by_topic(topic):
                 offered = publisher.qos_profile
                 if offered.reliability == ReliabilityPolicy.RELIABLE and offered.durability not in subscriptions:
-                    subscriptions[offered.durability] = subscribe(offered.reliability, offered.durability)
+                    subscriptions[offered.durability] = hear(offered.reliability, offered.durability)
 
         stop_looking = self._every(LOOK, look)
 
@@ -128,7 +129,7 @@ class Listening:
 
         # All publishers match best effort, and what is lost is not worth waiting for.
         qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-        subscription = self._subscribe(Joy, topic, take, qos)
+        subscription = subscribe(self._node, Joy, topic, take, qos)
         stop_looking = self._every(LOOK, look)
 
         def destroy() -> None:
@@ -144,12 +145,3 @@ class Listening:
         # Not by the node's clock: a simulation's may stand still.
         timer = self._node.create_timer(seconds, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         return lambda: self._node.destroy_timer(timer)
-
-    def _subscribe(self, kind: Any, topic: str, take: Callable[[Any], None], qos: Any) -> Any:
-        try:
-            from rclpy.event_handler import SubscriptionEventCallbacks
-        except ImportError:  # Humble
-            from rclpy.qos_event import SubscriptionEventCallbacks
-        # The default callbacks log what `warnings` tells, and keep a subscription in use while the executor waits.
-        none = SubscriptionEventCallbacks(use_default_callbacks=False)
-        return self._node.create_subscription(kind, topic, take, qos, event_callbacks=none)

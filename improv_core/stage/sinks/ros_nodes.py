@@ -12,6 +12,8 @@ DEPTH = 10
 """QoS history depth. It is reliable, like teleop_twist_keyboard and Nav2, so all listeners match."""
 STANDBY = "_standby"
 """The suffix of the names of nodes that publish only after their stage has died."""
+READER = "_reader"
+"""The suffix of the names of nodes that read sensors."""
 
 
 class Nodes:
@@ -73,6 +75,17 @@ class Nodes:
             name = f"{self.first.get_name()}_2"
             self._second = _node(rclpy.Context(), name, self._arguments, start_parameter_services=False)
         return self._second
+
+
+def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos: Any) -> Any:
+    """A subscription without rclpy's default callbacks for events."""
+    try:
+        from rclpy.event_handler import SubscriptionEventCallbacks
+    except ImportError:  # Humble
+        from rclpy.qos_event import SubscriptionEventCallbacks
+    # These would log what our warnings tell, and keep a subscription in use while the executor waits.
+    none = SubscriptionEventCallbacks(use_default_callbacks=False)
+    return node.create_subscription(kind, topic, take, qos, event_callbacks=none)
 
 
 def node_name(process: int | str = "") -> str:

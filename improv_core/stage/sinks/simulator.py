@@ -11,9 +11,13 @@ from threading import Lock
 
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
+from improv_core.score.senses import RobotSense
 from improv_core.score.world import World
+from improv_core.stage.sinks import Edge
 from improv_core.stage.sinks.collisions import Bump, Collisions, Disc, Pushed
-from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, follow, motors_of, moving
+from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, motors_of, moving
+from improv_core.stage.sinks.simulated_robot import Robot
+from improv_core.stage.sinks.simulated_senses import Senses
 
 LOOK = 24
 """Steps between two searches for robots near something: 0.1 s. A robot that can't touch anything before the next search
@@ -40,37 +44,6 @@ class Snapshot:
     bumps: tuple[Bump, ...] = ()
 
 
-@dataclass(slots=True)
-class _Robot:
-    """A robot as of its latest change, and its setpoints from then on."""
-
-    disc: Disc
-    motors: Motors | None
-    motion: Motion
-    setpoints: deque[tuple[float, Twist]] = field(default_factory=deque)
-    commanded: Twist = STILL
-    """The last twist it was sent."""
-    pushed: Pushed | None = None
-    """Set while something keeps it from going where it wants."""
-
-    def ahead(self, to: float) -> Motion:
-        return follow(self.motion, self.setpoints, to, self.motors)
-
-    def settle(self, to: float) -> None:
-        """Drop the history up to `to`."""
-        self.motion = self.ahead(to)
-        while self.setpoints and self.setpoints[0][0] <= to:
-            self.setpoints.popleft()
-
-    def pose_at(self, time: float) -> Pose:
-        ideally = self.ahead(time).pose_at(time)
-        if not self.pushed:
-            return ideally
-        # Its own twists would take it into what it touches, so it keeps moving as in the last step.
-        at, seconds = self.pushed.pose, time - self.motion.at
-        return Pose(at.x + self.pushed.x * seconds, at.y + self.pushed.y * seconds, ideally.z, ideally.heading)
-
-
 class Simulator:
     """A sink that moves discs in a world of walls and obstacles.
 
@@ -92,7 +65,8 @@ class Simulator:
     def _clear(self, world: World) -> None:
         self._world = world
         self._collisions = Collisions(world)
-        self._robots: dict[str, _Robot] = {}
+        self._robots: dict[str, Robot] = {}
+        self._senses = Senses(world, self._robots)
         self._awake: list[str] = []  # robots near something
         self._fastest = 0.0  # m/s, of all setpoints so far
         self._faster: deque[tuple[float, float]] = deque()  # when that increases, and to what
@@ -114,9 +88,10 @@ class Simulator:
                 self._placed += 1
             elif score.world != self._world:
                 self._world, self._collisions = score.world, Collisions(score.world)
+                self._senses = Senses(score.world, self._robots)
             for name, part in score.parts.items():
                 self._cast(name, part)
-            self._look_again = self._steps
+            self._look_soon()
 
     def resetting(self) -> bool:
         return False
@@ -149,27 +124,27 @@ class Simulator:
             for name, pose in poses.items():
                 robot = self._robots[name]
                 # Setpoints from before no longer apply.
-                robot.motion, robot.commanded, robot.pushed = Motion(self._now, pose), STILL, None
+                robot.motion, robot.commanded = Motion(self._now, pose), STILL
+                robot.pushed, robot.bumped = None, False
                 robot.setpoints.clear()
             self._placed += 1
-            self._look_again = self._steps
+            self._look_soon()
 
     def advance(self, to: float) -> None:
         """Run every whole step that ends by `to`. The rest of the time only shows in `poses`."""
         with self._lock:
-            last = _whole_steps(to)
-            while self._steps < last:
-                end = (self._steps + 1) / STEPS_PER_SECOND
-                while self._faster and self._faster[0][0] < end:
-                    _, self._fastest = self._faster.popleft()
-                    self._look_again = self._steps
-                if self._steps >= self._look_again:
-                    self._look()
-                if self._awake:
-                    self._step()
-                else:
-                    self._steps = min(last, self._look_again, self._next_rise())
-            self._now = to
+            self._senses.ask((), self._now)
+            self._run(to)
+
+    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
+        """Like `advance`, but only until senses change that are asked for: the edges, sorted; none once it is at `to`.
+
+        A sense that was not asked for last time gives an edge at once. The others are looked at after every whole step,
+        so the same program gives the same edges, no matter how often this is called. Senses that people hold down are
+        not for us.
+        """
+        with self._lock:
+            return self._senses.ask(asked, self._now) or self._run(to)
 
     def coasting(self) -> bool:
         return any(robot.ahead(self._now).twist != STILL for robot in self._robots.values() if robot.motors)
@@ -192,14 +167,36 @@ class Simulator:
     def close(self) -> None:
         """Does nothing: a page can still show the last poses."""
 
+    def _run(self, to: float) -> list[Edge]:
+        """Run whole steps until `to`, or until one changes a sense that is asked for."""
+        last = _whole_steps(to)
+        while self._steps < last:
+            end = (self._steps + 1) / STEPS_PER_SECOND
+            while self._faster and self._faster[0][0] < end:
+                _, self._fastest = self._faster.popleft()
+                self._look_again = self._steps
+            if self._steps >= self._look_again:
+                self._look()
+            if self._awake:
+                self._step()
+            elif self._senses.could_change(self._steps / STEPS_PER_SECOND):
+                self._steps += 1
+            else:
+                self._steps = min(last, self._look_again, self._next_rise())
+            self._now = self._steps / STEPS_PER_SECOND
+            if edges := self._senses.changes(self._now):
+                return edges
+        self._now = to
+        return []
+
     def _cast(self, name: str, part: Part) -> None:
         motors = motors_of(part.profile, name)
         disc = Disc(part.profile.radius, motors is not None)
         known = self._robots.get(name)
         if known:
-            known.disc, known.motors = disc, motors
+            known.part, known.disc, known.motors = part, disc, motors
         else:
-            self._robots[name] = _Robot(disc, motors, Motion(self._now, part.start))
+            self._robots[name] = Robot(part, disc, motors, Motion(self._now, part.start))
 
     def _next_rise(self) -> int:
         """The step in which a robot becomes faster than all robots so far."""
@@ -207,11 +204,17 @@ class Simulator:
             return self._steps + LOOK
         return max(_whole_steps(self._faster[0][0]), self._steps + 1)
 
+    def _look_soon(self) -> None:
+        """Robots have been moved."""
+        self._look_again = self._steps
+        self._senses.jump()
+
     def _look(self) -> None:
         """Find the robots that could touch something before the next search."""
         now = self._steps / STEPS_PER_SECOND
         self._look_again = self._steps + LOOK
         reach = self._fastest * LOOK / STEPS_PER_SECOND + MARGIN
+        self._senses.look(reach)
         circles = {}
         for name, robot in self._robots.items():
             robot.settle(now)
@@ -222,7 +225,7 @@ class Simulator:
         self._awake = [name for name in self._robots if name in near]
         self._collisions.keep({name: self._robots[name].disc for name in self._awake})
         for name in self._robots.keys() - near:
-            self._robots[name].pushed = None
+            self._robots[name].pushed, self._robots[name].bumped = None, False
 
     def _step(self) -> None:
         start, end = self._steps / STEPS_PER_SECOND, (self._steps + 1) / STEPS_PER_SECOND
@@ -238,6 +241,11 @@ class Simulator:
             self._bumps.append(bump)
             first, *others = bump.robots
             self._met.setdefault(first, {}).update(dict.fromkeys(others or ["an obstacle"]))
+        pressed, touching = self._collisions.take_contacts()
+        for name in self._awake:
+            robot = self._robots[name]
+            stands = robot.bumped and name in touching and robot.ahead(end).twist == STILL
+            robot.bumped = name in pressed or stands
         self._steps += 1
 
     def _ways(self, start: float, end: float) -> dict[str, tuple[Pose, Pose]]:

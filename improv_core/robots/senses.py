@@ -1,0 +1,122 @@
+"""Reads the section `[senses]` of an `improv.toml`: which topics and keys decide what robots sense."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Mapping
+from typing import Any, cast, get_args
+
+from improv_core.robots.ros_names import ros_name
+from improv_core.robots.toml_reading import Range, TomlReading
+from improv_core.robots.toml_text import Keys
+from improv_core.score.senses import CUE, Key, Message, Source, Topic
+from improv_core.syntax.vocabulary import WORDS
+
+_NAME = re.compile(r"[^\W\d]\w*")
+KEYS = ("topic", "message", "below", "above", "from", "to", "button", "timeout", "key")
+_LIMITS: Mapping[str, Range] = {
+    "sensor_msgs/LaserScan": ("meters", 0, 1000),
+    "sensor_msgs/Range": ("meters", 0, 1000),
+    "std_msgs/Float32": ("the unit of the topic", -1e6, 1e6),
+    "nav_msgs/Odometry": ("m/s", 0, 100),
+}
+"""The messages that carry a number, and what a limit of it may be."""
+_ONLY: Mapping[str, Collection[str]] = {
+    "from": ("sensor_msgs/LaserScan",),
+    "to": ("sensor_msgs/LaserScan",),
+    "button": ("sensor_msgs/Joy",),
+    "below": _LIMITS,
+    "above": _LIMITS,
+}
+"""The messages that a key is for, if not for all."""
+_ON_CHANGE = ("std_msgs/Bool", "sensor_msgs/Joy")  # often published only when something changes
+_SECTOR: Mapping[str, Range] = {"from": ("degrees", -360, 360), "to": ("degrees", -360, 360)}
+_TIMEOUT: Range = ("seconds", 0.05, 60)
+_MOST_BUTTON = 99
+
+
+def read_senses(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Source]:
+    """The declared senses that are valid, by name. Errors are reported. Relative topics stay relative."""
+    made: dict[str, Source] = {}
+    for name, value in tables.items():
+        keys = ("senses", name)
+        table = reading.table(keys, value, KEYS)
+        if not _NAME.fullmatch(name) or name in WORDS:
+            reading.at_key(keys, f"`{name}` can't be the name of a sense: use a word of your own")
+        elif name == CUE:
+            reading.at_key(keys, f"`{CUE}` is always given by people: choose another name")
+        elif isinstance(value, dict) and (source := _source(reading, keys, table)):
+            made[name] = source
+    return made
+
+
+def _source(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> Source | None:
+    if "key" in table:
+        for other in [name for name in table if name != "key"]:
+            reading.at_key((*keys, other), f"this sense has a key, so `{other}` has no effect: remove it")
+        return _key(reading, keys, table)
+    if "topic" not in table:
+        reading.at_key(keys, "add `topic` and `message`, or `key`")
+        return None
+    if "message" not in table:
+        reading.at_key((*keys, "topic"), "add `message`, the type on this topic, such as `std_msgs/Bool`")
+        return None
+    topic = ros_name(reading, (*keys, "topic"), table, "")
+    message = reading.one_of((*keys, "message"), table, get_args(Message))
+    return _topic(reading, keys, table, cast(Message, message)) if topic and message else None
+
+
+def _key(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> Key | None:
+    key = reading.text((*keys, "key"), table)
+    if key is None or re.fullmatch("[a-z0-9]", key):
+        return Key(key) if key else None
+    reading.at_value((*keys, "key"), "write `key` as one letter, a to z, or one digit")
+    return None
+
+
+def _topic(reading: TomlReading, keys: Keys, table: Mapping[str, Any], message: Message) -> Topic | None:
+    for name in [name for name in table if message not in _ONLY.get(name, (message,))]:
+        reading.at_key((*keys, name), f"`{name}` is not for {message}: remove it")
+    allowed = {name: value for name, value in table.items() if message in _ONLY.get(name, (message,))}
+    limits: Mapping[str, float] = {}
+    if message in _LIMITS:
+        unit, least, most = _LIMITS[message]
+        limits = reading.numbers(keys, allowed, dict.fromkeys(("below", "above"), (unit, least, most)))
+        written = [name for name in ("below", "above") if name in allowed]
+        if not written:
+            reading.at_value((*keys, "message"), f"add `below` or `above`, a limit in {unit}")
+        elif len(written) == 2:
+            reading.at_key((*keys, "above"), "write `below` or `above`, not both")
+        if len(written) != 1 or not limits:
+            return None
+    sector = _sector(reading, keys, allowed)
+    button, timeout = _button(reading, keys, allowed), _timeout(reading, keys, allowed, message)
+    return Topic(allowed["topic"], message, limits.get("below"), limits.get("above"), *sector, button, timeout)
+
+
+def _sector(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> tuple[float, float]:
+    found = {"from": -180.0, "to": 180.0, **reading.numbers(keys, table, _SECTOR)}
+    start, end = found["from"], found["to"]
+    if not start <= end <= start + 360:
+        name = "from" if "from" in table else "to"
+        reading.at_value((*keys, name), "`from` must be less than `to`, by at most 360: degrees count counterclockwise")
+    return math.radians(start), math.radians(end)
+
+
+def _button(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> int | None:
+    button = table.get("button")
+    if button is None or (type(button) is int and 0 <= button <= _MOST_BUTTON):
+        return button
+    reading.at_value((*keys, "button"), f"write `button` as a whole number from 0 to {_MOST_BUTTON}")
+    return None
+
+
+def _timeout(reading: TomlReading, keys: Keys, table: Mapping[str, Any], message: Message) -> float:
+    default = Topic("", message).timeout
+    if "timeout" not in table:
+        return default
+    if table["timeout"] == 0 and message in _ON_CHANGE and not isinstance(table["timeout"], bool):
+        return 0.0
+    found = reading.number((*keys, "timeout"), table["timeout"], _TIMEOUT)
+    return default if found is None else found

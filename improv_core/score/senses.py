@@ -1,0 +1,101 @@
+"""Senses: what is true or false of a robot at every moment, and where that comes from. Standard library only."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal, NamedTuple
+
+from improv_core.score.fits import checked
+
+Message = Literal[
+    "sensor_msgs/LaserScan",
+    "sensor_msgs/Range",
+    "sensor_msgs/Joy",
+    "std_msgs/Bool",
+    "std_msgs/Float32",
+    "nav_msgs/Odometry",
+]
+
+BUMP, NEAR, CUE = "bump", "near", "cue"
+
+
+class RobotSense(NamedTuple):
+    """One sense of one robot."""
+
+    robot: str
+    sense: str
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A sense that messages on a ROS topic decide. A relative `topic` is in the robot's namespace.
+
+    `below` or `above` is the limit of a number: of the nearest reading of a scan or a range (meters), of a Float32, of
+    the speed in an odometry message (m/s). `start` and `end` are the sector of a scan, in radians counterclockwise from
+    straight ahead. `button` of a gamepad is counted from 0; None is any. After `timeout` seconds without a message,
+    nothing is known; 0 if messages come only when something changes.
+    """
+
+    topic: str
+    message: Message
+    below: float | None = None
+    above: float | None = None
+    start: float = -math.pi
+    end: float = math.pi
+    button: int | None = None
+    timeout: float = 1.0
+
+    def compare(self, number: float) -> bool:
+        """Whether a number is beyond the limit."""
+        return number < self.below if self.below is not None else number > (self.above or 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """A sense that holds while somebody holds a key."""
+
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltIn:
+    """A sense that is not declared: the simulator knows `bump` and `near`, and people give the cue."""
+
+    built_in: Literal["bump", "near", "cue"]
+
+
+BUILT_IN: Mapping[str, BuiltIn] = {BUMP: BuiltIn("bump"), NEAR: BuiltIn("near"), CUE: BuiltIn("cue")}
+"""Senses that every robot has: it touches something, something stands ahead of it, somebody gives the cue."""
+Source = Topic | Key | BuiltIn
+"""Where a sense comes from."""
+Senses = Mapping[str, Source]
+"""The senses that a robot's part reads, by name."""
+
+
+def to_json(senses: Senses) -> dict[str, Any]:
+    """Senses as JSON values."""
+    return {name: asdict(source) for name, source in senses.items()}
+
+
+def from_json(data: Mapping[str, Mapping[str, Any]]) -> dict[str, Source]:
+    """The senses that `to_json` wrote. Raises KeyError, ValueError, or TypeError on anything else."""
+    return {name: source_from_json(each) for name, each in data.items()}
+
+
+def source_from_json(data: Mapping[str, Any]) -> Source:
+    """One source. Raises ValueError or TypeError if it is none."""
+    if "topic" in data:
+        topic = checked(Topic, data)
+        if not _TOPIC.fullmatch(topic.topic):
+            raise ValueError("the topic of a sense has a wrong name")
+        if not (topic.timeout >= 0 and -_TURN <= topic.start <= topic.end <= _TURN):
+            raise ValueError("the timeout or the sector of a sense is out of range")
+        return topic
+    return checked(Key, data) if "key" in data else checked(BuiltIn, data)
+
+
+_TURN = 2 * math.pi
+_TOPIC = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # rclpy raises an exception when it is asked about another name

@@ -1,0 +1,152 @@
+"""Reads robots' sensors from ROS topics and tells the stage each change: of 2,000 scans a second it need not know more.
+
+A process of its own, because reading would make the stage's commands late. Started by the stage, with its own
+interpreter, as `python …/improv_core/stage/reader.py`. Standard library only (rclpy imported lazily).
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import math
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+if __name__ == "__main__":
+    # As in __main__.py: our modules must not hide others of the same name, nor any of ROS's.
+    here = Path(__file__).resolve().parent
+    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
+    sys.path.append(str(here.parent.parent))
+
+from improv_core.score.senses import RobotSense, Topic, source_from_json
+from improv_core.stage.lines import Lines
+from improv_core.stage.protocol import FromReader, ToReader
+from improv_core.stage.sinks import Edge
+
+NICENESS = 5
+"""Where processors are short, commands come first."""
+LOOK = 0.05
+"""Seconds between two looks for silence and for what the stage says."""
+
+
+def main() -> int:
+    """Read what the stage asks for over standard input, until it ends; edges go to standard output."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
+    os.nice(NICENESS)
+    from improv_core.stage.sinks.ros_subscriptions import Subscriptions
+
+    senses = Senses(time.monotonic())
+
+    def hear(topic: Topic, value: bool | None) -> None:
+        _tell_edges(senses.take(topic, value, time.monotonic()))
+
+    subscriptions = Subscriptions(sys.argv[1], hear, _tell_unread)
+    lines: Lines[ToReader] = Lines()
+    # As in the stage: collections of garbage over all that has been imported would make edges late.
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 100)
+    with suppress(BrokenPipeError):  # the stage is gone
+        while not lines.ended:
+            _tell({"type": "alive"})
+            for message in lines.read():
+                _tell_edges(senses.read(_sources(message), time.monotonic()))
+                subscriptions.keep(senses.topics)
+            subscriptions.spin(LOOK)
+            _tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
+    subscriptions.close()
+    return 0
+
+
+class Senses:
+    """Makes edges from what is heard of topics and when (seconds), and from silence. It never reads a clock."""
+
+    def __init__(self, now: float) -> None:
+        self._read: dict[Topic, dict[RobotSense, None]] = {}
+        self._known: dict[Topic, _Known] = {}
+        self._looked = now
+
+    @property
+    def topics(self) -> Iterable[Topic]:
+        """What has to be heard of."""
+        return self._read.keys()
+
+    def read(self, sources: Mapping[RobotSense, Topic], now: float) -> Iterator[Edge]:
+        """From now on, read these senses and no others. What is no longer read falls silent."""
+        old = {sense: topic for topic, senses in self._read.items() for sense in senses}
+        before = {sense: self._value(topic) for sense, topic in old.items()}
+        self._read = {}
+        for sense, topic in sources.items():
+            self._read.setdefault(topic, {})[sense] = None
+        self._known = {topic: self._known.get(topic, _UNKNOWN) for topic in self._read}
+        for sense in {**before, **sources}:
+            value = self._value(sources[sense]) if sense in sources else None
+            if before.get(sense) != value:
+                yield Edge(sense, value, now)
+
+    def take(self, topic: Topic, value: bool | None, now: float) -> Iterator[Edge]:
+        """A message came; None if it says nothing."""
+        if value is not None:
+            yield from self._turn(topic, _Known(value, now), now)
+
+    def look(self, is_published: Callable[[str], bool], now: float) -> Iterator[Edge]:
+        """See what has fallen silent. Of topics without a timeout, ask whether anybody publishes on them."""
+        late, self._looked = now > self._looked + 2 * LOOK, now
+        if late:
+            return  # we ourselves stood still, and what came meanwhile has yet to be taken
+        for topic, (value, at) in list(self._known.items()):
+            if topic.timeout:
+                if value is not None and now >= at + topic.timeout:
+                    yield from self._turn(topic, _UNKNOWN, now)
+            elif not is_published(topic.topic):
+                yield from self._turn(topic, _UNKNOWN, now)
+            elif value is None:
+                yield from self._turn(topic, _Known(False, now), now)
+
+    def _value(self, topic: Topic) -> bool | None:
+        return self._known.get(topic, _UNKNOWN).value
+
+    def _turn(self, topic: Topic, known: _Known, now: float) -> Iterator[Edge]:
+        before, self._known[topic] = self._value(topic), known
+        if before != known.value:
+            yield from (Edge(sense, known.value, now) for sense in self._read.get(topic, ()))
+
+
+class _Known(NamedTuple):
+    """What a topic has said, and when."""
+
+    value: bool | None
+    at: float
+
+
+_UNKNOWN = _Known(None, -math.inf)
+
+
+def _sources(message: ToReader) -> dict[RobotSense, Topic]:
+    sources = {RobotSense(each["robot"], each["sense"]): source_from_json(each["source"]) for each in message["senses"]}
+    return {sense: source for sense, source in sources.items() if isinstance(source, Topic)}
+
+
+def _tell_edges(edges: Iterable[Edge]) -> None:
+    for edge in edges:
+        assert isinstance(edge.what, RobotSense)
+        robot, sense = edge.what
+        _tell({"type": "edge", "robot": robot, "sense": sense, "value": edge.value, "at": edge.at})
+
+
+def _tell_unread(topic: str, message: str) -> None:
+    _tell({"type": "unread", "topic": topic, "message": message})
+
+
+def _tell(message: FromReader) -> None:
+    os.write(1, json.dumps(message).encode() + b"\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,52 @@
+"""A simulated robot: its motion so far, and the setpoints that it has yet to follow. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.score import Part
+from improv_core.stage.sinks.collisions import Disc, Pushed
+from improv_core.stage.sinks.dynamics import Motion, Motors, follow
+
+
+@dataclass(slots=True)
+class Robot:
+    """A robot as of its latest change, and its setpoints from then on."""
+
+    part: Part
+    disc: Disc
+    motors: Motors | None
+    motion: Motion
+    setpoints: deque[tuple[float, Twist]] = field(default_factory=deque)
+    commanded: Twist = STILL
+    """The last twist it was sent."""
+    pushed: Pushed | None = None
+    """Set while something keeps it from going where it wants."""
+    bumped: bool = False
+    """Whether it bumped into something, and has neither left that nor moved otherwise since."""
+
+    def ahead(self, to: float) -> Motion:
+        return follow(self.motion, self.setpoints, to, self.motors)
+
+    def settle(self, to: float) -> None:
+        """Drop the history up to `to`."""
+        self.motion = self.ahead(to)
+        while self.setpoints and self.setpoints[0][0] <= to:
+            self.setpoints.popleft()
+
+    def speed_at(self, time: float) -> float:
+        if self.pushed:
+            return math.hypot(self.pushed.x, self.pushed.y)
+        twist = self.ahead(time).twist
+        return math.hypot(twist.x, twist.y, twist.z)
+
+    def pose_at(self, time: float) -> Pose:
+        ideally = self.ahead(time).pose_at(time)
+        if not self.pushed:
+            return ideally
+        # Its own twists would take it into what it touches, so it keeps moving as in the last step.
+        at, seconds = self.pushed.pose, time - self.motion.at
+        return Pose(at.x + self.pushed.x * seconds, at.y + self.pushed.y * seconds, ideally.z, ideally.heading)

@@ -1,0 +1,260 @@
+"""Senses over ROS: real publishers of each message, and what the stage's reader makes of them."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from improv_core.score.senses import BuiltIn, Message, Topic
+from tests.processes import descendants, wait_until_gone
+from tests.ros.conftest import LIMIT, Sink
+
+SENSOR = Path(__file__).parent / "sensor.py"
+CMD = {"anna": "/anna/cmd_vel"}
+SCAN = {"angle_min": -math.pi, "angle_max": math.pi, "angle_increment": math.pi / 180, "range_min": 0.1}
+SCAN |= {"range_max": 10.0}
+
+
+def scan(ahead: float) -> dict[str, Any]:
+    """A scan in which something is straight ahead, and nothing else."""
+    return {**SCAN, "ranges": [math.inf] * 175 + [ahead] * 10 + [math.inf] * 175}
+
+
+class Sensor:
+    """A publisher in a process of its own."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.process = process
+
+    def __call__(self, fields: dict[str, Any] | None, **more: Any) -> None:
+        print(json.dumps(fields and {**fields, **more}), file=self.process.stdin, flush=True)
+
+
+Sense = Callable[[str, Message], Sensor]
+
+
+@pytest.fixture
+def sensor(ros_python: str, ros_env: dict[str, str]) -> Iterator[Sense]:
+    started: list[subprocess.Popen[str]] = []
+
+    def start(topic: str, message: Message) -> Sensor:
+        pipe = subprocess.PIPE
+        process = subprocess.Popen(
+            [ros_python, SENSOR, topic, message], env=ros_env, stdin=pipe, stdout=pipe, text=True
+        )
+        started.append(process)
+        assert process.stdout
+        process.stdout.readline()
+        return Sensor(process)
+
+    yield start
+    for process in started:
+        process.communicate(timeout=LIMIT)
+
+
+def read(sink: Sink, cast: dict[str, str] = CMD, **topics: Topic | BuiltIn) -> None:
+    """A score with robots that read these senses."""
+    sink("prepare", cast, senses={name: asdict(topic) for name, topic in topics.items()})
+
+
+def feels(sink: Sink, *edges: list[Any]) -> None:
+    """These are the next edges."""
+    assert [sink("edge")[0] for _ in edges] == list(edges)
+
+
+@pytest.mark.parametrize(
+    ("topic", "true", "false"),
+    [
+        (Topic("/anna/a", "sensor_msgs/LaserScan", 0.5, start=-0.5, end=0.5), scan(0.4), scan(0.6)),
+        (
+            Topic("/anna/b", "sensor_msgs/Range", below=0.5),
+            {"range": 0.4, "min_range": 0.1, "max_range": 4.0},
+            {"range": 0.6, "min_range": 0.1, "max_range": 4.0},
+        ),
+        (Topic("/anna/c", "sensor_msgs/Joy", button=1), {"buttons": [0, 1]}, {"buttons": [1, 0]}),
+        (Topic("/anna/d", "std_msgs/Bool"), {"data": True}, {"data": False}),
+        (Topic("/anna/e", "std_msgs/Float32", above=1.5), {"data": 2.0}, {"data": 1.0}),
+        (
+            Topic("/anna/f", "nav_msgs/Odometry", above=0.1),
+            {"twist.twist.linear.x": -0.2},
+            {"twist.twist.angular.z": 0.2},
+        ),
+    ],
+    ids=lambda value: value.message if isinstance(value, Topic) else "",
+)
+def test_each_message(topic: Topic, true: dict[str, Any], false: dict[str, Any], sensor: Sense, sink: Sink) -> None:
+    publish = sensor(topic.topic, topic.message)
+    read(sink, sense=topic)
+    for value in (True, False, True):
+        publish(true if value else false)
+        feels(sink, ["anna", "sense", value])
+    publish(None)
+    feels(sink, ["anna", "sense", None])
+    assert sink("no_more_edges")
+
+
+HOSTILE = [
+    {**SCAN, "ranges": []},
+    {**SCAN, "ranges": [math.nan] * 360},
+    {**scan(0.4), "angle_increment": 0.0},
+    {**scan(0.4), "angle_increment": math.nan},
+    {**scan(0.4), "angle_min": math.inf},
+    {**scan(0.4), "ranges": [0.4] * 100_000},
+    {**scan(0.4), "range_min": math.inf},
+]
+
+
+def test_scans_that_no_sensor_should_send(sensor: Sense, sink: Sink) -> None:
+    """They say nothing: whoever sends only these is silent, and is heard again afterward."""
+    publish = sensor("/anna/scan", "sensor_msgs/LaserScan")
+    read(sink, near=Topic("/anna/scan", "sensor_msgs/LaserScan", 0.5, start=-0.5, end=0.5, timeout=0.5))
+    for wrong in HOSTILE:
+        publish(scan(0.4))
+        feels(sink, ["anna", "near", True])
+        publish(wrong)
+        feels(sink, ["anna", "near", None])
+
+
+def test_several_senses_of_several_robots_on_one_topic(sensor: Sense, sink: Sink) -> None:
+    publish = sensor("/scan", "sensor_msgs/LaserScan")
+    cast = {**CMD, "bert": "/bert/cmd_vel"}
+    near, far = (Topic("/scan", "sensor_msgs/LaserScan", limit) for limit in (0.5, 2.0))
+    read(sink, cast, near=near, far=far)
+    publish(scan(1.0))
+    came = sorted(sink("edge")[0] for _ in range(4))
+    assert came == [["anna", "far", True], ["anna", "near", False], ["bert", "far", True], ["bert", "near", False]]
+    read(sink, CMD, near=near)
+    came = sorted(sink("edge")[0] for _ in range(3))
+    assert came == [["anna", "far", None], ["bert", "far", None], ["bert", "near", None]]
+    publish(scan(0.4))
+    feels(sink, ["anna", "near", True])
+    read(sink)
+    feels(sink, ["anna", "near", None])
+    read(sink, far=far)
+    feels(sink, ["anna", "far", True])
+
+
+def test_a_sensor_that_comes_late(sensor: Sense, sink: Sink) -> None:
+    read(sink, drop=Topic("/anna/drop", "std_msgs/Bool"))
+    stands = "so anna stands still where it reads `drop`"
+    assert sink("find", "warnings", "anna", "nobody") == f"nobody publishes on /anna/drop, {stands}"
+    publish = sensor("/anna/drop", "std_msgs/Bool")
+    assert sink("find", "warnings", "anna", "usable") == f"nothing usable comes on /anna/drop, {stands}"
+    publish({"data": True})
+    feels(sink, ["anna", "drop", True])
+    sink("until_no_warnings")
+
+
+def test_beat_0_waits_for_a_sensor(sensor: Sense, sink: Sink) -> None:
+    publish = sensor("/anna/drop", "std_msgs/Bool")
+    publish({"data": True})
+    read(sink, drop=Topic("/anna/drop", "std_msgs/Bool"))
+    sink("wait_for_reset")
+    assert not sink("no_more_edges")
+
+
+@pytest.mark.parametrize("killed", [False, True], ids=["ended", "killed"])
+@pytest.mark.parametrize("timeout", [0.5, 0.0])
+def test_a_sensor_that_ends(killed: bool, timeout: float, sensor: Sense, sink: Sink) -> None:
+    publish = sensor("/anna/drop", "std_msgs/Bool")
+    read(sink, drop=Topic("/anna/drop", "std_msgs/Bool", timeout=timeout))
+    if not timeout:
+        feels(sink, ["anna", "drop", False])  # somebody could publish, but has not yet
+    publish({"data": True})
+    feels(sink, ["anna", "drop", True])
+    if killed:
+        publish.process.kill()  # then the graph shows it for about twenty seconds more
+    publish.process.communicate()
+    feels(sink, ["anna", "drop", None])
+    again = sensor("/anna/drop", "std_msgs/Bool")
+    again({"data": True})
+    came = sink("edge")[0]
+    assert came == ["anna", "drop", True] or (not timeout and came == ["anna", "drop", False])
+
+
+def test_a_sensor_that_sends_only_changes(sensor: Sense, sink: Sink) -> None:
+    publish = sensor("/anna/hit", "std_msgs/Bool")
+    read(
+        sink,
+        hit=Topic("/anna/hit", "std_msgs/Bool", timeout=0.0),
+        bump=Topic("/anna/hit", "std_msgs/Bool", timeout=0.3),
+    )
+    feels(sink, ["anna", "hit", False])
+    publish({"data": True}, once=True)
+    came = sorted(sink("edge")[0] for _ in range(2))
+    assert came == [["anna", "bump", True], ["anna", "hit", True]]
+    feels(sink, ["anna", "bump", None])
+    assert sink("no_more_edges")
+
+
+@pytest.mark.parametrize(
+    ("how", "what"), [(signal.SIGKILL, "has ended"), (signal.SIGSTOP, "was silent for 1.0 s")], ids=["killed", "halted"]
+)
+def test_a_reader_that_fails(how: int, what: str, sensor: Sense, sink: Sink) -> None:
+    publish = sensor("/anna/scan", "sensor_msgs/LaserScan")
+    publish(scan(0.4))
+    read(sink, near=Topic("/anna/scan", "sensor_msgs/LaserScan", 0.5))
+    feels(sink, ["anna", "near", True])
+    (reader,) = descendants(sink.process.pid)
+    os.kill(reader, how)
+    feels(sink, ["anna", "near", None])
+    line = f"the process that reads sensors {what}: another one starts"
+    sink("find", "warnings", line, line)
+    feels(sink, ["anna", "near", True])
+    assert sink("warnings") == {}
+    (another,) = descendants(sink.process.pid)
+    assert another != reader
+
+
+def test_a_stage_that_is_killed_takes_its_reader_along(sensor: Sense, sink: Sink) -> None:
+    sensor("/anna/hit", "std_msgs/Bool")
+    read(sink, hit=Topic("/anna/hit", "std_msgs/Bool", timeout=0.0))
+    feels(sink, ["anna", "hit", False])
+    reader = descendants(sink.process.pid)
+    sink.process.kill()
+    wait_until_gone(reader, LIMIT)
+
+
+def test_a_program_without_senses_starts_no_reader(sink: Sink) -> None:
+    read(sink, cue=BuiltIn("cue"))
+    assert descendants(sink.process.pid) == {}
+    assert sink("warnings") == {}
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        (BuiltIn("near"), "no topic says when `sense` is true of real robots: add [senses.sense] to improv.toml"),
+        (
+            Topic("/anna/other", "std_msgs/Bool"),
+            "/anna/other carries std_msgs/msg/Float32, not std_msgs/Bool, so anna stands still where it reads `sense`",
+        ),
+    ],
+)
+def test_a_sense_that_can_not_be_read(source: Topic | BuiltIn, expected: str, sensor: Sense, sink: Sink) -> None:
+    sensor("/anna/other", "std_msgs/Float32")
+    read(sink, sense=source)
+    assert sink("find", "warnings", "anna", expected).startswith(expected)
+
+
+def test_two_types_on_one_topic(sink: Sink) -> None:
+    """Fast DDS refuses that; the first one is read all the same."""
+    read(sink, one=Topic("/anna/x", "std_msgs/Bool"), two=Topic("/anna/x", "std_msgs/Float32", below=1.0))
+    assert "/anna/x can't be read as std_msgs/" in sink("find", "warnings", "anna", "can't be read")
+
+
+def test_a_message_that_is_missing(start: Callable[..., Sink], tmp_path: Path) -> None:
+    (tmp_path / "nav_msgs.py").write_text("raise ImportError\n")
+    sink = start(PYTHONPATH=str(tmp_path))
+    read(sink, moves=Topic("/anna/odom", "nav_msgs/Odometry", above=0.0))
+    line = sink("find", "warnings", "anna", "can't import")
+    assert "can't import nav_msgs, so /anna/odom can't be read: install nav_msgs, so anna stands still" in line

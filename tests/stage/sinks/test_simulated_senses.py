@@ -1,0 +1,218 @@
+"""What simulated robots sense, and when: `sensed` is asked like a player would, in frames of any length."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Part, Score
+from improv_core.score.senses import BUILT_IN, Key, RobotSense, Source, Topic
+from improv_core.score.world import Box, Circle, Wall, World
+from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND
+from improv_core.stage.sinks.simulator import Simulator
+
+RADIUS, NEAR = 0.3, 1.0
+DISC = Profile("disc", step=NEAR, radius=RADIUS)
+FORWARD, BACKWARD, TURN = Twist(x=1.0), Twist(x=-1.0), Twist(yaw=math.pi)
+WALL = World(walls=(Wall(3, -1, 3, 1),))
+AT_WALL = 3 - RADIUS
+STEP = 1 / STEPS_PER_SECOND
+
+
+def stage(world: World, senses: Mapping[str, Source] = BUILT_IN, profile: Profile = DISC, **starts: Pose) -> Simulator:
+    simulator = Simulator()
+    parts = {name: Part(name, (), profile, start, f"/{name}/cmd_vel", senses=senses) for name, start in starts.items()}
+    simulator.prepare(Score(Fraction(60), parts, world=world), restart=True)
+    return simulator
+
+
+Orders = Sequence[tuple[float, str, Twist]]
+
+
+def perform(
+    simulator: Simulator, orders: Orders, asked: Sequence[str], until: float, frame: float = 1 / 60
+) -> list[Edge]:
+    """All edges of these senses, such as "a near", while robots get these twists at these times."""
+    senses = {RobotSense(*each.split()) for each in asked}
+    found: list[Edge] = []
+    times = sorted({min(step * frame, until) for step in range(int(until / frame) + 2)} | {at for at, *_ in orders})
+    for time in times:
+        while edges := simulator.sensed(senses, time):
+            found += edges
+        for at, robot, twist in orders:
+            if at == time:
+                simulator.send(robot, twist, at)
+    return found
+
+
+def check(edges: list[Edge], *expected: tuple[str, bool, float]) -> None:
+    """These are the edges: sense, value, and when, to three steps."""
+    assert [(" ".join(edge.what), edge.value) for edge in edges] == [(what, value) for what, value, _ in expected]
+    assert [edge.at for edge in edges] == pytest.approx([at for *_, at in expected], abs=3 * STEP)
+
+
+def test_near() -> None:
+    simulator = stage(WALL, a=Pose())
+    edges = perform(simulator, [(0.0, "a", FORWARD), (2.0, "a", BACKWARD)], ["a near"], 3.0)
+    check(edges, ("a near", False, 0), ("a near", True, AT_WALL - NEAR), ("a near", False, 4 - (AT_WALL - NEAR)))
+
+
+def test_what_a_profile_calls_near() -> None:
+    simulator = stage(WALL, profile=replace(DISC, near=0.5), a=Pose())
+    edges = perform(simulator, [(0.0, "a", FORWARD)], ["a near"], 2.5)
+    check(edges, ("a near", False, 0), ("a near", True, AT_WALL - 0.5))
+
+
+def test_near_while_it_slides_along_a_wall() -> None:
+    simulator = stage(World(walls=(Wall(-9, RADIUS, 9, RADIUS),)), a=Pose())
+    check(perform(simulator, [(0.0, "a", FORWARD)], ["a near"], 3.0), ("a near", False, 0))
+
+
+@pytest.mark.parametrize("frame", [1 / 240, 1 / 60, 1 / 7, 10.0])
+def test_frames_change_nothing(frame: float) -> None:
+    world = World(size=(6, 6), circles=(Circle(1.5, 0.2, 0.3),), boxes=(Box(-1, 1.5, 0.7, 0.7, 0.4),))
+    orders = [(0.0, "a", Twist(x=1.0, yaw=0.7)), (0.0, "b", Twist(x=0.8, yaw=-0.5)), (4.0, "a", TURN)]
+    asked = ["a near", "a bump", "b near", "b bump"]
+
+    def edges(frame: float) -> list[Edge]:
+        return perform(stage(world, a=Pose(), b=Pose(-1, -1)), orders, asked, 8.0, frame)
+
+    found = edges(frame)
+    assert found == edges(1 / 30)
+    assert len(found) > 10
+    assert all(edge.at * STEPS_PER_SECOND == pytest.approx(round(edge.at * STEPS_PER_SECOND)) for edge in found)
+
+
+def test_robots_that_meet_sense_each_other() -> None:
+    simulator = stage(World(), a=Pose(), b=Pose(4.0, heading=math.pi))
+    edges = perform(simulator, [(0.0, "a", FORWARD), (0.0, "b", FORWARD)], ["a near", "b near"], 1.5)
+    meet = (4.0 - 2 * RADIUS - NEAR) / 2
+    check(edges, ("a near", False, 0), ("b near", False, 0), ("a near", True, meet), ("b near", True, meet))
+
+
+@pytest.mark.parametrize(("z", "near"), [(0.5, True), (0.7, False)])
+def test_who_flies_above_another(z: float, near: bool) -> None:
+    simulator = stage(World(), a=Pose(), b=Pose(1.0, z=z))
+    check(perform(simulator, [], ["a near"], 0.1), ("a near", near, 0))
+
+
+def test_a_bump_lasts_until_the_robot_moves_otherwise() -> None:
+    """Standing against the wall it is still bumped, so that a program can ask afterward; turning away it is not."""
+    simulator = stage(WALL, a=Pose())
+    orders = [(0.0, "a", FORWARD), (3.0, "a", STILL), (4.0, "a", TURN), (5.0, "a", FORWARD)]
+    edges = perform(simulator, orders, ["a bump"], 6.0)
+    check(edges, ("a bump", False, 0), ("a bump", True, AT_WALL), ("a bump", False, 4.0))
+    assert simulator.poses()["a"].x == pytest.approx(AT_WALL - 1, abs=0.01)
+
+
+def test_who_is_bumped_into_senses_it() -> None:
+    simulator = stage(World(), a=Pose(), b=Pose(2.0))
+    orders = [(0.0, "a", FORWARD), (1.5, "a", BACKWARD)]
+    edges = perform(simulator, orders, ["a bump", "b bump"], 2.0)
+    hit = 2.0 - 2 * RADIUS
+    none = [("a bump", False, 0.0), ("b bump", False, 0.0)]
+    check(edges, *none, ("a bump", True, hit), ("b bump", True, hit), ("a bump", False, 1.5), ("b bump", False, 1.5))
+
+
+@pytest.mark.parametrize(
+    ("source", "at"),
+    [
+        (Topic("/a/scan", "sensor_msgs/LaserScan", below=1.0, start=-0.5, end=0.5), 2.0),
+        (Topic("/a/scan", "sensor_msgs/LaserScan", below=1.0, start=1.3, end=2.0), None),
+        (Topic("/a/scan", "sensor_msgs/LaserScan", above=1.0, start=-0.5, end=0.5), -2.0),
+        (Topic("/a/range", "sensor_msgs/Range", below=0.6), 2.4),
+        (Topic("/a/hit", "std_msgs/Bool"), None),
+        (Topic("/a/volts", "std_msgs/Float32", above=0.0), None),
+    ],
+    ids=str,
+)
+def test_declared_sensors(source: Topic, at: float | None) -> None:
+    """At a negative time, the sense becomes false. What the simulator can't know is false."""
+    edges = perform(stage(WALL, {"sight": source}, a=Pose()), [(0.0, "a", FORWARD)], ["a sight"], 2.6)
+    expected = [("a sight", at is not None and at < 0, 0.0)]
+    check(edges, *expected, *([("a sight", at > 0, abs(at))] if at else []))
+
+
+def test_a_declared_sense_replaces_a_built_in_one() -> None:
+    scanner = Topic("/a/scan", "sensor_msgs/LaserScan", below=2.0)
+    edges = perform(stage(WALL, {"near": scanner}, a=Pose()), [(0.0, "a", FORWARD)], ["a near"], 2.0)
+    check(edges, ("a near", False, 0), ("a near", True, 1.0))
+    switch = Topic("/a/hit", "std_msgs/Bool")
+    edges = perform(stage(WALL, {"near": switch}, a=Pose()), [(0.0, "a", FORWARD)], ["a near"], 2.0)
+    check(edges, ("a near", False, 0), ("a near", True, AT_WALL - NEAR))
+
+
+@pytest.mark.parametrize("dynamics", ["ideal", "motors"])
+def test_speed(dynamics: str) -> None:
+    source = Topic("/a/odom", "nav_msgs/Odometry", above=0.5)
+    simulator = stage(World(), {"moves": source}, replace(DISC, dynamics=dynamics), a=Pose())
+    edges = perform(simulator, [(0.5, "a", FORWARD), (2.0, "a", TURN)], ["a moves"], 3.0)
+    late = 0.5 if dynamics == "motors" else 0.0  # at 1 m/s²
+    check(edges, ("a moves", False, 0), ("a moves", True, 0.5 + late), ("a moves", False, 2.0 + late))
+
+
+def test_senses_that_people_hold() -> None:
+    simulator = stage(WALL, {"drop": Key("d"), **BUILT_IN}, a=Pose())
+    assert simulator.sensed({RobotSense("a", "drop"), RobotSense("a", "cue")}, 1.0) == []
+
+
+def test_whoever_asks_again_is_told_how_it_is_now() -> None:
+    simulator = stage(WALL, a=Pose())
+    near, bump = RobotSense("a", "near"), RobotSense("a", "bump")
+    assert simulator.sensed({near}, 0.5) == [Edge(near, False, 0.0)]
+    simulator.send("a", FORWARD, 0.0)
+    assert simulator.sensed({bump}, 0.5) == [Edge(bump, False, 0.0)]
+    assert simulator.sensed({bump}, 2.0) == []
+    assert simulator.sensed({bump, near}, 2.0) == [Edge(near, True, 2.0)]
+    simulator.place({"a": Pose(-9.0)})
+    assert simulator.sensed({near}, 2.1) == [Edge(near, False, 2.0)]
+    assert simulator.sensed({near}, 2.1) == []
+
+
+def test_nobody_asks_and_nothing_changes() -> None:
+    """A performance that is sensed moves robots exactly as one that is not."""
+    orders = [(0.0, "a", Twist(x=1.0, yaw=0.3)), (0.0, "b", Twist(x=0.5, yaw=-1.0))]
+    poses = []
+    for asked in ([], ["a near", "b near", "a bump"]):
+        simulator = stage(World(size=(5, 5)), a=Pose(), b=Pose(1, 1))
+        perform(simulator, orders, asked, 10.0)
+        poses.append(simulator.poses())
+    assert poses[0] == poses[1]
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_a_roamer_never_hits_a_wall(seed: int) -> None:
+    """In any world: forward until something is near, then a half turn at the next whole second."""
+    dice = random.Random(seed)
+    circles = [
+        Circle(dice.uniform(-4, 4), dice.uniform(-4, 4), dice.uniform(0.1, 0.8)) for _ in range(dice.randrange(6))
+    ]
+    boxes = [Box(dice.uniform(-4, 4), dice.uniform(-4, 4), 0.8, 0.5, dice.uniform(0, 3)) for _ in range(3)]
+    here = [each for each in circles if math.hypot(each.x, each.y) > 1 + each.radius]
+    world = World((10, 10), (), tuple(here), tuple(box for box in boxes if math.hypot(box.x, box.y) > 1.5))
+    simulator = stage(world, a=Pose(heading=dice.uniform(0, 7)))
+    near, time, turns = RobotSense("a", "near"), 0.0, 0
+    while time < 60:
+        simulator.send("a", FORWARD, time)
+        edges: list[Edge] = []
+        while not any(edge.value for edge in edges) and (edges := simulator.sensed({near}, 60.0)):
+            pass
+        if not edges:
+            break
+        stopped = edges[0].at
+        simulator.send("a", STILL, stopped)
+        time = math.floor(stopped) + 1.0
+        for at, twist in ((time, Twist(yaw=math.pi * dice.uniform(0.7, 1.3))), (time + 1.0, STILL)):
+            simulator.advance(at)
+            simulator.send("a", twist, at)
+        time, turns = time + 1.0, turns + 1
+    assert turns > 3
+    assert simulator.snapshot().bumps == ()

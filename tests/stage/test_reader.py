@@ -1,0 +1,124 @@
+"""What the reader of sensors tells the stage: it is told what topics say, and the time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import pytest
+
+from improv_core.score.senses import RobotSense, Topic
+from improv_core.stage.reader import LOOK, Senses
+from improv_core.stage.sinks import Edge
+
+HIT = Topic("/anna/hit", "std_msgs/Bool")
+CHANGES = replace(HIT, timeout=0.0)
+ANNA, BERT = RobotSense("anna", "bump"), RobotSense("bert", "bump")
+Told = list[tuple[str, bool | None]]
+
+
+class Reading:
+    """Senses that are looked at as often as the reader does; `told` is what it told: robot and value."""
+
+    def __init__(self, sources: dict[RobotSense, Topic]) -> None:
+        self.now = 0.0
+        self.published = True
+        self.told: Told = []
+        self.senses = Senses(self.now)
+        self.read(sources)
+
+    def read(self, sources: dict[RobotSense, Topic]) -> None:
+        self.take(self.senses.read(sources, self.now))
+
+    def hear(self, value: bool | None, topic: Topic = HIT) -> None:
+        self.take(self.senses.take(topic, value, self.now))
+
+    def wait(self, seconds: float, step: float = LOOK) -> None:
+        for _ in range(round(seconds / step)):
+            self.now += step
+            self.take(self.senses.look(lambda topic: self.published, self.now))
+
+    def take(self, edges: Iterable[Edge]) -> None:
+        for edge in edges:
+            assert isinstance(edge.what, RobotSense)
+            assert edge.at == self.now
+            self.told.append((edge.what.robot, edge.value))
+
+
+def steady(reading: Reading) -> None:
+    for value in (True, True, False, False, None, False):
+        reading.hear(value)
+        reading.wait(0.5)
+
+
+def silent(reading: Reading) -> None:
+    reading.hear(True)
+    reading.wait(0.9)
+    reading.wait(0.2)
+    reading.wait(5)
+    reading.hear(True)
+
+
+def says_nothing(reading: Reading) -> None:
+    reading.hear(True)
+    for _ in range(5):
+        reading.wait(0.5)
+        reading.hear(None)
+
+
+def stood_still(reading: Reading) -> None:
+    reading.hear(True)
+    reading.wait(3, step=3)
+    reading.hear(True)
+    reading.wait(0.5)
+
+
+def another_program(reading: Reading) -> None:
+    reading.hear(True)
+    reading.read({ANNA: HIT, BERT: HIT})
+    reading.read({BERT: HIT})
+    reading.read({})
+
+
+@pytest.mark.parametrize(
+    ("story", "expected"),
+    [
+        (steady, [("anna", True), ("anna", False)]),
+        (silent, [("anna", True), ("anna", None), ("anna", True)]),
+        (says_nothing, [("anna", True), ("anna", None)]),
+        (stood_still, [("anna", True)]),
+        (another_program, [("anna", True), ("bert", True), ("anna", None), ("bert", None)]),
+    ],
+)
+def test_what_is_told(story: Callable[[Reading], None], expected: Told) -> None:
+    reading = Reading({ANNA: HIT})
+    story(reading)
+    assert reading.told == expected
+
+
+def test_a_sensor_that_tells_only_changes() -> None:
+    reading = Reading({ANNA: CHANGES})
+    reading.published = False
+    reading.wait(1)
+    assert reading.told == []
+    reading.published = True
+    reading.wait(100)
+    assert reading.told == [("anna", False)]
+    reading.hear(True, CHANGES)
+    reading.wait(100)
+    assert reading.told[1:] == [("anna", True)]
+    reading.published = False
+    reading.wait(1)
+    assert reading.told[2:] == [("anna", None)]
+
+
+def test_another_source_of_a_sense_is_silent_at_first() -> None:
+    reading = Reading({ANNA: HIT})
+    reading.hear(True)
+    other = replace(HIT, topic="/other")
+    reading.read({ANNA: other})
+    assert reading.told == [("anna", True), ("anna", None)]
+    reading.hear(False)
+    assert reading.told[2:] == []
+    reading.hear(False, other)
+    assert reading.told[2:] == [("anna", False)]

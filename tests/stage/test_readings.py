@@ -1,0 +1,146 @@
+"""What messages say of a sense, also those that no sensor should send."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.score.senses import Topic
+from improv_core.stage.readings import holds
+
+NAN, INF = math.nan, math.inf
+AHEAD = Topic("/scan", "sensor_msgs/LaserScan", below=0.5, start=-math.radians(30), end=math.radians(30))
+RANGE = Topic("/range", "sensor_msgs/Range", below=0.5)
+
+
+def scan(ranges: dict[int, float] | list[float], first: float = -180, step: float = 1, **other: float) -> Any:
+    """A scan from an angle on, in degrees; of a dict by angle, all other readings of the turn are 2 m."""
+    angles = [(round(first + place * step) + 180) % 360 - 180 for place in range(360)]
+    readings = [ranges.get(angle, 2.0) for angle in angles] if isinstance(ranges, dict) else ranges
+    start, increment = (array("f", [math.radians(each)])[0] for each in (first, step))
+    fields = {"angle_min": start, "angle_max": 0.0, "angle_increment": increment, "range_min": 0.1, "range_max": 10.0}
+    return SimpleNamespace(**{**fields, **other}, ranges=array("f", readings))
+
+
+@pytest.mark.parametrize(("first", "step"), [(-180, 1), (0, 1), (180, -1), (-90, 1), (360, -1)])
+@pytest.mark.parametrize(
+    ("angle", "expected"), [(0, True), (30, True), (-30, True), (31, False), (-31, False), (180, False)]
+)
+def test_the_sector_of_a_scan(angle: int, expected: bool, first: float, step: float) -> None:
+    assert holds(AHEAD, scan({angle: 0.4}, first, step)) is expected
+
+
+def test_a_sector_behind() -> None:
+    behind = replace(AHEAD, start=math.radians(150), end=math.radians(210))
+    for first in (-180, 0):
+        assert holds(behind, scan({-170: 0.4}, first)) is True
+        assert holds(behind, scan({0: 0.4}, first)) is False
+
+
+@pytest.mark.parametrize(
+    ("readings", "below", "above"),
+    [
+        ({0: 0.4}, True, False),
+        ({0: 0.6}, False, True),
+        ({0: -INF}, True, False),
+        ({0: INF}, False, True),
+        ({0: 0.05}, False, True),
+        ({0: 0.0}, False, True),
+        ({0: NAN}, False, True),
+        ({0: NAN, 1: 0.4, 2: NAN}, True, False),
+        ([INF] * 360, False, True),
+        ([11.0] * 360, False, True),
+        ([NAN] * 360, None, None),
+        ([0.0] * 360, None, None),
+        ([], None, None),
+    ],
+)
+def test_readings_of_a_scan(readings: Any, below: bool | None, above: bool | None) -> None:
+    assert holds(AHEAD, scan(readings)) is below
+    assert holds(replace(AHEAD, below=None, above=0.5), scan(readings)) is above
+
+
+@pytest.mark.parametrize(
+    ("wrong", "expected"),
+    [
+        (scan([0.4] * 360, step=0), None),
+        (scan([0.4], first=0, step=0), True),
+        (scan([0.4], first=90, step=0), None),
+        (scan([0.4] * 3, first=0), True),
+        (scan([0.4] * 3, first=90), None),
+        (scan([0.4] * 5000, step=1), None),
+        (scan([0.4] * 360, angle_increment=NAN), None),
+        (scan([0.4] * 360, angle_increment=INF), None),
+        (scan([0.4] * 360, angle_increment=1e-40), None),
+        (scan([0.4] * 360, angle_min=NAN), None),
+        (scan([0.4] * 360, angle_min=-INF), None),
+        (scan([0.4] * 360, angle_min=1e30), None),
+        (scan([0.4] * 360, range_min=NAN), None),
+        (scan([0.4] * 360, range_max=NAN), True),
+        (scan([0.4] * 360, range_min=INF), None),
+        (scan([INF] * 360, range_min=INF), None),
+    ],
+)
+def test_scans_that_no_sensor_should_send(wrong: Any, expected: bool | None) -> None:
+    assert holds(AHEAD, wrong) is expected
+
+
+numbers = st.floats(width=32) | st.sampled_from([0.0, -0.0, NAN, INF, -INF])
+
+
+@given(st.lists(numbers, max_size=50), *[numbers] * 4)
+def test_no_scan_raises(readings: list[float], first: float, step: float, least: float, most: float) -> None:
+    message = scan(readings, angle_min=first, angle_increment=step, range_min=least, range_max=most)
+    assert holds(AHEAD, message) in (True, False, None)
+
+
+@pytest.mark.parametrize(
+    ("reading", "least", "most", "expected"),
+    [
+        (0.4, 0.1, 4.0, True),
+        (0.6, 0.1, 4.0, False),
+        (0.05, 0.1, 4.0, None),
+        (5.0, 0.1, 4.0, False),
+        (NAN, 0.1, 4.0, None),
+        (-INF, 1.0, 1.0, True),
+        (INF, 1.0, 1.0, False),
+    ],
+)
+def test_ranges(reading: float, least: float, most: float, expected: bool | None) -> None:
+    assert holds(RANGE, SimpleNamespace(range=reading, min_range=least, max_range=most)) is expected
+
+
+@pytest.mark.parametrize(("value", "expected"), [(-1.0, True), (0.0, False), (NAN, None), (INF, False), (-INF, True)])
+def test_numbers(value: float, expected: bool | None) -> None:
+    assert holds(Topic("/x", "std_msgs/Float32", below=-0.5), SimpleNamespace(data=value)) is expected
+    linear = SimpleNamespace(x=0.0, y=value, z=0.0)
+    odometry = SimpleNamespace(twist=SimpleNamespace(twist=SimpleNamespace(linear=linear)))
+    moves = None if math.isnan(value) else value != 0
+    assert holds(Topic("/x", "nav_msgs/Odometry", above=0.0), odometry) is moves
+
+
+@pytest.mark.parametrize(
+    ("buttons", "button", "expected"),
+    [
+        ([0, 0], None, False),
+        ([0, 1], None, True),
+        ([0, 1], 1, True),
+        ([1, 0], 1, False),
+        ([1], 1, None),
+        ([], None, False),
+    ],
+)
+def test_buttons(buttons: list[int], button: int | None, expected: bool | None) -> None:
+    assert holds(Topic("/joy", "sensor_msgs/Joy", button=button), SimpleNamespace(buttons=buttons)) is expected
+
+
+@pytest.mark.parametrize("value", [True, False])
+def test_truths(value: bool) -> None:
+    assert holds(Topic("/hit", "std_msgs/Bool"), SimpleNamespace(data=value)) is value

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import SEVERITIES, Diagnostic, Edit, Fix, Severity, replace
-from improv_core.program.numbers import product
+from improv_core.program.numbers import plain_value, product
 from improv_core.program.timing import in_beats
 from improv_core.score import dice, movement, ramps
 from improv_core.score.movement import (
@@ -243,7 +243,8 @@ class Reader:
 
     def _number(self, number: Number, what: str, wrong: Callable[[Fraction], str | None]) -> Fraction | None:
         """The exact value of a number for which `wrong` has no words that say how to write it better."""
-        value = product(number.tokens, self.given.numbers)
+        values = self.given.numbers
+        value = product(number.tokens, values) if values else plain_value(number.text)
         if value is None:
             return None
         problem = value if isinstance(value, str) else wrong(value)
@@ -403,10 +404,11 @@ class Reader:
         if word in _ENDING and isinstance(body.duration, float):
             self._report_endless(node)
             return NOTHING
-        values = self.numbers(node)
-        numbers = [value for value in values if value is not None]
-        if len(numbers) < len(values):
-            return body
+        numbers: Sequence[Fraction] = ()
+        if node.numbers:
+            numbers = [value for value in self.numbers(node) if value is not None]
+            if len(numbers) < len(node.numbers):
+                return body
         if word == "reflect":
             return movement.gain(body, node.plane.velocity if node.plane else SAME)
         if word == "repeat":
@@ -594,13 +596,13 @@ def _too_much(made: Movement) -> str | None:
 
     All code that converts a movement's numbers to floats relies on this check.
     """
-    duration = made.duration
-    length = made.bits if isinstance(duration, float) else made.bits + movement.bits(duration)
-    if length <= _FEW_BITS and not made.throws:
+    duration, bounds = made.duration, made.bounds
+    length = bounds.bits if isinstance(duration, float) else bounds.bits + movement.bits(duration)
+    if length <= _FEW_BITS and not bounds.throws:
         return None
-    if LARGEST < duration < ENDLESS or is_too_fast(made.peak):
+    if LARGEST < duration < ENDLESS or is_too_fast(bounds.peak):
         return "these numbers make the movement too long or too fast to play: use smaller ones"
-    if made.throws > MOST_THROWS:
+    if bounds.throws > MOST_THROWS:
         return "these numbers make too many throws of the dice: use smaller ones"
     return _TOO_LONG if length > MOST_BITS else None
 

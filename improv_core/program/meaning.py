@@ -91,7 +91,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
             misused = tuple(_misused(body, scope, statement.parameters))
         if sign.type == "EQUAL" and statement.has_canon:
             diagnostics += _misplaced(body)
-        if statement.has_senses:
+        if statement.has_senses and not statement.diagnostics:
             diagnostics += _senses(body)
     found = tuple(diagnostics)
     return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))

@@ -254,7 +254,13 @@ TERMS = st.recursive(
     max_leaves=6,
 )
 BODIES = st.lists(TERMS, min_size=1, max_size=4).map(" ".join)
-STATEMENTS = st.one_of(st.builds("{} = {}".format, st.sampled_from("xy"), BODIES), BODIES.map("r $ {}".format))
+STATEMENTS = st.one_of(
+    st.builds("{} = {}".format, st.sampled_from("xy"), BODIES),
+    BODIES.map("r $ {}".format),
+    BODIES.map("r s $ canon 1 ({})".format),
+    st.just("---"),
+    st.builds("h n (m) = {} repeat n m".format, BODIES),
+)
 PROGRAMS = st.lists(STATEMENTS, min_size=1, max_size=4).map(
     lambda lines: "\n".join(["x = up left", "y = x || left", "f n (m) = repeat n m x", "g (a) (b) = a y b a", *lines])
 )

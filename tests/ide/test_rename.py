@@ -123,7 +123,9 @@ NAMES = st.sampled_from("abc")
 TERMS = st.one_of(NAMES, st.sampled_from(["left", "forward", "[a b]", "repeat 2 c", "reverse (b c)", "a || up"]))
 MOVEMENTS = st.lists(TERMS, min_size=1, max_size=3).map(" ".join)
 STATEMENTS = st.one_of(
-    st.builds("{} = {}".format, NAMES, MOVEMENTS), st.builds("{} $ {}".format, st.sampled_from(["r", "r s"]), MOVEMENTS)
+    st.builds("{} = {}".format, NAMES, MOVEMENTS),
+    st.builds("{} s ({}) = {} fast s left".format, NAMES, NAMES, MOVEMENTS),
+    st.builds("{} $ {}".format, st.sampled_from(["r", "r s"]), MOVEMENTS),
 )
 PROGRAMS = st.lists(STATEMENTS, min_size=1, max_size=8).map("\n".join)
 
@@ -132,8 +134,13 @@ def meaning(analysis: Analysis, robots: dict[str, str]) -> tuple[Any, list[int |
     """What a program compiles to, with other names for its robots, and which statement defines each name used in it."""
     found = dict(compiled(analysis))
     found["robots"] = {robots.get(name, name): part for name, part in found["robots"].items()}
-    bodies = [(index, statement.body) for index, statement in enumerate(analysis.statements) if statement.body]
-    return found, [analysis.bindings.definer(name.text, index) for index, body in bodies for name in nodes.names(body)]
+    uses = [
+        (index, None if name.text in (each.name for each in statement.parameters) else name.text)
+        for index, statement in enumerate(analysis.statements)
+        if statement.body
+        for name in nodes.names(statement.body)
+    ]
+    return found, [analysis.bindings.definer(name, index) if name else None for index, name in uses]
 
 
 @given(PROGRAMS, st.data())
@@ -147,9 +154,9 @@ def test_a_renamed_program_means_the_same(program: str, data: st.DataObject) -> 
     try:
         after = analyze(applied(program, rename(analysis, symbol, new)))
     except RefusalError:
-        assert (
-            new in analysis.robots if symbol.is_robot else new in {*analysis.bindings.defined, *analysis.bindings.used}
-        )
+        parameters = {each.name for statement in analysis.statements for each in statement.parameters}
+        taken = {*analysis.bindings.defined, *analysis.bindings.used, *parameters}
+        assert new in (analysis.robots if symbol.is_robot else taken)
         return
     robots = {symbol.text: new} if symbol.is_robot else {}
     assert meaning(after, {}) == meaning(analysis, robots)

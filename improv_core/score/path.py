@@ -79,12 +79,13 @@ def _walked(part: Movement, most: int) -> Extent | None:
 
 
 def pose_at(part: Part, beat: Exact) -> Pose | None:
-    """A robot's ideal pose at a beat of its part; None if its parallel voices are too long to walk.
+    """A robot's ideal pose at a beat of the performance; None if its parallel voices are too long to walk.
 
     Repeats are multiplied, not walked: the billionth repetition costs no more than the second.
     """
-    gone = _way(_Leg(part.movement, SAME, False), min(beat, part.movement.duration), part.profile)
-    return None if gone is None else part.start.then(gone)
+    passed = min(max(beat - part.begins, 0), part.movement.duration)
+    gone = _way(_Leg(part.movement, SAME, False), passed, part.profile)
+    return None if gone is None else (part.entered or part.start).then(gone)
 
 
 class _Leg(NamedTuple):

@@ -18,6 +18,10 @@ from improv_core.score.profiles import Profile
 from improv_core.score.world import World
 from improv_core.text import Span
 
+UNNUMBERED = 0
+"""The edition of a part that nobody has compared with others."""
+MOST_KNOWN = 10_000
+"""Movements that a reader of scores may keep although none of its scores needs them any more."""
 FASTEST_RATE = 1_000
 """Commands per second that a robot may be sent."""
 
@@ -27,7 +31,10 @@ class Part:
     """One robot's part: its movement, its profile, its start pose, and its topic.
 
     `reset` is the service that moves it to its start pose, if there is one. With `use_sim_time`, its messages are
-    stamped with the time on /clock.
+    stamped with the time on /clock. Parts of a robot that have the same `edition` move it alike.
+
+    `begins` is the beat of the performance at which the part began. If it took over from another part, `entered` is
+    where the robot ideally was then.
     """
 
     robot: str
@@ -37,6 +44,14 @@ class Part:
     topic: str
     reset: str | None = None
     use_sim_time: bool = False
+    edition: int = UNNUMBERED
+    begins: algebra.Exact = 0
+    entered: Pose | None = None
+
+    @property
+    def ends(self) -> algebra.Duration:
+        """The beat of the performance at which it ends."""
+        return self.begins + self.movement.duration
 
 
 Rejoin = Literal["continue", "next", "pause"]
@@ -65,7 +80,7 @@ class Safety:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """All parts, which play together from beat 0 at `tempo` beats per minute.
+    """All parts, which play together at `tempo` beats per minute.
 
     `world` is the surroundings of simulated robots. For the page, `text` is the program, and `offsets` are the offsets
     of its statements by ID.
@@ -80,8 +95,8 @@ class Score:
 
     @property
     def beats(self) -> algebra.Duration:
-        """The length of the longest part, in beats."""
-        return max((part.movement.duration for part in self.parts.values()), default=0)
+        """The beat at which the last part ends."""
+        return max((part.ends for part in self.parts.values()), default=0)
 
     def seconds(self, beats: algebra.Duration) -> float:
         """How long these beats take, in seconds."""
@@ -95,25 +110,64 @@ def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
     return Twist(x * profile.step, y * profile.step, z * profile.step, yaw * profile.quarter_turn)
 
 
-def to_json(score: Score) -> dict[str, Any]:
-    """The score as JSON values. Each distinct movement is listed once, after the movements inside it."""
+@dataclass(slots=True)
+class Shared:
+    """What writer and reader of scores have in common: the movements so far, numbered in their order, and the parts of
+    the latest score. Each side has its own."""
+
+    movements: list[Movement] = field(default_factory=list)
+    numbers: dict[int, int] = field(default_factory=dict)
+    """Used by the writer: the numbers of its movements, by their id()."""
+    parts: Mapping[str, Part] = field(default_factory=dict)
+    whole: int = 0
+    """The number of movements in the first score, which was written whole."""
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether it should start over, as most of its movements may belong to scores that no longer play."""
+        return len(self.movements) > 2 * self.whole + MOST_KNOWN
+
+
+class LackingError(Exception):
+    """A score counts on movements or parts that its reader does not have."""
+
+
+def to_json(score: Score, shared: Shared | None = None) -> dict[str, Any]:
+    """The score as JSON values, without what the reader has: `shared` is what was written for it before.
+
+    Each distinct movement is listed once, after the movements inside it. A part that is the same as in the score before
+    is null.
+    """
+    shared = shared or Shared()
+    known, before = len(shared.movements), shared.parts
     rows: list[list[Any]] = []
-    indices: dict[int, int] = {}
-    parts = {
-        name: {
-            "movement": _add(part.movement, rows, indices),
-            "profile": asdict(part.profile),
-            "start": asdict(part.start),
-            "topic": part.topic,
-            "reset": part.reset,
-            "use_sim_time": part.use_sim_time,
-        }
-        for name, part in score.parts.items()
-    }
+    parts: dict[str, dict[str, Any] | None] = {}
+    for name, part in score.parts.items():
+        parts[name] = None if before.get(name) == part else _part_json(part, rows, shared)
+    shared.parts = score.parts
+    shared.whole = shared.whole or len(rows)
     program = {"text": score.text, "offsets": list(score.offsets.items())}
-    world = worlds.to_json(score.world)
-    safety = asdict(score.safety)
-    return {"tempo": str(score.tempo), "movements": rows, "parts": parts, "world": world, "safety": safety, **program}
+    return {
+        "tempo": str(score.tempo),
+        "known": known,
+        "movements": rows,
+        "parts": parts,
+        "world": worlds.to_json(score.world),
+        "safety": asdict(score.safety),
+        **program,
+    }
+
+
+def _part_json(part: Part, rows: list[list[Any]], shared: Shared) -> dict[str, Any]:
+    return {
+        "movement": _add(part.movement, rows, shared),
+        "profile": asdict(part.profile),
+        "start": asdict(part.start),
+        "topic": part.topic,
+        "reset": part.reset,
+        "use_sim_time": part.use_sim_time,
+        "edition": part.edition,
+    }
 
 
 class _PartJson(TypedDict):
@@ -123,6 +177,7 @@ class _PartJson(TypedDict):
     topic: str
     reset: str | None
     use_sim_time: bool
+    edition: int
 
 
 class _DeadmanJson(TypedDict):
@@ -138,33 +193,63 @@ class _SafetyJson(TypedDict):
 
 class _ScoreJson(TypedDict):
     tempo: str
+    known: int
     movements: Sequence[Any]
-    parts: Mapping[str, _PartJson]
+    parts: Mapping[str, _PartJson | None]
     world: Mapping[str, Any] | None
     text: str
     offsets: Sequence[Sequence[int]]
     safety: _SafetyJson
 
 
-def from_json(data: Mapping[str, Any]) -> Score:
-    """The score that `to_json` wrote. Raises an exception on anything else, and on what is too much to play."""
+def from_json(data: Mapping[str, Any], shared: Shared | None = None) -> Score:
+    """The score that `to_json` wrote. `shared` is what was read before it; a score that can't be read adds nothing.
+
+    Raises `LackingError` if that is not what the writer counts on, and an exception on anything that is no score or is
+    too much to play.
+    """
     if not fits(data, _ScoreJson):
         raise ValueError("it is not a score")
-    made: list[Movement] = []
-    for kind, *rest in data["movements"]:
-        made.append(_read(kind, rest, made))
-    parts = {
-        name: Part(
-            name,
-            _playable(_at(part["movement"], made)),
-            checked(Profile, part["profile"]),
-            checked(Pose, part["start"]),
-            part["topic"],
-            part["reset"],
-            part["use_sim_time"],
-        )
-        for name, part in data["parts"].items()
-    }
+    shared = shared or Shared()
+    if data["known"] == 0:
+        shared.movements, shared.parts = [], {}
+    made, before = shared.movements, shared.parts
+    if data["known"] != len(made):
+        raise LackingError
+    try:
+        for kind, *rest in data["movements"]:
+            made.append(_read(kind, rest, made))
+        parts = {
+            name: _part(name, part, made) if part else _known_part(name, before) for name, part in data["parts"].items()
+        }
+        score = _score(data, parts)
+    except Exception:
+        del made[data["known"] :]
+        raise
+    shared.parts = parts
+    return score
+
+
+def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
+    return Part(
+        name,
+        _playable(_at(data["movement"], made)),
+        checked(Profile, data["profile"]),
+        checked(Pose, data["start"]),
+        data["topic"],
+        data["reset"],
+        data["use_sim_time"],
+        data["edition"],
+    )
+
+
+def _known_part(name: str, before: Mapping[str, Part]) -> Part:
+    if name not in before:
+        raise LackingError
+    return before[name]
+
+
+def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     if any(not 0 < part.profile.command_rate <= FASTEST_RATE for part in parts.values()):
         raise ValueError("a robot's command rate is out of range")
     world = worlds.from_json(data["world"])
@@ -190,9 +275,9 @@ def _playable(movement: Movement) -> Movement:
     return movement
 
 
-def _add(whole: Movement, rows: list[list[Any]], indices: dict[int, int]) -> int:
-    """Append the rows of a movement, inner ones first, and return its index. Uses an explicit stack for long chains."""
-    waiting = [whole]
+def _add(whole: Movement, rows: list[list[Any]], shared: Shared) -> int:
+    """Append the rows of a movement, inner ones first. Its number. Uses an explicit stack for long chains."""
+    waiting, indices = [whole], shared.numbers
     while waiting:
         part = waiting[-1]
         inner = [child for child in algebra.parts(part) if id(child) not in indices]
@@ -201,7 +286,8 @@ def _add(whole: Movement, rows: list[list[Any]], indices: dict[int, int]) -> int
             continue
         waiting.pop()
         if id(part) not in indices:
-            indices[id(part)] = len(rows)
+            indices[id(part)] = len(shared.movements)
+            shared.movements.append(part)  # which also keeps its id() its own
             rows.append(_row(part, [indices[id(child)] for child in algebra.parts(part)]))
     return indices[id(whole)]
 

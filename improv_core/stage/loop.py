@@ -11,6 +11,7 @@ from typing import Protocol
 
 from improv_core.plain import message as in_plain_text
 from improv_core.score.score import Score
+from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.player import GAMEPAD, Player
 from improv_core.stage.protocol import (
     DEADMAN_LIMIT,
@@ -46,6 +47,13 @@ class Unreadable:
 
 
 @dataclass(frozen=True, slots=True)
+class Lost:
+    """A score of this generation that counts on one that has not been read."""
+
+    generation: int
+
+
+@dataclass(frozen=True, slots=True)
 class Reading:
     """A long line is arriving. Pings after it wait until it has been read."""
 
@@ -57,7 +65,7 @@ class End:
     problem: str = ""
 
 
-Arrival = ToStage | Play | Unreadable | Reading | Edge | End
+Arrival = ToStage | Play | Unreadable | Lost | Reading | Edge | End
 """What may arrive while a stage plays."""
 
 
@@ -134,6 +142,7 @@ class _Loop:
         self.player = Player(opened.sink, self._tell, clock.wall)
         self._hangs_from = math.inf  # when the parent counts as hung, if it has ever pinged
         self._held_until = math.inf  # when a deadman button at the page, if it is held, counts as released
+        self._shown = 0  # the generation that is shown with the beats at which its parts begin
 
     def deadline(self, now: float) -> float:
         """The time at which `advance` must be called if nothing arrives."""
@@ -153,7 +162,7 @@ class _Loop:
             self._hold(None, now)
         self.player.advance(now)
 
-    def take(self, arrival: ToStage | Play | Unreadable | Reading | Edge, now: float) -> None:
+    def take(self, arrival: ToStage | Play | Unreadable | Lost | Reading | Edge, now: float) -> None:
         """Handle an arrival. An exception ends the stage, which stops the robots."""
         pinged = isinstance(arrival, dict) and arrival["type"] == "ping"
         if isinstance(arrival, Edge):
@@ -167,6 +176,8 @@ class _Loop:
             self._tell({"type": "error", "message": arrival.problem})
             if arrival.is_score:
                 self.player.hush(now)
+        elif isinstance(arrival, Lost):
+            self._tell({"type": "lacks", "generation": arrival.generation})
         elif not isinstance(arrival, Reading):
             self._obey(arrival, now)
 
@@ -183,15 +194,20 @@ class _Loop:
                 player.advance(clock.now())
 
     def _tell(self, message: FromStage) -> None:
-        if not self.failed:
-            self._opened.tell(message)
+        if self.failed:
+            return
+        if message["type"] == "transport" and "begins" in message and message["generation"] != self._shown:
+            self._shown = message["generation"]
+            self._opened.show(self.player.score, self._shown)  # again: now it is known when its parts began
+        self._opened.tell(message)
 
     def _load(self, asked: Play, now: float) -> None:
         load, score = asked.load, asked.score
         self.player.backend = load["backend"]
         self._opened.show(score, load["generation"])
         at = self._as_of(load.get("at"), now)
-        self.player.load(score, load["generation"], load["when"], at, load.get("zero"))
+        bar = load.get("beats_per_bar", BEATS_PER_BAR)
+        self.player.load(score, load["generation"], load["when"], at, load.get("entry"), bar)
 
     def _obey(self, message: ToStage, now: float) -> None:
         if message["type"] == "ping":

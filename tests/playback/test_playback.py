@@ -69,6 +69,7 @@ class Fake:
         transport: TransportMessage = {
             "type": "transport",
             "generation": self.loads[-1]["generation"],
+            "restarted": self.loads[-1]["generation"],
             "state": state,
             "backend": "fake",
             "tempo": 120.0,
@@ -163,7 +164,8 @@ def test_the_twin_begins_at_the_beat_0_of_the_stage_that_leads() -> None:
         leader.tell("waiting")
         assert (leader.kinds, twin.kinds) == (["load"], [])
         leader.tell("playing", beat=3.0, monotonic=500.0)  # three beats at 120 a minute since beat 0
-        assert twin.loads == [{**leader.loads[0], "zero": 498.5}]
+        entry = {"beat": 3.0, "monotonic": 500.0}
+        assert twin.loads == [{**leader.loads[0], "entry": entry}]
         leader.tell("playing", beat=4.0, monotonic=500.5)
         assert len(twin.loads) == 1
 

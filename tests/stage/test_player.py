@@ -369,7 +369,8 @@ def test_a_takeover_is_told_as_of_its_own_time() -> None:
     stage.now += 0.75  # the machine was busy
     stage.player.advance(stage.now)
     told = stage.transports[-1]
-    assert (told["beat"], told["performed"], told["monotonic"], told["wall"]) == (0, 1, 1001, -0.25)
+    assert (told["beat"], told["performed"], told["monotonic"], told["wall"]) == (1, 1, 1001, -0.25)
+    assert told.get("begins") == {"r": 1}
 
 
 @pytest.mark.parametrize(("asked", "got"), [(0.0, 0.1), (0.1, 0.1), (3.7, 3.7), (100.0, 4.0)])

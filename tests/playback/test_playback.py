@@ -457,3 +457,29 @@ def test_a_real_stage_plays_at_the_speed_that_was_kept() -> None:
             await playback.close()
 
     asyncio.run(run())
+
+
+ANNA = "anna $ repeat forward\n"
+
+
+def scored(bert: str) -> Score:
+    return score_of(analyze(f"{ANNA}bert $ repeat {bert}\n"))
+
+
+def test_a_save_sends_only_what_a_stage_lacks() -> None:
+    async def performs(show: Show) -> None:
+        leader, twin = await show.play()
+        for generation, bert in enumerate(("left", "right"), 2):
+            assert await show.playback.play(scored(bert), "dance", show.stops.count, "bar", 3) == generation
+            leader.tell("playing", beat=4.0)
+            for stage in (leader, twin):
+                load = stage.loads[-1]
+                assert load["beats_per_bar"] == 3
+                assert (load["score"]["parts"]["anna"] is None) is False
+        score = scored("left left")
+        kept = replace(score, parts={**score.parts, "anna": show.playback._score.parts["anna"]})
+        await show.playback.play(kept, "dance", show.stops.count, "beat")
+        assert leader.loads[-1]["score"]["parts"]["anna"] is None
+        assert leader.loads[-1]["score"]["known"] > 0
+
+    check(performs)

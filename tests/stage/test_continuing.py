@@ -385,3 +385,77 @@ def test_a_simulated_robot_is_placed_on_its_whole_path() -> None:
     start = score("bert $ forward\n").parts["bert"].start
     ideal = start.then(Pose(6, 2, 0, math.pi / 2))
     assert astuple(stage.sink.placed["bert"]) == pytest.approx(astuple(ideal))
+
+
+class Pair:
+    """A stage that leads and its twin, which its parent loads as `Playback` does: a little later each time."""
+
+    def __init__(self, late: float) -> None:
+        self.leader, self.twin, self.late = Continuing(), Continuing(), late
+        self.sent: dict[int, Score] = {}
+        self.known = 0
+
+    def save(self, program: str, when: When = "beat") -> None:
+        sent = self.leader.save(program, when)
+        self.sent[self.leader.generation] = sent
+
+    def run(self, seconds: float) -> None:
+        """In small steps, so that the twin hears soon of what the leading stage did."""
+        end = self.leader.now + seconds
+        while self.leader.now < end:
+            self.leader.run(0.01)
+            self.twin.run(max(self.leader.now + self.late - self.twin.now, 0))
+            told = self.leader.transports[-1]
+            if told["state"] == "playing" and told["generation"] == max(self.sent) > self.known:
+                self.known = told["generation"]
+                entry: Entry = {"beat": told["beat"], "monotonic": told["monotonic"]}
+                entry["begins"] = told.get("begins", {})
+                when: When = "restart" if told["restarted"] == self.known else "now"
+                self.twin.player.load(self.sent[self.known], self.known, when, self.twin.now, entry)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.005, 0.3])
+def test_the_twin_follows_the_stage_that_leads(late: float) -> None:
+    pair, dice = Pair(late), random.Random(1)
+    pair.save(ANNA + BERT, "restart")
+    for turn in range(60):
+        pair.run(dice.uniform(0, 0.4))
+        pair.save(ANNA + (BERT, EDITED, "cleo $ repeat left\n")[turn % 3], ("beat", "now", "bar")[turn // 5 % 3])
+    pair.run(10)
+    leader, twin = pair.leader, pair.twin
+    assert twin.transport.get("begins") == leader.transport.get("begins")
+    assert twin.transport["beat"] == pytest.approx(leader.transport["beat"])
+    assert twin.sent_to("anna")[:400] == leader.sent_to("anna")[:400]
+    end = leader.now - 1000
+    for robot in ("bert", "cleo"):
+        mine, its = ({change for change in changes(each, robot, end - 9) if change[0] < end} for each in (twin, leader))
+        assert mine == its
+
+
+def test_a_new_twin_joins_in_the_middle() -> None:
+    pair = Pair(0.005)
+    pair.save(ANNA + BERT, "restart")
+    pair.run(5.5)
+    pair.twin = Continuing(pair.twin.now)  # the old one died
+    pair.save(ANNA + EDITED)
+    pair.run(3)
+    assert pair.twin.transport["begins"] == pair.leader.transport["begins"] == {"bert": 6}
+    assert [(round(at + 6, 6), x, yaw) for at, x, yaw in pair.twin.sink.changes("anna")] == changes(
+        pair.leader, "anna", 6
+    )
+    assert pair.twin.sink.placed.keys() == {"anna", "bert"}
+
+
+def test_the_twin_restarts_when_a_deadman_button_lets_the_leader_begin() -> None:
+    pair = Pair(0.005)
+    pair.save(ANNA, "restart")
+    pair.run(2)
+    pair.leader.player.pause(pair.leader.now)
+    pair.twin.player.pause(pair.leader.now)
+    pair.save(BERT, "restart")
+    pair.leader.player.pause(pair.leader.now)
+    pair.run(1)
+    pair.leader.player.resume(pair.leader.now)
+    pair.run(1)
+    assert pair.twin.sink.prepared == [True, True]
+    assert pair.twin.transport["restarted"] == 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from improv_core.score.movement import Gain, Hold, Movement, Pace, Repeat, Use, parts
+from improv_core.score.equality import same
 from improv_core.score.score import Part, Score
 
 
@@ -49,38 +49,3 @@ class Editions:
 def _are_alike(one: Part, other: Part) -> bool:
     """Whether two parts of a robot move it alike; the message's type is in the profile."""
     return one.topic == other.topic and one.profile == other.profile and same(one.movement, other.movement)
-
-
-def same(one: Movement, other: Movement) -> bool:
-    """Whether two movements are the same apart from places in the text. Each pair of them is compared once."""
-    compared: set[tuple[int, int]] = set()
-    waiting = [(one, other)]
-    while waiting:
-        a, b = map(_within_names, waiting.pop())
-        if a is b or (id(a), id(b)) in compared:
-            continue
-        if type(a) is not type(b) or a.duration != b.duration or _own(a) != _own(b):
-            return False
-        inner = parts(a), parts(b)
-        if len(inner[0]) != len(inner[1]):
-            return False
-        compared.add((id(a), id(b)))
-        waiting += zip(*inner, strict=True)
-    return True
-
-
-def _within_names(movement: Movement) -> Movement:
-    while isinstance(movement, Use):
-        movement = movement.body
-    return movement
-
-
-def _own(movement: Movement) -> object:
-    """What a movement has besides those in it."""
-    if isinstance(movement, Hold):
-        return movement.velocity
-    if isinstance(movement, Repeat):
-        return movement.times
-    if isinstance(movement, Pace):
-        return movement.rate
-    return movement.gain if isinstance(movement, Gain) else None

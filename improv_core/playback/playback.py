@@ -18,7 +18,7 @@ from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError
 from improv_core.playback.stops import Stops
 from improv_core.score.movement import series
-from improv_core.score.score import Score, Shared, to_json
+from improv_core.score.score import Score, Written, to_json
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
     Held,
@@ -123,7 +123,7 @@ class Playback:
         self._name = ""  # of the program that plays, or is about to
         self._generation = 0
         self._editions = Editions()
-        self._shared: dict[RunningStage, Shared] = {}  # what each stage has been sent
+        self._written: dict[RunningStage, Written] = {}  # what each stage has been sent
         self._latest: Asked | None = None
         self._entered: TransportMessage | None = None  # the first message of the latest score's playing
         self._kept: dict[str, Speed | Silence] = {}  # also sent to new stages
@@ -257,7 +257,7 @@ class Playback:
         await asyncio.gather(*(stage.close() for stage in stages))
         for stage in stages:
             self.stops.discard(stage)
-            self._shared.pop(stage, None)
+            self._written.pop(stage, None)
         self._leader = self._twin = None
         self.is_on = False
         if self._socket:
@@ -310,7 +310,7 @@ class Playback:
         assert self._leader
         sent = self.stops.send(self._load(self._leader, asked), [self._leader], asked.stops)
         if not sent:
-            self._shared.pop(self._leader)  # now we no longer know what it has
+            self._written.pop(self._leader)  # now we no longer know what it has
         return sent
 
     def _send_to_twin(self, asked: Asked, entered: TransportMessage) -> None:
@@ -325,13 +325,13 @@ class Playback:
 
     def _load(self, stage: RunningStage, asked: Asked) -> Load:
         """The message that has a stage play a score, without what it has already."""
-        shared = self._shared.setdefault(stage, Shared())
-        if shared.is_stale:
-            shared = self._shared[stage] = Shared()
+        written = self._written.setdefault(stage, Written())
+        if written.is_stale:
+            written = self._written[stage] = Written()
         return {
             "type": "load",
             "generation": asked.generation,
-            "score": to_json(asked.score, shared),
+            "score": to_json(asked.score, written),
             "when": asked.when,
             "backend": self.status,
             "beats_per_bar": asked.beats_per_bar,
@@ -339,7 +339,7 @@ class Playback:
 
     def _send_again(self, stage: RunningStage, generation: int) -> None:
         """Send a stage the whole score: it did not get the one before, which this one counts on."""
-        self._shared.pop(stage, None)
+        self._written.pop(stage, None)
         latest = self._latest
         if not latest or latest.generation != generation:
             return
@@ -358,7 +358,7 @@ class Playback:
             return
         if message["type"] == "gone":
             self.stops.discard(stage)
-            self._shared.pop(stage, None)
+            self._written.pop(stage, None)
             message = self._revive(stage, message)
         elif message["type"] == "transport" and leads:
             self._lead(message)

@@ -11,6 +11,7 @@ from itertools import islice
 from improv_core.score import movement as algebra
 from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import MOTIONS, Profile
+from improv_core.score.ramps import Ramp
 from improv_core.score.walk import walk
 
 _LONGEST_FRACTION = 4
@@ -49,15 +50,16 @@ def speed(velocity: Velocity, profile: Profile, tempo: Fraction) -> Speed:
 
 
 def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) -> Speed | None:
-    """The largest speeds in a movement; None if it has voices with more moments than `most`.
+    """The largest speeds in a movement; None if it has voices or ramps with more moments than `most`.
 
-    As in `path.extent`, each part is visited once, no matter how often it repeats.
+    What dice may choose counts, whether they do or not. As in `path.extent`, each part is visited once, no matter how
+    often it repeats.
     """
     known: dict[int, Speed | None] = {}
     waiting = [movement]
     while waiting:
         part = waiting[-1]
-        whole = part.uniform is not None or isinstance(part, algebra.Parallel)
+        whole = part.uniform is not None or isinstance(part, (algebra.Parallel, Ramp))
         inner = () if whole else algebra.parts(part)
         unknown = [child for child in inner if id(child) not in known]
         if unknown:
@@ -73,7 +75,7 @@ def _top_speed(
 ) -> Speed | None:
     if part.uniform is not None:
         return speed(part.uniform, profile, tempo)
-    if isinstance(part, algebra.Parallel):
+    if isinstance(part, (algebra.Parallel, Ramp)):
         moments = list(islice(walk(part, merge=True), most + 1))
         inner = [speed(moment.velocity, profile, tempo) for moment in moments] if len(moments) <= most else [None]
     speeds = [each for each in inner if each]

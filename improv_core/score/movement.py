@@ -7,10 +7,11 @@ steps per beat and quarter turns per beat. Nothing here costs time or memory in 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
+from itertools import accumulate as count_up
 from typing import NamedTuple, TypeAlias
 
 from improv_core.text import Span
@@ -66,10 +67,11 @@ With any tempo and step, the product of any two of them stays below the largest 
 MOST_BITS = 4096
 """The most bits of the exact fractions of a movement: nested odd factors multiply."""
 MOST_VOICES = 250
-"""How many voices may play at once, including those within names.
-
-Each is walked by itself, and each level of voices within voices costs two of Python's levels of recursion.
-"""
+"""How many voices may play at once, including those within names: each is walked by itself."""
+MOST_DEPTH = 250
+"""How deep walks may go on inside one another. Each level costs two of Python's levels of recursion."""
+MOST_THROWS = 2**MOST_BITS
+"""The most throws of one stream: their number is written into each throw's key."""
 
 
 LONGEST_WRITTEN = 4096
@@ -103,31 +105,73 @@ class Peak(NamedTuple):
     yaw: float
     shortest: float
 
-    def times(self, gain: Velocity) -> Peak:
-        x, y, z, yaw = (abs(float(factor)) for factor in gain)
-        return _peak(self.x * x, self.y * y, self.z * z, self.yaw * yaw, self.shortest)
 
-    def sped_up(self, rate: float) -> Peak:
-        return _peak(self.x * rate, self.y * rate, self.z * rate, self.yaw * rate, self.shortest / rate)
+@dataclass(frozen=True, slots=True, eq=False)
+class Bounds:
+    """What bounds a movement. Thousands of movements share a few, so they are compared by identity.
 
+    `peak` bounds all moments. `width` is how many voices may play at once. `bits` is how many bits the factors around
+    its moments may add to their fractions. `depth` is how many walks go on inside one another (voices and ramps).
+    `dice` tells whether a word of dice stands in it, even if it is never reached. `throws` is how many throws of its
+    stream it takes.
+    """
 
-_peak = lru_cache(maxsize=10_000)(Peak)  # thousands of movements share a few
-_NO_PEAK = Peak(0.0, 0.0, 0.0, 0.0, math.inf)
+    peak: Peak
+    width: int
+    bits: int
+    depth: int
+    dice: bool
+    throws: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Movement:
-    """A movement. Made by the functions below, never directly.
+    """A movement. Made by functions here, in `ramps`, and in `dice`, never directly.
 
-    `uniform` is its velocity if that never changes. `width` is how many voices may play at once. `bits` is how many
-    bits the factors around its moments may add to their fractions. `peak` bounds all of its moments.
+    `uniform` is its velocity if that never changes.
     """
 
     duration: Duration
     uniform: Velocity | None
-    width: int
-    bits: int
-    peak: Peak
+    bounds: Bounds
+
+    @property
+    def peak(self) -> Peak:
+        return self.bounds.peak
+
+    @property
+    def width(self) -> int:
+        return self.bounds.width
+
+    @property
+    def bits(self) -> int:
+        return self.bounds.bits
+
+    @property
+    def depth(self) -> int:
+        return self.bounds.depth
+
+    @property
+    def dice(self) -> bool:
+        return self.bounds.dice
+
+    @property
+    def throws(self) -> int:
+        return self.bounds.throws
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Single(Movement):
+    """A movement made of one other movement."""
+
+    body: Movement
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Several(Movement):
+    """A movement made of several others."""
+
+    items: tuple[Movement, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,42 +181,38 @@ class Hold(Movement):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Series(Movement):
-    items: tuple[Movement, ...]
+class Series(Several):
     ends: tuple[Duration, ...]  # when each item ends
+    first_throws: tuple[int, ...]  # the throw at which each item begins, counted from the first; empty without dice
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Parallel(Movement):
-    voices: tuple[Movement, ...]
+class Parallel(Several):
+    """Voices. With dice, an empty voice stays among them, because each throws from the stream of its index."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Repeat(Movement):
-    body: Movement
+class Repeat(Single):
     times: int | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pace(Movement):
-    body: Movement
+class Pace(Single):
     rate: Fraction
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Gain(Movement):
-    body: Movement
+class Gain(Single):
     gain: Velocity
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reverse(Movement):
-    body: Movement
+class Reverse(Single):
+    pass
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Use(Movement):
-    body: Movement
+class Use(Single):
     span: Span | None
     statement: int
 
@@ -180,7 +220,12 @@ class Use(Movement):
 def hold(velocity: Velocity, duration: Exact = 1, span: Span | None = None) -> Movement:
     """A constant velocity for `duration` beats, written at `span`."""
     x, y, z, yaw = (abs(float(value)) for value in velocity)
-    return Hold(duration, velocity, 1, 0, _peak(x, y, z, yaw, float(duration)), velocity, span)
+    return Hold(duration, velocity, _held(x, y, z, yaw, float(duration)), velocity, span)
+
+
+def stand(duration: Exact) -> Movement:
+    """Standing still for `duration` beats, or not at all. It is written nowhere, so it is no item that is too short."""
+    return Hold(duration, STILL, UNBOUNDED, STILL, None) if duration else series(())
 
 
 def series(items: Sequence[Movement]) -> Movement:
@@ -189,10 +234,9 @@ def series(items: Sequence[Movement]) -> Movement:
         return items[0]
     end: Duration = 0
     ends = []
-    width = bits = 0
     uniform: Velocity | None = None
-    peak = _NO_PEAK
-    peaks = set()
+    bounds = UNBOUNDED
+    kinds = set()
     for item in items:  # a single loop, because most of the work at a keystroke goes through here
         if item.duration:
             if not end:
@@ -201,44 +245,44 @@ def series(items: Sequence[Movement]) -> Movement:
                 uniform = None
             end += item.duration
         ends.append(end)
-        if item.peak is not peak:
-            peak = item.peak
-            peaks.add(peak)
-        if item.width > width:
-            width = item.width
-        if item.bits > bits:
-            bits = item.bits
-    if len(peaks) > 1:
-        peak = _bound(peaks, max)
-    return Series(end, uniform, width, bits, peak, tuple(items), tuple(ends))
-
-
-def _bound(peaks: Collection[Peak], together: Callable[[Sequence[float]], float]) -> Peak:
-    """The combined peak of several movements: the maximum in series, the sum in parallel."""
-    x, y, z, yaw, shortest = zip(*peaks, strict=True)
-    return _peak(together(x), together(y), together(z), together(yaw), min(shortest))
+        if item.bounds is not bounds:
+            bounds = item.bounds
+            kinds.add(bounds)
+    if len(kinds) > 1:
+        bounds = in_series(frozenset(kinds))
+    first_throws: tuple[int, ...] = ()
+    if bounds.dice:
+        *reached, throws = count_up((item.throws for item in items), initial=0)
+        bounds, first_throws = replace(bounds, throws=throws), tuple(reached)
+    return Series(end, uniform, bounds, tuple(items), tuple(ends), first_throws)
 
 
 def parallel(voices: Sequence[Movement]) -> Movement:
     """All voices at once: velocities add up, the shortest voice ends all, and empty voices are ignored."""
-    voices = [voice for voice in voices if voice.duration]
-    if len(voices) < 2:
-        return series(voices)
-    uniform: Velocity | None = STILL
-    for voice in voices:
+    playing = [voice for voice in voices if voice.duration]
+    dice = len(voices) > 1 and any(voice.bounds.dice for voice in voices)
+    if not dice and len(playing) < 2:
+        return series(playing)
+    uniform: Velocity | None = STILL if playing else None
+    for voice in playing:
         uniform = uniform.plus(voice.uniform) if uniform and voice.uniform else None
-    width = sum(voice.width for voice in voices)
-    bits = max(voice.bits for voice in voices)
-    peak = _bound([voice.peak for voice in voices], sum)
-    return Parallel(min(voice.duration for voice in voices), uniform, width, bits, peak, tuple(voices))
+    bounds = _in_parallel(tuple(voice.bounds for voice in playing), dice)
+    duration = min((voice.duration for voice in playing), default=0)
+    return Parallel(duration, uniform, bounds, tuple(voices if dice else playing))
 
 
 def repeat(body: Movement, times: int | None = None) -> Movement:
     """The movement repeated `times` times, or forever if None. Repeating an empty movement gives an empty movement."""
     if not body.duration or times == 0:
-        return series(())
-    duration = ENDLESS if times is None else body.duration * times
-    return Repeat(duration, body.uniform, body.width, body.bits, body.peak, body, times)
+        if not body.bounds.dice:
+            return series(())
+        duration: Duration = 0
+    else:
+        duration = ENDLESS if times is None else body.duration * times
+    bounds = body.bounds
+    if bounds.dice:
+        bounds = replace(bounds, throws=1 if times is None else bounds.throws * times)
+    return Repeat(duration, body.uniform, bounds, body, times)
 
 
 def pace(body: Movement, rate: Fraction) -> Movement:
@@ -247,7 +291,14 @@ def pace(body: Movement, rate: Fraction) -> Movement:
         return body
     duration = ENDLESS if isinstance(body.duration, float) else body.duration / rate
     uniform = body.uniform and body.uniform.times(all_by(exact(rate)))
-    return Pace(duration, uniform, body.width, body.bits + bits(rate), body.peak.sped_up(float(rate)), body, rate)
+    return Pace(duration, uniform, _sped_up(body.bounds, rate), body, rate)
+
+
+def fit(body: Movement, beats: Exact) -> Movement:
+    """The same path in exactly `beats` beats. Raises ValueError if the movement is endless."""
+    if isinstance(body.duration, float):
+        raise ValueError("an endless movement can't fit into a number of beats")
+    return pace(body, Fraction(body.duration) / beats)
 
 
 def gain(body: Movement, factors: Velocity) -> Movement:
@@ -255,20 +306,87 @@ def gain(body: Movement, factors: Velocity) -> Movement:
     if not body.duration:
         return body
     uniform = body.uniform and body.uniform.times(factors)
-    longer = max(bits(factor) for factor in factors)
-    return Gain(body.duration, uniform, body.width, body.bits + longer, body.peak.times(factors), body, factors)
+    return Gain(body.duration, uniform, _amplified(body.bounds, factors), body, factors)
 
 
 def reverse(body: Movement) -> Movement:
     """The same moments in reverse order. Raises ValueError if the movement is endless."""
     if isinstance(body.duration, float):
         raise ValueError("an endless movement has no end to start from")
-    return Reverse(body.duration, body.uniform, body.width, body.bits, body.peak, body)
+    return Reverse(body.duration, body.uniform, body.bounds, body)
+
+
+def accumulate(items: Sequence[Movement]) -> Movement:
+    """Of items a, b, c: a, then a b, then a b c. Each beginning is shared by all that are longer."""
+    return series(list(count_up(items, lambda beginning, item: series((beginning, item)))))
 
 
 def use(body: Movement, span: Span | None, statement: int) -> Movement:
     """A movement written in the statement with this ID, used by a name at `span`."""
-    return Use(body.duration, body.uniform, body.width, body.bits, body.peak, body, span, statement)
+    return Use(body.duration, body.uniform, body.bounds, body, span, statement)
+
+
+_peak = lru_cache(maxsize=10_000)(Peak)
+UNBOUNDED = Bounds(Peak(0.0, 0.0, 0.0, 0.0, math.inf), 0, 0, 0, False, 0)
+"""The bounds of nothing."""
+
+
+@lru_cache(maxsize=10_000)
+def _held(x: float, y: float, z: float, yaw: float, shortest: float) -> Bounds:
+    return Bounds(_peak(x, y, z, yaw, shortest), 1, 0, 0, False, 0)
+
+
+@lru_cache(maxsize=10_000)
+def in_series(kinds: frozenset[Bounds]) -> Bounds:
+    """The bounds of movements that play one after another, or of which one plays; but for the throws."""
+    if not kinds:
+        return UNBOUNDED
+    x, y, z, yaw, shortest = zip(*(each.peak for each in kinds), strict=True)
+    return Bounds(
+        _peak(max(x), max(y), max(z), max(yaw), min(shortest)),
+        max(each.width for each in kinds),
+        max(each.bits for each in kinds),
+        max(each.depth for each in kinds),
+        any(each.dice for each in kinds),
+        0,
+    )
+
+
+@lru_cache(maxsize=10_000)
+def _in_parallel(voices: tuple[Bounds, ...], dice: bool) -> Bounds:
+    if not voices:
+        return replace(UNBOUNDED, dice=dice, throws=1)
+    x, y, z, yaw, shortest = zip(*(each.peak for each in voices), strict=True)
+    return Bounds(
+        _peak(sum(x), sum(y), sum(z), sum(yaw), min(shortest)),
+        sum(each.width for each in voices),
+        max(each.bits for each in voices),
+        max(each.depth for each in voices) + 1,
+        dice,
+        int(dice),
+    )
+
+
+@lru_cache(maxsize=10_000)
+def _sped_up(bounds: Bounds, rate: Fraction) -> Bounds:
+    return replace(bounds, peak=faster(bounds.peak, float(rate)), bits=bounds.bits + bits(rate))
+
+
+def faster(peak: Peak, rate: float) -> Peak:
+    """The peak of a movement that is played `rate` times as fast."""
+    return _peak(peak.x * rate, peak.y * rate, peak.z * rate, peak.yaw * rate, peak.shortest / rate)
+
+
+@lru_cache(maxsize=10_000)
+def _amplified(bounds: Bounds, factors: Velocity) -> Bounds:
+    x, y, z, yaw = (abs(float(factor)) for factor in factors)
+    peak = bounds.peak
+    longer = max(bits(factor) for factor in factors)
+    return replace(
+        bounds,
+        peak=_peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest),
+        bits=bounds.bits + longer,
+    )
 
 
 def is_too_fast(peak: Peak) -> bool:
@@ -288,10 +406,6 @@ def bits(number: Exact) -> int:
 
 def parts(movement: Movement) -> tuple[Movement, ...]:
     """The movements directly inside a movement."""
-    if isinstance(movement, Series):
+    if isinstance(movement, Several):
         return movement.items
-    if isinstance(movement, Parallel):
-        return movement.voices
-    if isinstance(movement, (Repeat, Pace, Gain, Reverse, Use)):
-        return (movement.body,)
-    return ()
+    return (movement.body,) if isinstance(movement, Single) else ()

@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import islice
+from itertools import count
 from typing import NamedTuple
 
 from improv_core.score import movement as algebra
+from improv_core.score.dice import (
+    ROBOTS,
+    Chance,
+    Choose,
+    Dice,
+    Seed,
+    Shuffle,
+    Throwing,
+    at_turn,
+    decided,
+    dice_of,
+    in_order,
+)
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, SAME, Duration, Exact, Movement, Velocity
 from improv_core.score.profiles import Profile
+from improv_core.score.ramps import Ramp
 from improv_core.score.score import Part, twist
 from improv_core.score.walk import walk
 
@@ -19,6 +34,8 @@ MOST_MOMENTS = 10_000
 """Parallel voices are walked to measure them. If they have more moments than this, the result is unknown."""
 MOST_WALKED = 2_000
 """The same limit for the pose where they end, which is computed while robots play."""
+MOST_THROWN = 100_000
+"""The most parts of movements with dice that are visited. The turns of a repeat differ, so they can't be multiplied."""
 A_BEAT_A_SECOND = Fraction(60)
 """A tempo at which beats are seconds. A path does not depend on the tempo."""
 
@@ -31,14 +48,53 @@ class Extent:
     turns: float
 
 
-def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
-    """The extent of a movement; None if it is endless or has voices with more moments than `most`.
+class _TooLongError(Exception):
+    """A movement is too long to measure."""
 
-    Repeats are multiplied, not walked. Inner movements are measured first, without recursion.
+
+class _Leg(NamedTuple):
+    """A part of a movement as it plays: with its velocities multiplied, perhaps backward, and with its dice if any."""
+
+    movement: Movement
+    gain: Velocity
+    backward: bool
+    dice: Dice | None
+
+    @classmethod
+    def first(cls, movement: Movement) -> _Leg:
+        return cls(movement, SAME, False, dice_of(ROBOTS) if movement.dice else None)
+
+    def to(self, movement: Movement, dice: Dice | None) -> _Leg:
+        return _Leg(movement, self.gain, self.backward, dice if movement.dice else None)
+
+    @property
+    def is_walked(self) -> bool:
+        """Whether it is measured as a whole."""
+        return self.movement.uniform is not None or isinstance(self.movement, algebra.Parallel)
+
+
+def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
+    """The extent of a movement; None if it is endless, has voices with more moments than `most`, or too many dice.
+
+    Repeats without dice are multiplied, not walked. Inner movements are measured first, without recursion.
     """
     if movement.duration == ENDLESS:
         return None
-    known: dict[int, Extent | None] = {}
+    known: dict[int, Extent] = {}
+    steps, turns = [], []
+    budget = iter(range(MOST_THROWN))
+    try:
+        for leg in _decided(_Leg.first(movement), budget):
+            each = _walked(leg, budget) if leg.dice else _extent(leg.movement, known, most)
+            steps.append(each.steps * float(abs(leg.gain.x)))
+            turns.append(each.turns * float(leg.gain.yaw))
+    except _TooLongError:
+        return None
+    return Extent(math.fsum(steps), math.fsum(turns))
+
+
+def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
+    """The extent of a movement without dice."""
     waiting = [movement]
     while waiting:
         part = waiting[-1]
@@ -48,17 +104,14 @@ def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
             waiting += unknown
             continue
         waiting.pop()
-        known[id(part)] = _extent(part, [known[id(child)] for child in inner], most)
+        known[id(part)] = _combined(part, [known[id(child)] for child in inner], most)
     return known[id(movement)]
 
 
-def _extent(part: Movement, inner: list[Extent | None], most: int) -> Extent | None:
+def _combined(part: Movement, inner: list[Extent], most: int) -> Extent:
     if isinstance(part, (algebra.Hold, algebra.Parallel)):
-        return _walked(part, most)
-    known = [each for each in inner if each]
-    if len(known) < len(inner):
-        return None
-    steps, turns = math.fsum(each.steps for each in known), math.fsum(each.turns for each in known)
+        return _walked(_Leg(part, SAME, False, None), iter(range(most)))
+    steps, turns = math.fsum(each.steps for each in inner), math.fsum(each.turns for each in inner)
     if isinstance(part, algebra.Repeat):
         return Extent(steps * (part.times or 0), turns * (part.times or 0))
     if isinstance(part, algebra.Gain):
@@ -67,129 +120,178 @@ def _extent(part: Movement, inner: list[Extent | None], most: int) -> Extent | N
     return Extent(steps, turns)
 
 
-def _walked(part: Movement, most: int) -> Extent | None:
+def _walked(leg: _Leg, budget: Iterator[int]) -> Extent:
     steps, turns = [], []
-    for count, moment in enumerate(islice(walk(part, merge=True), most + 1)):
-        if count == most:
-            return None
+    for moment in walk(leg.movement, merge=True, dice=leg.dice):
+        _spend(budget)
         x, y, z, yaw = (float(value * moment.duration) for value in moment.velocity)
         steps.append(math.hypot(x, y, z))
         turns.append(yaw)
     return Extent(math.fsum(steps), math.fsum(turns))
 
 
-def pose_at(part: Part, beat: Exact) -> Pose | None:
-    """A robot's ideal pose at a beat of the performance; None if its parallel voices are too long to walk.
+def _spend(budget: Iterator[int]) -> None:
+    if next(budget, None) is None:
+        raise _TooLongError
 
-    Repeats are multiplied, not walked: the billionth repetition costs no more than the second.
+
+def pose_at(part: Part, beat: Exact) -> Pose | None:
+    """A robot's ideal pose at a beat of the performance; None if voices are too long to walk, or dice too many.
+
+    Repeats without dice are multiplied, not walked: the billionth repetition costs no more than the second.
     """
     passed = min(max(beat - part.begins, 0), part.movement.duration)
-    gone = _way(_Leg(part.movement, SAME, False), passed, part.profile)
-    return None if gone is None else (part.entered or part.start).then(gone)
+    try:
+        return (part.entered or part.start).then(_way(_Leg.first(part.movement), passed, part.profile))
+    except _TooLongError:
+        return None
 
 
-class _Leg(NamedTuple):
-    """A part of a movement as it plays: with its velocities multiplied by `gain`, and perhaps backward."""
-
-    movement: Movement
-    gain: Velocity
-    backward: bool
-
-
-def _way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
+def _way(leg: _Leg, until: Duration, profile: Profile) -> Pose:
     """How the first `until` beats of a leg move a robot, as a pose relative to its start."""
-    known: dict[tuple[int, Velocity, bool], Pose | None] = {}
+    known: dict[tuple[int, Velocity, bool], Pose] = {}
+    budget = iter(range(MOST_THROWN))
     way = Pose()
-    while True:
-        part = leg.movement
-        if until >= part.duration:
-            rest = _whole(leg, profile, known)
-        elif part.uniform is not None or isinstance(part, algebra.Parallel):
-            rest = _walked_way(leg, until, profile)
-        else:
-            before, leg, until = _split(leg, until)
-            for other, times in before:
-                whole = _whole(other, profile, known)
-                if whole is None:
-                    return None
-                way = way.then(_times(whole, times))
-            continue
-        return None if rest is None else way.then(rest)
+    while until < leg.movement.duration and not leg.is_walked:
+        before, leg, until = _split(leg, until)
+        for each, times in before:
+            way = way.then(_times(_whole(each, profile, known, budget), times))
+    if until < leg.movement.duration:
+        return way.then(_walked_way(leg, until, profile, budget if leg.dice else None))
+    return way.then(_whole(leg, profile, known, budget))
 
 
-def _split(leg: _Leg, until: Duration) -> tuple[list[tuple[_Leg, int]], _Leg, Duration]:
+def _split(leg: _Leg, until: Duration) -> tuple[Iterable[tuple[_Leg, int]], _Leg, Duration]:
     """The inner legs that finish within `until` beats and how often; the one that doesn't, and how far it gets."""
-    part, gain, backward = leg
-    if isinstance(part, algebra.Series):
-        done: list[tuple[_Leg, int]] = []
-        for item in reversed(part.items) if backward else part.items:
-            inner = _Leg(item, gain, backward)
-            if until < item.duration:
-                return done, inner, until
-            done.append((inner, 1))
-            until -= item.duration
+    part = leg.movement
     if isinstance(part, algebra.Repeat) and part.body.duration != ENDLESS:
         turns, until = divmod(until, part.body.duration)
-        inner = _Leg(part.body, gain, backward)
+        if leg.dice:
+            return ((_turn(leg, turn), 1) for turn in range(int(turns))), _turn(leg, int(turns)), until
+        (inner,) = _inside(leg)
         return [(inner, int(turns))], inner, until
-    (inner,) = _inside(leg)
-    return [], inner, until * part.rate if isinstance(part, algebra.Pace) else until
+    done: list[tuple[_Leg, int]] = []
+    for inner in _inside(leg):
+        if isinstance(part, (Ramp, algebra.Pace)):
+            until = _played(part, until, leg.backward)
+        if until < inner.movement.duration:
+            break
+        done.append((inner, 1))
+        until -= inner.movement.duration
+    return done, inner, until
 
 
-def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose | None]) -> Pose | None:
-    """How a whole leg moves a robot. Inner legs come first, without recursion."""
+def _played(part: Ramp | algebra.Pace, until: Duration, backward: bool) -> Duration:
+    """How many beats of the body are played in the first `until` beats, or the last ones if `backward`."""
+    if isinstance(part, algebra.Pace):
+        return until * part.rate
+    assert not isinstance(until, float)
+    assert not isinstance(part.duration, float)
+    return part.body.duration - part.played(part.duration - until) if backward else part.played(until)
+
+
+def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose], budget: Iterator[int]) -> Pose:
+    """How a whole leg moves a robot."""
+    way = Pose()
+    for each in _decided(leg, budget):
+        if each.dice:
+            way = way.then(_walked_way(each, each.movement.duration, profile, budget))
+        else:
+            way = way.then(_whole_without_dice(each, profile, known))
+    return way
+
+
+def _whole_without_dice(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose]) -> Pose:
+    """Inner legs come first, without recursion."""
     waiting = [leg]
     while waiting:
-        part, gain, backward = waiting[-1]
-        inner = _inside(waiting[-1])
-        unknown = [each for each in inner if (id(each.movement), each.gain, each.backward) not in known]
+        now = waiting[-1]
+        inner = [] if now.is_walked else list(_inside(now))
+        unknown = [each for each in inner if _key(each) not in known]
         if unknown:
             waiting += unknown
             continue
-        now = waiting.pop()
-        if not inner:
-            known[id(part), gain, backward] = _walked_way(now, part.duration, profile)
+        waiting.pop()
+        if now.is_walked:
+            known[_key(now)] = _walked_way(now, now.movement.duration, profile)
             continue
-        way: Pose | None = Pose()
+        way = Pose()
         for each in inner:
-            one = known[id(each.movement), each.gain, each.backward]
-            way = way.then(one) if way and one else None
-        if way and isinstance(part, algebra.Repeat):
-            way = _times(way, part.times or 0)
-        known[id(part), gain, backward] = way
-    return known[id(leg.movement), leg.gain, leg.backward]
+            way = way.then(known[_key(each)])
+        known[_key(now)] = _times(way, now.movement.times or 0) if isinstance(now.movement, algebra.Repeat) else way
+    return known[_key(leg)]
 
 
-def _inside(leg: _Leg) -> list[_Leg]:
-    """The inner legs in the order they play; none if the leg is walked as a whole."""
-    part, gain, backward = leg
-    if part.uniform is not None or isinstance(part, algebra.Parallel):
-        return []
+def _key(leg: _Leg) -> tuple[int, Velocity, bool]:
+    return id(leg.movement), leg.gain, leg.backward
+
+
+def _decided(leg: _Leg, budget: Iterator[int]) -> Iterator[_Leg]:
+    """A leg as a series of legs without dice, and of voices with dice."""
+    stack = [iter((leg,))]
+    while stack:
+        each = next(stack[-1], None)
+        if each is None:
+            stack.pop()
+        elif each.dice is None or each.is_walked:
+            yield each
+        elif each.movement.duration:  # an endless repeat of nothing is over at once
+            _spend(budget)
+            stack.append(_inside(each))
+
+
+def _inside(leg: _Leg) -> Iterator[_Leg]:
+    """The inner legs in the order they play; the body of a repeat without dice only once."""
+    part, gain, backward, dice = leg
     if isinstance(part, algebra.Gain):
-        gain = gain.times(part.gain)
-    if isinstance(part, algebra.Reverse):
-        backward = not backward
-    inner = [_Leg(child, gain, backward) for child in algebra.parts(part)]
-    return inner[::-1] if leg.backward else inner
+        yield _Leg(part.body, gain.times(part.gain), backward, dice)
+    elif isinstance(part, algebra.Reverse):
+        yield _Leg(part.body, gain, not backward, dice)
+    elif isinstance(part, algebra.Repeat) and dice:
+        yield from (_turn(leg, turn) for turn in (count() if part.times is None else range(part.times)))
+    elif isinstance(part, Shuffle):
+        assert dice
+        items = [leg.to(item, own) for item, own in in_order(part, dice)]
+        yield from reversed(items) if backward else items
+    elif isinstance(part, (Choose, Chance, Seed, Throwing)):
+        assert dice
+        yield leg.to(*decided(part, dice))
+    elif isinstance(part, algebra.Series):
+        for index in range(len(part.items) - 1, -1, -1) if backward else range(len(part.items)):
+            yield leg.to(part.items[index], dice and dice.after(part.first_throws[index]))
+    else:
+        (body,) = algebra.parts(part)
+        yield leg.to(body, dice)
 
 
-def _walked_way(leg: _Leg, until: Duration, profile: Profile) -> Pose | None:
+def _turn(leg: _Leg, turn: int) -> _Leg:
+    """A turn of a repeat with dice, counted in the order they play."""
+    part = leg.movement
+    assert isinstance(part, algebra.Repeat)
+    assert leg.dice
+    if leg.backward and part.times is not None:
+        turn = part.times - 1 - turn
+    return leg.to(part.body, at_turn(part, leg.dice, turn))
+
+
+def _walked_way(leg: _Leg, until: Duration, profile: Profile, budget: Iterator[int] | None = None) -> Pose:
+    """How the first `until` beats of a leg of constant velocity or of voices move a robot."""
     if leg.movement.uniform is not None:
         moving = twist(leg.movement.uniform.times(leg.gain), profile, A_BEAT_A_SECOND)
         return Pose().after(moving, float(until))
     period = _period(leg.movement)
     if period and until > period:
         turns, rest = divmod(until, period)
-        once, last = _walked_way(leg, period, profile), _walked_way(leg, rest, profile)
-        return None if once is None or last is None else _times(once, int(turns)).then(last)
+        once, last = (_walked_way(leg, beats, profile, budget) for beats in (period, rest))
+        return _times(once, int(turns)).then(last)
     movement = algebra.reverse(leg.movement) if leg.backward else leg.movement
+    budget = budget or iter(range(MOST_WALKED))
     way = Pose()
-    for walked, moment in enumerate(walk(movement, merge=True)):
+    for moment in walk(movement, merge=True, dice=leg.dice):
         left = until - moment.start
         if left <= 0:
             break
-        if walked == MOST_WALKED:
-            return None
+        _spend(budget)
         velocity = moment.velocity.times(leg.gain)
         moving = twist(velocity, profile, A_BEAT_A_SECOND)
         way = way.after(moving, float(min(moment.duration, left)))
@@ -204,6 +306,8 @@ def _period(movement: Movement) -> Exact | None:
 
     0 if the velocity never changes. The period is the same backward.
     """
+    if movement.dice:
+        return None
     rate = Fraction(1)
     while movement.uniform is None and isinstance(movement, _SINGLE):
         rate *= movement.rate if isinstance(movement, algebra.Pace) else 1
@@ -215,7 +319,7 @@ def _period(movement: Movement) -> Exact | None:
     if not isinstance(movement, algebra.Parallel):
         return None
     common = Fraction(0)
-    for voice in movement.voices:
+    for voice in movement.items:
         period = _period(voice)
         if period is None:
             return None

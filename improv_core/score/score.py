@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, NamedTuple, TypedDict
 
+from improv_core.score import dice as chances
 from improv_core.score import movement as algebra
+from improv_core.score import ramps
 from improv_core.score import world as worlds
 from improv_core.score.fits import checked, fits
 from improv_core.score.motion import Pose, Twist
@@ -111,41 +113,56 @@ def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
 
 
 @dataclass(slots=True)
-class Shared:
-    """What writer and reader of scores have in common: the movements so far, numbered in their order, and the parts of
-    the latest score. Each side has its own."""
+class Written:
+    """The rows that a reader of scores has been written, numbered in their order, and the parts of the latest score."""
 
-    movements: list[Movement] = field(default_factory=list)
+    rows: dict[tuple[Any, ...], int] = field(default_factory=dict)
     numbers: dict[int, int] = field(default_factory=dict)
-    """Used by the writer: the numbers of its movements, by their id()."""
-    parts: Mapping[str, Part] = field(default_factory=dict)
+    """By the id() of movements, which are kept, so that their id() stays their own."""
+    movements: list[Movement] = field(default_factory=list)
+    parts: dict[str, _Written] = field(default_factory=dict)
     whole: int = 0
-    """The number of movements in the first score, which was written whole."""
+    """The number of rows of the first score, which was written whole."""
 
     @property
     def is_stale(self) -> bool:
-        """Whether it should start over, as most of its movements may belong to scores that no longer play."""
-        return len(self.movements) > 2 * self.whole + MOST_KNOWN
+        """Whether it should start over, as most of its rows may belong to scores that no longer play."""
+        return len(self.rows) > 2 * self.whole + MOST_KNOWN
+
+
+class _Written(NamedTuple):
+    movement: int
+    part: Part
+
+
+@dataclass(slots=True)
+class Read:
+    """The movements that a reader of scores has, numbered in their order, and the parts of the latest score."""
+
+    movements: list[Movement] = field(default_factory=list)
+    parts: Mapping[str, Part] = field(default_factory=dict)
 
 
 class LackingError(Exception):
     """A score counts on movements or parts that its reader does not have."""
 
 
-def to_json(score: Score, shared: Shared | None = None) -> dict[str, Any]:
-    """The score as JSON values, without what the reader has: `shared` is what was written for it before.
+def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
+    """The score as JSON values, without what the reader has: `written` is what was written for it before.
 
     Each distinct movement is listed once, after the movements inside it. A part that is the same as in the score before
     is null.
     """
-    shared = shared or Shared()
-    known, before = len(shared.movements), shared.parts
+    written = Written() if written is None else written
+    known = len(written.rows)
     rows: list[list[Any]] = []
-    parts: dict[str, dict[str, Any] | None] = {}
-    for name, part in score.parts.items():
-        parts[name] = None if before.get(name) == part else _part_json(part, rows, shared)
-    shared.parts = score.parts
-    shared.whole = shared.whole or len(rows)
+    now = {name: _Written(_add(part.movement, rows, written), part) for name, part in score.parts.items()}
+    parts = {
+        name: None if name in written.parts and _are_alike(written.parts[name], each) else _part_json(each)
+        for name, each in now.items()
+    }
+    written.parts = now
+    written.whole = written.whole or len(rows)
     program = {"text": score.text, "offsets": list(score.offsets.items())}
     return {
         "tempo": str(score.tempo),
@@ -158,9 +175,14 @@ def to_json(score: Score, shared: Shared | None = None) -> dict[str, Any]:
     }
 
 
-def _part_json(part: Part, rows: list[list[Any]], shared: Shared) -> dict[str, Any]:
+def _are_alike(one: _Written, other: _Written) -> bool:
+    return one.movement == other.movement and replace(one.part, movement=other.part.movement) == other.part
+
+
+def _part_json(written: _Written) -> dict[str, Any]:
+    part = written.part
     return {
-        "movement": _add(part.movement, rows, shared),
+        "movement": written.movement,
         "profile": asdict(part.profile),
         "start": asdict(part.start),
         "topic": part.topic,
@@ -202,23 +224,23 @@ class _ScoreJson(TypedDict):
     safety: _SafetyJson
 
 
-def from_json(data: Mapping[str, Any], shared: Shared | None = None) -> Score:
-    """The score that `to_json` wrote. `shared` is what was read before it; a score that can't be read adds nothing.
+def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
+    """The score that `to_json` wrote. `read` is what was read before it; a score that can't be read adds nothing.
 
     Raises `LackingError` if that is not what the writer counts on, and an exception on anything that is no score or is
     too much to play.
     """
     if not fits(data, _ScoreJson):
         raise ValueError("it is not a score")
-    shared = shared or Shared()
+    read = Read() if read is None else read
     if data["known"] == 0:
-        shared.movements, shared.parts = [], {}
-    made, before = shared.movements, shared.parts
+        read.movements, read.parts = [], {}
+    made, before = read.movements, read.parts
     if data["known"] != len(made):
         raise LackingError
     try:
         for kind, *rest in data["movements"]:
-            made.append(_read(kind, rest, made))
+            made.append(_playable(_read(kind, rest, made)))
         parts = {
             name: _part(name, part, made) if part else _known_part(name, before) for name, part in data["parts"].items()
         }
@@ -226,14 +248,14 @@ def from_json(data: Mapping[str, Any], shared: Shared | None = None) -> Score:
     except Exception:
         del made[data["known"] :]
         raise
-    shared.parts = parts
+    read.parts = parts
     return score
 
 
 def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
     return Part(
         name,
-        _playable(_at(data["movement"], made)),
+        _at(data["movement"], made),
         checked(Profile, data["profile"]),
         checked(Pose, data["start"]),
         data["topic"],
@@ -264,32 +286,52 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
 
 def _playable(movement: Movement) -> Movement:
     """A movement that the language would take too, which bounds what it costs to walk it."""
-    duration = movement.duration
+    duration, bounds = movement.duration, movement.bounds
     if (
-        (duration > algebra.LARGEST**2 and duration != algebra.ENDLESS)
-        or movement.width > algebra.MOST_VOICES
-        or movement.bits > algebra.MOST_BITS
-        or algebra.is_too_fast(movement.peak)
+        (not isinstance(duration, float) and (duration > _LONGEST or algebra.bits(duration) > _MOST_DURATION_BITS))
+        or bounds.width > algebra.MOST_VOICES
+        or bounds.depth > algebra.MOST_DEPTH
+        or bounds.bits > algebra.MOST_BITS
+        or bounds.throws > algebra.MOST_THROWS
+        or algebra.is_too_fast(bounds.peak)
     ):
         raise ValueError("its numbers are too large or its voices too many")
     return movement
 
 
-def _add(whole: Movement, rows: list[list[Any]], shared: Shared) -> int:
-    """Append the rows of a movement, inner ones first. Its number. Uses an explicit stack for long chains."""
-    waiting, indices = [whole], shared.numbers
+_LONGEST = algebra.LARGEST**2
+_MOST_DURATION_BITS = 4 * algebra.MOST_BITS
+"""The durations of one robot's statements share a denominator of up to `MOST_BITS`."""
+
+
+def _add(whole: Movement, rows: list[list[Any]], written: Written) -> int:
+    """Append the rows of a movement that are new, inner ones first, and return its number.
+
+    Uses an explicit stack for long chains. A movement that is made anew for each score, but has the same row, is known.
+    """
+    waiting, known, made = [whole], written.numbers, dict[int, int]()
     while waiting:
         part = waiting[-1]
-        inner = [child for child in algebra.parts(part) if id(child) not in indices]
+        inner = [child for child in algebra.parts(part) if id(child) not in known and id(child) not in made]
         if inner:
             waiting += inner
             continue
         waiting.pop()
-        if id(part) not in indices:
-            indices[id(part)] = len(shared.movements)
-            shared.movements.append(part)  # which also keeps its id() its own
-            rows.append(_row(part, [indices[id(child)] for child in algebra.parts(part)]))
-    return indices[id(whole)]
+        if id(part) in known or id(part) in made:
+            continue
+        row = _row(part, [made[key] if (key := id(child)) in made else known[key] for child in algebra.parts(part)])
+        key_of_row = _frozen(row)
+        if key_of_row in written.rows:
+            made[id(part)] = written.rows[key_of_row]
+            continue
+        known[id(part)] = written.rows[key_of_row] = len(written.rows)
+        written.movements.append(part)
+        rows.append(row)
+    return made[id(whole)] if id(whole) in made else known[id(whole)]
+
+
+def _frozen(row: Sequence[Any]) -> tuple[Any, ...]:
+    return tuple(_frozen(each) if isinstance(each, (list, tuple)) else each for each in row)
 
 
 def _row(part: Movement, inner: list[int]) -> list[Any]:
@@ -307,7 +349,20 @@ def _row(part: Movement, inner: list[int]) -> list[Any]:
         return ["gain", inner[0], [_number(value) for value in part.gain]]
     if isinstance(part, algebra.Use):
         return ["use", inner[0], part.span, part.statement]
-    return ["reverse", inner[0]]
+    if isinstance(part, algebra.Reverse):
+        return ["reverse", inner[0]]
+    if isinstance(part, ramps.Ramp):
+        return ["ramp", inner[0], *map(_number, part.rates)] if part.rates else ["ease", inner[0]]
+    if isinstance(part, chances.Choose):
+        return ["choose", inner]
+    if isinstance(part, chances.Shuffle):
+        return ["shuffle", inner]
+    if isinstance(part, chances.Chance):
+        return ["chance", inner[0], str(part.probability), part.span]
+    if isinstance(part, chances.Seed):
+        return ["seed", inner[0], str(part.number)]
+    assert isinstance(part, chances.Throwing)
+    return ["throwing", inner[0], part.throw]
 
 
 def _number(value: algebra.Exact) -> int | str:
@@ -338,6 +393,12 @@ def _velocity(numbers: Sequence[int | str]) -> Velocity:
     return Velocity(*(_exact(number) for number in numbers))
 
 
+def _count(number: object) -> int:
+    if type(number) is not int or not 0 <= number <= algebra.MOST_THROWS:
+        raise ValueError("a count is wrong")
+    return number
+
+
 def _span(span: list[int] | None) -> Span | None:
     if span is None:
         return None
@@ -357,15 +418,11 @@ def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
     if kind == "hold":
         velocity, duration, span = rest
         return algebra.hold(_velocity(velocity), _above_zero(duration), _span(span))
-    if kind == "series":
-        return algebra.series([_at(place, made) for place in rest[0]])
-    if kind == "parallel":
-        return algebra.parallel([_at(place, made) for place in rest[0]])
+    if make := _OF_SEVERAL.get(kind):
+        return make([_at(place, made) for place in rest[0]])
     body = _at(rest[0], made)
     if kind == "repeat":
-        if rest[1] is not None and (type(rest[1]) is not int or rest[1] < 0):
-            raise ValueError("a number of repeats is wrong")
-        return algebra.repeat(body, rest[1])
+        return algebra.repeat(body, None if rest[1] is None else _count(rest[1]))
     if kind == "pace":
         return algebra.pace(body, Fraction(_above_zero(rest[1])))
     if kind == "gain":
@@ -376,4 +433,22 @@ def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
         return algebra.use(body, _span(rest[1]), rest[2])
     if kind == "reverse":
         return algebra.reverse(body)
+    if kind == "ramp":
+        return ramps.ramp(body, _exact(rest[1]), _exact(rest[2]))
+    if kind == "ease":
+        return ramps.ease(body)
+    if kind == "chance":
+        return chances.chance(body, Fraction(_exact(rest[1])), _span(rest[2]))
+    if kind == "seed":
+        return chances.seed(body, Fraction(_exact(rest[1])))
+    if kind == "throwing":
+        return chances.throwing(body, _count(rest[1]))
     raise ValueError(f"no movement is called {kind!r}")
+
+
+_OF_SEVERAL: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
+    "series": algebra.series,
+    "parallel": algebra.parallel,
+    "choose": chances.choose,
+    "shuffle": chances.shuffle,
+}

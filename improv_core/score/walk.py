@@ -1,13 +1,30 @@
-"""The walk of a movement: its stretches of constant velocity, one by one, however often it repeats."""
+"""The walk of a movement: its stretches of constant velocity, one by one, however often it repeats.
+
+It may start at any beat and go backward. What comes before that beat is computed, not walked: that takes time in
+proportion to the depth of the movement and to the items of the shuffles around that beat.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
-from itertools import count
+from itertools import accumulate, count
 from typing import NamedTuple
 
+from improv_core.score.dice import (
+    ROBOTS,
+    Chance,
+    Choose,
+    Dice,
+    Seed,
+    Shuffle,
+    Throwing,
+    at_turn,
+    decided,
+    dice_of,
+    in_order,
+)
 from improv_core.score.movement import (
     ENDLESS,
     NORMAL,
@@ -27,6 +44,7 @@ from improv_core.score.movement import (
     Velocity,
     all_by,
 )
+from improv_core.score.ramps import Ramp, Step
 from improv_core.text import Span
 
 
@@ -49,19 +67,23 @@ class Moment(NamedTuple):
     sources: tuple[Source, ...]
 
 
-def walk(movement: Movement, start: Exact = 0, *, merge: bool = False) -> Iterator[Moment]:
+def walk(movement: Movement, start: Exact = 0, *, merge: bool = False, dice: Dice | None = None) -> Iterator[Moment]:
     """The moments of a movement from beat `start` on, in order, without gaps. None is empty.
 
     With `merge`, a finite part of constant velocity is one moment, no matter how often it repeats, without sources.
+    `dice` are those at its beginning: by default, the first of the robots' stream.
     """
-    for duration, velocity, sources in _moments(movement, start, False, merge, _NOWHERE):
+    if movement.dice and not dice:
+        dice = dice_of(ROBOTS)
+    for duration, velocity, sources in _moments((movement, start, False, dice), merge, _NOWHERE):
         yield Moment(start, duration, velocity, sources)
         start += duration
 
 
 _NOWHERE = -1  # the statement ID of movements outside all statements
 _Piece = tuple[Exact, Velocity, tuple[Source, ...]]
-_Visit = tuple[Movement, Duration, bool]  # a part, the beat in it to start at, and whether to go backward
+_Visit = tuple[Movement, Duration, bool, Dice | None]
+"""A part, the beat in it to start at, whether to go backward, and the dice at its start if it has any."""
 
 
 class _Frame(NamedTuple):
@@ -72,44 +94,57 @@ class _Frame(NamedTuple):
     sources: tuple[Source, ...]
 
 
-def _moments(movement: Movement, at: Duration, backward: bool, merge: bool, statement: int) -> Iterator[_Piece]:
-    """Uses an explicit stack, so long chains of names need no recursion. Only nested voices recurse."""
-    stack = [_Frame(iter(((movement, at, backward),)), NORMAL, SAME, statement, ())]
+def _moments(visit: _Visit, merge: bool, statement: int) -> Iterator[_Piece]:
+    """Uses an explicit stack, so long chains of names need no recursion. Only nested voices and ramps recurse."""
+    stack = [_Frame(iter((visit,)), NORMAL, SAME, statement, ())]
     while stack:
         visits, rate, gain, statement, sources = stack[-1]
-        visit = next(visits, None)
-        if visit is None:
+        due = next(visits, None)
+        if due is None:
             stack.pop()
             continue
-        part, at, backward = visit
+        part, at, backward, dice = due
         left = at if backward else part.duration - at
-        if not left:
-            continue
-        if isinstance(part, Hold) or (merge and part.uniform is not None and left != ENDLESS):
-            assert part.uniform is not None
-            assert not isinstance(left, float)
-            own = (*sources, Source(statement, part.span)) if isinstance(part, Hold) and part.span else sources
-            yield *_at_rate(left, part.uniform.times(gain), rate), own
-        elif isinstance(part, Parallel):
-            for duration, velocity, inner in _together(part, at, backward, merge, statement):
-                yield *_at_rate(duration, velocity.times(gain), rate), sources + inner
-        elif isinstance(part, Pace):
-            inside = iter(((part.body, at * part.rate, backward),))
-            stack.append(_Frame(inside, rate * part.rate, gain, statement, sources))
-        elif isinstance(part, Gain):
-            inside = iter(((part.body, at, backward),))
-            stack.append(_Frame(inside, rate, gain.times(part.gain), statement, sources))
-        elif isinstance(part, Reverse):
-            inside = iter(((part.body, part.duration - at, not backward),))
-            stack.append(_Frame(inside, rate, gain, statement, sources))
-        elif isinstance(part, Use):
-            inside = iter(((part.body, at, backward),))
-            here = (*sources, Source(statement, part.span)) if part.span else sources
-            stack.append(_Frame(inside, rate, gain, part.statement, here))
-        elif isinstance(part, Repeat):
-            stack.append(_Frame(_turns(part, at, backward), rate, gain, statement, sources))
-        elif isinstance(part, Series):
-            stack.append(_Frame(_items(part, at, backward), rate, gain, statement, sources))
+        while left:
+            if isinstance(part, Hold) or (merge and part.uniform is not None and left != ENDLESS):
+                assert part.uniform is not None
+                assert not isinstance(left, float)
+                own = (*sources, Source(statement, part.span)) if isinstance(part, Hold) and part.span else sources
+                yield *_at_rate(left, part.uniform.times(gain), rate), own
+                break
+            if isinstance(part, Use):
+                sources = (*sources, Source(statement, part.span)) if part.span else sources
+                statement, part = part.statement, part.body
+            elif isinstance(part, Series):
+                stack.append(_Frame(_items(part, at, backward, dice), rate, gain, statement, sources))
+                break
+            elif isinstance(part, Repeat):
+                stack.append(_Frame(_turns(part, at, backward, dice), rate, gain, statement, sources))
+                break
+            elif isinstance(part, Pace):
+                rate *= part.rate
+                at, left, part = at * part.rate, left * part.rate, part.body
+            elif isinstance(part, Gain):
+                gain, part = gain.times(part.gain), part.body
+            elif isinstance(part, Reverse):
+                at, backward, part = part.duration - at, not backward, part.body
+            elif isinstance(part, Shuffle):
+                assert dice
+                stack.append(_Frame(_shuffled(part, at, backward, dice), rate, gain, statement, sources))
+                break
+            elif isinstance(part, (Parallel, Ramp)):
+                pieces = (
+                    _together(part, at, backward, dice, merge, statement)
+                    if isinstance(part, Parallel)
+                    else _in_steps(part, at, backward, dice, merge, statement)
+                )
+                for duration, velocity, inner in pieces:
+                    yield *_at_rate(duration, velocity.times(gain), rate), sources + inner
+                break
+            else:
+                assert isinstance(part, (Choose, Chance, Seed, Throwing))
+                assert dice
+                part, dice = decided(part, dice)
 
 
 def _at_rate(duration: Exact, velocity: Velocity, rate: Fraction) -> tuple[Exact, Velocity]:
@@ -117,41 +152,80 @@ def _at_rate(duration: Exact, velocity: Velocity, rate: Fraction) -> tuple[Exact
     return (duration, velocity) if rate is NORMAL else (duration / rate, velocity.times(all_by(rate)))
 
 
-def _items(part: Series, at: Duration, backward: bool) -> Iterator[_Visit]:
-    index = (bisect_left if backward else bisect_right)(part.ends, at)
-    if index == len(part.items):
+def _items(part: Series, at: Duration, backward: bool, dice: Dice | None) -> Iterator[_Visit]:
+    if dice is None or not part.first_throws:
+        return _one_by_one(part.items, part.ends, at, backward, lambda index: None)
+    return _one_by_one(part.items, part.ends, at, backward, lambda index: dice.after(part.first_throws[index]))
+
+
+def _shuffled(part: Shuffle, at: Duration, backward: bool, dice: Dice) -> Iterator[_Visit]:
+    items, dice_of_items = zip(*in_order(part, dice), strict=True)
+    ends = list(accumulate(item.duration for item in items))
+    return _one_by_one(items, ends, at, backward, dice_of_items.__getitem__)
+
+
+def _one_by_one(
+    items: Sequence[Movement],
+    ends: Sequence[Duration],
+    at: Duration,
+    backward: bool,
+    dice_of_item: Callable[[int], Dice | None],
+) -> Iterator[_Visit]:
+    first = (bisect_left if backward else bisect_right)(ends, at)
+    if first == len(items):
         return
-    begin = part.ends[index - 1] if index else 0
-    yield part.items[index], at - begin, backward
+    begin = ends[first - 1] if first else 0
+    yield items[first], at - begin, backward, dice_of_item(first)
     if backward:
-        for item in reversed(part.items[:index]):
-            yield item, item.duration, True
+        for index in range(first - 1, -1, -1):
+            yield items[index], items[index].duration, True, dice_of_item(index)
     else:
-        for item in part.items[index + 1 :]:
-            yield item, 0, False
+        for index in range(first + 1, len(items)):
+            yield items[index], 0, False, dice_of_item(index)
 
 
-def _turns(part: Repeat, at: Duration, backward: bool) -> Iterator[_Visit]:
-    body = part.body
-    if body.duration == ENDLESS:
-        yield body, at, backward
-        return
-    turns, inside = divmod(at, body.duration)
-    yield body, inside, backward
-    rest: Iterable[int]
-    if backward:
-        rest = range(int(turns))
-    elif part.times is None:
-        rest = count()
-    else:
-        rest = range(int(turns) + 1, part.times)
-    for _ in rest:
-        yield body, body.duration if backward else 0, backward
+def _turns(part: Repeat, at: Duration, backward: bool, dice: Dice | None) -> Iterator[_Visit]:
+    body, turn = part.body, 0
+    if body.duration != ENDLESS:
+        turns, at = divmod(at, body.duration)
+        turn = int(turns)
+    onward: Iterable[int] = count(turn) if part.times is None else range(turn, part.times)
+    for each in range(turn, -1, -1) if backward else onward:
+        yield body, at, backward, dice and at_turn(part, dice, each)
+        at = body.duration if backward else 0
 
 
-def _together(part: Parallel, at: Duration, backward: bool, merge: bool, statement: int) -> Iterator[_Piece]:
+def _in_steps(
+    part: Ramp, at: Duration, backward: bool, dice: Dice | None, merge: bool, statement: int
+) -> Iterator[_Piece]:
+    """A ramp: each piece ends as soon as its body or its rate changes."""
+    assert not isinstance(at, float)
+    steps = part.steps_from(at, backward)
+    beats, rate = next(steps)
+    for left, velocity, sources in _moments((part.body, part.played(at), backward, dice), merge, statement):
+        while beats * rate <= left:
+            yield beats, velocity.times(all_by(rate)), sources
+            left -= beats * rate
+            beats, rate = next(steps, _NO_STEP)
+            if not left:
+                break
+        else:
+            yield left / rate, velocity.times(all_by(rate)), sources
+            beats -= left / rate
+
+
+_NO_STEP = Step(Fraction(0), NORMAL)  # after the last one, at which the body ends too
+
+
+def _together(
+    part: Parallel, at: Duration, backward: bool, dice: Dice | None, merge: bool, statement: int
+) -> Iterator[_Piece]:
     """Parallel voices: each piece ends as soon as one voice changes."""
-    voices = [_moments(voice, at, backward, merge, statement) for voice in part.voices]
+    voices = [
+        _moments((voice, at, backward, dice and dice.inside(index)), merge, statement)
+        for index, voice in enumerate(part.items)
+        if voice.duration
+    ]
     pieces = [next(voice, None) for voice in voices]
     # Forward, the shortest voice ends first and cuts off the others. Backward, all reach their start together.
     while all(pieces):

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from functools import partial
+from hashlib import blake2b
+from itertools import accumulate
 
 import pytest
 from hypothesis import given
@@ -10,7 +15,12 @@ from hypothesis import strategies as st
 
 from improv_core.program.analysis import analyze
 from improv_core.score import movement as algebra
-from improv_core.score.movement import ENDLESS, SAME, Exact, Movement, Velocity, all_by
+from improv_core.score.dice import Chance, Choose, Seed, Shuffle, Throwing, chance, choose, seed, shuffle
+from improv_core.score.motion import Pose
+from improv_core.score.movement import ENDLESS, SAME, STILL, Exact, Movement, Velocity, all_by
+from improv_core.score.profiles import TURTLESIM
+from improv_core.score.ramps import Ramp, ease, ramp
+from improv_core.score.score import Part, Score
 from improv_core.score.walk import walk
 
 NOTHING = algebra.series(())
@@ -18,31 +28,109 @@ SAGITTAL = Velocity(SAME.x, -SAME.y, SAME.z, -SAME.yaw)
 factors = st.fractions(min_value=Fraction(1, 4), max_value=4, max_denominator=4)
 
 
-def velocity_at(movement: Movement, beat: Fraction) -> Velocity:
-    """V(t) straight from the definitions of docs/language.md: no walk, no merging."""
+def velocity_at(movement: Movement, beat: Fraction, stream: str = "0", throw: int = 0) -> Velocity:
+    """V(t) straight from the definitions of the language: no walk, no merging, dice by the text of their streams."""
+    within = partial(velocity_at, stream=stream, throw=throw)
     if isinstance(movement, algebra.Hold):
         return movement.velocity
     if isinstance(movement, algebra.Series):
-        for item in movement.items:
-            if beat < item.duration:
-                return velocity_at(item, beat)
-            beat -= Fraction(item.duration)
-        raise AssertionError("beyond the end")
+        reached = accumulate(map(throws, movement.items), initial=throw)
+        return _in_turn(movement.items, [(stream, each) for each in reached], beat)
     if isinstance(movement, algebra.Parallel):
-        voices = [velocity_at(voice, beat) for voice in movement.voices]
+        voices = [
+            velocity_at(voice, beat, *((f"{stream}/{throw}.{index}", 0) if has_dice(movement) else (stream, throw)))
+            for index, voice in enumerate(movement.items)
+            if voice.duration
+        ]
         return Velocity(*(sum(values, Fraction(0)) for values in zip(*voices, strict=True)))
     if isinstance(movement, algebra.Repeat):
-        turn = movement.body.duration
-        return velocity_at(movement.body, beat % Fraction(turn) if turn != ENDLESS else beat)
+        turn, inside = (
+            (0, beat) if movement.body.duration == ENDLESS else divmod(beat, Fraction(movement.body.duration))
+        )
+        if movement.times is None and has_dice(movement):
+            return velocity_at(movement.body, inside, f"{stream}/{throw}.0", turn * throws(movement.body))
+        return velocity_at(movement.body, inside, stream, throw + turn * throws(movement.body))
     if isinstance(movement, algebra.Pace):
-        return Velocity(*(value * movement.rate for value in velocity_at(movement.body, beat * movement.rate)))
+        return _times(within(movement.body, beat * movement.rate), movement.rate)
     if isinstance(movement, algebra.Gain):
-        body = velocity_at(movement.body, beat)
+        body = within(movement.body, beat)
         return Velocity(*(value * factor for value, factor in zip(body, movement.gain, strict=True)))
     if isinstance(movement, algebra.Reverse):
         # Reversed time turns each half-open piece around; a little before the mirrored beat is inside the right one.
-        return velocity_at(movement.body, Fraction(movement.duration) - beat - Fraction(1, 10**9))
+        return within(movement.body, Fraction(movement.duration) - beat - Fraction(1, 10**9))
+    if isinstance(movement, algebra.Use):
+        return within(movement.body, beat)
+    if isinstance(movement, Ramp):
+        played = Fraction(0)
+        for lasts, rate in steps_of(movement):
+            if beat < lasts:
+                return _times(within(movement.body, played + beat * rate), rate)
+            beat, played = beat - lasts, played + lasts * rate
+    if isinstance(movement, Choose):
+        chosen = thrown(stream, str(throw)) * len(movement.items) >> 64
+        return velocity_at(movement.items[chosen], beat, f"{stream}/{throw}.{chosen}", 0)
+    if isinstance(movement, Shuffle):
+        order = list(range(len(movement.items)))
+        for last in range(len(order) - 1, 0, -1):
+            other = thrown(stream, f"{throw}.{last}") * (last + 1) >> 64
+            order[last], order[other] = order[other], order[last]
+        places = [(f"{stream}/{throw}.{index}", 0) for index in order]
+        return _in_turn([movement.items[index] for index in order], places, beat)
+    if isinstance(movement, Chance):
+        happens = thrown(stream, str(throw)) < movement.probability * 2**64
+        return velocity_at(movement.body, beat, f"{stream}/{throw}.0", 0) if happens else STILL
+    if isinstance(movement, Seed):
+        return velocity_at(movement.body, beat, str(movement.number), 0)
+    if isinstance(movement, Throwing):
+        return velocity_at(movement.body, beat, "0", movement.throw)
     raise AssertionError(movement)
+
+
+def _in_turn(items: Sequence[Movement], places: Sequence[tuple[str, int]], beat: Fraction) -> Velocity:
+    for item, place in zip(items, places, strict=False):
+        if beat < item.duration:
+            return velocity_at(item, beat, *place)
+        beat -= Fraction(item.duration)
+    raise AssertionError("beyond the end")
+
+
+def _times(velocity: Velocity, rate: Fraction) -> Velocity:
+    return Velocity(*(value * rate for value in velocity))
+
+
+def thrown(stream: str, key: str) -> int:
+    return int.from_bytes(blake2b(f"{stream}:{key}".encode(), digest_size=8).digest(), "big")
+
+
+def has_dice(movement: Movement) -> bool:
+    return isinstance(movement, (Choose, Shuffle, Chance, Seed)) or any(map(has_dice, algebra.parts(movement)))
+
+
+def throws(movement: Movement) -> int:
+    """th(m), by the table of the language."""
+    if isinstance(movement, (Choose, Shuffle, Chance)):
+        return 1
+    if isinstance(movement, Seed) or not has_dice(movement):
+        return 0
+    if isinstance(movement, algebra.Parallel) or (isinstance(movement, algebra.Repeat) and movement.times is None):
+        return 1
+    times = (movement.times or 0) if isinstance(movement, algebra.Repeat) else 1
+    return times * sum(map(throws, algebra.parts(movement)))
+
+
+def steps_of(movement: Ramp) -> Iterator[tuple[Fraction, Fraction]]:
+    """The steps of `ramp a b m` and `ease m`, with their rates."""
+    body = Fraction(movement.body.duration)
+    if movement.rates:
+        start, end = movement.rates
+        lasts = 2 * body / (start + end)
+        steps = max(1, math.ceil(8 * lasts))
+        for step in range(steps):
+            yield lasts / steps, start + (end - start) * Fraction(2 * step + 1, 2 * steps)
+    else:
+        steps = max(1, math.ceil(2 * body))
+        rising = [(body / 4 / steps, Fraction(4, 3) * Fraction(2 * step + 1, 2 * steps)) for step in range(steps)]
+        yield from [*rising, (body / 2, Fraction(4, 3)), *reversed(rising)]
 
 
 def beats(movement: Movement) -> list[Fraction]:
@@ -72,7 +160,7 @@ def holds() -> st.SearchStrategy[Movement]:
     return st.builds(lambda x, y, yaw: algebra.hold(Velocity(x, y, Fraction(0), yaw)), steps, steps, steps)
 
 
-def combined(inner: st.SearchStrategy[Movement], endless: bool) -> st.SearchStrategy[Movement]:
+def combined(inner: st.SearchStrategy[Movement], endless: bool, dice: bool = False) -> st.SearchStrategy[Movement]:
     finite = inner.filter(lambda movement: movement.duration != ENDLESS)
     several = st.lists(inner, max_size=3)
     return st.one_of(
@@ -83,24 +171,59 @@ def combined(inner: st.SearchStrategy[Movement], endless: bool) -> st.SearchStra
         st.builds(algebra.pace, inner, factors),
         st.builds(algebra.gain, inner, st.just(SAGITTAL) | factors.map(all_by)),
         finite.map(algebra.reverse),
+        several.map(algebra.accumulate),
+        st.builds(algebra.fit, finite, factors),
+        st.builds(ramp, finite, rates, factors),
+        st.builds(ramp, finite, factors, rates),
+        finite.map(ease),
+        *(
+            [
+                several.map(shuffle),
+                st.lists(finite, max_size=3).map(chosen_of),
+                st.builds(chance, inner, st.fractions(Fraction(1, 4), 1, max_denominator=4)),
+                st.builds(seed, inner, factors),
+            ]
+            if dice
+            else []
+        ),
     )
+
+
+rates = st.just(Fraction(0)) | factors
+
+
+def chosen_of(items: list[Movement]) -> Movement:
+    """One of the items, all of which are made as long as the first that is not empty."""
+    lasting = [item for item in items if item.duration]
+    return choose([algebra.fit(item, Fraction(lasting[0].duration)) for item in lasting])
 
 
 finite_movements = st.recursive(holds(), lambda inner: combined(inner, False), max_leaves=8)
 movements = st.recursive(holds(), lambda inner: combined(inner, True), max_leaves=8)
+finite_dances = st.recursive(holds(), lambda inner: combined(inner, False, True), max_leaves=8)
+dances = st.recursive(holds(), lambda inner: combined(inner, True, True), max_leaves=8)
+"""Movements with dice."""
+
+
+def part_of(movement: Movement) -> Part:
+    return Part("r", movement, TURTLESIM, Pose(1, 2, 0, 0.5), "/r/cmd_vel")
+
+
+def score_of(movement: Movement) -> Score:
+    return Score(Fraction(60), {"r": part_of(movement)})
 
 
 def same(one: Movement, other: Movement) -> bool:
     return one.duration == other.duration and sampled(one) == sampled(other)
 
 
-@given(movements)
+@given(movements | dances)
 def test_walk_has_the_velocities_of_the_definition(movement: Movement) -> None:
     assert walked(movement) == sampled(movement)
     assert walked(movement, merge=True) == sampled(movement)
 
 
-@given(finite_movements)
+@given(finite_movements | finite_dances)
 def test_walk_is_as_long_as_the_movement_and_has_no_gaps(movement: Movement) -> None:
     end = Fraction(0)
     for moment in walk(movement):
@@ -110,7 +233,7 @@ def test_walk_is_as_long_as_the_movement_and_has_no_gaps(movement: Movement) -> 
     assert end == movement.duration
 
 
-@given(movements, st.fractions(0, 12, max_denominator=8))
+@given(movements | dances, st.fractions(0, 12, max_denominator=8))
 def test_walk_may_start_anywhere(movement: Movement, start: Fraction) -> None:
     if start >= movement.duration:
         assert list(walk(movement, Fraction(min(start, movement.duration)))) == []
@@ -155,7 +278,7 @@ def test_reflections_and_scale_multiply_velocities(m: Movement) -> None:
     assert same(algebra.gain(mirrored, SAGITTAL), m)
 
 
-@given(finite_movements, st.integers(0, 4))
+@given(finite_movements | finite_dances, st.integers(0, 4))
 def test_repeat_is_as_often_written_out(m: Movement, times: int) -> None:
     assert same(algebra.repeat(m, times), algebra.series([m] * times))
 

@@ -14,10 +14,10 @@ from improv_core.program.compiler import score_of
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Movement
 from improv_core.score.path import pose_at
-from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part, twist
 from improv_core.score.walk import walk
-from tests.score.test_movement import movements
+from tests.score.test_movement import dances, movements
+from tests.score.test_movement import part_of as part_with
 
 
 def part_of(program: str) -> Part:
@@ -42,9 +42,9 @@ def check(part: Part, beat: Fraction) -> None:
         assert getattr(found, axis) == pytest.approx(getattr(expected, axis), abs=1e-8)
 
 
-@given(movements, st.fractions(0, 12, max_denominator=24))
+@given(movements | dances, st.fractions(0, 12, max_denominator=24))
 def test_it_is_where_walking_leads(movement: Movement, beat: Fraction) -> None:
-    check(Part("r", movement, TURTLESIM, Pose(1, 2, 0, 0.5), "/r/cmd_vel"), beat)
+    check(part_with(movement), beat)
 
 
 def test_the_billionth_turn_costs_no_more_than_the_second() -> None:

@@ -10,7 +10,7 @@ import pytest
 from improv_core.playback.editions import Editions
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score import MOST_KNOWN, LackingError, Score, Shared, from_json, to_json
+from improv_core.score.score import MOST_KNOWN, LackingError, Read, Score, Written, from_json, to_json
 from improv_core.score.walk import walk
 
 PROGRAM = (
@@ -22,7 +22,7 @@ class Line:
     """A writer and a reader, with JSON in between."""
 
     def __init__(self) -> None:
-        self.editions, self.writer, self.reader, self.generation = Editions(), Shared(), Shared(), 0
+        self.editions, self.writer, self.reader, self.generation = Editions(), Written(), Read(), 0
 
     def write(self, analysis: Analysis) -> dict[str, Any]:
         self.generation += 1
@@ -73,7 +73,7 @@ def test_a_reader_that_has_missed_a_score_says_so_and_a_whole_one_helps() -> Non
     analysis = edited(analysis, "x4 x5", "x4 right x5")
     with pytest.raises(LackingError):
         line.read(line.write(analysis))
-    line.writer = Shared()
+    line.writer = Written()
     check(line.read(line.write(analysis)), analysis)
 
 
@@ -81,7 +81,7 @@ def test_a_part_that_nobody_has_sent_is_lacking() -> None:
     data = Line().write(analyze(PROGRAM))
     data["parts"]["anna"] = None
     with pytest.raises(LackingError):
-        from_json(data, Shared())
+        from_json(data, Read())
 
 
 def test_a_score_that_can_not_be_read_adds_nothing() -> None:
@@ -99,7 +99,7 @@ def test_the_movements_that_are_kept_do_not_grow_for_ever() -> None:
     line = Line()
     for turn in range(2, 20):
         if line.writer.is_stale:
-            line.writer = Shared()
+            line.writer = Written()
         analysis = analyze("".join(f"x{name} = forward left {turn}\nr $ x{name}\n" for name in range(300)))
         check(line.read(line.write(analysis)), analysis)
     assert len(line.reader.movements) < 2 * MOST_KNOWN

@@ -16,7 +16,7 @@ import pytest
 
 from improv_core import stage
 from improv_core.score.motion import STILL
-from improv_core.score.score import Shared, to_json
+from improv_core.score.score import Read, to_json
 from improv_core.stage.loop import End, Play, Unreadable
 from improv_core.stage.pipes import LONGEST, arrival
 from improv_core.stage.protocol import Load
@@ -59,7 +59,7 @@ def test_no_wrong_value_keeps_a_robot_moving() -> None:
     """Whatever is wrong: the stage refuses it, or plays it and ends; and every robot has heard zeros at the end."""
     seen = {Play: 0, Unreadable: 0}
     for wrong in variants(copy.deepcopy(LOAD)):
-        came = arrival(json.dumps(wrong).encode() + b"\n", Shared())
+        came = arrival(json.dumps(wrong).encode() + b"\n", Read())
         if isinstance(came, (Play, Unreadable)):
             seen[type(came)] += 1
         if isinstance(came, Play):
@@ -90,7 +90,7 @@ VOICES = [["hold", [1, 0, 0, 0], 1, None], ["hold", [0, 0, 0, 1], 1, None]]
 def test_a_score_out_of_range_is_refused_and_stops_the_robots(change: dict[str, Any]) -> None:
     data = {**LOAD["score"], **change}
     data["parts"] = {"r": {**data["parts"]["r"], "movement": len(data["movements"]) - 1}}
-    came = arrival(json.dumps({**LOAD, "score": data}).encode(), Shared())
+    came = arrival(json.dumps({**LOAD, "score": data}).encode(), Read())
     assert isinstance(came, Unreadable)
     assert came.is_score
     sink = Memory()

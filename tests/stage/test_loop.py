@@ -14,7 +14,7 @@ import pytest
 
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.movement import series
-from improv_core.score.score import Deadman, Safety, Score, Shared, to_json
+from improv_core.score.score import Deadman, Read, Safety, Score, to_json
 from improv_core.stage.loop import Arrival, End, Opened, Play, Reading, run
 from improv_core.stage.pipes import arrival
 from improv_core.stage.protocol import (
@@ -156,7 +156,7 @@ def test_a_score_that_can_not_be_played_is_one_error_and_stops_the_robots(moveme
     data["movements"], data["parts"]["r"]["movement"] = movements, len(movements) - 1
     message: Load = {"type": "load", "generation": 2, "score": data, "when": "restart", "backend": "memory"}
     told = perform(
-        sink, (0, load("r $ repeat forward\n")), (0.51, arrival(json.dumps(message).encode(), Shared())), (9, End())
+        sink, (0, load("r $ repeat forward\n")), (0.51, arrival(json.dumps(message).encode(), Read())), (9, End())
     )
     (line,) = errors(told)
     assert line.startswith("this program can't be played: ")
@@ -173,7 +173,7 @@ def test_a_sink_that_fails_at_a_new_score_ends_the_stage_which_stops_the_robots(
 
 def test_a_line_that_is_no_message_is_one_error_and_what_plays_goes_on() -> None:
     sink = Memory()
-    told = perform(sink, (0, load("r $ forward\n")), (0.51, arrival(b"no JSON\n", Shared())), (9, End()))
+    told = perform(sink, (0, load("r $ forward\n")), (0.51, arrival(b"no JSON\n", Read())), (9, End()))
     assert errors(told) == ["this line is not JSON"]
     assert zeros(sink, "r") == [1, 1.05, 1.1]
 

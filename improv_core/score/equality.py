@@ -1,0 +1,65 @@
+"""Whether two movements are the same, apart from where they are written. Standard library only."""
+
+from __future__ import annotations
+
+from improv_core.score.dice import Chance, Seed, Throwing
+from improv_core.score.movement import Gain, Hold, Movement, Pace, Repeat, Use, parts
+from improv_core.score.ramps import Ramp
+
+
+def same(one: Movement, other: Movement) -> bool:
+    """Whether two movements are made alike, names aside, and throw alike: then they play alike.
+
+    Shared movements are compared once, by Hopcroft and Karp's algorithm for finite automata: each pair is taken as
+    equal while the parts are compared, so each distinct movement is compared at most once. It needs no recursion.
+    """
+    leaders: dict[int, int] = {}
+
+    def leader(key: int) -> int:
+        while (above := leaders.get(key, key)) != key:
+            leaders[key] = leaders.get(above, above)
+            key = above
+        return key
+
+    waiting = [(one, other)]
+    while waiting:
+        first, second = map(_without_names, waiting.pop())
+        one_leader, other_leader = leader(id(first)), leader(id(second))
+        if one_leader == other_leader:
+            continue
+        inner, others = parts(first), parts(second)
+        if not _are_alike(first, second) or len(inner) != len(others):
+            return False
+        leaders[one_leader] = other_leader
+        waiting += zip(inner, others, strict=True)
+    return True
+
+
+def _without_names(movement: Movement) -> Movement:
+    while isinstance(movement, Use):
+        movement = movement.body
+    return movement
+
+
+def _are_alike(one: Movement, other: Movement) -> bool:
+    """Whether two movements are the same if their parts are."""
+    return type(one) is type(other) and one.duration == other.duration and _own(one) == _own(other)
+
+
+def _own(movement: Movement) -> object:
+    """What makes a movement besides its parts."""
+    if isinstance(movement, Hold):
+        return movement.velocity
+    if isinstance(movement, Repeat):
+        return movement.times
+    if isinstance(movement, Pace):
+        return movement.rate
+    if isinstance(movement, Gain):
+        return movement.gain
+    if isinstance(movement, Ramp):
+        return movement.rates
+    if isinstance(movement, Chance):
+        return movement.probability
+    if isinstance(movement, Seed):
+        return movement.number
+    return movement.throw if isinstance(movement, Throwing) else None

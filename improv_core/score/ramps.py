@@ -1,0 +1,132 @@
+"""Movements whose rate changes evenly: `ramp` and `ease`. Standard library only.
+
+A velocity is constant between breakpoints, so a ramp is played in steps. They are computed one by one, never listed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import NamedTuple
+
+from improv_core.score.movement import Exact, Movement, Single, bits, exact, faster
+
+STEPS_PER_BEAT = 8
+"""A step lasts an eighth of a beat, or a little less."""
+FASTEST_EASE = Fraction(4, 3)
+"""The rate in the middle of `ease`, with which the whole lasts as long as its body."""
+
+
+class Phase(NamedTuple):
+    """A number of beats in which the rate changes from `start` to `end`, in equal steps.
+
+    Each step is played at the rate that is due in its middle.
+    """
+
+    beats: Fraction
+    start: Fraction
+    end: Fraction
+    steps: int
+
+    def rate(self, step: int) -> Fraction:
+        return self.start + (self.end - self.start) * Fraction(2 * step + 1, 2 * self.steps)
+
+    def played(self, beats: Exact) -> Fraction:
+        """How many beats of the body are played within the first `beats` of this phase."""
+        step_beats = self.beats / self.steps
+        step = min(int(beats // step_beats), self.steps - 1)
+        # The rates of the first n steps add up to n * start + n² / 2N * (end - start).
+        before = step_beats * (step * self.start + Fraction(step * step, 2 * self.steps) * (self.end - self.start))
+        return before + (beats - step * step_beats) * self.rate(step)
+
+    def steps_from(self, beats: Exact) -> Iterator[Step]:
+        step_beats = self.beats / self.steps
+        first = int(beats // step_beats)
+        yield Step((first + 1) * step_beats - beats, self.rate(first))
+        for step in range(first + 1, self.steps):
+            yield Step(step_beats, self.rate(step))
+
+
+class Step(NamedTuple):
+    """A number of beats in which the rate is constant."""
+
+    beats: Fraction
+    rate: Fraction
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ramp(Single):
+    """`rates` are those of `ramp` at its start and its end; None for `ease`."""
+
+    rates: tuple[Exact, Exact] | None
+    phases: tuple[Phase, ...]
+
+    def played(self, beats: Exact) -> Fraction:
+        """How many beats of the body are played within the first `beats`."""
+        total = Fraction(0)
+        for phase in self.phases:
+            total += phase.played(min(beats, phase.beats))
+            if beats <= phase.beats:
+                break
+            beats -= phase.beats
+        return total
+
+    def steps_from(self, beats: Exact, backward: bool) -> Iterator[Step]:
+        """The rest of the step that is due at `beats`, and the steps that follow, or precede it if `backward`."""
+        phases: Sequence[Phase] = self.phases
+        if backward:
+            phases = [Phase(each.beats, each.end, each.start, each.steps) for each in reversed(phases)]
+            beats = sum(each.beats for each in phases) - beats
+        for phase in phases:
+            if beats < phase.beats:
+                yield from phase.steps_from(beats)
+                beats = 0
+            else:
+                beats -= phase.beats
+
+
+def ramp(body: Movement, start: Exact, end: Exact) -> Movement:
+    """The same path, begun `start` times as fast and ended `end` times as fast.
+
+    Raises ValueError if one of them is below 0, both are 0, or the movement is endless.
+    """
+    if start < 0 or end < 0 or start == end == 0:
+        raise ValueError("the two rates of a ramp are not below 0, and not both 0")
+    beats = _beats(body)
+    return _ramped(body, (start, end), (_phase(2 * beats / (start + end), start, end),)) if beats else body
+
+
+def ease(body: Movement) -> Movement:
+    """The same path in the same time, begun and ended gently. Raises ValueError if the movement is endless."""
+    beats = _beats(body)
+    if not beats:
+        return body
+    rise, fall = _phase(beats / 4, 0, FASTEST_EASE), _phase(beats / 4, FASTEST_EASE, 0)
+    return _ramped(body, None, (rise, _phase(beats / 2, FASTEST_EASE, FASTEST_EASE), fall))
+
+
+def _beats(body: Movement) -> Fraction:
+    if isinstance(body.duration, float):
+        raise ValueError("an endless movement has no end to change the rate until")
+    return Fraction(body.duration)
+
+
+def _phase(beats: Fraction, start: Exact, end: Exact) -> Phase:
+    steps = 1 if start == end else max(1, math.ceil(STEPS_PER_BEAT * beats))
+    return Phase(beats, Fraction(start), Fraction(end), steps)
+
+
+def _ramped(body: Movement, rates: tuple[Exact, Exact] | None, phases: tuple[Phase, ...]) -> Movement:
+    duration = sum(phase.beats for phase in phases)
+    rate = max(max(phase.rate(0), phase.rate(phase.steps - 1)) for phase in phases)
+    # A breakpoint inside is a multiple of a step's beats and of its rate, and a moment's beats are divided by the rate.
+    longer = max(bits(phase.beats) + 3 * bits(phase.rate(0)) + 4 * phase.steps.bit_length() for phase in phases)
+    bounds = replace(
+        body.bounds,
+        peak=faster(body.bounds.peak, float(rate)),  # its shortest item is one of the body: a step is no item
+        bits=body.bounds.bits + longer,
+        depth=body.bounds.depth + 1,
+    )
+    return Ramp(exact(Fraction(duration)), None, bounds, body, rates, phases)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, Literal, TypedDict
 
 from improv_core.score import movement as algebra
@@ -63,7 +63,7 @@ class Safety:
     rejoin: Rejoin = "continue"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Score:
     """All parts, which play together from beat 0 at `tempo` beats per minute.
 
@@ -78,7 +78,7 @@ class Score:
     world: World = worlds.EMPTY
     safety: Safety = Safety()
 
-    @property
+    @cached_property
     def beats(self) -> algebra.Duration:
         """The length of the longest part, in beats."""
         return max((part.movement.duration for part in self.parts.values()), default=0)

@@ -31,6 +31,8 @@ async def play(
     with recording(output) as recorder:
         async with performance(options, browser=False, quiet=True, recorder=recorder) as performing:
             await performing.play(analyze(program(beats)), Path("dance"))
+            while not performing.is_playing:  # noqa: ASYNC110
+                await asyncio.sleep(0.01)
             for edit in range(1, saves + 1):
                 await before_save()
                 await performing.play(analyze(program(beats, edit)), Path("dance"), when="now" if edit % 2 else "beat")

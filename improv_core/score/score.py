@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, Literal, NamedTuple, TypedDict
 
 from improv_core.score import dice as chances
@@ -80,7 +80,7 @@ class Safety:
     rejoin: Rejoin = "continue"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Score:
     """All parts, which play together at `tempo` beats per minute.
 
@@ -95,7 +95,7 @@ class Score:
     world: World = worlds.EMPTY
     safety: Safety = Safety()
 
-    @property
+    @cached_property
     def beats(self) -> algebra.Duration:
         """The beat at which the last part ends."""
         return max((part.ends for part in self.parts.values()), default=0)

@@ -27,7 +27,7 @@ from improv_core.stage.sinks import Edge, Sink
 
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
-This costs about 1% of a core while something plays."""
+A repeat doesn't need that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,11 +100,11 @@ def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
     """Play what arrives until the end. Robots are stopped, whatever ends it. Returns exit code 1 after a failure."""
     loop = _Loop(opened, clock)
     last: Stopped = {"type": "stopped"}
-    early = EARLY if opened.sink.real else 0.0
     try:
         while True:
             now = clock.now()
             deadline = loop.deadline(now)
+            early = EARLY if opened.sink.real and loop.player.is_exact else 0.0
             try:
                 arrival = inbox.get(timeout=max(deadline - early - now, 0) if deadline < math.inf else None)
             except queue.Empty:

@@ -7,10 +7,10 @@ including pauses.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from heapq import heapify, heappop, heappush, heapreplace
+from heapq import heapify, heappop, heappush
 from itertools import chain, takewhile
 from typing import NamedTuple
 
@@ -36,6 +36,7 @@ from improv_core.stage.protocol import (
     When,
     refused_by,
 )
+from improv_core.stage.repeats import Repeats
 from improv_core.stage.setpoints import LAST_ZEROS, Setpoint, setpoints, zeros
 from improv_core.stage.sinks import Edge, Sink
 
@@ -76,6 +77,7 @@ class _Due(NamedTuple):
     at: float
     robot: str
     twist: Twist
+    held: bool
     rest: Iterator[Setpoint]
     offset: float
 
@@ -95,6 +97,7 @@ class Player:
         self._speed = Fraction(1)
         self._transport = Transport(0.0, 0.0, 0, EMPTY.tempo)
         self._queue: list[_Due] = []
+        self._repeats = Repeats()
         self._next: Swap | None = None
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
@@ -246,6 +249,12 @@ class Player:
             message = f"the stage stalled for {late:.1f} s, so all robots were stopped: save to play again"
             self._tell({"type": "error", "message": message})
             return
+        if self._sink.real and self._repeats.hopeless:
+            self.hush(now)
+            count = len(self._score.parts)
+            message = f"this machine is too slow for {count} robots, so all were stopped: play fewer robots"
+            self._tell({"type": "error", "message": message})
+            return
         self.reached = now
         performed = self._performed(now)
         if self._next and self._state != "paused" and performed >= self._next.at:
@@ -262,6 +271,8 @@ class Player:
                 self._look_at(self._score.parts)  # for bumps in the last second
             self._tell_transport(now)
         self._send_due(performed)
+        if self._sink.real and (line := self._repeats.news()):
+            self._tell({"type": "warning", "message": line})
         if now >= self._listeners.next_look and (self._state == "playing" or self._looks_while_paused):
             standing, done = self._listeners.look_around(self._score, now)
             self._zeros_left.update(dict.fromkeys(standing, LAST_ZEROS))
@@ -280,6 +291,11 @@ class Player:
             return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
         at = self._transport.clock(due)
         return min(at, now + self._sink.period) if self._sink.period else at
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether what is due next must be sent at its exact time. Repeats may be a little late."""
+        return self._change_due() <= self._repeats.due
 
     @property
     def _looks_while_paused(self) -> bool:
@@ -308,6 +324,10 @@ class Player:
 
     def _due(self) -> float:
         """The performance time of the next event."""
+        return min(self._change_due(), self._repeats.due)
+
+    def _change_due(self) -> float:
+        """The performance time of the next event that has an exact time. Repeats may be a little late."""
         queued = self._queue[0].at if self._queue else math.inf
         swap = self._next.at if self._next and self._state != "paused" else math.inf
         end = self._transport.end(self._score.beats) if self._state == "playing" else math.inf
@@ -328,6 +348,7 @@ class Player:
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
         self._queue, self._next, self._wanted = [], None, {}
+        self._repeats.restart()
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
         self._listeners.begin({*old, *score.parts})
@@ -500,6 +521,8 @@ class Player:
         """Drop the setpoints of robots. Those that have left the score still get their zeros."""
         self._queue = [due for due in self._queue if due.robot not in robots]
         heapify(self._queue)
+        for robot in robots:
+            self._repeats.release(robot)
 
     def _is_silent(self, robot: str) -> bool:
         return robot in self._listeners.standing or (
@@ -507,22 +530,39 @@ class Player:
         )
 
     def _enqueue(self, robot: str, told: Iterator[Setpoint], offset: float) -> None:
-        first = next(told, None)
-        if first:
-            heappush(self._queue, _Due(first.at + offset, robot, first.twist, told, offset))
+        if following := next(told, None):
+            at, twist, held = following
+            heappush(self._queue, _Due(at + offset, robot, twist, held, told, offset))
 
     def _send_due(self, performed: float) -> None:
-        queue = self._queue
-        while queue and queue[0].at <= performed:
-            at, robot, moving, rest, offset = queue[0]
-            # Do this before sending: a robot that can't be reached must not come first again and hold up the others.
-            following = next(rest, None)
-            if following:
-                heapreplace(queue, _Due(following.at + offset, robot, following.twist, rest, offset))
-            else:
-                heappop(queue)
-            self._send(robot, moving, at)
+        """Send every change that is due, and then the repeats of one slot, so that a change never waits for more."""
+        while self._queue and self._queue[0].at <= performed:
+            due = []
+            while self._queue and self._queue[0].at <= performed:
+                due.append(heappop(self._queue))
+            self._send_all(due)
+        if self._repeats.due <= performed:
+            for robot in self._repeats.take(performed):
+                self._send(robot, self._wanted[robot], performed)
         self._sink.advance(performed)
+
+    def _send_all(self, due: Sequence[_Due]) -> None:
+        """Send these setpoints, and only then compute the next ones."""
+        sent = 0
+        try:
+            for at, robot, moving, *_ in due:
+                sent += 1
+                self._send(robot, moving, at)
+        finally:
+            # Also if a robot can't be reached: it must not come first again and hold up the zeros of the others.
+            for at, robot, _, held, rest, offset in due[:sent]:
+                if held:
+                    self._repeats.hold(robot, self._score.parts[robot].profile.command_rate, at)
+                else:
+                    self._repeats.release(robot)
+                self._enqueue(robot, rest, offset)
+            for each in due[sent:]:
+                heappush(self._queue, each)
 
     def _send(self, robot: str, moving: Twist, at: float) -> None:
         self._wanted[robot] = moving
@@ -617,7 +657,7 @@ def _told(part: Part, tempo: Fraction, beat: Exact) -> Iterator[Setpoint]:
         return setpoints(part, tempo, beat - part.begins)
     until = float((part.begins - beat) * 60 / tempo)
     standing = takewhile(lambda each: each.at < until, zeros(0.0, 1 / part.profile.command_rate))
-    return chain(standing, (Setpoint(until + at, moving) for at, moving in setpoints(part, tempo)))
+    return chain(standing, (each._replace(at=until + each.at) for each in setpoints(part, tempo)))
 
 
 def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:

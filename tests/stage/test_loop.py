@@ -100,7 +100,7 @@ def test_every_robot_gets_its_last_three_zeros_at_the_end() -> None:
 @pytest.mark.parametrize("broken", ["a", "r", "z"])
 def test_every_other_robot_gets_its_last_zeros_where_one_can_not_be_told(broken: str) -> None:
     sink = Memory()
-    sink.breaks_at = (0.51, broken)
+    sink.breaks_at = (0.503, broken)
     told = perform(sink, (0, load("a r z $ repeat forward\n")), (9, End()))
     for robot in ("a", "r", "z"):
         assert len(zeros(sink, robot)) == (0 if robot == broken else 3)

@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from random import Random
 from statistics import median
@@ -30,7 +31,7 @@ LINES = 1_000
 MEDIAN, WORST = 1.0, 5.0
 """Goals, in milliseconds: by how much a robot's command may come at another time than in an undisturbed dance."""
 SAVE = 15.0
-"""Goal, in milliseconds: from an analysis to the score that the stage has read, for `LINES` lines and nine robots."""
+"""Goal, in milliseconds of processor time: from an analysis to the score that the stage has read."""
 
 Commands = Sequence[tuple[float, Velocity]]
 
@@ -44,7 +45,7 @@ def run(quick: bool) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Cost:
-    """Of one save: bytes, and milliseconds of its parent and its stage."""
+    """Of one save: bytes, and milliseconds of processor time of its parent and its stage."""
 
     size: int
     parent: float
@@ -53,7 +54,7 @@ class _Cost:
 
 def _print_costs(saves: int) -> None:
     whole, lacking = _costs(saves, whole=True), _costs(saves, whole=False)
-    print(f"A save of {LINES:,} lines for nine robots, one of them edited, from its analysis to a score, medians\n")
+    print(f"A save of {LINES:,} lines for nine robots, one of them edited: processor time of a save, medians\n")
     print_row("what is sent", "kB", "parent, ms", "stage reads, ms", "together, ms", "goal", "")
     print_row("---", *["---:"] * 4, "---", "---")
     for what, costs, goal in (("the whole score", whole, None), ("what the stage lacks", lacking, SAVE)):
@@ -74,14 +75,14 @@ def _costs(saves: int, *, whole: bool) -> list[_Cost]:
         edited.robots  # noqa: B018  # computed by the diagnostics at each key
         if whole:
             editions, written, known = Editions(), Written(), Read()
-        began = time.perf_counter()
+        began = time.thread_time()
         score = editions.number(score_of(edited), generation)
         data = to_json(score, written)
         message = {"type": "load", "generation": generation, "score": data, "when": "beat", "backend": ""}
         line = json.dumps(message).encode()
-        sent = time.perf_counter()
+        sent = time.thread_time()
         came = arrival(line, known)
-        done = time.perf_counter()
+        done = time.thread_time()
         assert isinstance(came, Play)
         editions.plays(generation)
         costs.append(_Cost(len(line), (sent - began) * 1000, (done - sent) * 1000))
@@ -106,30 +107,41 @@ def _print_rhythm(saves: int) -> None:
     seconds = saves * 0.3 + 4  # longer than the saves take, or the last one would restart the dance
     beats = 2 * round(seconds * 2)
     with TemporaryDirectory() as folder:
-        alone, edited = Path(folder, "alone.mcap"), Path(folder, "edited.mcap")
+        alone, edited, ideal = (Path(folder, f"{name}.mcap") for name in ("alone", "edited", "ideal"))
         undisturbed = _performed(beats, 0, alone)
         disturbed = _performed(beats, saves, edited)
-        record_undisturbed(beats, ideal := Path(folder, "ideal.mcap"))
+        record_undisturbed(beats, ideal)
         due = _recorded(ideal)
-        print(f"\nOne robot's commands while another one's line is saved {saves} times, beside the same dance without ")
-        print("saves: by how much each command comes at another time, milliseconds\n")
-        print_row("where", "commands", "missing or extra", "p50", "max", "goal", "")
-        print_row("---", *["---:"] * 4, "---", "---")
-        _print_difference("at a subscriber", undisturbed, disturbed)
-        _print_difference("in the recording", _recorded(alone), _recorded(edited))
-        print_row(*["---"] * 7)
-        _print_difference("subscriber, undisturbed, beside the ideal", due, undisturbed)
-        _print_difference("subscriber, with saves, beside the ideal", due, disturbed)
+        print(f"\nOne robot's commands while another one's line is saved {saves} times, beside the same dance without")
+        print("saves: by how much each change of velocity comes at another time, milliseconds\n")
+        print_row("where", "commands", "not in the dance", "changes", "p50", "max", "goal", "")
+        print_row("---", *["---:"] * 5, "---", "---")
+        _print_difference("at a subscriber", undisturbed, disturbed, due)
+        _print_difference("in the recording", _recorded(alone), _recorded(edited), due)
+        _print_difference("undisturbed, beside the ideal", due, undisturbed, due)
+        _print_difference("with saves, beside the ideal", due, disturbed, due)
 
 
-def _print_difference(where: str, one: Commands, other: Commands) -> None:
-    wrong = abs(len(one) - len(other)) + sum(a[1] != b[1] for a, b in zip(one, other, strict=False))
-    pairs = list(zip(one, other, strict=False))
+def _print_difference(where: str, one: Commands, other: Commands, due: Commands) -> None:
+    """`due` is what there should be; a busy machine leaves out some that repeat a velocity."""
+    pairs = list(zip(_changes(one), _changes(other), strict=False))
+    wrong = _count_extra(other, due) + sum(a[1] != b[1] for a, b in pairs)
+    wrong += abs(len(_changes(one)) - len(_changes(other)))
     shift = median(b[0] - a[0] for a, b in pairs)
     off = [abs(b[0] - a[0] - shift) * 1000 for a, b in pairs]
     met = not wrong and median(off) <= MEDIAN and max(off) <= WORST
-    goal = f"p50 ≤ {MEDIAN:g}, max ≤ {WORST:g}"
-    print_row(where, str(len(other)), str(wrong), f"{median(off):.2f}", f"{max(off):.2f}", goal, "met" if met else "no")
+    figures = str(len(other)), str(wrong), str(len(pairs)), f"{median(off):.2f}", f"{max(off):.2f}"
+    print_row(where, *figures, f"p50 ≤ {MEDIAN:g}, max ≤ {WORST:g}", "met" if met else "not met")
+
+
+def _changes(commands: Commands) -> Commands:
+    return [next(group) for _, group in groupby(commands, key=lambda command: command[1])]
+
+
+def _count_extra(commands: Commands, due: Commands) -> int:
+    """How many commands are not in the dance, or not in their order."""
+    rest = iter(due)
+    return sum(not any(velocity == wanted for _, wanted in rest) for _, velocity in commands)
 
 
 def _performed(beats: int, saves: int, output: Path) -> Commands:

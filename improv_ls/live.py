@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any
 
 from improv_core.ide.moments import playing
@@ -17,8 +18,13 @@ TRANSPORT = "improv/transport"
 MOMENTS = "improv/moments"
 
 
-def moments(document: Document, played: Analysis, encoding: Encoding, start: float = 0.0) -> dict[str, Any]:
-    """What plays from a beat on: ranges in the document as it is now, and for each robot when each of them plays."""
+def moments(
+    document: Document, played: Analysis, encoding: Encoding, start: float, begins: Mapping[str, float]
+) -> dict[str, Any]:
+    """What plays from a beat on: ranges in the document as it is now, and for each robot when each of them plays.
+
+    `begins` has the beats at which the robots' parts began, if not at beat 0.
+    """
     indices: dict[Span, int] = {}
     robots = {
         robot: {
@@ -28,10 +34,10 @@ def moments(document: Document, played: Analysis, encoding: Encoding, start: flo
             ],
             "until": stretch.until,
         }
-        for robot, stretch in playing(played, document.analysis, start).items()
+        for robot, stretch in playing(played, document.analysis, start, begins).items()
     }
     ranges = [[value for offset in span for value in _position(document, offset, encoding)] for span in indices]
-    return {"uri": document.uri, "version": document.version, "ranges": ranges, "robots": robots}
+    return {"uri": document.uri, "version": document.version, "from": start, "ranges": ranges, "robots": robots}
 
 
 def transport(message: TransportMessage, uri: str | None, page: str | None) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.program.report import summary
-from improv_core.stage.protocol import TransportMessage, When
+from improv_core.stage.protocol import State, TransportMessage, When
 from improv_ls import live
 from improv_ls.documents import Document, RobotsFile, moved, name_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
@@ -28,6 +28,7 @@ from improv_ls.placing import Placing
 
 TRANSPORT_PERIOD = 1.0
 """Seconds between two messages that tell which beat is playing."""
+HINT = "this save started the dance over; with the setting improv.onSave at continue, robots you don't edit dance on"
 
 
 class Performance:
@@ -39,9 +40,13 @@ class Performance:
         self._editor = editor
         self._documents = documents
         self._playback: Playback | None = None
-        self._document: Document | None = None  # as it was when it began to play
+        self._sent: dict[int, Document] = {}  # by generation: the one that plays, and those that are to take over
+        self._latest: Document | None = None  # of them
         self._node: str | None = None  # as the improv.toml of the latest dance names it
-        self._generation = 0
+        self._generation = 0  # of the one that plays
+        self._begins: Mapping[str, float] = {}  # the beats at which its parts began, if not at beat 0
+        self._state: State = "stopped"
+        self._hinted = False
         self._refused = 0  # the count of stops when the editor was last told that something did not begin
         self._page_shown = False
         self._placing = Placing(editor, robots_files)
@@ -67,14 +72,19 @@ class Performance:
             self._editor.warn(f"✗ {refusal}{keeps}")
             return
         settings = self._editor.settings
+        restarts = self._state == "playing" and settings.on_save is None
         await self._play(document, settings.switch_at if settings.on_save == "continue" else "restart", asked)
+        if restarts and not self._hinted:
+            self._hinted = True
+            self._editor.say(HINT)
 
     async def _play(self, document: Document, when: When, asked: int) -> None:
         analysis = document.analysis
         self._node = analysis.cast.node
         playback = self._stages()
         try:
-            generation = await playback.play(score_of(analysis), name_of(document.uri), asked, when)
+            bar = self._editor.settings.beats_per_bar
+            generation = await playback.play(score_of(analysis), name_of(document.uri), asked, when, bar)
         except StageError as error:
             self._say_why(error)
             return
@@ -83,17 +93,15 @@ class Performance:
                 self._refused = playback.stops.count
                 self._editor.warn(f"■ {name_of(document.uri)} was stopped before it began: save to play it")
             return
-        self._document, self._generation = document, generation
-        if self._editor.takes_own_messages:
-            self._editor.server.protocol.notify(live.EVALUATED, self.moments(0.0))
+        self._sent[generation] = self._latest = document
         self._editor.say(f"▶ {summary(analysis)}, {playback.status}")
         if self._editor.settings.page_open and playback.page and not self._page_shown:
             self._show(playback)
 
     async def restart(self, asked: int) -> None:
         """Play the last dance again from beat 0. `asked` as for `play`."""
-        if self._document:
-            await self._play(self._document, "restart", asked)
+        if self._latest:
+            await self._play(self._latest, "restart", asked)
         else:
             self._editor.warn("improv.restart: nothing has been played yet; save a program or use improv.play")
 
@@ -116,10 +124,11 @@ class Performance:
 
     def moments(self, start: float) -> Mapping[str, Any]:
         """What plays from a beat on, and where that is in the text as it is now; empty if nothing was played."""
-        if not self._document:
+        played = self._sent.get(self._generation)
+        if not played:
             return {}
-        now = self._documents.get(self._document.uri, self._document)
-        found = live.moments(now, self._document.analysis, self._editor.encoding, start)
+        now = self._documents.get(played.uri, played)
+        found = live.moments(now, played.analysis, self._editor.encoding, start, self._begins)
         return {"generation": self._generation, **found}
 
     def resume(self, asked: int) -> None:
@@ -148,12 +157,15 @@ class Performance:
     @property
     def robots(self) -> set[str]:
         """The robots of the last dance, and those that are muted or soloed."""
-        return {*(self._document.analysis.robots if self._document else ()), *self.silenced[0], *self.silenced[1]}
+        return {*(self._latest.analysis.robots if self._latest else ()), *self.silenced[0], *self.silenced[1]}
 
     def renamed(self, old: str, new: str) -> None:
         """The file that was played, or a folder around it, has another name now."""
-        if self._document:
-            self._document = replace(self._document, uri=moved(self._document.uri, old, new))
+        self._sent = {
+            number: replace(document, uri=moved(document.uri, old, new)) for number, document in self._sent.items()
+        }
+        if self._latest:
+            self._latest = replace(self._latest, uri=moved(self._latest.uri, old, new))
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""
@@ -185,20 +197,32 @@ class Performance:
     def _hear(self, message: News, leads: bool) -> None:
         if message["type"] == "transport" and leads:
             self._stop_progress()
+            self._follow(message)
             self._tell_transport(message)
             if self.silenced != self._silenced:
                 self._silenced = self.silenced
                 self._editor.refresh("code_lens")
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
-        elif message["type"] == "place" and self._document:
-            self._editor.soon(self._placing.offer(self._document, message["start_poses"]))
+        elif message["type"] == "place" and self._latest:
+            self._editor.soon(self._placing.offer(self._latest, message["start_poses"]))
         elif message["type"] == "warning":
             self._editor.warn(message["message"])
         elif message["type"] == "error" or message["type"] == "gone":
             if message["type"] == "gone" and leads:
                 self._stop_telling()
             self._editor.report(message["message"])
+
+    def _follow(self, message: TransportMessage) -> None:
+        """Note what plays, and tell the editor of a program that has taken over."""
+        generation, before = message["generation"], self._generation
+        self._state, self._generation, self._begins = message["state"], generation, message.get("begins", {})
+        if generation == before or not self._latest:
+            return
+        self._sent.setdefault(generation, self._latest)  # the page restarts it
+        self._sent = {number: document for number, document in self._sent.items() if number >= generation}
+        if self._editor.takes_own_messages:
+            self._editor.server.protocol.notify(live.EVALUATED, self.moments(message["beat"]))
 
     def _tell_transport(self, message: TransportMessage) -> None:
         """Tell which beat is playing, again every second: clocks of editors drift, and clients join late."""
@@ -209,7 +233,8 @@ class Performance:
 
     async def _keep_telling(self, message: TransportMessage) -> None:
         while True:
-            uri = self._document.uri if self._document else None
+            document = self._sent.get(self._generation)
+            uri = document.uri if document else None
             page = self._playback.page if self._playback else None
             self._editor.server.protocol.notify(live.TRANSPORT, live.transport(message, uri, page))
             if message["state"] != "playing":

@@ -6,14 +6,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from improv_core.score.transport import BEATS_PER_BAR, Switch
+
 
 @dataclass(frozen=True, slots=True)
 class Settings:
     """All settings; docs/settings.md explains each."""
 
     backend: str = "auto"
-    on_save: str = "restart"
-    switch_at: Literal["now", "beat", "end"] = "beat"
+    on_save: Literal["restart", "continue", "off"] | None = None
+    """None is `restart` by somebody who may not know of `continue`."""
+    switch_at: Switch = "beat"
+    beats_per_bar: int = BEATS_PER_BAR
     page_open: bool = True
     page_port: int = 0
     ros_python: str | None = None
@@ -65,11 +69,13 @@ def _one_of(*words: str) -> tuple[str, Callable[[Any], bool]]:
 _YES_NO = ("true or false", lambda value: isinstance(value, bool))
 _TEXT = ("a string", lambda value: isinstance(value, str))
 _PORT = ("a port number from 0 to 65535", lambda value: type(value) is int and 0 <= value <= 65535)
+_BEATS = ("a whole number from 1 to 1000", lambda value: type(value) is int and 1 <= value <= 1000)
 
 _SETTINGS: Mapping[str, tuple[str, str, Callable[[Any], bool]]] = {
     "backend": ("backend", *_one_of("auto", "sim", "ros", "both")),
     "onSave": ("on_save", *_one_of("restart", "continue", "off")),
-    "switchAt": ("switch_at", *_one_of("now", "beat", "end")),
+    "switchAt": ("switch_at", *_one_of("now", "beat", "bar", "end")),
+    "beatsPerBar": ("beats_per_bar", *_BEATS),
     "page.open": ("page_open", *_YES_NO),
     "page.port": ("page_port", *_PORT),
     "ros.python": ("ros_python", *_TEXT),

@@ -71,10 +71,10 @@ LIT is the list of those that are highlighted."
   (message "%s" (propertize message 'face (pcase type (1 'error) (2 'warning) (_ 'default)))))
 
 (cl-defmethod eglot-handle-notification
-  ((server improv-eglot-server) (_method (eql improv/evaluated)) &key uri &allow-other-keys)
-  "A program plays now or soon: ask SERVER for the words of URI.
+  ((server improv-eglot-server) (_method (eql improv/evaluated)) &key uri from &allow-other-keys)
+  "A program has taken over at beat FROM: ask SERVER for the words of URI.
 The words in the message may belong to an older text."
-  (improv-playing--ask server uri 0))
+  (improv-playing--ask server uri from))
 
 (cl-defmethod eglot-handle-notification
   ((server improv-eglot-server) (_method (eql improv/transport)) &rest told)

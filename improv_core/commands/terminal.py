@@ -23,7 +23,7 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import outcome, summary
 from improv_core.score.motion import Twist
-from improv_core.stage.protocol import Poses, Sent, TransportMessage
+from improv_core.stage.protocol import Poses, Sent, TransportMessage, When
 from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
@@ -98,15 +98,15 @@ class Performance:
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
 
-    async def play(self, analysis: Analysis, path: Path, asked: int = 0) -> None:
+    async def play(self, analysis: Analysis, path: Path, asked: int = 0, when: When = "restart") -> None:
         """Play a program, unless a stop has come since the count of stops was `asked`."""
         if self.interrupted.is_set():
             return
         self.finished.clear()
         score = score_of(analysis)
         if self._recorder:
-            self._recorder.prepare(score, restart=True)
-        if await self._playback.play(score, path.name, asked):
+            self._recorder.prepare(score, restart=when == "restart")
+        if await self._playback.play(score, path.name, asked, when):
             self.say(f"▶ {summary(analysis)}, {self._playback.status}")
         else:
             self.say(f"■ {path.name} was stopped before it began")

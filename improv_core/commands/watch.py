@@ -20,6 +20,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.files import ReadError, read_program, robots_near
 from improv_core.program.report import as_lines
 from improv_core.robots.config import find_robots_file
+from improv_core.stage.protocol import When
 
 NEVER = -1
 """A count of stops that there never was: nothing plays that was asked for then."""
@@ -35,37 +36,41 @@ be half written, and longest if it is empty, missing or not text, since somebody
 @parameters.backend
 @parameters.port
 @parameters.no_browser
-def command(file: Path, backend: str, port: int, no_browser: bool) -> None:
+@click.option(
+    "--continue", "continues", is_flag=True, help="Robots whose part a save does not change dance on, untouched."
+)
+def command(file: Path, backend: str, port: int, no_browser: bool, continues: bool) -> None:
     """Play a program every time it is saved. Ctrl-C stops the robots."""
-    sys.exit(run(watch(file, parameters.options(file, backend, port), browser=not no_browser)))
+    when: When = "beat" if continues else "restart"
+    sys.exit(run(watch(file, parameters.options(file, backend, port), when, browser=not no_browser)))
 
 
-async def watch(path: Path, options: Options, *, browser: bool) -> int:
+async def watch(path: Path, options: Options, when: When, *, browser: bool) -> int:
     """Play a program, and again at every save, until interrupted; the exit code. Raises ReadError and StageError.
 
-    A program that does not exist yet is waited for, if its folder exists.
+    A save takes effect as `when` says. A program that does not exist yet is waited for, if its folder exists.
     """
     saved = _saved_or_awaited(path)
     async with performance(options, browser=browser) as performing:
-        await first(_follow(performing, path, saved), performing.interrupted.wait())
+        await first(_follow(performing, path, saved, when), performing.interrupted.wait())
     return INTERRUPTED
 
 
-async def _follow(performing: Performance, path: Path, saved: _Saved) -> None:
+async def _follow(performing: Performance, path: Path, saved: _Saved, when: When) -> None:
     if saved.text is None:
         performing.say(f"waiting for {path.name}: save it to play it")
     else:
-        await _play(performing, path, saved, 0)
+        await _play(performing, path, saved, 0, when)
     async for _ in _changes(path.parent):
         asked = performing.stops.count
         if _saved(path) != saved and (settled := await _settled(path)) != saved:
             saved = settled
             # A stop may also have come between a save and the notice of it, for example while a program was analyzed.
             late = _changed(path) < performing.stops.latest
-            await _play(performing, path, saved, NEVER if late else asked)
+            await _play(performing, path, saved, NEVER if late else asked, when)
 
 
-async def _play(performing: Performance, path: Path, saved: _Saved, asked: int) -> None:
+async def _play(performing: Performance, path: Path, saved: _Saved, asked: int, when: When) -> None:
     """Play what was saved, or say why it can't be played."""
     try:
         if saved.text is None:
@@ -77,7 +82,7 @@ async def _play(performing: Performance, path: Path, saved: _Saved, asked: int) 
         for line in as_lines(path, analysis):
             performing.complain(line)
         if analysis.ok:
-            await performing.play(analysis, path, asked)
+            await performing.play(analysis, path, asked, when)
             return
     if performing.is_playing:
         performing.say("✗ the previous dance keeps playing")

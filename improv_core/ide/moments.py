@@ -14,6 +14,7 @@ MOST_MOMENTS = 4_000
 MOST_WORDS = 40_000
 """The most words of all robots in one response, though at least one moment of each. The client asks for more when it
 needs them."""
+_AT_BEAT_0: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +34,12 @@ class Stretch:
     until: float | None
 
 
-def playing(played: Analysis, now: Analysis, start: float = 0.0) -> Mapping[str, Stretch]:
+def playing(
+    played: Analysis, now: Analysis, start: float = 0.0, begins: Mapping[str, float] = _AT_BEAT_0
+) -> Mapping[str, Stretch]:
     """What the robots of a program play from a beat on, with spans in a later version of its text.
+
+    `begins` has the beats at which parts began that did not begin at beat 0.
 
     Words of statements that were edited since are left out. Those that only moved are included.
     """
@@ -45,16 +50,19 @@ def playing(played: Analysis, now: Analysis, start: float = 0.0) -> Mapping[str,
     for robot, movement in played.robots.items():
         moments: list[Moment] = []
         words, until = 0, None
-        for moment in walk(movement, begin) if begin < movement.duration else ():
+        began = near(begins.get(robot, 0))
+        passed = max(begin - began, 0)
+        for moment in walk(movement, passed) if passed < movement.duration else ():
             words += len(moment.sources)
             if moments and (len(moments) == MOST_MOMENTS // robots or words > MOST_WORDS // robots):
-                until = float(moment.start)
+                until = float(began + moment.start)
                 break
             spans = tuple(
                 source.span.shifted(offsets[source.statement])
                 for source in moment.sources
                 if source.statement in offsets
             )
-            moments.append(Moment(float(moment.start), float(moment.start + moment.duration), spans))
+            since = began + moment.start
+            moments.append(Moment(float(since), float(since + moment.duration), spans))
         stretches[robot] = Stretch(tuple(moments), until)
     return stretches

@@ -8,15 +8,17 @@ import secrets
 import time
 from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 from urllib.parse import urlsplit
 
+from improv_core.playback.editions import Editions
 from improv_core.playback.stage_process import Gone, Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError
 from improv_core.playback.stops import Stops
-from improv_core.score.score import Score, to_json
+from improv_core.score.score import Score, Written, to_json
+from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
     Held,
     Load,
@@ -88,6 +90,17 @@ async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
         await asyncio.sleep(zero + (passed + 1) * period - loop.time())
 
 
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A score that somebody asked for; `stops` is the count of stops at that moment."""
+
+    score: Score
+    generation: int
+    when: When
+    beats_per_bar: int
+    stops: int
+
+
 class Playback:
     """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
 
@@ -108,7 +121,10 @@ class Playback:
         self._score: Score | None = None
         self._name = ""  # of the program that plays, or is about to
         self._generation = 0
-        self._loaded: Load | None = None  # not yet sent to the twin
+        self._editions = Editions()
+        self._written: dict[RunningStage, Written] = {}  # what each stage has been sent
+        self._latest: Asked | None = None
+        self._entered: TransportMessage | None = None  # the first message of the latest score's playing
         self._kept: dict[str, Speed | Silence] = {}  # also sent to new stages
         self._opening = asyncio.Lock()
         self._ends = 0  # how often everything had to end
@@ -176,8 +192,12 @@ class Playback:
                 raise
             self._leader, self._twin = stages[0], stages[1] if len(stages) > 1 else None
 
-    async def play(self, score: Score, name: str, asked: int, when: When = "restart") -> int | None:
-        """Play a program's score: `restart`, or take over `now`, at the next `beat`, or at the `end`.
+    async def play(
+        self, score: Score, name: str, asked: int, when: When = "restart", beats_per_bar: int = BEATS_PER_BAR
+    ) -> int | None:
+        """Play a program's score: `restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`.
+
+        Parts that are the same as in the score that plays are not touched when it takes over.
 
         `asked` is the count of `stops` when somebody asked for it. Returns its generation; None if it has been stopped
         since then, before it began, or if an emergency stop is on. Raises StageError.
@@ -195,7 +215,7 @@ class Playback:
         if (stop := score.safety.stop) and stop in self._waits_for:
             self._listen({"type": "error", "message": refused_by(stop)}, True)
             return None
-        return self._generation if self._send_score(score, name, when, asked) else None
+        return self._generation if self._send_score(score, name, when, beats_per_bar, asked) else None
 
     def resume(self, asked: int) -> None:
         """Resume all stages after a pause. `asked` is as for `play`."""
@@ -236,6 +256,7 @@ class Playback:
         await asyncio.gather(*(stage.close() for stage in stages))
         for stage in stages:
             self.stops.discard(stage)
+            self._written.pop(stage, None)
         self._leader = self._twin = None
         self.is_on = False
         if self._socket:
@@ -273,28 +294,70 @@ class Playback:
             self.stops.add(stage)
         return stage
 
-    def _send_score(self, score: Score, name: str, when: When, asked: int) -> bool:
-        assert self._leader
-        load = self._load(score, when, self._generation + 1)
-        if not self.stops.send(load, [self._leader], asked):
+    def _send_score(self, score: Score, name: str, when: When, beats_per_bar: int, asked: int) -> bool:
+        generation = self._generation + 1
+        latest = Asked(self._editions.number(score, generation), generation, when, beats_per_bar, asked)
+        if not self._send_to_leader(latest):
             return False
-        self._score, self._name, self._generation, self.is_on = score, name, load["generation"], True
-        self._loaded = load
+        self._score, self._name, self._generation, self.is_on = score, name, generation, True
+        self._latest, self._entered = latest, None
         self._halting = None
         self._still.set()
         return True
 
-    def _load(self, score: Score, when: When, generation: int) -> Load:
-        data = to_json(score)
-        return {"type": "load", "generation": generation, "score": data, "when": when, "backend": self.status}
+    def _send_to_leader(self, asked: Asked) -> bool:
+        assert self._leader
+        sent = self.stops.send(self._load(self._leader, asked), [self._leader], asked.stops)
+        if not sent:
+            self._written.pop(self._leader)  # now we no longer know what it has
+        return sent
+
+    def _send_to_twin(self, asked: Asked, entered: TransportMessage) -> None:
+        """Have the twin play a score from exactly where the leading stage began with it."""
+        assert self._twin
+        when: When = "restart" if entered["restarted"] == asked.generation else "now"
+        load = self._load(self._twin, replace(asked, when=when))
+        load["entry"] = {"beat": entered["beat"], "monotonic": entered["monotonic"]}
+        if "begins" in entered:
+            load["entry"]["begins"] = entered["begins"]
+        self._twin.send(load)
+
+    def _load(self, stage: RunningStage, asked: Asked) -> Load:
+        """The message that has a stage play a score, without what it has already."""
+        written = self._written.setdefault(stage, Written())
+        if written.is_stale:
+            written = self._written[stage] = Written()
+        return {
+            "type": "load",
+            "generation": asked.generation,
+            "score": to_json(asked.score, written),
+            "when": asked.when,
+            "backend": self.status,
+            "beats_per_bar": asked.beats_per_bar,
+        }
+
+    def _send_again(self, stage: RunningStage, generation: int) -> None:
+        """Send a stage the whole score: it did not get the one before, which this one counts on."""
+        self._written.pop(stage, None)
+        latest = self._latest
+        if not latest or latest.generation != generation:
+            return
+        if stage is self._leader:
+            self._send_to_leader(latest)
+        elif stage is self._twin and self._entered:
+            self._send_to_twin(latest, self._entered)
 
     def _hear(self, stage: RunningStage, message: Heard, asked: int) -> None:
         leads = stage is self._leader
         if message["type"] == "request":
             self._obey(message["command"], asked)
             return
+        if message["type"] == "lacks":
+            self._send_again(stage, message["generation"])
+            return
         if message["type"] == "gone":
             self.stops.discard(stage)
+            self._written.pop(stage, None)
             message = self._revive(stage, message)
         elif message["type"] == "transport" and leads:
             self._lead(message)
@@ -311,7 +374,7 @@ class Playback:
             self.watched.set()
         elif request["type"] == "restart":
             if self._leader and self._score:
-                self._send_score(self._score, self._name, "restart", asked)
+                self._send_score(self._score, self._name, "restart", BEATS_PER_BAR, asked)
         elif request["type"] == "silence":
             self.silence(request["muted"], request["soloed"])
         elif request["type"] == "place":
@@ -325,16 +388,16 @@ class Playback:
         """Start the twin at exactly the same time as the leading stage, and stop and pause it when that one does."""
         self.is_on = transport["state"] in ("waiting", "playing", "paused")
         waited, self._waits_for = self._waits_for, transport.get("waits_for", ())
+        self._editions.plays(transport["generation"])
         if transport["state"] in ("stopped", "ended"):
             self._halting = None
             self._still.set()
         if not self._twin:
             return
-        loaded = self._loaded
-        if transport["state"] == "playing" and loaded and transport["generation"] == loaded["generation"]:
-            zero = transport["monotonic"] - transport["beat"] * 60 / transport["tempo"]
-            self._twin.send({**loaded, "zero": zero})
-            self._loaded = None
+        latest, plays = self._latest, transport["state"] == "playing"
+        if plays and latest and not self._entered and transport["generation"] == latest.generation:
+            self._entered = transport
+            self._send_to_twin(latest, transport)
         elif transport["state"] == "stopped":
             self._twin.send({"type": "hush"})
         elif transport["state"] == "paused" and self._waits_for:
@@ -352,7 +415,7 @@ class Playback:
             self.is_on = False
         if leads and self._twin:
             self._twin.send({"type": "hush"})
-        self._loaded = None
+        self._latest = None
         if leads:
             self._waits_for = ()
         if dead is self._halting:  # another one would fail too
@@ -387,7 +450,8 @@ class Playback:
         if new and self._score:
             self._halting = new
             self._still.clear()
-            new.send(self._load(_standing(self._score), "restart", self._generation))
+            standing = _standing(self._score)
+            new.send(self._load(new, Asked(standing, self._generation, "restart", BEATS_PER_BAR, self.stops.count)))
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._still.wait(), HALT_LIMIT)
 

@@ -137,12 +137,13 @@ def _spend(budget: Iterator[int]) -> None:
 
 
 def pose_at(part: Part, beat: Exact) -> Pose | None:
-    """A robot's ideal pose at a beat of its part; None if its voices are too long to walk, or its dice too many.
+    """A robot's ideal pose at a beat of the performance; None if voices are too long to walk, or dice too many.
 
     Repeats without dice are multiplied, not walked: the billionth repetition costs no more than the second.
     """
+    passed = min(max(beat - part.begins, 0), part.movement.duration)
     try:
-        return part.start.then(_way(_Leg.first(part.movement), min(beat, part.movement.duration), part.profile))
+        return (part.entered or part.start).then(_way(_Leg.first(part.movement), passed, part.profile))
     except _TooLongError:
         return None
 

@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
-from functools import lru_cache
-from typing import Any, Literal, TypedDict
+from functools import cached_property, lru_cache
+from typing import Any, Literal, NamedTuple, TypedDict
 
 from improv_core.score import dice as chances
 from improv_core.score import movement as algebra
@@ -22,6 +22,10 @@ from improv_core.score.senses import Senses
 from improv_core.score.world import World
 from improv_core.text import Span
 
+UNNUMBERED = 0
+"""The edition of a part that nobody has compared with others."""
+MOST_KNOWN = 10_000
+"""Movements that a reader of scores may keep although none of its scores needs them any more."""
 FASTEST_RATE = 1_000
 """Commands per second that a robot may be sent."""
 
@@ -35,7 +39,11 @@ class Part:
     so the `Score` sets them; by itself, a part performs as if it were alone.
 
     `reset` is the service that moves it to its start pose, if there is one. With `use_sim_time`, its messages are
-    stamped with the time on /clock. `senses` are those that its movement reads.
+    stamped with the time on /clock. `senses` are those that its movement reads. Parts of a robot that have the same
+    `edition` move it alike.
+
+    `begins` is the beat of the performance at which the part began. If it took over from another part, `entered` is
+    where the robot ideally was then.
     """
 
     robot: str
@@ -46,12 +54,20 @@ class Part:
     reset: str | None = None
     use_sim_time: bool = False
     senses: Senses = field(default_factory=dict)
-    scene_begins: tuple[int, ...] = ()
-    movement: Movement = field(init=False)
+    edition: int = UNNUMBERED
+    begins: algebra.Exact = 0
+    entered: Pose | None = None
+    scene_begins: tuple[int, ...] = field(default=(), compare=False)
+    movement: Movement = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         begins = self.scene_begins or scene_begins((self.scenes,))
         object.__setattr__(self, "movement", performance(self.scenes, begins))
+
+    @property
+    def ends(self) -> algebra.Duration:
+        """The beat of the performance at which it ends."""
+        return self.begins + self.movement.duration
 
 
 Rejoin = Literal["continue", "next", "pause"]
@@ -78,12 +94,12 @@ class Safety:
     rejoin: Rejoin = "continue"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Score:
-    """All parts, which play together from beat 0 at `tempo` beats per minute.
+    """All parts, which play together at `tempo` beats per minute.
 
-    `begins` are the beats at which the scenes begin, for all robots. `world` is the surroundings of simulated robots.
-    For the page, `text` is the program, and `offsets` are the offsets of its statements by ID.
+    `scene_begins` are the beats at which the scenes begin, for all robots. `world` is the surroundings of simulated
+    robots. For the page, `text` is the program, and `offsets` are the offsets of its statements by ID.
     """
 
     tempo: Fraction
@@ -92,19 +108,19 @@ class Score:
     offsets: Mapping[int, int] = field(default_factory=dict)
     world: World = worlds.EMPTY
     safety: Safety = Safety()
-    begins: tuple[int, ...] = field(init=False)
+    scene_begins: tuple[int, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         begins = scene_begins(part.scenes for part in self.parts.values())
-        object.__setattr__(self, "begins", begins)
+        object.__setattr__(self, "scene_begins", begins)
         if len(begins) > 1:
             parts = {name: replace(part, scene_begins=begins) for name, part in self.parts.items()}
             object.__setattr__(self, "parts", parts)
 
-    @property
+    @cached_property
     def beats(self) -> algebra.Duration:
-        """The length of the longest part, in beats."""
-        return max((part.movement.duration for part in self.parts.values()), default=0)
+        """The beat at which the last part ends."""
+        return max((part.ends for part in self.parts.values()), default=0)
 
     def seconds(self, beats: algebra.Duration) -> float:
         """How long these beats take, in seconds."""
@@ -118,26 +134,88 @@ def twist(velocity: Velocity, profile: Profile, tempo: Fraction) -> Twist:
     return Twist(x * profile.step, y * profile.step, z * profile.step, yaw * profile.quarter_turn)
 
 
-def to_json(score: Score) -> dict[str, Any]:
-    """The score as JSON values. Each distinct movement is listed once, after the movements inside it."""
+@dataclass(slots=True)
+class Written:
+    """The rows that a reader of scores has been written, numbered in their order, and the parts of the latest score."""
+
+    rows: dict[tuple[Any, ...], int] = field(default_factory=dict)
+    numbers: dict[int, int] = field(default_factory=dict)
+    """By the id() of movements, which are kept, so that their id() stays their own."""
+    movements: list[Movement] = field(default_factory=list)
+    parts: dict[str, _Written] = field(default_factory=dict)
+    whole: int = 0
+    """The number of rows of the first score, which was written whole."""
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether it should start over, as most of its rows may belong to scores that no longer play."""
+        return len(self.rows) > 2 * self.whole + MOST_KNOWN
+
+
+class _Written(NamedTuple):
+    scenes: tuple[int, ...]
+    part: Part
+
+
+@dataclass(slots=True)
+class Read:
+    """The movements that a reader of scores has, numbered in their order, and the parts of the latest score."""
+
+    movements: list[Movement] = field(default_factory=list)
+    parts: Mapping[str, Part] = field(default_factory=dict)
+
+
+class LackingError(Exception):
+    """A score counts on movements or parts that its reader does not have."""
+
+
+def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
+    """The score as JSON values, without what the reader has: `written` is what was written for it before.
+
+    Each distinct movement is listed once, after the movements inside it. A part that is the same as in the score before
+    is null.
+    """
+    written = Written() if written is None else written
+    known = len(written.rows)
     rows: list[list[Any]] = []
-    indices: dict[int, int] = {}
-    parts = {
-        name: {
-            "scenes": [_add(scene, rows, indices) for scene in part.scenes],
-            "profile": asdict(part.profile),
-            "start": asdict(part.start),
-            "topic": part.topic,
-            "reset": part.reset,
-            "use_sim_time": part.use_sim_time,
-            "senses": senses.to_json(part.senses),
-        }
+    now = {
+        name: _Written(tuple(_add(scene, rows, written) for scene in part.scenes), part)
         for name, part in score.parts.items()
     }
+    parts = {
+        name: None if name in written.parts and _are_alike(written.parts[name], each) else _part_json(each)
+        for name, each in now.items()
+    }
+    written.parts = now
+    written.whole = written.whole or len(rows)
     program = {"text": score.text, "offsets": list(score.offsets.items())}
-    world = worlds.to_json(score.world)
-    safety = asdict(score.safety)
-    return {"tempo": str(score.tempo), "movements": rows, "parts": parts, "world": world, "safety": safety, **program}
+    return {
+        "tempo": str(score.tempo),
+        "known": known,
+        "movements": rows,
+        "parts": parts,
+        "world": worlds.to_json(score.world),
+        "safety": asdict(score.safety),
+        **program,
+    }
+
+
+def _are_alike(one: _Written, other: _Written) -> bool:
+    return one.scenes == other.scenes and replace(one.part, scenes=other.part.scenes) == other.part
+
+
+def _part_json(written: _Written) -> dict[str, Any]:
+    part = written.part
+    return {
+        "scenes": written.scenes,
+        "profile": asdict(part.profile),
+        "start": asdict(part.start),
+        "topic": part.topic,
+        "reset": part.reset,
+        "use_sim_time": part.use_sim_time,
+        "senses": senses.to_json(part.senses),
+        "edition": part.edition,
+    }
 
 
 class _PartJson(TypedDict):
@@ -148,6 +226,7 @@ class _PartJson(TypedDict):
     reset: str | None
     use_sim_time: bool
     senses: Mapping[str, Mapping[str, Any]]
+    edition: int
 
 
 class _DeadmanJson(TypedDict):
@@ -163,34 +242,64 @@ class _SafetyJson(TypedDict):
 
 class _ScoreJson(TypedDict):
     tempo: str
+    known: int
     movements: Sequence[Any]
-    parts: Mapping[str, _PartJson]
+    parts: Mapping[str, _PartJson | None]
     world: Mapping[str, Any] | None
     text: str
     offsets: Sequence[Sequence[int]]
     safety: _SafetyJson
 
 
-def from_json(data: Mapping[str, Any]) -> Score:
-    """The score that `to_json` wrote. Raises an exception on anything else, and on what is too much to play."""
+def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
+    """The score that `to_json` wrote. `read` is what was read before it; a score that can't be read adds nothing.
+
+    Raises `LackingError` if that is not what the writer counts on, and an exception on anything that is no score or is
+    too much to play.
+    """
     if not fits(data, _ScoreJson):
         raise ValueError("it is not a score")
-    made: list[Movement] = []
-    for kind, *rest in data["movements"]:
-        made.append(_playable(_read(kind, rest, made)))
-    parts = {
-        name: Part(
-            name,
-            tuple(_at(scene, made) for scene in part["scenes"]),
-            checked(Profile, part["profile"]),
-            checked(Pose, part["start"]),
-            part["topic"],
-            part["reset"],
-            part["use_sim_time"],
-            senses.from_json(part["senses"]),
-        )
-        for name, part in data["parts"].items()
-    }
+    read = Read() if read is None else read
+    if data["known"] == 0:
+        read.movements, read.parts = [], {}
+    made, before = read.movements, read.parts
+    if data["known"] != len(made):
+        raise LackingError
+    try:
+        for kind, *rest in data["movements"]:
+            made.append(_playable(_read(kind, rest, made)))
+        parts = {
+            name: _part(name, part, made) if part else _known_part(name, before) for name, part in data["parts"].items()
+        }
+        score = _score(data, parts)
+    except Exception:
+        del made[data["known"] :]
+        raise
+    read.parts = parts
+    return score
+
+
+def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
+    return Part(
+        name,
+        tuple(_at(scene, made) for scene in data["scenes"]),
+        checked(Profile, data["profile"]),
+        checked(Pose, data["start"]),
+        data["topic"],
+        data["reset"],
+        data["use_sim_time"],
+        senses.from_json(data["senses"]),
+        data["edition"],
+    )
+
+
+def _known_part(name: str, before: Mapping[str, Part]) -> Part:
+    if name not in before:
+        raise LackingError
+    return before[name]
+
+
+def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     if any(not 0 < part.profile.command_rate <= FASTEST_RATE for part in parts.values()):
         raise ValueError("a robot's command rate is out of range")
     world = worlds.from_json(data["world"])
@@ -223,20 +332,34 @@ _MOST_DURATION_BITS = 4 * algebra.MOST_BITS
 """The durations of one robot's statements share a denominator of up to `MOST_BITS`."""
 
 
-def _add(whole: Movement, rows: list[list[Any]], indices: dict[int, int]) -> int:
-    """Append the rows of a movement, inner ones first, and return its index. Uses an explicit stack for long chains."""
-    waiting = [whole]
+def _add(whole: Movement, rows: list[list[Any]], written: Written) -> int:
+    """Append the rows of a movement that are new, inner ones first, and return its number.
+
+    Uses an explicit stack for long chains. A movement that is made anew for each score, but has the same row, is known.
+    """
+    waiting, known, made = [whole], written.numbers, dict[int, int]()
     while waiting:
         part = waiting[-1]
-        inner = [child for child in algebra.parts(part) if id(child) not in indices]
+        inner = [child for child in algebra.parts(part) if id(child) not in known and id(child) not in made]
         if inner:
             waiting += inner
             continue
         waiting.pop()
-        if id(part) not in indices:
-            indices[id(part)] = len(rows)
-            rows.append(_row(part, [indices[id(child)] for child in algebra.parts(part)]))
-    return indices[id(whole)]
+        if id(part) in known or id(part) in made:
+            continue
+        row = _row(part, [made[key] if (key := id(child)) in made else known[key] for child in algebra.parts(part)])
+        key_of_row = _frozen(row)
+        if key_of_row in written.rows:
+            made[id(part)] = written.rows[key_of_row]
+            continue
+        known[id(part)] = written.rows[key_of_row] = len(written.rows)
+        written.movements.append(part)
+        rows.append(row)
+    return made[id(whole)] if id(whole) in made else known[id(whole)]
+
+
+def _frozen(row: Sequence[Any]) -> tuple[Any, ...]:
+    return tuple(_frozen(each) if isinstance(each, (list, tuple)) else each for each in row)
 
 
 def _row(part: Movement, inner: list[int]) -> list[Any]:

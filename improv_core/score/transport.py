@@ -9,8 +9,10 @@ from typing import Literal
 
 from improv_core.score.movement import ENDLESS, Duration, Exact, near
 
-Switch = Literal["now", "beat", "end"]
-"""When a score takes over from another: at once, at the next whole beat, or at the end."""
+Switch = Literal["now", "beat", "bar", "end"]
+"""When a score takes over from another: at once, at the next whole beat, at the next bar, or at the end."""
+BEATS_PER_BAR = 4
+"""The usual number of beats in a bar."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +46,16 @@ class Transport:
         """The performance time at which a score that lasts `beats` ends."""
         return math.inf if beats == ENDLESS else self.since + float((beats - self.origin) * 60 / self.tempo)
 
-    def switch_time(self, when: Switch, performed: float, beats: Duration) -> float:
+    def switch_time(self, when: Switch, performed: float, beats: Duration, beats_per_bar: int = BEATS_PER_BAR) -> float:
         """The performance time, `performed` or later, at which another score takes over from one that lasts `beats`."""
         performed = max(performed, self.since)
         if when == "end" and (end := self.end(beats)) != math.inf:
             return end
         if when == "now":
             return performed
-        beat = float(60 / self.tempo)
-        first = self.since + float(math.ceil(self.origin) - self.origin) * beat  # the first whole beat since
-        return first + max(math.ceil((performed - first) / beat), 0) * beat
+        step = beats_per_bar if when == "bar" else 1
+        seconds = float(step * 60 / self.tempo)
+        first = self.since + float(math.ceil(Fraction(self.origin) / step) * step - self.origin) * float(
+            60 / self.tempo
+        )
+        return first + max(math.ceil((performed - first) / seconds), 0) * seconds

@@ -38,9 +38,10 @@ class Listeners:
         self._warned: dict[str, str | None] = {}
         self._news: dict[str, list[str]] = {}  # for each line to tell, without its topic, the topics
 
-    def begin(self) -> None:
-        """Another score begins."""
-        self._heard, self.away, self.standing = set(), set(), set()
+    def begin(self, robots: Collection[str]) -> None:
+        """Another score begins, and with it these robots' parts."""
+        self._heard = self._heard.difference(robots)
+        self.away, self.standing = self.away.difference(robots), set()
 
     def forget(self) -> None:
         """Tell everything again, since somebody asked for a score."""

@@ -12,6 +12,7 @@ from typing import Protocol
 from improv_core.plain import message as in_plain_text
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
+from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.player import GAMEPAD, Player
 from improv_core.stage.protocol import (
     DEADMAN_LIMIT,
@@ -27,7 +28,7 @@ from improv_core.stage.sinks import Edge, Sink
 
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
-This costs about 1% of a core while something plays."""
+A repeat doesn't need that."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +48,13 @@ class Unreadable:
 
 
 @dataclass(frozen=True, slots=True)
+class Lost:
+    """A score of this generation that counts on one that has not been read."""
+
+    generation: int
+
+
+@dataclass(frozen=True, slots=True)
 class Reading:
     """A long line is arriving. Pings after it wait until it has been read."""
 
@@ -58,7 +66,7 @@ class End:
     problem: str = ""
 
 
-Arrival = ToStage | Play | Unreadable | Reading | Edge | End
+Arrival = ToStage | Play | Unreadable | Lost | Reading | Edge | End
 """What may arrive while a stage plays."""
 
 
@@ -93,11 +101,11 @@ def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
     """Play what arrives until the end. Robots are stopped, whatever ends it. Returns exit code 1 after a failure."""
     loop = _Loop(opened, clock)
     last: Stopped = {"type": "stopped"}
-    early = EARLY if opened.sink.real else 0.0
     try:
         while True:
             now = clock.now()
             deadline = loop.deadline(now)
+            early = EARLY if opened.sink.real and loop.player.is_exact else 0.0
             try:
                 arrival = inbox.get(timeout=max(deadline - early - now, 0) if deadline < math.inf else None)
             except queue.Empty:
@@ -135,6 +143,7 @@ class _Loop:
         self.player = Player(opened.sink, self._tell, clock.wall)
         self._hangs_from = math.inf  # when the parent counts as hung, if it has ever pinged
         self._held_until = math.inf  # when a deadman button at the page, if it is held, counts as released
+        self._shown = 0  # the generation that is shown with the beats at which its parts begin
 
     def deadline(self, now: float) -> float:
         """The time at which `advance` must be called if nothing arrives."""
@@ -154,7 +163,7 @@ class _Loop:
             self._hold(None, now)
         self.player.advance(now)
 
-    def take(self, arrival: ToStage | Play | Unreadable | Reading | Edge, now: float) -> None:
+    def take(self, arrival: ToStage | Play | Unreadable | Lost | Reading | Edge, now: float) -> None:
         """Handle an arrival. An exception ends the stage, which stops the robots."""
         pinged = isinstance(arrival, dict) and arrival["type"] == "ping"
         if isinstance(arrival, Edge):
@@ -168,6 +177,8 @@ class _Loop:
             self._tell({"type": "error", "message": arrival.problem})
             if arrival.is_score:
                 self.player.hush(now)
+        elif isinstance(arrival, Lost):
+            self._tell({"type": "lacks", "generation": arrival.generation})
         elif not isinstance(arrival, Reading):
             self._obey(arrival, now)
 
@@ -184,18 +195,23 @@ class _Loop:
                 player.advance(clock.now())
 
     def _tell(self, message: FromStage) -> None:
-        if not self.failed:
-            self._opened.tell(message)
+        if self.failed:
+            return
+        if message["type"] == "transport" and "begins" in message and message["generation"] != self._shown:
+            self._shown = message["generation"]
+            self._opened.show(self.player.score, self._shown)  # again: now it is known when its parts began
+        self._opened.tell(message)
 
     def _load(self, asked: Play, now: float) -> None:
         load, score = asked.load, asked.score
-        if "zero" in load:  # real robots lead
+        if "entry" in load:  # real robots lead
             parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}
             score = replace(score, parts=parts)
         self.player.backend = load["backend"]
         self._opened.show(score, load["generation"])
         at = self._as_of(load.get("at"), now)
-        self.player.load(score, load["generation"], load["when"], at, load.get("zero"))
+        bar = load.get("beats_per_bar", BEATS_PER_BAR)
+        self.player.load(score, load["generation"], load["when"], at, load.get("entry"), bar)
 
     def _obey(self, message: ToStage, now: float) -> None:
         if message["type"] == "ping":

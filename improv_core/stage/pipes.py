@@ -6,8 +6,8 @@ import json
 import queue
 import sys
 
-from improv_core.score.score import from_json
-from improv_core.stage.loop import Arrival, End, Play, Reading, Unreadable, one_line
+from improv_core.score.score import LackingError, Read, from_json
+from improv_core.stage.loop import Arrival, End, Lost, Play, Reading, Unreadable, one_line
 from improv_core.stage.protocol import FromStage, ProtocolError, read_to_stage
 from improv_core.stage.setpoints import setpoints
 from improv_core.stage.urgent_queue import UrgentQueue
@@ -22,7 +22,7 @@ TOO_LONG = Unreadable(f"this program can't be played: it is longer than {LONGEST
 def read_arrivals(inbox: UrgentQueue[Arrival]) -> None:
     """Put in what each line of standard input says. Its end ends the stage, also in the middle of a line, and so does
     anything that is raised here: a stage that no longer listens could not be told to stop."""
-    problem = ""
+    problem, read = "", Read()
     try:
         # A file of our own: at its end Python waits for the lock of its own, which a thread that reads never lets go.
         with open(0, "rb", closefd=False) as stream:
@@ -34,15 +34,15 @@ def read_arrivals(inbox: UrgentQueue[Arrival]) -> None:
                     continue
                 if len(line) > LONG:
                     inbox.put(Reading())
-                inbox.put(arrival(line))
+                inbox.put(arrival(line, read))
     except BaseException as error:
         problem = f"the stage can't read what it is sent: {one_line(error)}"
     finally:
         inbox.put(End(problem))
 
 
-def arrival(line: bytes) -> Arrival:
-    """What a line says.
+def arrival(line: bytes, read: Read) -> Arrival:
+    """What a line says. `read` is what the lines before have brought.
 
     Scores are read and tried here, on the thread that reads lines, so that what plays goes on meanwhile.
     """
@@ -53,11 +53,15 @@ def arrival(line: bytes) -> Arrival:
     if message["type"] != "load":
         return message
     try:
-        score = from_json(message["score"])
+        before = read.parts
+        score = from_json(message["score"], read)
         score.seconds(score.beats)
-        for part in score.parts.values():
-            next(setpoints(part, score.tempo), None)
+        for robot, part in score.parts.items():
+            if before.get(robot) is not part:
+                next(setpoints(part, score.tempo), None)
         return Play(message, score)
+    except LackingError:
+        return Lost(message["generation"])
     except Exception as error:  # whatever is wrong with it, robots must not go on as if nothing had been asked for
         return Unreadable(f"this program can't be played: {one_line(error)}", is_score=True)
 

@@ -7,23 +7,26 @@ including pauses.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from heapq import heapify, heappop, heappush, heapreplace
+from heapq import heapify, heappop, heappush
+from itertools import chain, takewhile
 from typing import NamedTuple
 
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
-from improv_core.score.score import Score
+from improv_core.score.score import UNNUMBERED, Part, Score
 from improv_core.score.senses import RobotSense
-from improv_core.score.transport import Switch, Transport
+from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
 from improv_core.stage.listeners import Listeners
 from improv_core.stage.protocol import (
     FASTEST,
     LAST_BEAT,
     SLOWEST,
+    Begins,
+    Entry,
     ErrorLine,
     PoseJson,
     Poses,
@@ -34,6 +37,7 @@ from improv_core.stage.protocol import (
     When,
     refused_by,
 )
+from improv_core.stage.repeats import Repeats
 from improv_core.stage.setpoints import LAST_ZEROS, Setpoint, setpoints, zeros
 from improv_core.stage.sinks import Edge, Sink
 
@@ -55,12 +59,17 @@ EMPTY = Score(Fraction(60), {})
 
 @dataclass(frozen=True, slots=True)
 class Swap:
-    """A score that waits to take over: `when` is now, beat, or end, and `at` the resulting performance time."""
+    """A score that waits to take over: `when` is now, beat, bar, or end, and `at` the resulting performance time.
+
+    `entry` is set if another stage has decided when it takes over.
+    """
 
     score: Score
     generation: int
     when: Switch
+    beats_per_bar: int
     at: float
+    entry: Entry | None
 
 
 class _Due(NamedTuple):
@@ -69,6 +78,7 @@ class _Due(NamedTuple):
     at: float
     robot: str
     twist: Twist
+    held: bool
     rest: Iterator[Setpoint]
     offset: float
 
@@ -83,11 +93,12 @@ class Player:
         self._score = EMPTY
         self.backend = sink.name
         """What everything plays on, in words for people."""
-        self._generation = 0
+        self._generation = self._restarted = 0
         self._state: State = "stopped"
         self._speed = Fraction(1)
         self._transport = Transport(0.0, 0.0, 0, EMPTY.tempo)
         self._queue: list[_Due] = []
+        self._repeats = Repeats()
         self._next: Swap | None = None
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
@@ -107,26 +118,49 @@ class Player:
         """stopped, waiting (for listeners), playing, paused, or ended."""
         return self._state
 
-    def load(self, score: Score, generation: int, when: When, now: float, zero: float | None = None) -> None:
-        """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat`, or at `end`.
+    @property
+    def score(self) -> Score:
+        """The score that plays, or played last, with the beats at which its parts began."""
+        return self._score
 
-        `zero` is the time of beat 0 on the clock if another stage has set it.
+    def load(
+        self,
+        score: Score,
+        generation: int,
+        when: When,
+        now: float,
+        entry: Entry | None = None,
+        beats_per_bar: int = BEATS_PER_BAR,
+    ) -> None:
+        """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
+        the `end`.
+
+        A score that takes over is an edit of the one that plays: the beat goes on counting, parts of the same edition
+        stay as they are, and all others begin. `entry` says when, if another stage has decided it. If playing is
+        paused, it goes on from there; if nothing plays, the score restarts.
         """
         if self._sink.real and (stop := self._stop_of(score)):
             self._tell({"type": "error", "message": refused_by(stop)})
             self._tell_transport(now)
             return
         self._listeners.forget()
-        if self._state == "playing" and when != "restart":
-            performed = self._transport.performed(now)
-            if zero is None:
-                at = self._transport.switch_time(when, performed, self._score.beats)
-            else:
-                at = zero - self._transport.zero
-            self._next = Swap(score, generation, when, at)
-            self.advance(now)
+        beats_per_bar, performed = max(beats_per_bar, 1), self._transport.performed(now)
+        if when == "restart" or not (self._state in ("playing", "paused") or (self._state == "ended" and entry)):
+            self._restart(score, generation, now, entry)
+            return
+        if entry:
+            at = entry["monotonic"] - self._transport.zero
+        elif self._state == "paused":
+            at = performed
         else:
-            self._restart(score, generation, now, zero)
+            at = self._transport.switch_time(when, performed, self._score.beats, beats_per_bar)
+        swap = Swap(score, generation, when, beats_per_bar, at, entry)
+        if self._state == "paused":
+            self._next = None
+            self._take_over(swap, now)
+        else:
+            self._next = swap
+            self.advance(now)
 
     def hush(self, now: float) -> None:
         """Stop every robot at once. If one can't be stopped, the others still are, and the first exception is raised.
@@ -171,9 +205,8 @@ class Player:
         if self._score is EMPTY:
             return
         target = near(min(max(beat, 0.0), float(self._score.beats), LAST_BEAT))
-        if self._state != "waiting" and not self._sink.real:
-            poses = {robot: pose_at(part, target) for robot, part in self._score.parts.items()}
-            self._sink.place({robot: pose for robot, pose in poses.items() if pose})
+        if self._state != "waiting":
+            self._place_at(target)
         if self._state == "playing":
             self._play_from(target, self._transport.performed(now), now)
         elif self._state != "waiting":
@@ -217,9 +250,15 @@ class Player:
             message = f"the stage stalled for {late:.1f} s, so all robots were stopped: save to play again"
             self._tell({"type": "error", "message": message})
             return
+        if self._sink.real and self._repeats.hopeless:
+            self.hush(now)
+            count = len(self._score.parts)
+            message = f"this machine is too slow for {count} robots, so all were stopped: play fewer robots"
+            self._tell({"type": "error", "message": message})
+            return
         self.reached = now
         performed = self._performed(now)
-        if self._next and performed >= self._next.at:
+        if self._next and self._state != "paused" and performed >= self._next.at:
             swap, self._next = self._next, None
             # At exactly this time, the new score's setpoints replace those of the old one.
             self._send_due(math.nextafter(swap.at, -math.inf))
@@ -227,12 +266,14 @@ class Player:
         end = self._transport.end(self._score.beats)
         if self._state == "playing" and performed >= end:
             self._send_due(end)
-            self._leave_at(self._beat(now))
+            self._transport = replace(self._transport, since=end, origin=self._beat(now))
             self._state = "ended"
             if not self._sink.real:
-                self._look_at_all()  # for bumps in the last second
+                self._look_at(self._score.parts)  # for bumps in the last second
             self._tell_transport(now)
         self._send_due(performed)
+        if self._sink.real and (line := self._repeats.news()):
+            self._tell({"type": "warning", "message": line})
         if now >= self._listeners.next_look and (self._state == "playing" or self._looks_while_paused):
             standing, done = self._listeners.look_around(self._score, now)
             self._zeros_left.update(dict.fromkeys(standing, LAST_ZEROS))
@@ -253,6 +294,11 @@ class Player:
         return min(at, now + self._sink.period) if self._sink.period else at
 
     @property
+    def is_exact(self) -> bool:
+        """Whether what is due next must be sent at its exact time. Repeats may be a little late."""
+        return self._change_due() <= self._repeats.due
+
+    @property
     def _looks_while_paused(self) -> bool:
         """Whether robots are waited for that have gone away."""
         return self._state == "paused" and self._continues and bool(self._listeners.away)
@@ -267,14 +313,24 @@ class Player:
         playing = self._state == "playing"
         return self._transport.beat(now, self._score.beats) if playing else self._transport.origin
 
+    def _place_at(self, beat: Exact) -> None:
+        """Move simulated robots to where they ideally are at a beat."""
+        if not self._sink.real:
+            poses = {robot: pose_at(part, beat) for robot, part in self._score.parts.items()}
+            self._sink.place({robot: pose for robot, pose in poses.items() if pose})
+
     def _leave_at(self, beat: Exact) -> None:
         """Remember the beat at which playback stopped."""
         self._transport = replace(self._transport, origin=beat)
 
     def _due(self) -> float:
         """The performance time of the next event."""
+        return min(self._change_due(), self._repeats.due)
+
+    def _change_due(self) -> float:
+        """The performance time of the next event that has an exact time. Repeats may be a little late."""
         queued = self._queue[0].at if self._queue else math.inf
-        swap = self._next.at if self._next else math.inf
+        swap = self._next.at if self._next and self._state != "paused" else math.inf
         end = self._transport.end(self._score.beats) if self._state == "playing" else math.inf
         return min(queued, swap, end)
 
@@ -284,31 +340,42 @@ class Player:
         performed = self._transport.performed(now)
         return max(performed, due) if self._transport.clock(due) <= now else performed
 
-    def _restart(self, score: Score, generation: int, now: float, zero: float | None) -> None:
+    def _restart(self, score: Score, generation: int, now: float, entry: Entry | None) -> None:
         old = self._score.parts
         leaving = [robot for robot in old if robot not in score.parts]
         for robot in leaving:
             self._sink.send(robot, STILL, self._transport.performed(now))
+        self._leave_topics(score, self._transport.performed(now))
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
         self._queue, self._next, self._wanted = [], None, {}
+        self._repeats.restart()
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
-        self._listeners.begin()
-        self._score, self._generation = score, generation
-        self._transport = Transport(now if zero is None else zero, 0.0, 0, self._tempo)
+        self._listeners.begin({*old, *score.parts})
+        self._score, self._generation, self._restarted = score, generation, generation
+        self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)
         for robot in score.parts:
             self._met.setdefault(robot, now)
         self._unheard = set(score.parts)
         self._state = "waiting"
-        if zero is not None:
-            self._play_from(0, 0.0, now)
+        if entry:
+            self._join(entry, now)
             return
         self._look_for_listeners(now)
         if self._state == "waiting":
             for robot in old.keys() & score.parts.keys():
                 self._sink.send(robot, STILL, 0.0)  # they must not keep moving while we wait for others
             self._tell_transport(now)
+
+    def _join(self, entry: Entry, now: float) -> None:
+        """Play from the beat on that another stage has reached, since it may have begun long ago."""
+        beat, begins = near(entry["beat"]), entry.get("begins", {})
+        parts = {name: replace(part, begins=near(begins.get(name, 0))) for name, part in self._score.parts.items()}
+        self._score = replace(self._score, parts=parts)
+        if beat:
+            self._place_at(beat)
+        self._play_from(beat, 0.0, now)
 
     def _look_for_listeners(self, now: float) -> None:
         found, self._unheard = self._unheard, set(self._sink.missing(self._unheard))
@@ -319,21 +386,46 @@ class Player:
             return
         self._transport = replace(self._transport, zero=now)
         self._play_from(0, 0.0, now)
-        self._look_at_all()
+        self._look_at(self._score.parts)
 
     def _take_over(self, swap: Swap, now: float) -> None:
-        old = self._score
-        self._sink.prepare(swap.score, False)
-        self._listeners.begin()
-        self._score, self._generation = swap.score, swap.generation
-        for robot in swap.score.parts:
+        """Have a score take over. Parts that stay the same are not touched; first of all, their setpoints are sent."""
+        old, beat = self._score, self._beat_of(swap)
+        score = _edited(old, swap, beat, simulated=not self._sink.real)
+        entering = {robot for robot, part in score.parts.items() if not _continues(old.parts.get(robot), part)}
+        goes_on = self._state == "playing" and score.tempo == old.tempo
+        leaving = old.parts.keys() - score.parts.keys()
+        self._drop({*entering, *leaving} if goes_on else {*old.parts, *score.parts})
+        self._send_due(swap.at)
+        self._leave_topics(score, swap.at)
+        self._sink.prepare(score, False)
+        self._listeners.begin(entering)
+        self._score, self._generation = score, swap.generation
+        for robot in entering:
             self._met.setdefault(robot, now)
-        for robot in old.parts.keys() - swap.score.parts.keys():
-            self._queue = [due for due in self._queue if due.robot != robot]
-            heapify(self._queue)
+        for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old.parts[robot].profile.command_rate), swap.at)
-        self._play_from(0, swap.at, now)
-        self._look_at_all()
+        if goes_on and not self._waits_for():
+            self._begin(entering, beat, swap.at, now)
+        else:
+            self._play_from(beat, swap.at, now)
+        self._look_at(entering)
+
+    def _beat_of(self, swap: Swap) -> Exact:
+        """The beat at which a score takes over."""
+        if swap.entry:
+            return near(swap.entry["beat"])
+        if self._state == "paused":
+            return self._transport.origin
+        return self._transport.beat(self._transport.clock(swap.at), ENDLESS)
+
+    def _leave_topics(self, score: Score, performed: float) -> None:
+        """Stop robots on topics that they had so far, and that a score no longer has for them."""
+        for robot, part in self._score.parts.items():
+            later = score.parts.get(robot)
+            if later and (later.topic, later.profile.message) != (part.topic, part.profile.message):
+                for _ in range(LAST_ZEROS):
+                    self._sink.send(robot, STILL, performed)
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, starting at this performance time."""
@@ -343,14 +435,17 @@ class Player:
             self._wait(now)
             return
         self._state, self._continues = "playing", False
-        self._drop_parts()
-        self._zeros_left = {robot: LAST_ZEROS for robot in self._score.parts if self._is_silent(robot)}
-        for robot, part in self._score.parts.items():
-            self._enqueue(robot, setpoints(part, self._tempo, beat), performed)
-        if self._next:
-            swap = self._next
-            at = self._transport.switch_time(swap.when, performed, self._score.beats)
-            self._next = Swap(swap.score, swap.generation, swap.when, at)
+        if swap := self._next:
+            at = self._transport.switch_time(swap.when, performed, self._score.beats, swap.beats_per_bar)
+            self._next = replace(swap, at=at)
+        self._begin(self._score.parts, beat, performed, now)
+
+    def _begin(self, robots: Collection[str], beat: Exact, performed: float, now: float) -> None:
+        """Have robots play their parts from a beat on, starting at this performance time."""
+        self._drop(robots)
+        for robot in robots:
+            self._zeros_left[robot] = LAST_ZEROS if self._is_silent(robot) else 0
+            self._enqueue(robot, _told(self._score.parts[robot], self._tempo, beat), performed)
         self._listeners.wait(now)
         self._tell_transport(now, self._transport.clock(performed))
         self.advance(now)
@@ -404,8 +499,10 @@ class Player:
 
     def _stop_all(self, now: float, state: State, continues: bool = False) -> None:
         performed = self._transport.performed(now)
-        self._next, self._continues = None, continues
-        self._drop_parts()
+        self._continues = continues
+        if state != "paused":
+            self._next = None
+        self._drop(self._score.parts)
         problems = []
         for robot, part in self._score.parts.items():
             burst = zeros(performed, 1 / part.profile.command_rate)
@@ -421,10 +518,12 @@ class Player:
         self._sink.advance(performed)
         self._tell_transport(now)
 
-    def _drop_parts(self) -> None:
-        """Drop the setpoints of the score's robots. Robots that have left the score still get their zeros."""
-        self._queue = [due for due in self._queue if due.robot not in self._score.parts]
+    def _drop(self, robots: Collection[str]) -> None:
+        """Drop the setpoints of robots. Those that have left the score still get their zeros."""
+        self._queue = [due for due in self._queue if due.robot not in robots]
         heapify(self._queue)
+        for robot in robots:
+            self._repeats.release(robot)
 
     def _is_silent(self, robot: str) -> bool:
         return robot in self._listeners.standing or (
@@ -432,22 +531,39 @@ class Player:
         )
 
     def _enqueue(self, robot: str, told: Iterator[Setpoint], offset: float) -> None:
-        first = next(told, None)
-        if first:
-            heappush(self._queue, _Due(first.at + offset, robot, first.twist, told, offset))
+        if following := next(told, None):
+            at, twist, held = following
+            heappush(self._queue, _Due(at + offset, robot, twist, held, told, offset))
 
     def _send_due(self, performed: float) -> None:
-        queue = self._queue
-        while queue and queue[0].at <= performed:
-            at, robot, moving, rest, offset = queue[0]
-            # Do this before sending: a robot that can't be reached must not come first again and hold up the others.
-            following = next(rest, None)
-            if following:
-                heapreplace(queue, _Due(following.at + offset, robot, following.twist, rest, offset))
-            else:
-                heappop(queue)
-            self._send(robot, moving, at)
+        """Send every change that is due, and then the repeats of one slot, so that a change never waits for more."""
+        while self._queue and self._queue[0].at <= performed:
+            due = []
+            while self._queue and self._queue[0].at <= performed:
+                due.append(heappop(self._queue))
+            self._send_all(due)
+        if self._repeats.due <= performed:
+            for robot in self._repeats.take(performed):
+                self._send(robot, self._wanted[robot], performed)
         self._sink.advance(performed)
+
+    def _send_all(self, due: Sequence[_Due]) -> None:
+        """Send these setpoints, and only then compute the next ones."""
+        sent = 0
+        try:
+            for at, robot, moving, *_ in due:
+                sent += 1
+                self._send(robot, moving, at)
+        finally:
+            # Also if a robot can't be reached: it must not come first again and hold up the zeros of the others.
+            for at, robot, _, held, rest, offset in due[:sent]:
+                if held:
+                    self._repeats.hold(robot, self._score.parts[robot].profile.command_rate, at)
+                else:
+                    self._repeats.release(robot)
+                self._enqueue(robot, rest, offset)
+            for each in due[sent:]:
+                heappush(self._queue, each)
 
     def _send(self, robot: str, moving: Twist, at: float) -> None:
         self._wanted[robot] = moving
@@ -458,9 +574,9 @@ class Player:
             self._zeros_left[robot], moving = left - 1, STILL
         self._sink.send(robot, moving, at)
 
-    def _look_at_all(self) -> None:
-        """Check every robot at once, and tell what came up."""
-        self._zeros_left.update(dict.fromkeys(self._listeners.look(self._score, self._score.parts), LAST_ZEROS))
+    def _look_at(self, robots: Collection[str]) -> None:
+        """Check robots at once, and tell what came up."""
+        self._zeros_left.update(dict.fromkeys(self._listeners.look(self._score, robots), LAST_ZEROS))
         self._tell_news()
 
     def _tell_news(self) -> None:
@@ -478,9 +594,12 @@ class Player:
         beats = self._score.beats
         waits = self._waits_for() if self._state in ("paused", "stopped") else []
         waiting: Waiting = {"waits_for": waits} if waits else {}
+        begins = {robot: float(part.begins) for robot, part in self._score.parts.items() if part.begins}
+        began: Begins = {"begins": begins} if begins else {}
         message: TransportMessage = {
             "type": "transport",
             "generation": self._generation,
+            "restarted": self._restarted,
             "state": self._state,
             "backend": self.backend,
             "tempo": float(self._tempo),
@@ -494,8 +613,52 @@ class Player:
             "wall": self._wall() - (now - at),
             **self.whereabouts(),
             **waiting,
+            **began,
         }
         self._tell(message)
+
+
+def _edited(old: Score, swap: Swap, beat: Exact, *, simulated: bool) -> Score:
+    """The score that takes over from another at a beat, with the beats at which its parts began.
+
+    What has ended as a whole begins again.
+    """
+    is_over = old.beats != ENDLESS and beat >= near(float(old.beats))
+    decided = None if swap.entry is None else swap.entry.get("begins", {})
+    parts = {}
+    for robot, part in swap.score.parts.items():
+        before = old.parts.get(robot)
+        begins = beat
+        if decided is not None:
+            begins = near(decided.get(robot, 0))
+        elif before and not is_over and _are_alike(before, part):
+            begins = before.begins
+        part, entered = replace(part, begins=begins), None
+        if before and _continues(before, part):
+            entered = before.entered or before.start
+        elif before and simulated:
+            entered = pose_at(before, beat)
+        parts[robot] = replace(part, entered=entered)
+    return replace(swap.score, parts=parts)
+
+
+def _are_alike(before: Part, part: Part) -> bool:
+    """Whether two parts of a robot move it alike."""
+    return before.edition == part.edition != UNNUMBERED
+
+
+def _continues(before: Part | None, part: Part) -> bool:
+    """Whether a part is the one that its robot plays already."""
+    return before is not None and _are_alike(before, part) and before.begins == part.begins
+
+
+def _told(part: Part, tempo: Fraction, beat: Exact) -> Iterator[Setpoint]:
+    """A part's setpoints from a beat of the performance on. Its robot stands until the part begins."""
+    if beat >= part.begins:
+        return setpoints(part, tempo, beat - part.begins)
+    until = float((part.begins - beat) * 60 / tempo)
+    standing = takewhile(lambda each: each.at < until, zeros(0.0, 1 / part.profile.command_rate))
+    return chain(standing, (each._replace(at=until + each.at) for each in setpoints(part, tempo)))
 
 
 def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:

@@ -33,8 +33,8 @@ DEADMAN_LIMIT = 0.3
 END_LIMIT = 3.0
 """Seconds a stage may take to stop its robots and end, before it is killed."""
 
-When = Literal["restart", "now", "beat", "end"]
-"""When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat or at the end."""
+When = Literal["restart", "now", "beat", "bar", "end"]
+"""When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat, bar, or the end."""
 State = Literal["waiting", "playing", "paused", "ended", "stopped"]
 """`waiting` is for listeners, before beat 0."""
 
@@ -68,10 +68,24 @@ class _Load(TypedDict):
     backend: str
 
 
-class Load(_Load, _Timed, total=False):
-    """Play a score: what `score.to_json` makes."""
+class Begins(TypedDict, total=False):
+    """The beats at which parts began, by robot; without those that began at beat 0."""
 
-    zero: float
+    begins: Mapping[str, float]
+
+
+class Entry(Begins):
+    """A score took over at this beat, at this monotonic time."""
+
+    beat: float
+    monotonic: float
+
+
+class Load(_Load, _Timed, total=False):
+    """Play a score: what `score.to_json` makes. `entry` is what the stage that leads has decided."""
+
+    beats_per_bar: int
+    entry: Entry
 
 
 class Hush(_Timed):
@@ -172,6 +186,7 @@ class Waiting(TypedDict, total=False):
 class _TransportMessage(TypedDict):
     type: Literal["transport"]
     generation: int
+    restarted: int
     state: State
     backend: str
     tempo: float
@@ -185,7 +200,7 @@ class _TransportMessage(TypedDict):
     wall: float
 
 
-class TransportMessage(_TransportMessage, Poses, Waiting):
+class TransportMessage(_TransportMessage, Poses, Waiting, Begins):
     """Where playing stands, as of the times `monotonic` and `wall`."""
 
 
@@ -220,6 +235,13 @@ class Pong(TypedDict):
     number: int
 
 
+class Lacks(TypedDict):
+    """The score of this generation counts on one that the stage has not read: it has to be sent whole."""
+
+    type: Literal["lacks"]
+    generation: int
+
+
 class _Stopped(TypedDict):
     type: Literal["stopped"]
 
@@ -230,7 +252,7 @@ class Stopped(_Stopped, Poses, total=False):
     message: str
 
 
-FromStage = Ready | TransportMessage | Request | Sent | WarningLine | ErrorLine | Pong | Stopped
+FromStage = Ready | TransportMessage | Request | Sent | WarningLine | ErrorLine | Pong | Lacks | Stopped
 
 
 class Publish(TypedDict):
@@ -352,7 +374,7 @@ class ShownRobot(TypedDict):
     radius: float
     motions: Sequence[str]
     start_pose: Sequence[float]
-    beats: float | None
+    ends: float | None
 
 
 class Deadman(TypedDict):

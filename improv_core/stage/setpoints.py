@@ -1,4 +1,4 @@
-"""A robot's setpoints: every change of velocity at its exact time, repeated at the command rate, then zeros."""
+"""A robot's setpoints: every change of velocity at its exact time, then zeros."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ SHORTEST = Fraction(1, 1000)
 
 
 class Setpoint(NamedTuple):
-    """A robot's velocity from `at` seconds on."""
+    """A robot's velocity from `at` seconds on. If it is `held`, it is repeated until the next one."""
 
     at: float
     twist: Twist
+    held: bool
 
 
 def setpoints(part: Part, tempo: Fraction, start: Exact = 0) -> Iterator[Setpoint]:
-    """All setpoints from beat `start` on, with times counted from there: each change, repetitions, then zeros."""
+    """All setpoints from beat `start` on, with times counted from there: each change, then zeros."""
     period = 1 / part.profile.command_rate
     seconds = 60 / tempo
     shortest = SHORTEST / seconds
@@ -35,25 +36,16 @@ def setpoints(part: Part, tempo: Fraction, start: Exact = 0) -> Iterator[Setpoin
         return
     moments = walk(part.movement, start, merge=True)
     while moment := next(moments, None):
-        end = moment.start + moment.duration
         if moment.duration < shortest:
             end = moment.start + shortest
             if end >= duration:
                 end = Fraction(duration)
             moments = walk(part.movement, end, merge=True)
-        moving = twist(moment.velocity, part.profile, tempo)
-        yield from _held(moving, float((moment.start - start) * seconds), float((end - start) * seconds), period)
+        # Compute each time from the start instead of adding up, so no error grows however long it plays.
+        yield Setpoint(float((moment.start - start) * seconds), twist(moment.velocity, part.profile, tempo), True)
     yield from zeros(float((duration - start) * seconds), period)
 
 
 def zeros(start: float, period: float) -> Iterator[Setpoint]:
     """The short burst of zeros that stops a robot."""
-    return (Setpoint(start + count * period, STILL) for count in range(LAST_ZEROS))
-
-
-def _held(moving: Twist, start: float, end: float, period: float) -> Iterator[Setpoint]:
-    # Compute each time from the start instead of adding up, so no error grows however long the velocity is held.
-    count = 0
-    while (at := start + count * period) < end:
-        yield Setpoint(at, moving)
-        count += 1
+    return (Setpoint(start + count * period, STILL, False) for count in range(LAST_ZEROS))

@@ -24,9 +24,11 @@ if __name__ == "__main__":
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
     sys.path.append(str(here.parent.parent))
 
+from improv_core.score.motion import STILL
 from improv_core.stage.lines import Lines
 from improv_core.stage.protocol import ToStandby
 from improv_core.stage.setpoints import LAST_ZEROS
+from improv_core.stage.sinks.cdr import stamped, twist_message
 
 LOOK = 0.12
 """Seconds without a sign of life after which to look whether a stage that moves robots was halted: a little more than
@@ -170,18 +172,14 @@ class _Publishers:
 
         A publisher that fails does not keep the others from it.
         """
-        import geometry_msgs.msg
-
         left = {(topic, kind): LAST_ZEROS for topic, kind in self._made if topic in topics}
+        zero, clock = twist_message(STILL), self._nodes.first.get_clock()
         end = time.monotonic() + DISCOVERY_LIMIT
         while left and time.monotonic() < end:
             for topic, kind in list(left):
                 publisher, _ = self._made[topic, kind]
-                message = getattr(geometry_msgs.msg, kind)()
-                if kind == "TwistStamped":
-                    message.header.stamp = self._nodes.first.get_clock().now().to_msg()
                 with suppress(Exception):  # whatever rclpy raises
-                    publisher.publish(message)
+                    publisher.publish(stamped(zero, clock.now().nanoseconds) if kind == "TwistStamped" else zero)
                     left[topic, kind] -= publisher.get_subscription_count() > 0
             left = {key: count for key, count in left.items() if count}
             time.sleep(ZERO_PERIOD)

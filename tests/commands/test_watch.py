@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
 import queue
 import subprocess
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
+import aiohttp
 import pytest
 
 from tests.commands.command_line import IMPROV, LIMIT
+from tests.page import live_behind
 from tests.strange_files import StrangeFile
 
 PIECE, LONG = 0.03, 0.7
@@ -21,8 +26,8 @@ PIECE, LONG = 0.03, 0.7
 class Watch:
     """A running `improv watch`, and the lines it prints."""
 
-    def __init__(self, path: Path) -> None:
-        command = [*IMPROV, "watch", str(path), "--backend", "sim", "--no-browser"]
+    def __init__(self, path: Path, *options: str) -> None:
+        command = [*IMPROV, "watch", str(path), "--backend", "sim", "--no-browser", *options]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         threading.Thread(target=self._read, daemon=True).start()
@@ -60,8 +65,8 @@ def program(tmp_path: Path) -> Path:
 
 
 @contextmanager
-def watching(program: Path) -> Iterator[Watch]:
-    watch = Watch(program)
+def watching(program: Path, *options: str) -> Iterator[Watch]:
+    watch = Watch(program, *options)
     yield watch
     watch.close()
 
@@ -205,3 +210,29 @@ def test_a_strange_improv_toml_stops_new_dances_only(strange_file: StrangeFile) 
         path.write_text("r $ left\n")
         assert watch.next().startswith(f"improv: {robots}: {strange_file.problem}")
         assert watch.next() == "✗ the previous dance keeps playing\n"
+
+
+@pytest.mark.parametrize(("options", "begins"), [([], None), (["--continue"], {"s"})])
+def test_a_save_edits_what_plays_if_it_is_to(program: Path, options: list[str], begins: set[str] | None) -> None:
+    program.write_text("beat 240\nr $ repeat (forward left)\ns $ repeat forward\n")
+    with watching(program, *options) as watch:
+        address = live_behind(watch.wait("watch it at").split()[-1])
+        watch.wait("▶ r")
+        program.write_text("beat 240\nr $ repeat (forward left)\ns $ repeat left\n")
+        watch.wait("▶ r")
+        told = asyncio.run(transport(address, generation=2))
+        assert told.get("begins", {}).keys() == (begins or set())
+        assert told["restarted"] == (1 if begins else 2)
+
+
+async def transport(address: str, generation: int) -> dict[str, Any]:
+    """The message that tells the page that a score of this generation plays."""
+    async with (
+        aiohttp.ClientSession() as session,
+        session.ws_connect(address, origin=address.split("/live")[0]) as page,
+    ):
+        async for message in page:
+            told: dict[str, Any] = json.loads(message.data)
+            if told["type"] == "transport" and told["generation"] == generation:
+                return told
+    raise AssertionError("the page was closed")

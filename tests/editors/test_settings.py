@@ -8,7 +8,8 @@ from pathlib import Path
 
 from improv_ls.settings import Settings, read_settings
 
-DEFAULTS = Settings(hover_pictures=True)  # VS Code shows pictures in a hover; elsewhere their code would be shown
+# VS Code shows pictures in a hover; elsewhere their code would be shown. Without a value, onSave is restart as well.
+DEFAULTS = Settings(on_save="restart", hover_pictures=True)
 MANIFEST = Path(__file__).parents[2] / "editors/vscode/package.json"
 
 

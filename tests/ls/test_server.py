@@ -217,7 +217,7 @@ def test_client_without_capabilities_is_never_asked_anything() -> None:
 
 
 def test_client_that_never_answers_is_not_waited_for_and_a_late_answer_does_no_harm() -> None:
-    with Client(QUIET, answers=False) as client:
+    with Client({**QUIET, "onSave": "restart"}, answers=False) as client:
         client.open(URI, "beat 240\nr $ forward left left left\n")
         client.save(URI)
         client.wait_for_line("▶")
@@ -235,7 +235,7 @@ def test_settings_come_from_anywhere_and_wrong_ones_are_told_once() -> None:
         assert client.wait_for_line("improv.onSave") == (
             "improv.onSave: expected restart, continue or off, got 'sometimes'; keeping the current value"
         )
-        client.wait_for_line("improv.switchAt: expected now, beat or end, got 7")
+        client.wait_for_line("improv.switchAt: expected now, beat, bar or end, got 7")
         client.notify("workspace/didChangeConfiguration", {"settings": {"improv": {"onSave": "off"}}})
         client.open(URI, "r $ left\n")
         client.save(URI)

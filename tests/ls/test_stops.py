@@ -65,7 +65,7 @@ class Dancer(Client):
         """What has begun to play since the answer to a request."""
         messages = [spoken.message for spoken in list(self.log) if spoken.by_server]
         since = next(place for place, each in enumerate(messages) if each.get("id") == number and "method" not in each)
-        return [each for each in messages[since:] if each.get("method") == "improv/evaluated"]
+        return [each for each in messages[since:] if "▶" in str(each.get("params"))]
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import tempfile
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +17,7 @@ from improv_core.playback.stop_socket import IDLE, stop_all
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score import Safety
+from improv_core.score.score import Safety, Score
 from improv_core.stage.protocol import Conduct, FromStage, Load, Ready, State, ToStage, TransportMessage
 
 LIMIT = 60.0
@@ -64,11 +64,19 @@ class Fake:
         self.alive = False
         self._hear(self, {"type": "gone", "message": "the stage exited unexpectedly"}, 0)
 
-    def tell(self, state: State, beat: float = 0.0, monotonic: float = 500.0, waits_for: Sequence[str] = ()) -> None:
+    def tell(
+        self,
+        state: State,
+        beat: float = 0.0,
+        monotonic: float = 500.0,
+        waits_for: Sequence[str] = (),
+        begins: Mapping[str, float] | None = None,
+    ) -> None:
         """Say where it is in what it was given to play last."""
         transport: TransportMessage = {
             "type": "transport",
             "generation": self.loads[-1]["generation"],
+            "restarted": 1 if begins else self.loads[-1]["generation"],
             "state": state,
             "backend": "fake",
             "tempo": 120.0,
@@ -83,6 +91,8 @@ class Fake:
         }
         if waits_for:
             transport["waits_for"] = waits_for
+        if begins:
+            transport["begins"] = begins
         self.say(transport)
 
     @property
@@ -163,7 +173,8 @@ def test_the_twin_begins_at_the_beat_0_of_the_stage_that_leads() -> None:
         leader.tell("waiting")
         assert (leader.kinds, twin.kinds) == (["load"], [])
         leader.tell("playing", beat=3.0, monotonic=500.0)  # three beats at 120 a minute since beat 0
-        assert twin.loads == [{**leader.loads[0], "zero": 498.5}]
+        entry = {"beat": 3.0, "monotonic": 500.0}
+        assert twin.loads == [{**leader.loads[0], "entry": entry}]
         leader.tell("playing", beat=4.0, monotonic=500.5)
         assert len(twin.loads) == 1
 
@@ -455,3 +466,85 @@ def test_a_real_stage_plays_at_the_speed_that_was_kept() -> None:
             await playback.close()
 
     asyncio.run(run())
+
+
+SAVED = analyze("anna $ repeat forward\nbert $ repeat left\n")
+
+
+def edited(bert: str) -> Score:
+    """The program with another line for bert."""
+    at = SAVED.text.index("repeat left")
+    return score_of(SAVED.edited(at, len(SAVED.text) - 1, bert))
+
+
+def load_of(stage: Fake) -> tuple[int, bool, bool]:
+    """The generation of the last score that a stage was sent, whether it was whole, and whether anna was only named."""
+    load = stage.loads[-1]
+    return load["generation"], load["score"]["known"] == 0, load["score"]["parts"]["anna"] is None
+
+
+def test_a_save_sends_each_stage_only_what_it_lacks() -> None:
+    async def performs(show: Show) -> None:
+        assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
+        leader, twin = show.latest("ros"), show.latest("simulator")
+        leader.tell("playing")
+        await show.playback.play(edited("right"), "dance", show.stops.count, "bar", 3)
+        await show.playback.play(edited("repeat right"), "dance", show.stops.count, "bar", 3)
+        assert (load_of(leader), load_of(twin)) == ((3, False, True), (1, True, False))
+        assert leader.loads[-1]["beats_per_bar"] == 3
+        leader.tell("playing", beat=6.0, begins={"bert": 6.0})
+        assert load_of(twin) == (3, False, True)
+        assert (twin.loads[-1]["when"], twin.loads[-1]["entry"]) == (
+            "now",
+            {"beat": 6.0, "monotonic": 500.0, "begins": {"bert": 6.0}},
+        )
+        bert = twin.loads[-1]["score"]["parts"]["bert"]
+        assert len(twin.loads[-1]["score"]["movements"]) < 6
+        assert bert["edition"] not in (twin.loads[0]["score"]["parts"][robot]["edition"] for robot in ("anna", "bert"))
+
+    check(performs)
+
+
+@pytest.mark.parametrize("sink", ["ros", "simulator"])
+def test_a_stage_that_lacks_something_is_sent_the_whole_score(sink: SinkName) -> None:
+    async def performs(show: Show) -> None:
+        assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
+        leader, stage = show.latest("ros"), show.latest(sink)
+        leader.tell("playing")
+        await show.playback.play(edited("right"), "dance", show.stops.count, "beat")
+        leader.tell("playing", beat=6.0, begins={"bert": 6.0})
+        before = len(stage.loads)
+        stage.say({"type": "lacks", "generation": 1})  # an old one, which nobody needs any more
+        assert len(stage.loads) == before
+        stage.say({"type": "lacks", "generation": 2})
+        assert load_of(stage) == (2, True, False)
+        assert stage.loads[-1].get("entry") == stage.loads[-2].get("entry")
+
+    check(performs)
+
+
+def test_after_a_score_that_a_stop_held_back_the_next_one_is_whole() -> None:
+    async def performs(show: Show) -> None:
+        assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
+        asked = show.stops.count
+        show.stops.stop()
+        assert await show.playback.play(edited("right"), "dance", asked, "beat") is None
+        assert await show.playback.play(edited("right"), "dance", show.stops.count, "beat") == 2
+        assert load_of(show.latest("ros")) == (2, True, False)
+
+    check(performs)
+
+
+def test_a_new_stage_is_sent_the_whole_score() -> None:
+    async def performs(show: Show) -> None:
+        assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
+        leader = show.latest("ros")
+        leader.die()
+        await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").loads)
+        show.latest("ros").tell("ended")
+        await show.until(lambda: show.playback._leader is show.latest("ros"))
+        assert await show.playback.play(edited("right"), "dance", show.stops.count, "beat") == 2
+        load = show.latest("ros").loads[-1]["score"]
+        assert load["parts"]["anna"]["movement"] < load["known"] + len(load["movements"])
+
+    check(performs)

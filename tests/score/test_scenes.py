@@ -42,10 +42,10 @@ def played(part: Part, most: int = 8) -> list[tuple[Exact, str]]:
 def check(robots: Mapping[str, Sequence[str]], *begins: int, **performed: Sequence[tuple[Exact, str]]) -> Score:
     """The beats at which scenes begin, and which robot moves or stands from which beat on."""
     score = score_of({name: scenes(*lines) for name, lines in robots.items()})
-    assert score.begins == begins
+    assert score.scene_begins == begins
     assert {name: played(score.parts[name]) for name in performed} == performed
     copy = from_json(json.loads(json.dumps(to_json(score))))
-    assert copy.begins == score.begins
+    assert copy.scene_begins == score.scene_begins
     assert {name: played(part) for name, part in copy.parts.items() if name in performed} == performed
     return score
 
@@ -124,11 +124,11 @@ def test_each_scene_is_performed_as_by_itself(robots: list[list[Movement]]) -> N
     """And none begins before all robots have ended the scene above."""
     score = score_of({f"r{number}": each for number, each in enumerate(robots)})
     for part in score.parts.values():
-        for index, (scene, begin) in enumerate(zip(part.scenes, score.begins, strict=False)):
+        for index, (scene, begin) in enumerate(zip(part.scenes, score.scene_begins, strict=False)):
             expected = [(begin + moment.start, moment.velocity) for moment in walk(scene)]
             found = walk(part.movement, begin) if expected else iter(())
             assert [(moment.start, moment.velocity) for moment, _ in zip(found, expected, strict=False)] == expected
-            assert begin + scene.duration <= [*score.begins, ENDLESS][index + 1]
+            assert begin + scene.duration <= [*score.scene_begins, ENDLESS][index + 1]
         assert part.movement.duration == sum(moment.duration for moment in walk(part.movement))
 
 

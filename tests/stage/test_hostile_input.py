@@ -17,7 +17,7 @@ import pytest
 from improv_core import stage
 from improv_core.score import senses
 from improv_core.score.motion import STILL
-from improv_core.score.score import to_json
+from improv_core.score.score import Read, to_json
 from improv_core.score.senses import BuiltIn, Key, Topic
 from improv_core.stage.loop import End, Play, Unreadable
 from improv_core.stage.pipes import LONGEST, arrival
@@ -33,7 +33,8 @@ LOAD: Load = {
     "score": to_json(score(PROGRAM)),
     "when": "restart",
     "backend": "memory",
-    "zero": 1000.0,
+    "beats_per_bar": 4,
+    "entry": {"beat": 0.0, "monotonic": 1000.0, "begins": {"r": 0.0}},
     "at": 1000.0,
 }
 LOAD["score"]["parts"]["r"]["senses"] = senses.to_json(
@@ -63,7 +64,7 @@ def test_no_wrong_value_keeps_a_robot_moving() -> None:
     """Whatever is wrong: the stage refuses it, or plays it and ends; and every robot has heard zeros at the end."""
     seen = {Play: 0, Unreadable: 0}
     for wrong in variants(copy.deepcopy(LOAD)):
-        came = arrival(json.dumps(wrong).encode() + b"\n")
+        came = arrival(json.dumps(wrong).encode() + b"\n", Read())
         if isinstance(came, (Play, Unreadable)):
             seen[type(came)] += 1
         if isinstance(came, Play):
@@ -94,7 +95,7 @@ VOICES = [["hold", [1, 0, 0, 0], 1, None], ["hold", [0, 0, 0, 1], 1, None]]
 def test_a_score_out_of_range_is_refused_and_stops_the_robots(change: dict[str, Any]) -> None:
     data = {**LOAD["score"], **change}
     data["parts"] = {"r": {**data["parts"]["r"], "scenes": [len(data["movements"]) - 1]}}
-    came = arrival(json.dumps({**LOAD, "score": data}).encode())
+    came = arrival(json.dumps({**LOAD, "score": data}).encode(), Read())
     assert isinstance(came, Unreadable)
     assert came.is_score
     sink = Memory()
@@ -159,7 +160,7 @@ def test_an_input_that_fails_ends_the_stage_which_stops_the_robots() -> None:
     assert process.stdout
     told = map(json.loads, process.stdout)
     program = {**LOAD, "score": to_json(score("r $ repeat forward\n"))}
-    del program["zero"], program["at"]
+    del program["entry"], program["at"]
     ours.sendall(json.dumps(program).encode() + b"\n")
     while next(told).get("state") != "playing":
         pass

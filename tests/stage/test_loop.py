@@ -14,7 +14,7 @@ import pytest
 
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.profiles import TURTLEBOT4
-from improv_core.score.score import Deadman, Safety, Score, to_json
+from improv_core.score.score import Deadman, Read, Safety, Score, to_json
 from improv_core.stage.loop import Arrival, End, Opened, Play, Reading, run
 from improv_core.stage.pipes import arrival
 from improv_core.stage.protocol import (
@@ -100,7 +100,7 @@ def test_every_robot_gets_its_last_three_zeros_at_the_end() -> None:
 @pytest.mark.parametrize("broken", ["a", "r", "z"])
 def test_every_other_robot_gets_its_last_zeros_where_one_can_not_be_told(broken: str) -> None:
     sink = Memory()
-    sink.breaks_at = (0.51, broken)
+    sink.breaks_at = (0.503, broken)
     told = perform(sink, (0, load("a r z $ repeat forward\n")), (9, End()))
     for robot in ("a", "r", "z"):
         assert len(zeros(sink, robot)) == (0 if robot == broken else 3)
@@ -155,7 +155,9 @@ def test_a_score_that_can_not_be_played_is_one_error_and_stops_the_robots(moveme
     data = to_json(score("r $ forward\n"))
     data["movements"], data["parts"]["r"]["scenes"] = movements, [len(movements) - 1]
     message: Load = {"type": "load", "generation": 2, "score": data, "when": "restart", "backend": "memory"}
-    told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, arrival(json.dumps(message).encode())), (9, End()))
+    told = perform(
+        sink, (0, load("r $ repeat forward\n")), (0.51, arrival(json.dumps(message).encode(), Read())), (9, End())
+    )
     (line,) = errors(told)
     assert line.startswith("this program can't be played: ")
     assert zeros(sink, "r") == [0.51, 0.56, 0.61]
@@ -171,7 +173,7 @@ def test_a_sink_that_fails_at_a_new_score_ends_the_stage_which_stops_the_robots(
 
 def test_a_line_that_is_no_message_is_one_error_and_what_plays_goes_on() -> None:
     sink = Memory()
-    told = perform(sink, (0, load("r $ forward\n")), (0.51, arrival(b"no JSON\n")), (9, End()))
+    told = perform(sink, (0, load("r $ forward\n")), (0.51, arrival(b"no JSON\n", Read())), (9, End()))
     assert errors(told) == ["this line is not JSON"]
     assert zeros(sink, "r") == [1, 1.05, 1.1]
 
@@ -223,13 +225,13 @@ def test_a_gamepad_that_falls_silent_counts_as_released() -> None:
 
 
 def test_only_beside_real_robots_simulated_ones_keep_their_limits() -> None:
-    def shown(zero: bool) -> str:
+    def shown(entry: bool) -> str:
         play = load("a $ forward")
         limited = {name: replace(part, profile=TURTLEBOT4) for name, part in play.score.parts.items()}
-        message: Load = {**play.load, "zero": START} if zero else play.load
+        message: Load = {**play.load, "entry": {"beat": 0, "monotonic": START}} if entry else play.load
         scores: list[Score] = []
         turned = Turned([(0, Play(message, replace(play.score, parts=limited))), (9, End())])
         run(Opened(Memory(), lambda told: None, lambda score, generation: scores.append(score)), turned, turned)
         return scores[0].parts["a"].profile.dynamics
 
-    assert (shown(zero=False), shown(zero=True)) == ("ideal", "limits")
+    assert (shown(entry=False), shown(entry=True)) == ("ideal", "limits")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import pytest
 
@@ -15,6 +17,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Deadman, Safety, Score
 from improv_core.stage.player import PATIENCE, Player, Told
 from improv_core.stage.protocol import TransportMessage, When
+from improv_core.stage.setpoints import Setpoint, setpoints
 from improv_core.stage.sinks import Edge
 
 
@@ -96,6 +99,13 @@ class Stage:
             self.player.advance(self.now)
         self.now = end
 
+    def run_busy(self, seconds: float) -> None:
+        """The same, while what is sent takes time too."""
+        end = self.now + seconds
+        while (deadline := self.player.deadline(self.now)) is not None and max(deadline, self.now) <= end:
+            self.now = max(deadline, self.now)
+            self.player.advance(self.now)
+
     @property
     def states(self) -> list[str]:
         return [message["state"] for message in self.transports]
@@ -135,6 +145,71 @@ def test_commands_are_repeated_at_20_hz_and_silent_after_three_zeros() -> None:
     assert times == pytest.approx([step / 20 for step in range(23)])
     assert [twist for _, _, twist in stage.sink.sent[-3:]] == [Twist(), Twist(), Twist()]
     assert stage.player.deadline(stage.now) is None
+
+
+def test_a_change_is_sent_before_the_repeats_that_are_due_too() -> None:
+    stage = Stage()
+    stage.load("a b $ forward left\nz $ repeat forward forward")
+    stage.run(0.96)
+    stage.sink.sent.clear()
+    stage.now = 1001.03  # the machine was busy
+    stage.player.advance(stage.now)
+    changed = [("a", Twist(yaw=QUARTER)), ("b", Twist(yaw=QUARTER)), ("z", Twist(2))]
+    assert [(robot, twist) for robot, _, twist in stage.sink.sent[:3]] == changed
+
+
+def test_all_that_is_due_is_sent_before_anything_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    stage = Stage()
+    order: list[str] = []
+
+    def noted(*arguments: Any) -> Iterator[Setpoint]:
+        for each in setpoints(*arguments):
+            order.append("computed")
+            yield each
+
+    def send(robot: str, twist: Twist, at: float) -> None:
+        order.append("sent")
+
+    monkeypatch.setattr("improv_core.stage.player.setpoints", noted)
+    monkeypatch.setattr(stage.sink, "send", send)
+    stage.load("a b c $ forward left")
+    stage.run(0.999)
+    order.clear()
+    stage.run(0.002)
+    assert order[:6] == ["sent"] * 3 + ["computed"] * 3
+
+
+def test_repeats_of_many_robots_are_spread_and_their_changes_are_not() -> None:
+    stage = Stage()
+    robots = [f"r{number}" for number in range(100)]
+    stage.load(f"{' '.join(robots)} $ repeat (forward left)")
+    stage.run(2.5)
+    at_once = Counter(round(at, 6) for _, at, _ in stage.sink.sent)
+    assert at_once[0] == at_once[1] == at_once[2] == 100
+    assert max(count for at, count in at_once.items() if at % 1) == 10
+
+
+def test_a_machine_that_is_too_slow_plays_on_and_says_once_how_often_it_repeats() -> None:
+    stage = Stage()
+    stage.sink.real = True
+    send, cost = stage.sink.send, 1 / 1200
+
+    def send_slowly(robot: str, twist: Twist, at: float) -> None:
+        send(robot, twist, at)
+        stage.now += cost
+
+    stage.sink.send = send_slowly  # type: ignore[method-assign]
+    robots = [f"r{number}" for number in range(100)]
+    stage.load(f"beat 2\n{' '.join(robots)} $ repeat (forward left)")
+    stage.run_busy(31)
+    assert stage.states == ["playing"]
+    assert len(stage.lines) == 1
+    assert stage.lines[0].startswith("this machine can't send 100 robots 20 commands a second each")
+    assert [at for at, *_ in stage.sink.changes("r50")] == [0, 30]
+    cost = 1 / 150
+    stage.run_busy(20)
+    assert stage.states[-1] == "stopped"
+    assert stage.lines[-1] == "this machine is too slow for 100 robots, so all were stopped: play fewer robots"
 
 
 def test_times_do_not_drift() -> None:
@@ -368,7 +443,8 @@ def test_a_takeover_is_told_as_of_its_own_time() -> None:
     stage.now += 0.75  # the machine was busy
     stage.player.advance(stage.now)
     told = stage.transports[-1]
-    assert (told["beat"], told["performed"], told["monotonic"], told["wall"]) == (0, 1, 1001, -0.25)
+    assert (told["beat"], told["performed"], told["monotonic"], told["wall"]) == (1, 1, 1001, -0.25)
+    assert told.get("begins") == {"r": 1}
 
 
 @pytest.mark.parametrize(("asked", "got"), [(0.0, 0.1), (0.1, 0.1), (3.7, 3.7), (100.0, 4.0)])

@@ -100,7 +100,10 @@ class LiveMessages implements StaticFeature {
 /** The settings as the server gets them. In a workspace that is not trusted, a save plays nothing. */
 function settings(): object {
   const given = workspace.getConfiguration("improv");
-  return workspace.isTrusted ? given : { ...given, onSave: "off" };
+  if (!workspace.isTrusted) return { ...given, onSave: "off" };
+  const set = given.inspect("onSave");
+  const isSet = (set?.workspaceFolderValue ?? set?.workspaceValue ?? set?.globalValue) !== undefined;
+  return isSet ? given : { ...given, onSave: null }; // so that the server may mention what else there is
 }
 
 /** VS Code itself shows why a command or a rename failed. */

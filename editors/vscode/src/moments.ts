@@ -8,13 +8,9 @@ export interface Evaluated {
   uri: string;
   version: number;
   generation: number;
+  from: number; // the moments are known from this beat on
   ranges: readonly (WordRange | null)[];
   robots: Record<string, Stretch>;
-}
-
-/** The part of it that is known: from a beat on. */
-export interface Known extends Evaluated {
-  from: number;
 }
 
 /** First beat, last beat, and the indices of the ranges that play; sorted, without overlaps. */
@@ -50,7 +46,7 @@ export function playing(
 }
 
 /** Whether it is known what plays at a beat. */
-export function reaches({ robots, from }: Known, beat: number): boolean {
+export function reaches({ robots, from }: Evaluated, beat: number): boolean {
   return from <= beat && Object.values(robots).every(({ until }) => until === null || beat < until);
 }
 

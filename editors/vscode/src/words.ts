@@ -1,7 +1,7 @@
 // Highlights the words that play, by its own clock: the server reports once what is to come.
 
 import { Disposable, Range, TextDocument, TextDocumentChangeEvent, ThemeColor, window, workspace } from "vscode";
-import { edited, Evaluated, Known, playing, reaches, WordRange } from "./moments";
+import { edited, Evaluated, playing, reaches, WordRange } from "./moments";
 import { beatAt, isSilent, Transport } from "./transport";
 
 const SHORTEST = 30; // ms between two changes on the screen
@@ -24,20 +24,20 @@ export class PlayingWords implements Disposable {
     workspace.onDidChangeConfiguration((event) => event.affectsConfiguration("improv.highlight") && this.paint()),
     window.onDidChangeVisibleTextEditors(() => this.paint()),
   );
-  private readonly known = new Map<number, Known>(); // by generation: one plays, the next may wait to take over
+  private readonly known = new Map<number, Evaluated>(); // by generation: one plays, the next takes over
   private transport?: Transport;
   private timer?: NodeJS.Timeout;
   private asking = false;
 
   constructor(private readonly request: RequestMoments) {}
 
-  /** Learns what will play since a save. */
+  /** Learns what plays from now on. */
   expect(evaluated: Evaluated): void {
     for (const old of this.known.keys()) {
       if (old !== this.transport?.generation) this.known.delete(old);
     }
     const isCurrent = documentOf(evaluated)?.version === evaluated.version; // nobody typed meanwhile
-    this.known.set(evaluated.generation, isCurrent ? { ...evaluated, from: 0 } : unknown(evaluated));
+    this.known.set(evaluated.generation, isCurrent ? evaluated : unknown(evaluated));
     this.paint();
   }
 
@@ -71,7 +71,7 @@ export class PlayingWords implements Disposable {
   }
 
   /** What is known about what plays now, if its words are to be highlighted. */
-  private evaluated(): Known | undefined {
+  private evaluated(): Evaluated | undefined {
     const isActive = this.transport?.state === "playing" || this.transport?.state === "paused";
     const isWanted = workspace.getConfiguration("improv").get("highlight.playing", true);
     const evaluated = this.known.get(this.transport?.generation ?? -1);
@@ -109,7 +109,7 @@ export class PlayingWords implements Disposable {
     this.asking = true;
     const more = await this.request(beat).catch(() => undefined);
     if (more && more.generation === this.transport?.generation && documentOf(more)?.version === more.version) {
-      this.known.set(more.generation, { ...more, from: beat });
+      this.known.set(more.generation, more);
     }
     setTimeout(() => (this.asking = false), PATIENCE);
     this.paint();
@@ -117,7 +117,7 @@ export class PlayingWords implements Disposable {
 }
 
 /** Until the server reports where the words are now, nothing is highlighted. */
-function unknown(evaluated: Evaluated): Known {
+function unknown(evaluated: Evaluated): Evaluated {
   return { ...evaluated, robots: {}, from: Infinity };
 }
 

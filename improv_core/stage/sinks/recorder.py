@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Collection, Mapping
 from typing import IO
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Score
-
-SECOND = 1_000_000_000
-"""In nanoseconds."""
+from improv_core.stage.sinks.cdr import SECOND, stamped, twist_message
 
 _VECTOR3 = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z"
 _TWIST = "Vector3 linear\nVector3 angular"
@@ -26,12 +23,6 @@ SCHEMAS = {
     ),
 }
 """Each message and its components, in the order and with the lines of 80 `=` that `ros2msg` requires."""
-
-# CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after a four-byte header, each field is aligned to its own size.
-# An empty string is its length, 1, and a zero byte; three more bytes align the first float64.
-_CDR = b"\x00\x01\x00\x00"
-_CDR_TWIST = struct.Struct("<4s6d")
-_CDR_STAMPED = struct.Struct("<4siII4x6d")
 
 # What sinks/ros.py offers: keep last 10, reliable, volatile. Written as numbers, as in rosbag2 up to Iron: later
 # releases understand both forms, Humble only this one. A duration of 9223372036.854775807 s means infinite.
@@ -105,12 +96,9 @@ class Recorder:
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
         profile, channel = self._robots[robot]
-        told = twist.within(profile.max_linear, profile.max_angular)
-        velocity = told.x, told.y, told.z, 0.0, 0.0, told.yaw
+        data = twist_message(twist.within(profile.max_linear, profile.max_angular))
         if profile.message == "TwistStamped":
-            data = _CDR_STAMPED.pack(_CDR, *divmod(time, SECOND), 1, *velocity)
-        else:
-            data = _CDR_TWIST.pack(_CDR, *velocity)
+            data = stamped(data, time)
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
         first, last = self._times or (time, time)
         self._times = min(first, time), max(last, time)

@@ -7,6 +7,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from improv_core.score.motion import STILL, Pose, Twist
@@ -16,6 +17,7 @@ from improv_core.score.senses import Topic as SenseTopic
 from improv_core.stage.discovery import described, limited
 from improv_core.stage.protocol import LOADING_LIMIT, FromStage
 from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks.cdr import twist_message
 from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import READER, STANDBY, Nodes, is_harmless, node_name, without_name
 from improv_core.stage.sinks.ros_reader import Reader
@@ -63,6 +65,7 @@ class Ros:
         self._nodes = Nodes(name or node or node_name(), arguments)
         self._node = self._nodes.first
         self._requests = Requests(self._node, ask)
+        self._clock = self._node.get_clock()
         self._executor: Any = SingleThreadedExecutor(context=self._node.context)
         self._executor.add_node(self._node)
         self._closing = threading.Event()
@@ -72,7 +75,7 @@ class Ros:
         self._resets = Resets(self._node, now)
         self._listening = Listening(self._node, hear, now)
         self._reader = Reader(node_name() + READER, hear, now)
-        self._parts: dict[str, Part] = {}
+        self._robots: dict[str, _Robot] = {}
         self._topics: dict[str, Topic] = {}
         self._cast: list[str] = []
         self._uses_sim_time = False
@@ -99,15 +102,15 @@ class Ros:
         parts = score.parts
         self._reader.read(_read_from_topics(parts))
         self._cast = list(parts)
-        self._parts.update(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
-        for part in parts.values():
+        for robot, part in parts.items():
             if part.topic in self._topics:
                 self._topics[part.topic].take(part.profile.message)
             else:
                 self._topics[part.topic] = Topic(
                     part.topic, part.profile.message, self._node, self._advertise, self._now, not restart
                 )
+            self._robots[robot] = _Robot(part, self._topics[part.topic])
         if restart:
             self._standby_until = self._now() + STANDBY_LIMIT
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
@@ -124,17 +127,16 @@ class Ros:
         """Whether the standby has yet to find a listener that we have found; it gets a few seconds."""
         if self._now() >= self._standby_until:
             return False
-        topics = {self._topic(robot) for robot in self._cast}
-        return not self._standby.has_found({topic.name for topic in topics if topic.missing() is None})
+        unfound = self._standby.unfound(self._robots[robot].topic.name for robot in self._cast)
+        return any(self._topics[topic].missing() is None for topic in unfound)
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
-        clock = self._node.get_clock()
         found = {}
         for robot in self._cast if robots is None else robots:
             topic = self._topic(robot)
             if (problem := topic.missing()) is not None:
                 found[robot] = problem and f"{problem} ({self.description})"
-            elif topic.is_stamped and clock.ros_time_is_active and not clock.now().nanoseconds:
+            elif topic.is_stamped and self._clock.ros_time_is_active and not self._clock.now().nanoseconds:
                 found[robot] = (
                     f"no time has arrived on /clock, so messages on {topic.name} are stamped 0: start the simulation"
                 )
@@ -148,7 +150,7 @@ class Ros:
         found |= self._listening.warnings()
         if self._reader.problem:
             found[self._reader.problem] = self._reader.problem
-        clocked = not self._node.get_clock().ros_time_is_active and self._node.count_publishers("/clock")
+        clocked = not self._clock.ros_time_is_active and self._node.count_publishers("/clock")
         for robot in asked:
             topic = self._topic(robot)
             if others := [
@@ -170,14 +172,13 @@ class Ros:
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
         """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
-        if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
-            raise ValueError(f"{robot} was given a speed that is not a finite number")
-        profile, topic = self._parts[robot].profile, self._topic(robot)
-        if twist != STILL:
-            self._standby.moves(topic.name)
-        topic.publish(twist.within(profile.max_linear, profile.max_angular), self._node.get_clock())
-        if twist == STILL:
-            self._standby.stands(topic.name)
+        known, stands = self._robots[robot], twist == STILL
+        message = known.message_of(twist)
+        if not stands:
+            self._standby.moves(known.topic.name)
+        known.topic.publish(message, self._clock)
+        if stands:
+            self._standby.stands(known.topic.name)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: real robots stay where they are."""
@@ -218,7 +219,7 @@ class Ros:
 
     def _silent(self, robot: str) -> str | None:
         """Why a sense of a robot is silent, as far as is known; None if there is none."""
-        for sense, source in self._parts[robot].senses.items():
+        for sense, source in self._robots[robot].part.senses.items():
             if isinstance(source, BuiltIn) and sense != CUE:
                 return f"no topic says when `{sense}` is true of real robots: add [senses.{sense}] to improv.toml"
             if isinstance(source, SenseTopic) and self._reader.is_silent(RobotSense(robot, sense)):
@@ -235,7 +236,7 @@ class Ros:
         return f"nothing usable comes on {source.topic}"
 
     def _topic(self, robot: str) -> Topic:
-        return self._topics[self._parts[robot].topic]
+        return self._robots[robot].topic
 
     def _use_sim_time(self, wanted: bool) -> None:
         if wanted != self._uses_sim_time:
@@ -252,3 +253,23 @@ def _read_from_topics(parts: Mapping[str, Part]) -> dict[RobotSense, SenseTopic]
         for sense, source in part.senses.items()
         if isinstance(source, SenseTopic)
     }
+
+
+@dataclass(slots=True)
+class _Robot:
+    """A robot of the latest score that has it, and the latest twist it was sent. Most are sent again and again."""
+
+    part: Part
+    topic: Topic
+    twist: Twist | None = None
+    message: bytes = b""
+
+    def message_of(self, twist: Twist) -> bytes:
+        """The serialized Twist, within the limits of the profile. Raises ValueError if a number is not finite."""
+        if twist is not self.twist:
+            if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
+                raise ValueError(f"{self.part.robot} was given a speed that is not a finite number")
+            profile = self.part.profile
+            self.message = twist_message(twist.within(profile.max_linear, profile.max_angular))
+            self.twist = twist
+        return self.message

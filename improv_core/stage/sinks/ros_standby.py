@@ -7,7 +7,7 @@ import os
 import select
 import subprocess
 import sys
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 
 from improv_core.stage.protocol import FOLDER, SILENCE_LIMIT, ToStandby
@@ -16,6 +16,8 @@ PULSE_PERIOD = 0.1
 """Seconds between two signs of life while robots move."""
 START_LIMIT = 5.0
 """Seconds to wait until it has started; on a quiet machine it takes half a second."""
+PIPE_SIZE = 1 << 20
+"""Bytes that may wait for the standby. What it is told about 1,000 robots doesn't fit into a usual pipe."""
 END_LIMIT = 2.0
 """Seconds it may take to exit."""
 
@@ -49,13 +51,13 @@ class Standby:
         if self._process and self._process.stdout:
             select.select([self._process.stdout], [], [], START_LIMIT)
 
-    def has_found(self, topics: Collection[str]) -> bool:
-        """Whether it has found listeners on all of these topics too: only then can it stop robots there at once."""
-        if self._process and self._process.stdout and not self.problem:
-            with suppress(BlockingIOError):
-                self._found.update(os.read(self._process.stdout.fileno(), 65_536).decode().split("\n"))
-            return self._found.issuperset(topics)
-        return True
+    def unfound(self, topics: Iterable[str]) -> set[str]:
+        """The topics on which it has yet to find a listener: it can't stop robots there at once."""
+        if not self._process or not self._process.stdout or self.problem:
+            return set()
+        with suppress(BlockingIOError):
+            self._found.update(os.read(self._process.stdout.fileno(), 65_536).decode().split("\n"))
+        return set(topics) - self._found
 
     def renew(self) -> None:
         """Start another one if it has failed."""
@@ -141,4 +143,8 @@ def _start(command: Sequence[str]) -> subprocess.Popen[bytes]:
     assert process.stdout
     for stream in (process.stdin, process.stdout):
         os.set_blocking(stream.fileno(), False)
+    with suppress(ImportError, AttributeError, OSError):  # not Linux
+        import fcntl
+
+        fcntl.fcntl(process.stdin, fcntl.F_SETPIPE_SZ, PIPE_SIZE)
     return process

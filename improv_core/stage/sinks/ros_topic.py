@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Collection
 from typing import Any
 
-from improv_core.score.motion import Twist
+from improv_core.stage.sinks.cdr import stamped
 
 TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
 """The message types Improv can send: their names in profiles and in ROS."""
@@ -92,10 +92,10 @@ class Topic:
         infos = self._node.get_publishers_info_by_topic(self.name)
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))
 
-    def publish(self, twist: Twist, clock: Any) -> None:
-        """Send to all listeners. `clock` stamps TwistStamped messages."""
+    def publish(self, message: bytes, clock: Any) -> None:
+        """Send a serialized Twist to all listeners. `clock` stamps TwistStamped messages."""
         for publisher in self._publishers.values():
-            publisher.publish(twist, clock)
+            publisher.publish(message, clock)
 
     def _incompatible(self) -> str | None:
         """Whether all listeners require what our publishers, reliable and volatile, don't offer."""
@@ -129,9 +129,8 @@ class _Publisher:
 
         self.unheard = unheard
         self.is_second = second
-        self._type = getattr(geometry_msgs.msg, kind)
         self._is_stamped = kind == "TwistStamped"
-        self._publisher, self.destroy = advertise(self._type, topic, second)
+        self._publisher, self.destroy = advertise(getattr(geometry_msgs.msg, kind), topic, second)
         self.count: Callable[[], int] = self._publisher.get_subscription_count
 
     def is_settled(self, now: float) -> bool:
@@ -139,12 +138,5 @@ class _Publisher:
             self.unheard = now
         return now >= self.unheard + SETTLE
 
-    def publish(self, twist: Twist, clock: Any) -> None:
-        message = velocity = self._type()
-        if self._is_stamped:
-            message.header.stamp = clock.now().to_msg()
-            velocity = message.twist
-        # Convert ints: rclpy would read their memory as a float64 of about 0.
-        velocity.linear.x, velocity.linear.y, velocity.linear.z = float(twist.x), float(twist.y), float(twist.z)
-        velocity.angular.z = float(twist.yaw)
-        self._publisher.publish(message)
+    def publish(self, message: bytes, clock: Any) -> None:
+        self._publisher.publish(stamped(message, clock.now().nanoseconds) if self._is_stamped else message)

@@ -38,7 +38,7 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
                 "radius": part.profile.radius,
                 "motions": list(part.profile.motions),
                 "start_pose": list(astuple(part.start)),
-                "beats": None if part.movement.duration == ENDLESS else float(part.movement.duration),
+                "ends": None if part.ends == ENDLESS else float(part.ends),
             }
             for name, part in score.parts.items()
         },
@@ -60,12 +60,13 @@ def window(score: Score, start: float, end: float) -> dict[str, Stretch]:
 def _stretch(score: Score, part: Part, begin: Exact, end: float, most: int) -> Stretch:
     moments: list[list[Any]] = []
     until = float(begin)
-    for moment in walk(part.movement, begin) if begin < part.movement.duration else ():
-        if moment.start >= end or len(moments) == most:
+    for moment in walk(part.movement, max(begin - part.begins, 0)) if begin < part.ends else ():
+        start = part.begins + moment.start
+        if start >= end or len(moments) == most:
             break
         moving = twist(moment.velocity, part.profile, score.tempo)
         words = [[source.statement, *source.span] for source in moment.sources]
-        moments.append([float(moment.start), float(moment.duration), *astuple(moving), words])
-        until = float(moment.start + moment.duration)
+        moments.append([float(start), float(moment.duration), *astuple(moving), words])
+        until = float(start + moment.duration)
     pose = pose_at(part, begin)
     return {"pose": list(astuple(pose)) if pose else None, "moments": moments, "until": until}

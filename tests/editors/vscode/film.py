@@ -51,7 +51,7 @@ def main() -> None:
     ):
         _prepare(page)
         looks = list(_session(page))
-    _save(looks, Path(sys.argv[1]))
+    save(looks, Path(sys.argv[1]))
 
 
 def _prepare(page: Page) -> None:
@@ -68,40 +68,40 @@ def _prepare(page: Page) -> None:
 
 
 def _session(page: Page) -> Iterator[Look]:
-    yield from _look(page, 0.5)
+    yield from look(page, 0.5)
     yield from _type(page, "turtle2 $ repeat retrograde square")
-    yield from _look(page, 1)
+    yield from look(page, 1)
     for _ in range(2):  # what is offered, and what the word takes
         page.keyboard.press("Escape")
     page.keyboard.press("Control+S")
     with suppress(AssertionError):
         expect(framed_page(page).get_by_role("button", name="Stop")).to_be_visible(timeout=8000)
-    yield from _look(page, 7)
+    yield from look(page, 7)
     word(page, "square").first.hover()
-    yield from _look(page, 3)
+    yield from look(page, 3)
     page.mouse.move(*ASIDE)
     word(page, "left").first.dblclick()
     yield from _type(page, "lft")
     page.keyboard.press("Escape")
     page.keyboard.press("Control+S")
-    yield from _look(page, 3)
+    yield from look(page, 3)
     word(page, "lft").first.dblclick()
     yield from _type(page, "right")
     page.keyboard.press("Escape")
     page.keyboard.press("Control+S")
-    yield from _look(page, 5)
+    yield from look(page, 5)
     page.keyboard.press("Control+.")
     expect(page.locator(".statusbar-item[id$='improv.status']")).to_have_text(re.compile("stopped"))
-    yield from _look(page, 1.5)
+    yield from look(page, 1.5)
 
 
 def _type(page: Page, text: str) -> Iterator[Look]:
     for letter in text:
         page.keyboard.type(letter)
-        yield from _look(page, KEY)
+        yield from look(page, KEY)
 
 
-def _look(page: Page, seconds: float) -> Iterator[Look]:
+def look(page: Page, seconds: float) -> Iterator[Look]:
     end = time.monotonic() + seconds
     while True:
         began = time.monotonic()
@@ -111,7 +111,7 @@ def _look(page: Page, seconds: float) -> Iterator[Look]:
             return
 
 
-def _save(looks: list[Look], path: Path) -> None:
+def save(looks: list[Look], path: Path) -> None:
     times = [look.time for look in looks] + [looks[-1].time + 2.0]
     durations = [round((end - start) * 1000) for start, end in pairwise(times)]
     frames = [Image.open(BytesIO(look.picture)).convert("RGB") for look in looks]

@@ -21,10 +21,10 @@ beforeEach(() => {
 afterEach(() => words.dispose())
 
 /** The document's first word plays, for ever or as far as the server tells. */
-function evaluated({ generation = 1, until = null } = {}) {
+function evaluated({ generation = 1, until = null, from = 0 } = {}) {
   const moments = [[0, until ?? 1e9, [0]]]
   const { uri, version } = document
-  return { uri, version, generation, ranges: [[0, 0, 0, 1]], robots: { one: { moments, until } } }
+  return { uri, version, generation, from, ranges: [[0, 0, 0, 1]], robots: { one: { moments, until } } }
 }
 
 function play(transport = {}) {
@@ -84,7 +84,7 @@ test("an answer holds from the beat on that was asked for", async () => {
   words.expect(evaluated({ until: 8 }))
   play({ beat: 9 })
   assert.equal(asked.at(-1).beat, 9)
-  await answer({ ...evaluated(), robots: { one: { moments: [], until: null } } }) // nothing plays there
+  await answer({ ...evaluated({ from: 9 }), robots: { one: { moments: [], until: null } } }) // nothing plays there
   assert.deepEqual(lit, [])
   mock.timers.tick(PATIENCE)
   play({ beat: 0 })

@@ -73,6 +73,7 @@ def transport(generation: int, state: State, beats: float | None = 8.0, beat: fl
     return {
         "type": "transport",
         "generation": generation,
+        "restarted": generation,
         "state": state,
         "backend": "simulator",
         "tempo": 60.0,

@@ -143,11 +143,11 @@ local function is_known(current, beat, ahead)
   return true
 end
 
---- `improv/evaluated`: a saved program plays now, or when the previous one ends.
+--- `improv/evaluated`: a saved program has taken over.
 function M.evaluated(id, told)
   local client = vim.lsp.get_client_by_id(id)
-  if client and not take(client, told, 0) then
-    ask(client, buffer_of(client, told.uri), 0)
+  if client and not take(client, told, told.from) then
+    ask(client, buffer_of(client, told.uri), told.from)
   end
 end
 

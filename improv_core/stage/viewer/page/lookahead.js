@@ -83,9 +83,9 @@ export class Lookahead {
     this.#pause = 2 * performance.now() - this.#since // playing comes first: the server rests as long as it worked
     let reached = to
     for (const [name, { pose, moments, until }] of Object.entries(robots)) {
-      const { beats } = this.score.robots[name] ?? {}
-      if (beats === undefined) continue
-      if (moments.length && until < Math.min(to, beats ?? Infinity) - NEAR) reached = Math.min(reached, until)
+      const { ends } = this.score.robots[name] ?? {}
+      if (ends === undefined) continue
+      if (moments.length && until < Math.min(to, ends ?? Infinity) - NEAR) reached = Math.min(reached, until)
       this.#add(name, pose, moments)
     }
     this.#known = Math.max(this.#known, reached)

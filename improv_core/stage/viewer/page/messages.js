@@ -76,7 +76,7 @@ const MESSAGES = {
         radius: number,
         motions: listOf(text),
         start_pose: numbers(4),
-        beats: nullOr(number),
+        ends: nullOr(number),
       }),
     ),
     world: nullOr(

@@ -178,7 +178,7 @@ export class Timeline {
     label.className = "name"
     label.textContent = name
     row.append(dot, label)
-    if (this.#score?.robots[name]?.beats === null) {
+    if (this.#score?.robots[name]?.ends === null) {
       const endless = document.createElement("span")
       Object.assign(endless, { className: "endless", textContent: "∞", title: "endless" })
       row.append(endless)

@@ -230,9 +230,9 @@ export class TimelineSheet {
    * @param {Robot} robot
    */
   #paintEnd(pen, { left, scale, row }, y, robot) {
-    const { beats } = this.#robots[robot.name]
-    if (beats === null) return
-    const x = (beats - left) * scale
+    const { ends } = this.#robots[robot.name]
+    if (ends === null) return
+    const x = (ends - left) * scale
     pen.fillStyle = robot.color
     pen.fillRect(x - 1.5, y + row * 0.28, 3, row * 0.55)
   }

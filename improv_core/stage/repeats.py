@@ -1,0 +1,183 @@
+"""When robots that hold a velocity are sent it again. It never reads a clock; times are performance times, in seconds.
+
+A base stops by itself if it hears nothing for a while, so every velocity is repeated at the command rate. Repeats are
+less urgent than changes of velocity, so they are spread over the period in slots: a change never has to wait for more
+than one slot's repeats.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+
+SLOTS = 10
+"""How many slots a period has. A hundred robots are ten sends in a slot, which takes a fraction of a millisecond."""
+SHORTEST_SLOT = 0.002
+"""Seconds. A slot for each of 1,000 robots would mean 20,000 wake-ups a second, which no machine keeps up with."""
+SLOWEST = 4.0
+"""How many times longer than the profile's a period may become if the machine is too slow.
+
+At the default rate, 20 Hz, that is 0.2 s: a base that stops after 0.5 s (diff_drive_controller, Create 3) still gets
+two commands in that time, so one may be late. A base with a shorter limit needs a profile with a higher rate, and keeps
+the same margin."""
+RESERVE = 1.1
+"""How much slower than measured to repeat, so that the rate can be kept."""
+WINDOW = 1.0
+"""Seconds over which the rate is measured. It is lowered only after two windows in a row, since one may be a hiccup."""
+KEPT = 0.9
+"""The share of repeats that must be sent. A burst of changes may take the place of a few."""
+HOPELESS = 0.4
+"""The share of repeats at the lowest rate below which robots hear nothing for 0.5 s, so bases stop and go."""
+
+
+class Repeats:
+    """The robots that hold a velocity, and how often this machine can repeat it.
+
+    A robot's slot depends only on the robots that were met before it, so what others play doesn't shift its repeats.
+    """
+
+    def __init__(self) -> None:
+        self._wheels: dict[float, _Wheel] = {}  # by rate
+        self._held: dict[str, _Wheel] = {}
+        self._stretch = 1.0  # how many times longer than usual periods are
+        self._lowered_for = 0  # how many robots were held when that was last raised
+        self._window = math.inf  # when the current window ends
+        self._served = self._skipped = 0  # slots in this window
+        self._behind = 0  # how many windows in a row lost repeats
+        self._untold = False
+        self.hopeless = False
+        """Whether even at the lowest rate, robots hear too little to keep moving."""
+
+    def restart(self) -> None:
+        """Performance time starts over, and nobody moves. A machine that was too slow for as many robots still is."""
+        for robot in list(self._held):
+            self.release(robot)
+        self._window, self._served, self._skipped, self._behind = math.inf, 0, 0, 0
+        self.hopeless = False
+
+    def hold(self, robot: str, rate: float, at: float) -> None:
+        """A robot was sent a velocity at this time, to be repeated at `rate` Hz until it is sent another."""
+        wheel = self._wheels.get(rate) or self._wheels.setdefault(rate, _Wheel(rate, self._stretch))
+        if self._held.get(robot) is not wheel:
+            self.release(robot)
+            self._held[robot] = wheel
+        wheel.hold(robot, at)
+        if self._window == math.inf:
+            self._window = at + WINDOW
+
+    def release(self, robot: str) -> None:
+        """A robot's velocity is no longer repeated."""
+        if wheel := self._held.pop(robot, None):
+            wheel.release(robot)
+
+    @property
+    def due(self) -> float:
+        """When `take` is due."""
+        return min((wheel.due for wheel in self._wheels.values()), default=math.inf)
+
+    def take(self, performed: float) -> list[str]:
+        """The robots of the slot that is due. If more than a period is overdue, only the latest repeats are left."""
+        wheel = min(self._wheels.values(), key=lambda wheel: wheel.due)
+        self._skipped += wheel.catch_up(performed)
+        self._served += 1
+        robots = wheel.take()
+        if performed >= self._window:
+            self._measure()
+            self._window = performed + WINDOW
+        return robots
+
+    def news(self) -> str | None:
+        """A line for people if the rate was lowered and is kept now; once."""
+        if not self._untold or self._behind:
+            return None
+        self._untold = False
+        rate, count = max(((wheel.rate, wheel.count) for wheel in self._wheels.values()), key=lambda each: each[1])
+        return (
+            f"this machine can't send {count} robots {rate:g} commands a second each: those that hold a velocity are "
+            f"now sent {rate / self._stretch:.1f} a second, and every change of velocity is still sent at its time"
+        )
+
+    def _measure(self) -> None:
+        """Lower the rate if repeats were lost in two windows in a row."""
+        share = self._served / (self._served + self._skipped)
+        self._behind = self._behind + 1 if share < KEPT else 0
+        if len(self._held) < self._lowered_for:
+            self._set_stretch(1.0)
+        elif self._behind >= 2 and self._stretch < SLOWEST:
+            self._set_stretch(min(self._stretch / share * RESERVE, SLOWEST))
+            self._untold, self._behind = True, 0
+        elif self._behind >= 2 and share < HOPELESS:
+            self.hopeless = True
+        self._served = self._skipped = 0
+
+    def _set_stretch(self, stretch: float) -> None:
+        self._stretch = stretch
+        self._lowered_for = len(self._held) if stretch > 1 else 0
+        for wheel in self._wheels.values():
+            wheel.turn_at(stretch)
+
+
+class _Wheel:
+    """The robots with one command rate. Its slots take turns, at multiples of a slot's length since time 0."""
+
+    def __init__(self, rate: float, stretch: float) -> None:
+        self.rate = rate
+        self.count = 0
+        """How many robots it has."""
+        self.due = math.inf
+        """When the next slot that has robots is due."""
+        self._slots: list[dict[str, float]] = [{} for _ in range(max(1, min(SLOTS, int(1 / rate / SHORTEST_SLOT))))]
+        self._places: dict[str, int] = {}  # the slot of every robot met so far
+        self._seconds = stretch / rate / len(self._slots)  # of a slot
+        self._next = _NEVER  # the number of the next turn that has robots
+        self._taken = -1  # the number of the latest turn
+
+    def hold(self, robot: str, at: float) -> None:
+        place = self._places.setdefault(robot, len(self._places) % len(self._slots))
+        if robot not in self._slots[place]:
+            self.count += 1
+        self._slots[place][robot] = at  # when it was sent another velocity
+        turn = math.floor(at / self._seconds) + 1
+        turn += (place - turn) % len(self._slots)
+        self._go_to(min(self._next, max(turn, self._taken + 1)))
+
+    def release(self, robot: str) -> None:
+        del self._slots[self._places[robot]][robot]
+        self.count -= 1
+        if not self.count:
+            self._taken = -1
+        self._go_to(self._next)
+
+    def catch_up(self, performed: float) -> int:
+        """Skip whole rounds that are overdue; returns how many slots with robots they had."""
+        rounds = math.floor((performed - self.due) / (self._seconds * len(self._slots)))
+        self._go_to(self._next + rounds * len(self._slots))
+        return rounds * sum(map(bool, self._slots))
+
+    def take(self) -> list[str]:
+        """The robots of the slot that is due, except those that were sent another velocity less than a slot ago."""
+        slot, before = self._slots[self._next % len(self._slots)], self.due - self._seconds * _ALMOST
+        self._taken = self._next
+        self._go_to(self._next + 1)
+        return [robot for robot, at in slot.items() if at <= before]
+
+    def turn_at(self, stretch: float) -> None:
+        """Make periods longer than the rate's, or as long again."""
+        now, self._seconds = self.due, stretch / self.rate / len(self._slots)
+        if self.count:
+            self._taken = math.floor(now / self._seconds)
+            self._go_to(self._taken + 1)
+
+    def _go_to(self, turn: int) -> None:
+        """Choose the next turn that has robots, from this one on."""
+        if not self.count:
+            self._next, self.due = _NEVER, math.inf
+            return
+        while not self._slots[turn % len(self._slots)]:
+            turn += 1
+        self._next, self.due = turn, turn * self._seconds
+
+
+_NEVER = sys.maxsize
+_ALMOST = 1 - 1e-9
+"""The times of slots are rounded."""

@@ -1,0 +1,70 @@
+"""What an editor is told when a save edits what plays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from improv_ls.performance import HINT
+from tests.ls.client import CAPABILITIES, Client
+
+URI = "file:///dance.improv"
+QUIET = {"backend": "sim", "page": {"open": False}}
+TOLD = {**CAPABILITIES, "experimental": {"improv": True}}
+BEFORE = "beat 240\nanna $ repeat (forward left)\nbert $ repeat forward\n"
+AFTER = "# more\n" + BEFORE.replace("bert $ repeat forward", "bert $ repeat left")
+
+
+def told(client: Client, generation: int, state: str) -> Any:
+    """The transport message that tells this state of a score."""
+    return client.wait(
+        "improv/transport", lambda params: (params["generation"], params["state"]) == (generation, state)
+    )
+
+
+def test_words_are_told_from_the_beat_on_at_which_they_take_over() -> None:
+    with Client({**QUIET, "onSave": "continue", "switchAt": "bar", "beatsPerBar": 6}, TOLD) as client:
+        client.open(URI, BEFORE)
+        client.save(URI)
+        assert client.wait("improv/evaluated")["from"] == 0
+        told(client, 1, "playing")
+        client.wait("improv/transport", lambda params: params["beat"] > 2)
+        client.change(URI, 2, {"text": AFTER})
+        client.save(URI)
+        evaluated = client.wait("improv/evaluated")
+        begins = evaluated["from"]
+        assert (evaluated["generation"], begins % 6) == (2, 0)
+        assert begins >= 6
+        assert evaluated["ranges"] == [[2, 15, 2, 22], [2, 23, 2, 27], [3, 14, 3, 18]]
+        anna, bert = (evaluated["robots"][robot]["moments"][0] for robot in ("anna", "bert"))
+        assert anna == [begins, begins + 1, [0]]  # six beats of her own two: she is where she would be anyway
+        assert bert == [begins, begins + 1, [2]]
+        assert told(client, 2, "playing")["beat"] >= begins
+        later = client.request("improv/moments", {"beat": begins + 3})["robots"]
+        assert later["anna"]["moments"][0][:2] == [begins + 3, begins + 4]
+        earlier = client.request("improv/moments", {"beat": begins - 1})["robots"]
+        assert earlier["anna"]["moments"][0][:2] == [begins - 1, begins]
+        assert earlier["bert"]["moments"][0][:2] == [begins, begins + 1]
+
+
+@pytest.mark.parametrize(("given", "hints"), [({}, 1), ({"onSave": "restart"}, 0), ({"onSave": "continue"}, 0)])
+def test_the_first_save_that_restarts_a_dance_mentions_continue(given: dict[str, str], hints: int) -> None:
+    with Client({**QUIET, **given}, TOLD) as client:
+        client.open(URI, BEFORE)
+        for generation in range(1, 4):
+            client.save(URI)
+            told(client, generation, "playing")
+        client.request("improv/moments", {"beat": 0})
+        said = [each.message["params"] for each in client.log if each.message.get("method") == "window/showMessage"]
+        assert sum(each["message"] == HINT for each in said) == hints
+
+
+def test_a_dance_that_has_ended_is_started_over_without_a_word() -> None:
+    with Client(QUIET, TOLD) as client:
+        client.open(URI, "beat 240\nanna $ forward\n")
+        for generation in (1, 2):
+            client.save(URI)
+            told(client, generation, "ended")
+        client.request("improv/moments", {"beat": 0})
+        assert HINT not in str(client.log)

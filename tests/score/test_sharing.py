@@ -1,0 +1,145 @@
+"""A score is written without what its reader has."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from improv_core.playback.editions import Editions
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.score import MOST_KNOWN, LackingError, Read, Score, Written, from_json, to_json
+from improv_core.score.walk import walk
+
+PROGRAM = (
+    "".join(f"x{line} = forward left {line + 1} right\n" for line in range(100)) + "anna $ x1 x2 x3\nbert $ x4 x5\n"
+)
+
+
+class Line:
+    """A writer and a reader, with JSON in between."""
+
+    def __init__(self) -> None:
+        self.editions, self.writer, self.reader, self.generation = Editions(), Written(), Read(), 0
+
+    def write(self, analysis: Analysis) -> dict[str, Any]:
+        self.generation += 1
+        score = self.editions.number(score_of(analysis), self.generation)
+        return json.loads(json.dumps(to_json(score, self.writer)))  # type: ignore[no-any-return]
+
+    def read(self, data: dict[str, Any]) -> Score:
+        return from_json(data, self.reader)
+
+
+def check(read: Score, analysis: Analysis) -> None:
+    """What was read is what was written, down to the places in the text."""
+    assert read.text == analysis.text
+    assert read.offsets == dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
+    assert list(read.parts) == list(analysis.robots)
+    for robot, movement in analysis.robots.items():
+        assert list(walk(read.parts[robot].movement)) == list(walk(movement))
+
+
+def edited(analysis: Analysis, before: str, after: str) -> Analysis:
+    at = analysis.text.index(before)
+    return analysis.edited(at, at + len(before), after)
+
+
+def test_only_what_an_edit_has_changed_is_written() -> None:
+    line, analysis = Line(), analyze(PROGRAM)
+    check(line.read(line.write(analysis)), analysis)
+    analysis = edited(analysis, "x4 x5", "x4 left x5")
+    data = line.write(analysis)
+    assert data["parts"]["anna"] is None
+    assert len(data["movements"]) < 10
+    check(line.read(data), analysis)
+
+
+def test_words_that_have_moved_are_written_though_the_part_stays_the_same() -> None:
+    line, analysis = Line(), analyze(PROGRAM)
+    first = line.read(line.write(analysis))
+    analysis = edited(analysis, "x4 x5", "x4    x5 # slowly")
+    data = line.write(analysis)
+    check(second := line.read(data), analysis)
+    assert second.parts["bert"].edition == first.parts["bert"].edition
+
+
+def test_a_reader_that_has_missed_a_score_says_so_and_a_whole_one_helps() -> None:
+    line, analysis = Line(), analyze(PROGRAM)
+    line.read(line.write(analysis))
+    line.write(edited(analysis, "x4 x5", "x4 left x5"))  # lost
+    analysis = edited(analysis, "x4 x5", "x4 right x5")
+    with pytest.raises(LackingError):
+        line.read(line.write(analysis))
+    line.writer = Written()
+    check(line.read(line.write(analysis)), analysis)
+
+
+def test_a_part_that_nobody_has_sent_is_lacking() -> None:
+    data = Line().write(analyze(PROGRAM))
+    data["parts"]["anna"] = None
+    with pytest.raises(LackingError):
+        from_json(data, Read())
+
+
+def test_a_score_that_can_not_be_read_adds_nothing() -> None:
+    line, analysis = Line(), analyze(PROGRAM)
+    line.read(line.write(analysis))
+    wrong = line.write(edited(analysis, "x4 x5", "x4 left x5"))
+    known = len(line.reader.movements)
+    with pytest.raises(ValueError, match="no movement"):
+        line.read({**wrong, "movements": [*wrong["movements"], ["dance", 0]]})
+    assert len(line.reader.movements) == known
+    line.read(wrong)
+
+
+def test_the_movements_that_are_kept_do_not_grow_for_ever() -> None:
+    line = Line()
+    for turn in range(2, 20):
+        if line.writer.is_stale:
+            line.writer = Written()
+        analysis = analyze("".join(f"x{name} = forward left {turn}\nr $ x{name}\n" for name in range(300)))
+        check(line.read(line.write(analysis)), analysis)
+    assert len(line.reader.movements) < 2 * MOST_KNOWN
+
+
+SAME = [
+    ("r $ forward left\n", "# before\nr $ forward    left # after\n"),
+    ("r $ forward left\n", "x = forward left\nr $ x\n"),
+    ("r $ repeat 3 (forward [left right])\n", "y = [left right]\nr $ repeat 3 (forward y)\n"),
+    ("r $ fast 2 forward || left\n", "r $ (fast 2 forward) || left\n"),
+]
+DIFFERENT = [
+    ("r $ forward left\n", "r $ left forward\n"),
+    ("r $ repeat 3 forward\n", "r $ repeat 4 forward\n"),
+    ("r $ repeat forward\n", "r $ repeat 4 forward\n"),
+    ("r $ fast 2 forward\n", "r $ fast 3 forward\n"),
+    ("r $ scale 2 forward\n", "r $ scale 3 forward\n"),
+    ("r $ forward\n", "r $ forward forward\n"),
+    ("r $ reverse (forward left)\n", "r $ forward left\n"),
+    ("r $ forward || left\n", "r $ forward || right\n"),
+]
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "alike"), [(*pair, True) for pair in SAME] + [(*pair, False) for pair in DIFFERENT]
+)
+def test_parts_that_move_a_robot_alike_have_the_same_edition(one: str, other: str, alike: bool) -> None:
+    editions = Editions()
+    first = editions.number(score_of(analyze(one)), 1).parts["r"]
+    second = editions.number(score_of(analyze(other)), 2).parts["r"]
+    assert (first.edition == second.edition) is alike
+
+
+def test_a_part_is_compared_with_all_that_may_play() -> None:
+    editions = Editions()
+    first, _, third = (
+        editions.number(score_of(analyze(program)), number).parts["r"].edition
+        for number, program in enumerate(("r $ forward\n", "r $ left\n", "r $ forward\n"), 1)
+    )
+    assert first == third
+    editions.plays(2)
+    editions.plays(3)
+    assert editions.number(score_of(analyze("r $ left\n")), 4).parts["r"].edition not in (first, first + 1)

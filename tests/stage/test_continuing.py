@@ -1,0 +1,460 @@
+"""A save with `continue` edits what plays: what the player sends, by a clock that the tests turn."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from dataclasses import astuple, replace
+
+import pytest
+
+from improv_core.playback.editions import Editions
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.score import Score
+from improv_core.stage.protocol import Entry, TransportMessage, When
+from tests.stage.test_player import QUARTER, Memory, Stage, score
+
+ANNA = "anna $ repeat (forward [left right])\n"
+BERT = "bert $ repeat (forward left)\n"
+EDITED = "bert $ repeat right\n"
+
+
+class Topics(Memory):
+    """A memory that also knows on which topic each command was sent."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.topics: dict[str, str] = {}
+        self.by_topic: list[tuple[str, Twist]] = []
+
+    def prepare(self, score: Score, restart: bool) -> None:
+        super().prepare(score, restart)
+        self.topics.update({robot: part.topic for robot, part in score.parts.items()})
+
+    def send(self, robot: str, twist: Twist, at: float) -> None:
+        super().send(robot, twist, at)
+        self.by_topic.append((self.topics[robot], twist))
+
+
+class Continuing(Stage):
+    """A stage whose parent numbers the parts, as `Playback` does."""
+
+    def __init__(self, start: float = 1000.0) -> None:
+        super().__init__(start)
+        self.sink: Topics = Topics()
+        self.editions = Editions()
+        self.generation = 0
+        self.player = type(self.player)(self.sink, self._hear, lambda: 0.0)
+
+    def _hear(self, message: object) -> None:
+        self.told.append(message)  # type: ignore[arg-type]
+        if isinstance(message, dict) and message["type"] == "transport":
+            self.editions.plays(message["generation"])
+
+    def save(self, program: str | Score, when: When = "beat", entry: Entry | None = None) -> Score:
+        """Load a program as the parent would. The score that was sent."""
+        self.generation += 1
+        sent = self.editions.number(score(program) if isinstance(program, str) else program, self.generation)
+        self.player.load(sent, self.generation, when, self.now, entry)
+        return sent
+
+    @property
+    def transport(self) -> TransportMessage:
+        return self.transports[-1]
+
+    def sent_to(self, robot: str) -> list[tuple[str, float, Twist]]:
+        return [each for each in self.sink.sent if each[0] == robot]
+
+
+def check_untouched(robot: str, program: str, disturb: Callable[[Continuing], None], seconds: float = 20.0) -> None:
+    """Whatever happens to the others, a robot gets the very commands it gets if nothing happens, at the same times."""
+    alone, disturbed = Continuing(), Continuing()
+    alone.save(program, "restart")
+    alone.run(seconds)
+    disturbed.save(program, "restart")
+    disturb(disturbed)
+    disturbed.run(1000 + seconds - disturbed.now)
+    assert alone.sent_to(robot)
+    assert disturbed.sent_to(robot) == alone.sent_to(robot)
+
+
+def changes(stage: Continuing, robot: str, since: float = 0.0) -> list[tuple[float, float, float]]:
+    return [change for change in stage.sink.changes(robot) if change[0] >= since]
+
+
+@pytest.mark.parametrize("when", ["now", "beat", "bar", "end"])
+@pytest.mark.parametrize("seed", range(5))
+def test_saves_to_one_robot_leave_the_other_alone(when: When, seed: int) -> None:
+    dice = random.Random(seed)
+
+    def disturb(stage: Continuing) -> None:
+        for turn in range(100):
+            stage.run(dice.uniform(0, 0.15))
+            stage.save(f"# {turn}\n{ANNA}bert $ slow {turn % 7 + 1} repeat (forward left)\n", when)
+
+    check_untouched("anna", ANNA + BERT, disturb)
+
+
+def test_fifty_saves_a_second_for_twenty_seconds() -> None:
+    def disturb(stage: Continuing) -> None:
+        for turn in range(1000):
+            stage.run(0.02)
+            stage.save(ANNA + (BERT, EDITED, "")[turn % 3], ("now", "beat")[turn // 7 % 2])
+        assert stage.transport["begins"].keys() <= {"bert"}
+
+    check_untouched("anna", ANNA + BERT, disturb, 25)
+
+
+def test_an_edited_part_begins_at_its_own_beat_0_while_the_beat_goes_on_counting() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.run(5.5)
+    stage.save(ANNA + "bert $ right forward left\n")
+    stage.run(10)
+    assert changes(stage, "bert", 5.5) == [(6, 0, -QUARTER), (7, 2, 0), (8, 0, QUARTER), (9, 0, 0)]
+    told = stage.transports[1]
+    assert (told["beat"], told["performed"], told["begins"], told["restarted"]) == (6, 6, {"bert": 6}, 1)
+    assert (told["generation"], told["beats"]) == (2, None)
+
+
+@pytest.mark.parametrize(("when", "beat"), [("now", 5.5), ("beat", 6), ("bar", 8), ("end", 12)])
+def test_changes_take_effect_when_they_are_to(when: When, beat: float) -> None:
+    stage = Continuing()
+    stage.save("bert $ repeat 12 forward\n", "restart")
+    stage.run(5.5)
+    stage.save("bert $ repeat 12 left\n", when)
+    stage.run(10)
+    assert changes(stage, "bert", 1) == [(beat, 0, QUARTER)]
+    assert stage.transport["beats"] == beat + 12
+
+
+def test_a_bar_has_as_many_beats_as_asked_for() -> None:
+    stage = Continuing()
+    stage.save(BERT, "restart")
+    stage.run(1.5)
+    stage.player.load(score(EDITED), 2, "bar", stage.now, beats_per_bar=3)
+    stage.run(10)
+    assert stage.transport["begins"] == {"bert": 3}
+
+
+def test_a_new_tempo_keeps_everybodys_beat() -> None:
+    stage = Continuing()
+    stage.save("beat 60\nanna $ repeat (forward left)\n", "restart")
+    stage.run(2.5)
+    stage.save("beat 120\nanna $ repeat (forward left)\n")
+    stage.run(2)
+    # Beat 3 at 3 s: from there on, twice as fast. It plays the rest of its path, not its beginning.
+    assert changes(stage, "anna", 2.5) == [(3, 0, 2 * QUARTER), (3.5, 4, 0), (4, 0, 2 * QUARTER), (4.5, 4, 0)]
+    assert "begins" not in stage.transport
+
+
+def test_a_robot_that_is_gone_stops_and_a_new_one_begins() -> None:
+    def disturb(stage: Continuing) -> None:
+        stage.run(2.5)
+        stage.save(ANNA + "cleo $ left forward\n")
+        stage.run(7)
+        assert changes(stage, "bert", 2.5) == [(3, 0, 0)]
+        assert [twist for _, at, twist in stage.sent_to("bert") if at >= 3] == [STILL] * 3
+        assert changes(stage, "cleo") == [(3, 0, QUARTER), (4, 2, 0), (5, 0, 0)]
+
+    check_untouched("anna", ANNA + BERT, disturb)
+
+
+def test_what_changes_only_its_place_in_the_text_plays_on() -> None:
+    def disturb(stage: Continuing) -> None:
+        stage.run(2.5)
+        stage.save(f"# a comment\n\nx = [left   right]\nanna $ repeat (forward   x) # more\n{EDITED}")
+
+    check_untouched("anna", ANNA + BERT, disturb)
+
+
+def with_part(program: str, robot: str, **different: object) -> Score:
+    whole = score(program)
+    return replace(whole, parts={**whole.parts, robot: replace(whole.parts[robot], **different)})  # type: ignore[arg-type]
+
+
+def test_another_topic_begins_the_part_again_and_stops_the_robot_on_the_old_one() -> None:
+    def disturb(stage: Continuing) -> None:
+        stage.run(2.5)
+        stage.save(with_part(ANNA + BERT, "bert", topic="/other/cmd_vel"))
+        stage.run(4)
+        old, new = ([twist for topic, twist in stage.sink.by_topic if topic == name] for name in OLD_AND_NEW)
+        assert old[-3:] == [STILL] * 3
+        assert new[0] == Twist(x=2)
+        assert changes(stage, "bert", 2.5)[-1][0] > 3
+
+    check_untouched("anna", ANNA + BERT, disturb)
+
+
+OLD_AND_NEW = ("/bert/cmd_vel", "/other/cmd_vel")
+
+
+def test_a_restart_stops_a_robot_on_its_old_topic_too() -> None:
+    stage = Continuing()
+    stage.save(BERT, "restart")
+    stage.run(2.5)
+    stage.save(with_part(BERT, "bert", topic="/other/cmd_vel"), "restart")
+    assert [twist for topic, twist in stage.sink.by_topic if topic == OLD_AND_NEW[0]][-3:] == [STILL] * 3
+
+
+def test_another_profile_begins_the_part_again() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.run(2.5)
+    profile = replace(score(BERT).parts["bert"].profile, step=0.5)
+    stage.save(with_part(ANNA + BERT, "bert", profile=profile))
+    stage.run(1.5)
+    assert changes(stage, "bert", 2.5) == [(3, 0.5, 0), (4, 0, QUARTER)]
+
+
+def test_a_robot_that_is_removed_and_back_within_a_beat_has_never_been_away() -> None:
+    def disturb(stage: Continuing) -> None:
+        stage.run(2.1)
+        stage.save(ANNA)
+        stage.run(0.4)
+        stage.save(ANNA + BERT)
+
+    check_untouched("bert", ANNA + BERT, disturb)
+
+
+def test_a_robot_that_is_back_while_it_is_being_stopped_moves_again() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.run(2.5)
+    stage.save(ANNA, "now")
+    stage.run(0.06)
+    stage.save(ANNA + BERT, "now")
+    stage.run(0.5)
+    assert [twist.x for _, at, twist in stage.sent_to("bert") if at >= 2.56] == [2] * 10
+
+
+def test_a_save_while_paused_plays_on_from_there() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.run(5.5)
+    stage.player.pause(stage.now)
+    stage.run(3)
+    stage.save(ANNA + EDITED)
+    assert (stage.transport["state"], stage.transport["beat"], stage.transport["begins"]) == (
+        "playing",
+        5.5,
+        {"bert": 5.5},
+    )
+    stage.run(2)
+    assert changes(stage, "anna", 8.5) == [
+        (8.5, 0, -2 * QUARTER),
+        (9, 2, 0),
+        (10, 0, 2 * QUARTER),
+        (10.5, 0, -2 * QUARTER),
+    ]
+    assert changes(stage, "bert", 8.5) == [(8.5, 0, -QUARTER)]
+
+
+def test_a_save_that_waits_survives_a_pause_and_takes_over_at_the_next_beat() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.run(5.25)
+    stage.save(ANNA + EDITED)
+    stage.player.pause(stage.now)
+    stage.run(3)
+    assert stage.transport["generation"] == 1
+    stage.player.resume(stage.now)
+    stage.run(2)
+    assert stage.transport["begins"] == {"bert": 6}
+    assert changes(stage, "bert", 9) == [(9, 0, -QUARTER)]  # 0.75 beats were left
+
+
+def test_a_save_that_waits_is_dropped_by_a_stop() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.run(5.25)
+    stage.save(ANNA + EDITED)
+    stage.player.hush(stage.now)
+    stage.run(5)
+    assert stage.transport["state"] == "stopped"
+    assert stage.sink.sent[-1][2] == STILL
+
+
+def test_a_save_that_waits_follows_the_speed() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.run(5.5)
+    stage.save(ANNA + EDITED)
+    stage.player.set_speed(0.5, stage.now)
+    stage.run(3)
+    assert changes(stage, "bert", 5.6) == [(6.5, 0, -QUARTER / 2)]
+    assert stage.transport["begins"] == {"bert": 6}
+
+
+@pytest.mark.parametrize("state", ["waiting", "ended", "stopped"])
+def test_a_save_restarts_if_nothing_plays(state: str) -> None:
+    stage = Continuing()
+    stage.sink.deaf = {"anna": "nothing is listening"} if state == "waiting" else {}
+    stage.save("anna $ forward left\n", "restart")
+    stage.run(5 if state == "ended" else 0.5)
+    if state == "stopped":
+        stage.player.hush(stage.now)
+    assert stage.transport["state"] == state
+    stage.sink.deaf = {}
+    stage.save("anna $ left\n", "beat")
+    assert (stage.transport["beat"], stage.transport["restarted"]) == (0, 2)
+    assert "begins" not in stage.transport
+    assert stage.sink.prepared == [True, True]
+
+
+def test_everything_begins_again_at_the_end() -> None:
+    stage = Continuing()
+    stage.save("anna $ forward\nbert $ forward left\n", "restart")
+    stage.run(1.5)
+    stage.save("anna $ forward\nbert $ right\n", "end")
+    stage.run(5)
+    assert changes(stage, "anna") == [(0, 2, 0), (1, 0, 0), (2, 2, 0), (3, 0, 0)]
+    assert changes(stage, "bert", 1.5) == [(2, 0, -QUARTER), (3, 0, 0)]
+    assert stage.states == ["playing", "playing", "ended"]
+    assert (stage.transport["beat"], stage.transport["beats"]) == (3, 3)
+
+
+def test_a_part_that_has_ended_is_not_touched_while_others_play() -> None:
+    def disturb(stage: Continuing) -> None:
+        stage.run(2.5)
+        stage.save("anna $ forward\nbert $ right\n")
+        stage.run(0.6)
+        assert stage.transport["beats"] == 4
+
+    check_untouched("anna", "anna $ forward\nbert $ repeat 8 forward\n", disturb)
+
+
+def test_a_save_shortly_before_the_end_begins_everything_again_at_the_next_beat() -> None:
+    stage = Continuing()
+    stage.save("anna $ forward fast 2 forward\n", "restart")
+    stage.run(1.3)
+    stage.save("anna $ forward fast 2 forward\n")
+    stage.run(1)
+    assert changes(stage, "anna", 1.3) == [(1.5, 0, 0), (2, 2, 0)]
+    assert stage.transport["begins"] == {"anna": 2}
+
+
+def test_a_muted_robot_that_plays_on_hears_nothing_of_a_save() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.run(2.25)
+    stage.player.set_silent({"anna"}, (), stage.now)
+    stage.run(3)
+    before = len(stage.sent_to("anna"))
+    stage.save(ANNA + EDITED)
+    stage.run(3)
+    assert len(stage.sent_to("anna")) == before
+    stage.player.set_silent((), (), stage.now)
+    stage.run(1.5)
+    assert [at for at, *_ in changes(stage, "anna", 8)] == [8.25, 9, 9.5]  # in its own rhythm
+
+
+def test_an_edited_part_of_a_muted_robot_stays_silent() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.player.set_silent({"bert"}, (), stage.now)
+    stage.run(2.5)
+    stage.save(ANNA + EDITED)
+    stage.run(3)
+    assert {twist for _, at, twist in stage.sent_to("bert") if at > 0} == {STILL}
+
+
+def test_a_seek_counts_each_part_from_its_own_beginning() -> None:
+    stage = Continuing()
+    stage.save("anna $ repeat (forward left)\nbert $ repeat forward\n", "restart")
+    stage.run(2.5)
+    stage.save("anna $ repeat (forward left)\nbert $ repeat (left forward)\n")
+    stage.run(1)
+    stage.player.seek(8.0, stage.now)  # 5 beats of bert's part, which began at beat 3
+    stage.run(0.5)
+    assert changes(stage, "anna", 3.5)[0] == (3.5, 2, 0)
+    assert changes(stage, "bert", 3.5)[0] == (3.5, 2, 0)
+    stage.player.seek(2.5, stage.now)  # when bert's part has not begun
+    stage.run(1.2)
+    assert changes(stage, "bert", 4.0) == [(4, 0, 0), (4.5, 0, QUARTER)]
+
+
+def test_a_simulated_robot_is_placed_on_its_whole_path() -> None:
+    stage = Continuing()
+    stage.save("bert $ repeat forward\n", "restart")
+    stage.run(2.5)
+    stage.save("bert $ left repeat forward\n")
+    stage.run(1)
+    stage.player.seek(5.0, stage.now)  # three beats forward, a quarter turn, one beat forward
+    start = score("bert $ forward\n").parts["bert"].start
+    ideal = start.then(Pose(6, 2, 0, math.pi / 2))
+    assert astuple(stage.sink.placed["bert"]) == pytest.approx(astuple(ideal))
+
+
+class Pair:
+    """A stage that leads and its twin, which its parent loads as `Playback` does: a little later each time."""
+
+    def __init__(self, late: float) -> None:
+        self.leader, self.twin, self.late = Continuing(), Continuing(), late
+        self.sent: dict[int, Score] = {}
+        self.known = 0
+
+    def save(self, program: str, when: When = "beat") -> None:
+        sent = self.leader.save(program, when)
+        self.sent[self.leader.generation] = sent
+
+    def run(self, seconds: float) -> None:
+        """In small steps, so that the twin hears soon of what the leading stage did."""
+        end = self.leader.now + seconds
+        while self.leader.now < end:
+            self.leader.run(0.01)
+            self.twin.run(max(self.leader.now + self.late - self.twin.now, 0))
+            told = self.leader.transports[-1]
+            if told["state"] == "playing" and told["generation"] == max(self.sent) > self.known:
+                self.known = told["generation"]
+                entry: Entry = {"beat": told["beat"], "monotonic": told["monotonic"]}
+                entry["begins"] = told.get("begins", {})
+                when: When = "restart" if told["restarted"] == self.known else "now"
+                self.twin.player.load(self.sent[self.known], self.known, when, self.twin.now, entry)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.005, 0.3])
+def test_the_twin_follows_the_stage_that_leads(late: float) -> None:
+    pair, dice = Pair(late), random.Random(1)
+    pair.save(ANNA + BERT, "restart")
+    for turn in range(60):
+        pair.run(dice.uniform(0, 0.4))
+        pair.save(ANNA + (BERT, EDITED, "cleo $ repeat left\n")[turn % 3], ("beat", "now", "bar")[turn // 5 % 3])
+    pair.run(10)
+    leader, twin = pair.leader, pair.twin
+    assert twin.transport.get("begins") == leader.transport.get("begins")
+    assert twin.transport["beat"] == pytest.approx(leader.transport["beat"])
+    end = leader.now - 1000
+    for robot, since in (("anna", 0.0), ("bert", end - 9), ("cleo", end - 9)):
+        one, other = ({change for change in changes(each, robot, since) if change[0] < end} for each in (twin, leader))
+        assert one == other
+
+
+def test_a_new_twin_joins_in_the_middle() -> None:
+    pair = Pair(0.005)
+    pair.save(ANNA + BERT, "restart")
+    pair.run(5.5)
+    pair.twin = Continuing(pair.twin.now)  # the old one died
+    pair.save(ANNA + EDITED)
+    pair.run(3)
+    assert pair.twin.transport["begins"] == pair.leader.transport["begins"] == {"bert": 6}
+    assert [(round(at + 6, 6), x, yaw) for at, x, yaw in pair.twin.sink.changes("anna")] == changes(
+        pair.leader, "anna", 6
+    )
+    assert pair.twin.sink.placed.keys() == {"anna", "bert"}
+
+
+def test_the_twin_restarts_when_a_deadman_button_lets_the_leader_begin() -> None:
+    pair = Pair(0.005)
+    pair.save(ANNA, "restart")
+    pair.run(2)
+    pair.leader.player.pause(pair.leader.now)
+    pair.twin.player.pause(pair.leader.now)
+    pair.save(BERT, "restart")
+    pair.leader.player.pause(pair.leader.now)
+    pair.run(1)
+    pair.leader.player.resume(pair.leader.now)
+    pair.run(1)
+    assert pair.twin.sink.prepared == [True, True]
+    assert pair.twin.transport["restarted"] == 2

@@ -1,0 +1,148 @@
+"""When velocities are repeated, by times that the tests choose."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from improv_core.stage.repeats import HOPELESS, SLOTS, SLOWEST, Repeats
+
+RATE = 20.0
+PERIOD = 1 / RATE
+SLOT = PERIOD / SLOTS
+
+
+def crowd(count: int, rate: float = RATE, at: float = 0.0) -> Repeats:
+    """So many robots that were sent a velocity at the same time."""
+    repeats = Repeats()
+    for number in range(count):
+        repeats.hold(f"r{number}", rate, at)
+    return repeats
+
+
+def play(repeats: Repeats, until: float, cost: float = 0.0, begin: float = 0.0) -> dict[str, list[float]]:
+    """When each robot is sent a repeat, if sending one takes so many seconds."""
+    sent: dict[str, list[float]] = {}
+    now = begin
+    while (now := max(now, repeats.due)) <= until:
+        for robot in repeats.take(now):
+            sent.setdefault(robot, []).append(now)
+            now += cost
+    return sent
+
+
+def gaps(times: list[float]) -> list[float]:
+    return [after - before for before, after in pairwise(times)]
+
+
+def test_one_robot_is_repeated_at_its_rate() -> None:
+    sent = play(crowd(1), 1.0)
+    assert sent["r0"] == pytest.approx([PERIOD * count for count in range(1, 21)])
+
+
+def test_robots_take_turns_in_slots() -> None:
+    sent = play(crowd(100), 0.999)
+    assert {len(times) for times in sent.values()} == {19, 20}
+    assert {round(gap, 9) for times in sent.values() for gap in gaps(times)} == {PERIOD}
+    at_once = [sum(0.5 <= time < 0.5 + SLOT for time in times) for times in sent.values()]
+    assert sum(at_once) == 100 / SLOTS
+
+
+def test_no_robot_waits_longer_than_a_period_and_a_slot_after_a_change() -> None:
+    for changed in (0.0, 0.001, 0.013, 0.0499, 0.05):
+        repeats = crowd(20)
+        play(repeats, changed)
+        for number in range(20):
+            repeats.hold(f"r{number}", RATE, changed)
+        first = {robot: times[0] for robot, times in play(repeats, 1.0, begin=changed).items()}
+        assert all(0 < time - changed <= PERIOD + SLOT + 1e-9 for time in first.values())
+
+
+def test_others_do_not_shift_the_repeats_of_a_robot() -> None:
+    alone = play(crowd(5), 2.0)["r4"]
+    repeats = crowd(5)
+    sent = play(repeats, 1.0)["r4"]
+    for robot in ("r0", "r3"):
+        repeats.release(robot)
+    repeats.hold("new", RATE, 1.0)
+    repeats.hold("r1", RATE, 1.0123)
+    assert sent + play(repeats, 2.0, begin=1.0)["r4"] == alone
+
+
+def test_who_changes_faster_than_the_rate_is_hardly_repeated() -> None:
+    repeats = crowd(1)
+    count = 0
+    for step in range(1000):
+        repeats.hold("r0", RATE, step / 1000)
+        count += sum(map(len, play(repeats, step / 1000, begin=step / 1000).values()))
+    assert count == 0
+
+
+def test_a_hiccup_leaves_one_repeat_of_each_robot_and_the_rate_as_it_was() -> None:
+    repeats = crowd(100)
+    play(repeats, 1.0)
+    sent = play(repeats, 1.4 + PERIOD - 1e-6, begin=1.4)
+    assert {len(times) for times in sent.values()} <= {1, 2}
+    sent = play(repeats, 5.0, begin=1.45)
+    assert {round(gap, 6) for times in sent.values() for gap in gaps(times)} == {PERIOD}
+    assert repeats.news() is None
+
+
+def test_a_machine_that_is_too_slow_repeats_more_slowly_and_says_so_once() -> None:
+    repeats = crowd(1000)
+    told = []
+    cost = 1 / 12_000  # 12 times a second for each robot
+    for second in range(10):
+        sent = play(repeats, second + 1.0, cost, second + 0.0)
+        told.append(repeats.news())
+    (line,) = filter(None, told)
+    rate = float(line.split("are now sent ")[1].split()[0])
+    assert 10 < rate < 12
+    assert line == (
+        "this machine can't send 1000 robots 20 commands a second each: those that hold a velocity are now sent "
+        f"{rate} a second, and every change of velocity is still sent at its time"
+    )
+    assert max(gap for times in sent.values() for gap in gaps(times)) <= 1.1 / rate
+    assert not repeats.hopeless
+
+
+def test_the_rate_is_never_lowered_so_far_that_bases_stop() -> None:
+    repeats = crowd(1000)
+    lowest = RATE / SLOWEST
+    for second in range(10):
+        sent = play(repeats, second + 1.0, 1 / (lowest * 1000) / 1.5, second + 0.0)
+    assert max(gap for times in sent.values() for gap in gaps(times)) <= 1.05 / lowest
+    assert not repeats.hopeless
+    for second in range(10, 15):
+        play(repeats, second + 1.0, 1 / (lowest * 1000) / (HOPELESS * 0.9), second + 0.0)
+    assert repeats.hopeless
+
+
+def test_a_machine_that_was_too_slow_still_is_until_fewer_robots_play() -> None:
+    repeats = crowd(1000)
+    for second in range(5):
+        play(repeats, second + 1.0, 1 / 12_000, second + 0.0)
+    repeats.restart()
+    for robots, rate in ((1000, 11), (10, RATE)):
+        for number in range(robots):
+            repeats.hold(f"r{number}", RATE, 0.0)
+        play(repeats, 3.0, 1 / 12_000)
+        assert len(play(repeats, 4.0, 1 / 12_000, 3.0)["r0"]) == pytest.approx(rate, abs=1)
+        repeats.restart()
+
+
+def test_each_rate_has_its_own_turns() -> None:
+    repeats = crowd(1)
+    repeats.hold("fast", 1000.0, 0.0)
+    repeats.hold("slow", 1.0, 0.0)
+    sent = play(repeats, 2.0005)
+    assert [len(sent[robot]) for robot in ("r0", "fast", "slow")] == [40, 2000, 2]
+
+
+def test_nobody_is_due_where_nobody_moves() -> None:
+    repeats = crowd(3)
+    for number in range(3):
+        repeats.release(f"r{number}")
+    assert repeats.due == float("inf")
+    repeats.release("unknown")

@@ -1,0 +1,40 @@
+"""A save that edits what plays, as the page shows it."""
+
+from __future__ import annotations
+
+from playwright.sync_api import Page, expect
+
+from tests.stage.viewer.conftest import Show, wait, watch
+
+BEFORE = "beat 240\nanna $ repeat slow 50 forward\nbert $ repeat slow 40 left\n"
+AFTER = "# bert has another line, and anna's has moved\n" + BEFORE.replace("slow 40 left", "slow 40 right")
+
+
+def test_the_page_goes_on_counting_and_lights_what_plays_where_it_is_now(page: Page, show: Show) -> None:
+    show.play(BEFORE)
+    lit = watch(page, show).locator("#score-text .lit")
+    expect(lit).to_have_text(["forward", "left"])
+    wait(page, "improv.beat > 4")
+    show.play(AFTER, when="bar")
+    expect(lit).to_have_text(["forward", "right"])
+    wait(page, "improv.known.bert > 8")
+    beat = page.evaluate("improv.transport.beat")
+    assert beat >= 8
+    assert beat % 4 == 0
+    assert page.evaluate("improv.transport.begins") == {"bert": beat}
+    assert page.evaluate("improv.moved") == {}  # both are on their paths
+
+
+def test_a_seek_back_shows_who_has_not_begun(page: Page, show: Show) -> None:
+    show.play(BEFORE)
+    lit = watch(page, show).locator("#score-text .lit")
+    wait(page, "improv.beat > 6")
+    show.play(AFTER, when="beat")
+    expect(lit).to_have_text(["forward", "right"])
+    page.keyboard.press("P")  # pause
+    expect(page.locator("#state")).to_have_text("paused")
+    page.evaluate("document.activeElement.blur()")
+    beat = page.evaluate("improv.transport.begins.bert")
+    while page.evaluate("improv.beat") >= beat:
+        page.keyboard.press("ArrowLeft")
+    expect(lit).to_have_text(["forward"])

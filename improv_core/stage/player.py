@@ -314,7 +314,7 @@ class Player:
         self._repeats.restart()
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
-        self._listeners.begin()
+        self._listeners.begin(score)
         self._score, self._generation = score, generation
         self._transport = Transport(now if zero is None else zero, 0.0, 0, self._tempo)
         for robot in score.parts:
@@ -344,7 +344,7 @@ class Player:
     def _take_over(self, swap: Swap, now: float) -> None:
         old = self._score
         self._sink.prepare(swap.score, False)
-        self._listeners.begin()
+        self._listeners.begin(swap.score)
         self._score, self._generation = swap.score, swap.generation
         for robot in swap.score.parts:
             self._met.setdefault(robot, now)

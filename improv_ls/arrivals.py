@@ -25,8 +25,8 @@ from improv_core.stage.protocol import Hush, Pause
 READ_SIZE = 65_536
 LONGEST_HEADER = 65_536
 LOOK_PERIOD, BUSY = 0.02, 0.005
-"""Seconds between two looks at whether there is something to read, and from such a look until the event loop counts as
-busy because it has not read yet."""
+"""Seconds from the first thing to read until a look whether it still waits, and from such a look until the event loop
+counts as busy because it has not read yet."""
 _LENGTH = re.compile(rb"^content-length:[ \t]*(\d{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
 _HEADER_END = b"\r\n\r\n"
 _STOPS: Mapping[str, Hush | Pause] = {"improv.hush": {"type": "hush"}, "improv.pause": {"type": "pause"}}
@@ -110,7 +110,11 @@ class Arrivals:
         """Read, on the calling thread, whenever the event loop is too busy to do it, and tell it each time."""
         neglected = -1  # the latest visit of the loop, if there was something to read after it
         while not self.ended:
-            time.sleep(LOOK_PERIOD if neglected < 0 else BUSY)
+            if neglected < 0:
+                _wait_for_input()
+                time.sleep(LOOK_PERIOD)  # the event loop is awake too and usually reads first
+            else:
+                time.sleep(BUSY)
             if not _readable():
                 neglected = -1
             elif neglected != self._visits:
@@ -148,6 +152,10 @@ def _stop_in(body: bytes) -> Hush | Pause | None:
             if message["method"] == types.WORKSPACE_EXECUTE_COMMAND:
                 return _STOPS.get(message["params"]["command"])
     return None
+
+
+def _wait_for_input() -> None:
+    select.select([0], [], [])
 
 
 def _readable() -> bool:

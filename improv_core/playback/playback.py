@@ -38,6 +38,8 @@ from improv_core.stage.protocol import (
 )
 from improv_core.stage.tickets import issue
 
+AFTER = 0.02
+"""Seconds after each beat until people are told of it: at the beat itself, the stage needs the processor."""
 HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
 
@@ -87,7 +89,7 @@ async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
     while True:
         passed = max(int((loop.time() - zero) / period), 0)
         yield f"beat {passed + 1 if transport['beats'] is None else min(passed + 1, int(whole))}/{whole}"
-        await asyncio.sleep(zero + (passed + 1) * period - loop.time())
+        await asyncio.sleep(zero + (passed + 1) * period + AFTER - loop.time())
 
 
 @dataclass(frozen=True, slots=True)

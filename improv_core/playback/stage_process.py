@@ -43,6 +43,10 @@ Hear = Callable[["Stage", Heard, int], None]
 """Gets what is heard from a stage. With a request of a page comes the count of stops when it arrived."""
 
 
+class _Wake:
+    """Makes the thread that writes look again whether the stage rests."""
+
+
 class StageError(Exception):
     """A stage can't be started. The message is one line that says what to do."""
 
@@ -66,8 +70,9 @@ class Stage:
         self._first: asyncio.Future[Heard] = self._loop.create_future()
         self._ended = asyncio.Event()
         self._last_words: deque[str] = deque(maxlen=5)
-        self._outbox: UrgentQueue[ToStage | None] = UrgentQueue()
+        self._outbox: UrgentQueue[ToStage | _Wake | None] = UrgentQueue()
         self._watch = Watch(time.monotonic())
+        self._looking = True  # once it is ready
         for work in (self._write, self._read, self._read_log):
             threading.Thread(target=work, daemon=True).start()
 
@@ -108,6 +113,9 @@ class Stage:
     def send(self, message: ToStage) -> None:
         """Send a message. A message to a dead stage is lost; its end has been reported."""
         self._outbox.put(message)
+        if not self._looking:
+            with suppress(RuntimeError):  # the loop was closed
+                self._loop.call_soon_threadsafe(self._begin_to_look)
 
     async def close(self) -> None:
         """Close its input, which stops the robots and ends the stage. If it does not exit, it is killed."""
@@ -119,38 +127,56 @@ class Stage:
             self._process.kill()
             await self._ended.wait()
 
+    def _begin_to_look(self) -> None:
+        if not self._looking:
+            self._looking = True
+            self._look()
+
     def _look(self) -> None:
-        """Kill the process if it hangs. Calls itself periodically."""
-        limit = self._watch.look(time.monotonic(), self.ready["real"])
+        """Kill the process if it hangs. Calls itself periodically, except while the stage rests."""
+        now = time.monotonic()
+        limit = self._watch.look(now, self.ready["real"])
         if limit is not None and not self._closing:
             self._hung = f"the stage did not answer for {limit:g} s"
             self._process.kill()
-        elif self.alive:
+        elif self.alive and not self._watch.rests(now):
             self._loop.call_later(LOOK_PERIOD, self._look)
+        else:
+            self._looking = False
 
     def _write(self) -> None:
+        """Write messages, and pings between them. While the stage rests, only wait."""
         pipe = self._process.stdin
         assert pipe
         next_ping = time.monotonic() + PING_PERIOD
         with suppress(OSError):  # it has ended
             while True:
                 now = time.monotonic()
-                if now >= next_ping:  # whatever else waits
+                rests = self._watch.rests(now)
+                if not rests and now >= next_ping:  # whatever else waits
                     next_ping = now + PING_PERIOD
-                    if number := self._watch.ping(now):
-                        _write_line(pipe, {"type": "ping", "number": number})
+                    self._ping(pipe)
                 try:
-                    message = self._outbox.get(timeout=max(next_ping - time.monotonic(), 0))
+                    message = self._outbox.get(timeout=None if rests else max(next_ping - time.monotonic(), 0))
                 except queue.Empty:
                     continue
                 if message is None:
                     break
+                self._watch.writing(time.monotonic())
+                if rests:  # first, so that the stage expects pings before it moves anything
+                    self._ping(pipe)
+                if isinstance(message, _Wake):
+                    continue
                 if message["type"] == "load":
                     self._watch.loading()
                     next_ping = time.monotonic()
                 _write_line(pipe, message)
         with suppress(OSError):
             pipe.close()
+
+    def _ping(self, pipe: IO[bytes]) -> None:
+        if number := self._watch.ping(time.monotonic()):
+            _write_line(pipe, {"type": "ping", "number": number})
 
     def _read(self) -> None:
         assert self._process.stdout
@@ -167,6 +193,13 @@ class Stage:
         if message["type"] == "pong":
             self._watch.pong(message["number"], time.monotonic())
             return
+        if message["type"] == "transport":
+            moves = message["state"] in ("playing", "waiting") or bool(message.get("waits_for"))
+            self._watch.moving(moves, time.monotonic())
+            if moves:
+                self._outbox.put(_Wake())
+                with suppress(RuntimeError):
+                    self._loop.call_soon_threadsafe(self._begin_to_look)
         if message["type"] == "stopped":
             self._watch.stopped(time.monotonic())
             self._failure = message.get("message", "")

@@ -12,6 +12,8 @@ HANG_LIMIT = 0.4
 """Seconds without an answer after which a stage counts as hung. With the ping period, this is noticed within 0.5 s."""
 SIMULATED_HANG_LIMIT = 3.0
 """The same for a stage without real robots, which does no harm if it is late on a busy machine."""
+REST = 1.0
+"""Seconds after the last message until a stage that moves nothing and has answered is no longer pinged."""
 PULSE_LIMIT = 3.0
 """Seconds our event loop may stall, for example on a huge document, before we count as hung ourselves."""
 
@@ -20,12 +22,16 @@ class Watch:
     """The pings and answers of one stage. Times are monotonic, in seconds.
 
     Three threads use it without a lock, because only one thread writes each field: the one that writes to the stage
-    (`ping`, `loading`), the one that reads from it (`pong`, `stopped`), or the event loop (`look`).
+    (`ping`, `loading`, `writing`), the one that reads from it (`pong`, `moving`, `stopped`), or the event loop
+    (`look`).
     """
 
     def __init__(self, now: float) -> None:
         self._pings = 0  # written by the writer
         self._loads_end_with = 0  # by the writer: the ping after the latest score
+        self._wrote = now  # by the writer: when something other than a ping was last sent
+        self._moves = False  # by the reader: whether robots move, or may move by themselves
+        self._moved = now  # by the reader: when it was last told that
         self._answered = now  # by the reader
         self._pongs = 0  # by the reader: the number of the latest answer
         self._looked = now  # by the event loop
@@ -33,10 +39,22 @@ class Watch:
 
     def ping(self, now: float) -> int | None:
         """The number of the ping to send now; None if our event loop hangs, so that the stage notices."""
-        if now - self._looked > PULSE_LIMIT:
+        if now - max(self._looked, self._wrote) > PULSE_LIMIT:
             return None
         self._pings += 1
         return self._pings
+
+    def rests(self, now: float) -> bool:
+        """Whether nothing can happen that needs pings until something is written to the stage or it moves robots."""
+        return not self._moves and self._pongs == self._pings and now > max(self._wrote, self._moved) + REST
+
+    def writing(self, now: float) -> None:
+        """Something other than a ping is about to be sent. If the stage rested, a ping must come before it."""
+        self._wrote = now
+
+    def moving(self, moves: bool, now: float) -> None:
+        """The stage says whether it moves robots, or may move them without being asked."""
+        self._moves, self._moved = moves, now
 
     def loading(self) -> None:
         """A score is being sent, followed by a ping. Until that ping is answered, the stage may take longer."""

@@ -10,6 +10,8 @@ from improv_core.stage.sinks import Sink
 
 LOOK_PERIOD = 0.5
 """Seconds in which every robot is checked once: whether it still listens, and whether other nodes move it."""
+MOST_LINES = 10
+"""Lines to tell at once. Nobody reads a thousand."""
 LOOK_AT = 20
 """How many robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
 
@@ -35,13 +37,16 @@ class Listeners:
         self.next_look = math.inf
         """The time on the clock at which `look_around` is due."""
         self._looked_at = 0
+        self._robots: list[str] = []  # of the score
+        self._others: set[str] = set()  # what else lines are about
         self._warned: dict[str, str | None] = {}
         self._news: dict[str, list[str]] = {}  # for each line to tell, without its topic, the topics
 
-    def begin(self, robots: Collection[str]) -> None:
-        """Another score begins, and with it these robots' parts."""
-        self._heard = self._heard.difference(robots)
-        self.away, self.standing = self.away.difference(robots), set()
+    def begin(self, score: Score, entering: Collection[str]) -> None:
+        """Another score begins, and with it the parts of these robots."""
+        self._robots, self._looked_at = list(score.parts), 0
+        self._heard = self._heard.difference(entering)
+        self.away, self.standing = self.away.difference(entering), set()
 
     def forget(self) -> None:
         """Tell everything again, since somebody asked for a score."""
@@ -53,20 +58,20 @@ class Listeners:
 
     def look_around(self, score: Score, now: float) -> tuple[set[str], bool]:
         """Check the next few robots. Returns those that stand from now on, and whether all have been checked."""
-        robots = list(score.parts)
-        standing = self.look(score, robots[self._looked_at : self._looked_at + LOOK_AT])
+        standing = self.look(score, self._robots[self._looked_at : self._looked_at + LOOK_AT])
         self._looked_at += LOOK_AT
-        done = self._looked_at >= len(robots)
+        done = self._looked_at >= len(self._robots)
         if done:
             self._looked_at = 0
-        self.next_look = now + LOOK_PERIOD * min(LOOK_AT / max(len(robots), 1), 1)
+        self.next_look = now + LOOK_PERIOD * min(LOOK_AT / max(len(self._robots), 1), 1)
         return standing, done
 
     def look(self, score: Score, robots: Collection[str]) -> set[str]:
         """Check some robots of a score. Returns those that stand from now on."""
         missing = self._sink.missing(robots)
         lines = {**self._sink.warnings(robots), **missing}
-        for name in [*robots, *(lines.keys() | self._warned.keys()) - score.parts.keys()]:
+        others = {name for name in lines if name not in score.parts}
+        for name in [*robots, *(others | self._others)]:
             line = lines.get(name)
             if line == "":
                 continue
@@ -74,15 +79,18 @@ class Listeners:
                 topic = score.parts[name].topic if name in score.parts else line
                 self._news.setdefault(line.replace(topic, _TOPIC, 1), []).append(topic)
             self._warned[name] = line
+        self._others = others
         return {robot for robot in robots if self._must_stand(score, robot, missing.get(robot))}
 
     def news(self) -> Iterator[str]:
         """The lines that have come up since the last call. Lines that differ only in their topic are one."""
-        for line, topics in self._news.items():
+        lines, self._news = list(self._news.items()), {}
+        for line, topics in lines[:MOST_LINES]:
             count = len(set(topics))
             what = topics[0] if count == 1 else f"{count} topics, such as {topics[0]}"
             yield line.replace(_TOPIC, what)
-        self._news = {}
+        if len(lines) > MOST_LINES:
+            yield f"and {len(lines) - MOST_LINES} more warnings"
 
     def _must_stand(self, score: Score, robot: str, problem: str | None) -> bool:
         """Note whether a robot has gone away or come back, and return whether it stands from now on."""

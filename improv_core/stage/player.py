@@ -352,7 +352,7 @@ class Player:
         self._repeats.restart()
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
-        self._listeners.begin({*old, *score.parts})
+        self._listeners.begin(score, {*old, *score.parts})
         self._score, self._generation, self._restarted = score, generation, generation
         self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)
         for robot in score.parts:
@@ -399,7 +399,7 @@ class Player:
         self._send_due(swap.at)
         self._leave_topics(score, swap.at)
         self._sink.prepare(score, False)
-        self._listeners.begin(entering)
+        self._listeners.begin(score, entering)
         self._score, self._generation = score, swap.generation
         for robot in entering:
             self._met.setdefault(robot, now)

@@ -24,6 +24,8 @@ RESERVE = 1.1
 """How much slower than measured to repeat, so that the rate can be kept."""
 WINDOW = 1.0
 """Seconds over which the rate is measured. It is lowered only after two windows in a row, since one may be a hiccup."""
+SURE = 3
+"""Windows in a row after which a lowered rate counts as reached."""
 KEPT = 0.9
 """The share of repeats that must be sent. A burst of changes may take the place of a few."""
 HOPELESS = 0.4
@@ -44,6 +46,7 @@ class Repeats:
         self._window = math.inf  # when the current window ends
         self._served = self._skipped = 0  # slots in this window
         self._behind = 0  # how many windows in a row lost repeats
+        self._kept = 0  # how many did not
         self._untold = False
         self.hopeless = False
         """Whether even at the lowest rate, robots hear too little to keep moving."""
@@ -88,7 +91,7 @@ class Repeats:
 
     def news(self) -> str | None:
         """A line for people if the rate was lowered and is kept now; once."""
-        if not self._untold or self._behind:
+        if not self._untold or self._kept < SURE:
             return None
         self._untold = False
         rate, count = max(((wheel.rate, wheel.count) for wheel in self._wheels.values()), key=lambda each: each[1])
@@ -100,7 +103,7 @@ class Repeats:
     def _measure(self) -> None:
         """Lower the rate if repeats were lost in two windows in a row."""
         share = self._served / (self._served + self._skipped)
-        self._behind = self._behind + 1 if share < KEPT else 0
+        self._behind, self._kept = (self._behind + 1, 0) if share < KEPT else (0, self._kept + 1)
         if len(self._held) < self._lowered_for:
             self._set_stretch(1.0)
         elif self._behind >= 2 and self._stretch < SLOWEST:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -16,18 +15,23 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from improv_core.stage.setpoints import LAST_ZEROS
-from tests.benchmarks.documents import IMPROV, Edit, edits, improv
-from tests.benchmarks.robots import ENV, PYTHON, RATE, Heard, Lateness, Listener, Steady, lateness, start_anew
+from improv_core.commands.rehearsal import perform
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.motion import Twist
+from tests.benchmarks.documents import Edit, improv
+from tests.benchmarks.robots import ENV, NOTHING, PYTHON, Due, Heard, Lateness, Listener, Plain, lateness, start_anew
 from tests.benchmarks.servers import OURS, Server, memory
 from tests.processes import descendants
+from tests.stage.test_player import Memory
 
-TYPED_LINES = 1_000
-KEYS_A_SECOND = 20
 PATIENCE = 180.0
 """Seconds to wait for anything of the stage."""
 STEP = 2.0
 """Metres of `forward` of a robot whose kind nobody has said."""
+OURS_IN_WORDS = "Improv"
+PLAIN = {"timer": "an rclpy timer", "loop": "an absolute loop"}
+"""What plain scripts wait with, and what to call them."""
 PROBE = "probe"
 CAST = ("turtle1", "turtle2", "anna", "bruno", "clara", "drummer", "shaker", "walker")
 """The robots of `documents.improv`."""
@@ -54,16 +58,20 @@ class Reactions:
 
 @dataclass(frozen=True, slots=True)
 class Crowd:
-    """A thousand robots: lateness; the stage's and the listener's processor seconds a second; MB; the first save and
-    a later one to the first Twist and to the last robot's first one, in ms."""
+    """A thousand robots: how many commands each got a second; the longest time between two of them and the lateness of
+    changes, in ms; the stage's and the listener's processor seconds a second; MB; the first save and a later one to the
+    first Twist and to the last robot's first one, in ms; what the stage said."""
 
-    lateness: Lateness
+    rate: float
+    longest: float
+    changes: list[float]
     stage_cpu: float
     listener_cpu: float
     memory: float
     first_save: float
     save: float
     save_to_last: float
+    lines: list[str]
 
 
 def reactions(cycles: int, lines: int) -> Reactions:
@@ -122,25 +130,42 @@ def anew(times: int) -> list[float]:
     return [(next(each.heard for each in heard if each.heard > begin) - begin) * 1000 for begin in begun]
 
 
-def beside_typing(count: int, seconds: int, plain_seconds: int) -> tuple[Lateness, Lateness]:
-    """The lateness of commands to so many robots while somebody types, and then of a plain publisher's."""
+def in_turns(count: int, rounds: int, seconds: int) -> dict[str, Lateness]:
+    """The lateness of commands to so many robots: ours and those of plain scripts, in turns, in the same minutes."""
     robots = [f"r{number}" for number in range(count)]
-    plain = [f"/plain/r{number}" for number in range(count)]
-    with Listener("drain", [*map(_topic, robots), *plain]) as listener, _server() as (server, tap):
-        server.open(_program(robots, seconds, 60))
-        server.save()
-        zero = _zero(tap.wait("playing"))
-        server.replace(improv(TYPED_LINES))
-        _type(server, lambda: tap.state() != "playing")
-        tap.wait("ended")
-        time.sleep(0.5)
-        steady = Steady(plain_seconds, plain)
-        _type(server, lambda: not steady.runs)
+    program = _program(robots, seconds, 60)
+    ours = rehearsed(program)
+    plain = {way: [f"/{way}/{robot}" for robot in robots] for way in PLAIN}
+    turns: list[tuple[str, float, Mapping[str, Sequence[Due]]]] = []
+    everybody = [*ours, *(topic for topics in plain.values() for topic in topics)]
+    with Listener("drain", everybody) as listener, _server() as (server, tap):
+        server.open(program)
+        for _ in range(rounds):
+            server.save()
+            turns.append((OURS_IN_WORDS, _zero(tap.wait("playing")), ours))
+            tap.wait("ended")
+            time.sleep(0.5)
+            for way, topics in plain.items():
+                played = Plain(way, seconds, topics)
+                turns.append((PLAIN[way], played.zero, played.due))
         heard = listener.end()
-    ours = {topic: heard[topic] for topic in map(_topic, robots)}
-    _check(ours, seconds)
-    theirs = {topic: heard[topic] for topic in plain}
-    return lateness(ours, zero, _due(seconds)), lateness(theirs, steady.zero(), steady.due)
+    found = dict.fromkeys([OURS_IN_WORDS, *PLAIN.values()], NOTHING)
+    for who, zero, due in turns:
+        found[who] += lateness(heard, zero, due)
+    return found
+
+
+def rehearsed(program: str) -> dict[str, list[Due]]:
+    """The commands that each topic is to get."""
+    memory = Memory()
+    score = score_of(analyze(program))
+    perform(score, memory)
+    due: dict[str, list[Due]] = {part.topic: [] for part in score.parts.values()}
+    latest: dict[str, Twist] = {}
+    for robot, at, twist in memory.sent:
+        due[score.parts[robot].topic].append(Due(at, latest.get(robot) != twist))
+        latest[robot] = twist
+    return due
 
 
 def crowd(count: int, seconds: int) -> Crowd:
@@ -163,18 +188,27 @@ def crowd(count: int, seconds: int) -> Crowd:
         tap.wait("ended")
         time.sleep(1)
         heard = listener.end()
-    first = {topic: [each for each in messages if each.published < again] for topic, messages in heard.items()}
+    first = [[each for each in messages if each.published < again] for messages in heard.values()]
     later = [min(each.received for each in messages if each.published > again) for messages in heard.values()]
-    _check(first, seconds)
     return Crowd(
-        lateness(first, zero, _due(seconds)),
+        sum(not each.still for messages in first for each in messages) / count / seconds,
+        max(two.received - one.received for messages in first for one, two in pairwise(messages)) * 1000,
+        [late for messages in first for late in _changes(messages, zero)],
         stage_cpu,
         listener_cpu,
         now,
-        (min(messages[0].received for messages in first.values()) - saved) * 1000,
+        (min(messages[0].received for messages in first) - saved) * 1000,
         (min(later) - again) * 1000,
         (max(later) - again) * 1000,
+        tap.lines(),
     )
+
+
+def _changes(messages: Sequence[Heard], zero: float) -> Iterator[float]:
+    """How late each change came to a robot that changes its velocity each second from beat 0 on, in ms."""
+    new = [two for one, two in pairwise(messages) if (one.x, one.yaw) != (two.x, two.yaw)]
+    for second, each in enumerate([messages[0], *new]):
+        yield (each.received - zero - second) * 1000
 
 
 class _Tap:
@@ -184,14 +218,13 @@ class _Tap:
         self._path = path
         self._seen = 0
 
-    def state(self) -> str:
-        """The latest state; `gone` where the stage is."""
-        told = [message for message in self._messages() if message["type"] in ("transport", "gone")]
-        return str(told[-1].get("state", "gone"))
-
     def problems(self) -> list[str]:
         """What went wrong so far."""
         return [str(message["message"]) for message in self._messages() if message["type"] in ("error", "gone")]
+
+    def lines(self) -> list[str]:
+        """What it told people."""
+        return [str(message["message"]) for message in self._messages() if message["type"] in ("warning", "error")]
 
     def wait(self, *states: str) -> dict[str, Any]:
         """The next message that tells one of these states. Raises PlayError if something goes wrong instead."""
@@ -227,32 +260,6 @@ def _server() -> Iterator[tuple[Server, _Tap]]:
 def _program(robots: Sequence[str], seconds: int, beat: int) -> str:
     """Two beats again and again, `seconds` long at beat 60."""
     return f"beat {beat}\n{' '.join(robots)} $ repeat {seconds // 2} (forward left)\n"
-
-
-def _due(seconds: int) -> list[float]:
-    return [count / RATE for count in range(seconds * RATE + LAST_ZEROS)]
-
-
-def _check(heard: Mapping[str, Sequence[Heard]], seconds: int) -> None:
-    """Raises RuntimeError if anything else came than what the program says."""
-    for topic, messages in heard.items():
-        for each in messages:
-            beat, end = divmod((each.number - 1) / RATE, 2)[1], each.number > seconds * RATE
-            wanted = (0.0, 0.0) if end else (STEP, 0.0) if beat < 1 else (0.0, math.pi / 2)
-            if (each.x, each.yaw) != wanted:
-                raise RuntimeError(f"{topic}: {each} instead of {wanted}")
-
-
-def _type(server: Server, until: Callable[[], bool]) -> None:
-    """Type into the document, at times that are never in step with the commands."""
-    random = Random(2)
-    due = time.monotonic()
-    for edit in edits(IMPROV, improv(TYPED_LINES)):
-        if until():
-            return
-        due += random.uniform(0.5, 1.5) / KEYS_A_SECOND
-        time.sleep(max(due - time.monotonic(), 0))
-        server.change(edit)
 
 
 def _zero(transport: Mapping[str, Any]) -> float:

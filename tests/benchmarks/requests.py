@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import platform
-import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -15,16 +14,14 @@ from random import Random
 from statistics import median
 from typing import Any
 
+from tests.benchmarks.background import KEYS_A_SECOND, PLAYER, playing
 from tests.benchmarks.documents import IMPROV, SHARED, SHARED_LINE, Edit, edits, improv
 from tests.benchmarks.servers import OURS, Kind, Server
 from tests.benchmarks.tables import p99, print_row
 
 LINES = 1_000
 AT_ONCE = 20
-KEYS_A_SECOND = 20
 _ASKED = replace(OURS, options={**OURS.options, "hover": {"pictures": True}})
-_PLAYER = replace(OURS, options={"backend": "sim", "page": {"open": True}})
-_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking")
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +64,12 @@ def run(quick: bool) -> None:
     print(f"\nKeystroke written → diagnostics read, milliseconds, {typing}\n")
     print_row("while", "p50", "p99", "goal", "")
     print_row("---", "---:", "---:", "---", "---")
-    with _server(_PLAYER) as server:
+    with _server(PLAYER) as server:
         alone = _typed(server, keys)
     _print("nothing plays", alone, None)
-    with _server(_PLAYER) as server, _playing(server):
-        playing = _typed(server, keys)
-    print_row(
-        "a dance plays, its page open", f"{median(playing):.2f}", f"{p99(playing):.2f}", *_doubled(alone, playing)
-    )
+    with _server(PLAYER) as server, playing(server):
+        beside = _typed(server, keys)
+    print_row("a dance plays, its page open", f"{median(beside):.2f}", f"{p99(beside):.2f}", *_doubled(alone, beside))
 
 
 def _requests(rounds: int) -> Mapping[str, tuple[list[float], Goal | None]]:
@@ -125,25 +120,6 @@ def _server(kind: Kind, shared: bool = False) -> Iterator[Server]:
         if server.open(improv(LINES, shared)).mistakes:
             raise RuntimeError("there is a mistake where none is")
         yield server
-
-
-@contextmanager
-def _playing(server: Server) -> Iterator[None]:
-    """Have the document played, and its page open in a browser."""
-    from playwright.sync_api import sync_playwright
-
-    server.save()
-    while not server.page:
-        server.ask("foldingRange")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(_BROWSER))
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.goto(server.page)
-        page.wait_for_selector("body[data-state=playing]")
-        yield
-        if page.locator("body").get_attribute("data-state") != "playing":
-            raise RuntimeError("the dance was stopped before the typing was: the machine is too busy for its stage")
-        browser.close()
 
 
 def _typed(server: Server, keys: int) -> list[float]:

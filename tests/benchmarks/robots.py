@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from itertools import groupby
+from itertools import pairwise
 from pathlib import Path
-from statistics import linear_regression, median
 from struct import Struct
 from time import monotonic
+from typing import NamedTuple
 
 HERE = Path(__file__).parent
 PYTHON = os.environ.get("IMPROV_ROS_PYTHON") or str(HERE.parents[1] / ".cache" / "ros" / "bin" / "python")
@@ -45,8 +44,19 @@ class Heard:
     yaw: float
 
     @property
+    def velocity(self) -> tuple[float, float, float, float]:
+        return self.x, self.y, self.z, self.yaw
+
+    @property
     def still(self) -> bool:
-        return not (self.x or self.y or self.z or self.yaw)
+        return not any(self.velocity)
+
+
+class Due(NamedTuple):
+    """A command that a topic is to get: when, in seconds from beat 0, and whether it has another velocity."""
+
+    at: float
+    changes: bool
 
 
 class Listener:
@@ -84,30 +94,53 @@ class Listener:
 
 @dataclass(frozen=True)
 class Lateness:
-    """When commands ought to have been sent (s), and how much later each was published and received (ms)."""
+    """How much later than due each command was published and received, in ms; `changes` are those that were received
+    with another velocity. `longest` is the longest time between two commands to one robot, in ms."""
 
-    due: Sequence[float]
-    published: Sequence[float]
-    received: Sequence[float]
+    published: list[float]
+    received: list[float]
+    changes: list[float]
+    longest: float
     missing: int
 
-    @cached_property
-    def drift(self) -> float:
-        """By how much they get later, in ms a minute; seconds count alike, so that one bad moment is not all."""
-        seconds = groupby(sorted(zip(self.due, self.published, strict=True)), lambda each: int(each[0]))
-        middles = [(second, median(late for _, late in each)) for second, each in seconds]
-        return linear_regression(*zip(*middles, strict=True)).slope * 60 if len(middles) > 1 else 0.0
+    def __add__(self, other: Lateness) -> Lateness:
+        return Lateness(
+            self.published + other.published,
+            self.received + other.received,
+            self.changes + other.changes,
+            max(self.longest, other.longest),
+            self.missing + other.missing,
+        )
 
 
-def lateness(heard: dict[str, list[Heard]], zero: float, due: Sequence[float]) -> Lateness:
-    """Of robots that were to get commands at these times after `zero`, which are the first ones of their publishers."""
-    each = [(due[one.number - 1], one) for messages in heard.values() for one in messages]
-    return Lateness(
-        [at for at, _ in each],
-        [(one.published - zero - at) * 1000 for at, one in each],
-        [(one.received - zero - at) * 1000 for at, one in each],
-        len(due) * len(heard) - len(each),
-    )
+NOTHING = Lateness([], [], [], 0.0, 0)
+
+
+def lateness(heard: Mapping[str, Sequence[Heard]], zero: float, due: Mapping[str, Sequence[Due]]) -> Lateness:
+    """Of what was published from `zero` on to topics that were to get these commands.
+
+    Where some are missing, nobody can tell which, unless none of them was a change. Raises RuntimeError if a topic got
+    more.
+    """
+    found = NOTHING
+    for topic, commands in due.items():
+        messages = [each for each in heard[topic] if zero - 0.01 < each.published < zero + commands[-1].at + 0.4]
+        missing = len(commands) - len(messages)
+        if missing < 0:
+            raise RuntimeError(f"{topic} got {len(messages)} commands instead of {len(commands)}")
+        new = [two for one, two in pairwise([None, *messages]) if two and not (one and one.velocity == two.velocity)]
+        expected = [each.at for each in commands if each.changes]
+        pairs = [] if missing else list(zip(commands, messages, strict=True))
+        found += Lateness(
+            [(each.published - zero - command.at) * 1000 for command, each in pairs],
+            [(each.received - zero - command.at) * 1000 for command, each in pairs],
+            [(each.received - zero - at) * 1000 for at, each in zip(expected, new, strict=False)]
+            if len(expected) == len(new)
+            else [],
+            max((two.received - one.received for one, two in pairwise(messages)), default=0.0) * 1000,
+            missing,
+        )
+    return found
 
 
 def start_anew(topic: str) -> float:
@@ -117,19 +150,22 @@ def start_anew(topic: str) -> float:
     return begin
 
 
-class Steady:
-    """A plain script that publishes 20 times a second, for so many seconds once all topics are listened to."""
+class Plain:
+    """A plain script that publishes 20 times a second, for so many seconds once all topics are listened to.
 
-    def __init__(self, seconds: float, topics: Sequence[str]) -> None:
-        command = [PYTHON, str(HERE / "ros_publisher.py"), "steady", str(seconds), *topics]
-        self.due = [count / RATE for count in range(round(seconds * RATE))]
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, env=ENV)
+    `way` is how it waits in between: `loop` or `timer`.
+    """
+
+    def __init__(self, way: str, seconds: int, topics: Sequence[str]) -> None:
+        self._topics = topics
+        self._seconds = seconds
+        command = [PYTHON, str(HERE / "ros_publisher.py"), way, str(seconds), *topics]
+        told = subprocess.run(command, stdout=subprocess.PIPE, env=ENV, check=True, timeout=seconds + LIMIT)
+        self.zero = float(told.stdout)
+        """When it began."""
 
     @property
-    def runs(self) -> bool:
-        return self._process.poll() is None
-
-    def zero(self) -> float:
-        """When it began, once it has ended."""
-        told, _ = self._process.communicate(timeout=LIMIT)
-        return float(told)
+    def due(self) -> dict[str, list[Due]]:
+        """The commands that each topic was to get."""
+        commands = [Due(count / RATE, count % RATE == 0) for count in range(self._seconds * RATE)]
+        return dict.fromkeys(self._topics, commands)

@@ -1,15 +1,17 @@
 """What one writes without us, run by ROS's interpreter: a plain script that publishes Twists.
 
-`anew TOPIC` publishes at once, until somebody has listened for a while. `steady SECONDS TOPIC...` waits for listeners,
-says when it begins (monotonic clock), and publishes to all topics 20 times a second, ready messages at absolute times:
-nothing that Python does can be more punctual.
+`anew TOPIC` publishes at once, until somebody has listened for a while. `loop SECONDS TOPIC...` waits for listeners,
+says when it begins (monotonic clock), and publishes to all topics 20 times a second, ready messages at absolute times,
+another velocity each second. `timer SECONDS TOPIC...` does the same in the callback of an rclpy timer, as the tutorials
+teach it.
 """
 
 from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import rclpy
 from geometry_msgs.msg import Twist
@@ -31,21 +33,54 @@ def anew(topic: str) -> None:
         time.sleep(0.002)
 
 
-def steady(seconds: float, topics: Sequence[str]) -> None:
+def loop(seconds: float, topics: Sequence[str]) -> None:
+    _, publish = _prepare(topics)
+    begin = _begin()
+    for count in range(round(seconds * RATE)):
+        time.sleep(max(begin + count / RATE - time.monotonic(), 0))
+        publish(count)
+    time.sleep(0.5)
+
+
+def timer(seconds: float, topics: Sequence[str]) -> None:
+    node, publish = _prepare(topics)
+    counts = iter(range(round(seconds * RATE)))
+    ended = rclpy.task.Future()
+
+    def call() -> None:
+        count = next(counts, None)
+        if count is None:
+            ended.set_result(None)
+        else:
+            publish(count)
+
+    node.create_timer(1 / RATE, call)
+    _begin(1 / RATE)
+    rclpy.spin_until_future_complete(node, ended)
+    time.sleep(0.5)
+
+
+def _prepare(topics: Sequence[str]) -> tuple[Any, Callable[[int], None]]:
+    """A node, and a function that publishes the message of so many periods after the beginning to all topics."""
     node = rclpy.create_node("plain_steady")
     publishers = [node.create_publisher(Twist, topic, 10) for topic in topics]
     while not all(publisher.get_subscription_count() for publisher in publishers):
         time.sleep(0.01)
     time.sleep(1)  # the listener's side follows
-    message = Twist()
-    message.linear.x = 1.0
-    begin = time.monotonic() + 0.1
-    print(begin, flush=True)
-    for count in range(round(seconds * RATE)):
-        time.sleep(max(begin + count / RATE - time.monotonic(), 0))
+    forward, left = Twist(), Twist()
+    forward.linear.x = left.angular.z = 1.0
+
+    def publish(count: int) -> None:
         for publisher in publishers:
-            publisher.publish(message)
-    time.sleep(0.5)
+            publisher.publish(left if count // RATE % 2 else forward)
+
+    return node, publish
+
+
+def _begin(after: float = 0.1) -> float:
+    begin = time.monotonic() + after
+    print(begin, flush=True)
+    return begin
 
 
 if __name__ == "__main__":
@@ -53,5 +88,5 @@ if __name__ == "__main__":
     if sys.argv[1] == "anew":
         anew(sys.argv[2])
     else:
-        steady(float(sys.argv[2]), sys.argv[3:])
+        {"loop": loop, "timer": timer}[sys.argv[1]](float(sys.argv[2]), sys.argv[3:])
     rclpy.try_shutdown()

@@ -14,7 +14,7 @@ from typing import Any
 from improv_core.score.score import Score, to_json
 from improv_core.score.senses import Topic
 from improv_core.stage.protocol import FOLDER
-from improv_core.stage.setpoints import LAST_ZEROS
+from tests.benchmarks.live import rehearsed
 from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON, RATE, Lateness, Listener, lateness
 from tests.benchmarks.tables import p99, print_row
 from tests.stage.test_player import score
@@ -106,7 +106,8 @@ def _commands(seconds: int, scanned: bool, read: bool) -> Lateness:
     """How late commands are while scanners publish, and while they are read."""
     robots = [f"r{number}" for number in range(CROWD)]
     topics = [f"/{robot}/cmd_vel" for robot in robots]
-    program = score(f"{' '.join(robots)} $ repeat {seconds // 2} (forward left)\n")
+    text = f"{' '.join(robots)} $ repeat {seconds // 2} (forward left)\n"
+    program = score(text)
     scanners = _python("ros_scanner.py", f"{seconds + 20}", f"{SELDOM}", *robots) if scanned else None
     if scanners:
         assert scanners.stdin
@@ -119,7 +120,7 @@ def _commands(seconds: int, scanned: bool, read: bool) -> Lateness:
         if scanners:
             scanners.kill()
             scanners.communicate()
-    return lateness(heard, zero, [count / RATE for count in range(seconds * RATE + LAST_ZEROS)])
+    return lateness(heard, zero, rehearsed(text))
 
 
 def _with_senses(program: Score) -> Score:

@@ -12,11 +12,13 @@ from improv_core.playback.start import Options
 from improv_core.playback.stops import Stops
 from improv_ls.__main__ import main
 
+TAP = Path(sys.argv.pop(1))
+
 
 class Tapped(client.Playback):
     def __init__(self, options: Options, listen: Callable[[client.News, bool], None], stops: Stops) -> None:
         def tell(message: client.News, leads: bool) -> None:
-            with Path(sys.argv[1]).open("a", encoding="utf-8") as tap:
+            with TAP.open("a", encoding="utf-8") as tap:
                 tap.write(json.dumps(message) + "\n")
             listen(message, leads)
 

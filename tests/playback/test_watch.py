@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.playback.watch import HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, SIMULATED_HANG_LIMIT, Watch
+from improv_core.playback.watch import HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, SIMULATED_HANG_LIMIT, Watch
 from improv_core.stage.protocol import END_LIMIT, LOADING_LIMIT
 
 
@@ -83,3 +83,29 @@ def test_no_pings_go_out_while_our_event_loop_hangs() -> None:
     assert turned.watch.ping(turned.now) is None
     turned.watch.look(turned.now, real=True)
     assert turned.watch.ping(turned.now) == 2
+
+
+def test_a_stage_rests_that_moves_nothing_and_has_answered() -> None:
+    turned = Turned()
+    assert not turned.watch.rests(REST)
+    number = turned.ping()
+    assert not turned.watch.rests(10.0)
+    turned.watch.pong(number, 0.1)
+    assert turned.watch.rests(10.0)
+    turned.watch.writing(10.0)
+    assert not turned.watch.rests(10.0 + REST)
+    turned.watch.moving(True, 10.5)
+    assert not turned.watch.rests(20.0)
+    turned.watch.moving(False, 30.0)
+    assert not turned.watch.rests(30.0 + REST)
+    assert turned.watch.rests(30.1 + REST)
+
+
+def test_a_stage_that_rested_is_pinged_and_not_taken_for_hung() -> None:
+    turned = Turned()
+    turned.watch.pong(turned.ping(), turned.now)
+    turned.now += 100
+    turned.watch.writing(turned.now)
+    turned.ping()
+    assert turned.exceeds(HANG_LIMIT) is None
+    assert turned.exceeds(3 * LOOK_PERIOD) == HANG_LIMIT

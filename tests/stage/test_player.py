@@ -15,6 +15,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Deadman, Safety, Score
+from improv_core.stage.listeners import LOOK_AT, MOST_LINES
 from improv_core.stage.player import PATIENCE, Player, Told
 from improv_core.stage.protocol import TransportMessage, When
 from improv_core.stage.setpoints import Setpoint, setpoints
@@ -581,6 +582,25 @@ def test_one_line_tells_of_many_robots() -> None:
     stage.sink.deaf = {"r7": "nobody listens on /r7/cmd_vel (here)"}
     stage.run(2)
     assert stage.lines == [*expected, "nobody listens on /r7/cmd_vel (here)"]
+
+
+def test_a_look_costs_no_more_with_many_robots_and_a_thousand_lines_are_not_told() -> None:
+    stage = Stage()
+    asked: list[int] = []
+    robots = [f"r{number}" for number in range(1000)]
+    warnings = stage.sink.warnings
+
+    def count(robots: Collection[str] | None = None) -> dict[str, str]:
+        asked.append(len(robots or ()))
+        return warnings(robots)
+
+    stage.load(f"beat 1\n{' '.join(robots)} $ repeat forward")
+    stage.sink.warnings = count  # type: ignore[method-assign]
+    stage.sink.notes = {robot: f"{robot} bumped into a wall" for robot in robots}
+    stage.run(1.2)
+    assert max(asked) == LOOK_AT
+    assert len(stage.lines) == MOST_LINES + 1
+    assert stage.lines[-1] == f"and {1000 - MOST_LINES} more warnings"
 
 
 STOP, DEADMAN = "/e_stop", Deadman("/joy", 4)

@@ -88,6 +88,36 @@ def test_what_a_stage_fails_of_is_in_the_line_of_its_end_and_it_may_take_its_tim
     assert HANG_LIMIT * 2 < seconds < END_LIMIT
 
 
+def test_a_stage_that_rests_hears_nothing_until_it_is_needed_and_then_a_ping_first() -> None:
+    code = "\n".join(
+        [
+            "import json, select, sys",
+            READY,
+            "stream = open(0, 'rb', buffering=0)",
+            "while select.select([stream], [], [], 2)[0]:",
+            f" message = json.loads(stream.readline()); {PONG}",
+            'print(json.dumps({"type": "warning", "message": "silence"}), flush=True)',
+            "kinds = [json.loads(stream.readline())['type'] for _ in range(2)]",
+            'print(json.dumps({"type": "warning", "message": " ".join(kinds)}), flush=True)',
+        ]
+    )
+
+    async def listen() -> list[str]:
+        told: asyncio.Queue[Heard] = asyncio.Queue()
+        watched = await Stage.start(
+            [sys.executable, "-c", code], os.environ, lambda _, message, stops: told.put_nowait(message), Stops()
+        )
+        lines = []
+        for _ in range(2):
+            message = await asyncio.wait_for(told.get(), LIMIT)
+            lines.append(str(message.get("message")))
+            watched.send({"type": "hush"})
+        await watched.close()
+        return lines
+
+    assert asyncio.run(listen()) == ["silence", "ping hush"]
+
+
 @pytest.fixture
 def client() -> Iterator[Client]:
     with Client({"backend": "sim"}) as client:

@@ -103,8 +103,8 @@ class Simulator:
         """Who has bumped into whom so far, listed under the robot whose name comes first."""
         return {
             name: f"{name} bumped into {_listed(met)}: start them farther apart or change their paths"
-            for name, met in self._met.items()
-            if robots is None or name in robots
+            for name in (self._met if robots is None else robots)
+            if (met := self._met.get(name))
         }
 
     def send(self, robot: str, twist: Twist, at: float) -> None:

@@ -1,0 +1,68 @@
+"""What goes on beside a measurement: a dance in the simulator, its page in a browser, and somebody who types."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from random import Random
+
+from tests.benchmarks.documents import IMPROV, edits, improv
+from tests.benchmarks.servers import OURS, Server
+
+TYPED_LINES = 1_000
+KEYS_A_SECOND = 20
+PLAYER = replace(OURS, options={"backend": "sim", "page": {"open": True}})
+"""A server that plays in the simulator, and asks its editor to show the page."""
+_BROWSER = ("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking")
+_DANCE = "r1 r2 r3 $ repeat (forward left)\n"
+
+
+@contextmanager
+def busy_editor() -> Iterator[None]:
+    """Somebody types into a document of a thousand lines while a dance plays and its page is open."""
+    with Server(PLAYER) as server:
+        server.open(_DANCE)
+        with playing(server):
+            server.replace(improv(TYPED_LINES))
+            ended = threading.Event()
+            typist = threading.Thread(target=_type, args=(server, ended))
+            typist.start()
+            try:
+                yield
+            finally:
+                ended.set()
+                typist.join()
+
+
+@contextmanager
+def playing(server: Server) -> Iterator[None]:
+    """Have the document played, and its page open in a browser."""
+    from playwright.sync_api import sync_playwright
+
+    server.save()
+    while not server.page:
+        server.ask("foldingRange")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(_BROWSER))
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(server.page)
+        page.wait_for_selector("body[data-state=playing]")
+        yield
+        if page.locator("body").get_attribute("data-state") != "playing":
+            raise RuntimeError("the dance was stopped before the typing was: the machine is too busy for its stage")
+        browser.close()
+
+
+def _type(server: Server, ended: threading.Event) -> None:
+    """Type into the document, at times that are never in step with what is measured."""
+    random = Random(2)
+    due = time.monotonic()
+    for edit in edits(IMPROV, improv(TYPED_LINES)):
+        due += random.uniform(0.5, 1.5) / KEYS_A_SECOND
+        if ended.wait(max(due - time.monotonic(), 0)):
+            return
+        server.change(edit)

@@ -222,3 +222,19 @@ def test_a_gamepad_that_falls_silent_counts_as_released() -> None:
     moved = [at for _, at, twist in sink.sent if twist != STILL]
     assert max(moved) <= 1 + DEADMAN_LIMIT
     assert states(told)[-2:] == ["playing", "paused"]
+
+
+def test_a_score_that_counts_on_a_lost_one_is_asked_for_again_and_what_plays_goes_on() -> None:
+    sink = Memory()
+    message: Load = {
+        "type": "load",
+        "generation": 7,
+        "score": {**to_json(score("r $ left\n")), "known": 3},
+        "when": "beat",
+        "backend": "memory",
+    }
+    lost = arrival(json.dumps(message).encode(), Read())
+    told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, lost), (2, End()))
+    assert {"type": "lacks", "generation": 7} in told
+    assert errors(told) == []
+    assert zeros(sink, "r") == [2.0, 2.05, 2.1]

@@ -11,9 +11,10 @@ import pytest
 
 from improv_core.playback.editions import Editions
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.score import Score
+from improv_core.score.score import Safety, Score
 from improv_core.stage.protocol import Entry, TransportMessage, When
-from tests.stage.test_player import QUARTER, Memory, Stage, score
+from improv_core.stage.sinks import Edge
+from tests.stage.test_player import DEADMAN, QUARTER, STOP, Memory, Stage, score
 
 ANNA = "anna $ repeat (forward [left right])\n"
 BERT = "bert $ repeat (forward left)\n"
@@ -458,3 +459,56 @@ def test_the_twin_restarts_when_a_deadman_button_lets_the_leader_begin() -> None
     pair.run(1)
     assert pair.twin.sink.prepared == [True, True]
     assert pair.twin.transport["restarted"] == 2
+
+
+def guarded(program: str, safety: Safety) -> Score:
+    return replace(score(program), safety=safety)
+
+
+def test_a_save_waits_for_a_deadman_button_and_then_plays_on() -> None:
+    safety = Safety(deadman=DEADMAN)
+    stage = Continuing()
+    stage.sink.real = True
+    stage.player.sense(Edge(str(DEADMAN), True, stage.now), stage.now)
+    stage.save(guarded(ANNA + BERT, safety), "restart")
+    stage.run(2.25)
+    stage.player.sense(Edge(str(DEADMAN), False, stage.now), stage.now)
+    stage.run(1)
+    stage.save(guarded(ANNA + EDITED, safety))
+    stage.run(1)
+    assert (stage.transport["state"], stage.transport["generation"]) == ("paused", 2)
+    assert stage.sink.sent[-1][2] == STILL
+    stage.player.sense(Edge(str(DEADMAN), True, stage.now), stage.now)
+    stage.run(1)
+    assert (stage.transport["state"], stage.transport["beat"]) == ("playing", 2.25)
+    assert changes(stage, "anna", 4.25)[:2] == [(4.25, 2, 0), (5, 0, 2 * QUARTER)]
+    assert changes(stage, "bert", 4.25) == [(4.25, 0, -QUARTER)]
+
+
+def test_a_save_does_not_forget_that_a_robot_has_gone_away() -> None:
+    safety = Safety(rejoin="pause")
+    stage = Continuing()
+    stage.sink.real = True
+    stage.save(guarded(ANNA + BERT, safety), "restart")
+    stage.run(1)
+    stage.sink.deaf = {"anna": "nobody listens on /anna/cmd_vel"}
+    stage.run(1)
+    assert stage.transport["waits_for"] == ["anna"]
+    stage.save(guarded(ANNA + EDITED, safety))
+    stage.run(1)
+    assert (stage.transport["state"], stage.transport["waits_for"]) == ("paused", ["anna"])
+    stage.sink.deaf = {}
+    stage.run(1)
+    assert stage.transport["state"] == "playing"
+
+
+def test_a_save_while_an_emergency_stop_is_on_is_refused() -> None:
+    stage = Continuing()
+    stage.sink.real = True
+    stage.save(guarded(ANNA, Safety(stop=STOP)), "restart")
+    stage.run(1)
+    stage.player.sense(Edge(STOP, True, stage.now), stage.now)
+    stage.save(guarded(ANNA + EDITED, Safety(stop=STOP)))
+    stage.run(1)
+    assert (stage.transport["state"], stage.transport["generation"]) == ("stopped", 1)
+    assert stage.sent_to("bert") == []

@@ -235,3 +235,19 @@ def test_only_beside_real_robots_simulated_ones_keep_their_limits() -> None:
         return scores[0].parts["a"].profile.dynamics
 
     assert (shown(entry=False), shown(entry=True)) == ("ideal", "limits")
+
+
+def test_a_score_that_counts_on_a_lost_one_is_asked_for_again_and_what_plays_goes_on() -> None:
+    sink = Memory()
+    message: Load = {
+        "type": "load",
+        "generation": 7,
+        "score": {**to_json(score("r $ left\n")), "known": 3},
+        "when": "beat",
+        "backend": "memory",
+    }
+    lost = arrival(json.dumps(message).encode(), Read())
+    told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, lost), (2, End()))
+    assert {"type": "lacks", "generation": 7} in told
+    assert errors(told) == []
+    assert zeros(sink, "r") == [2.0, 2.05, 2.1]

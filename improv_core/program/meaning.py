@@ -93,13 +93,14 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
             diagnostics += _misplaced(body)
         if statement.has_senses and not statement.diagnostics:
             diagnostics += _senses(body)
+    reader.reading.expansions.clear()  # a cycle of references: without it, memory is free at once
     found = tuple(diagnostics)
     return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
 
 
-def movement_of(node: Node, scope: Scope) -> Movement:
-    """The movement of a node of a statement, in its scope."""
-    return Reader(scope, _NOWHERE, Reading()).movement(node)
+def movement_of(node: Node, scope: Scope, robots: int) -> Movement:
+    """The movement of a node of a statement, in its scope, as the first of so many robots plays it."""
+    return Reader(scope, _NOWHERE, Reading(0, robots)).movement(node)
 
 
 _NOWHERE = -1  # the ID of no statement

@@ -71,6 +71,15 @@ def test_a_scene_stands_on_a_line_of_its_own() -> None:
     """)
 
 
+def test_scenes_are_bounded() -> None:
+    assert analyze("r $ up\n---\n" * 499 + "r $ up").ok
+    analysis = analyze("r $ up\n---\n" * 501 + "r $ up")
+    assert [(each.code, each.message) for each in analysis.diagnostics] == [
+        ("too-large", "this program has more than 500 scenes: remove some")
+    ] * 2
+    assert len(analysis.parts["r"]) == 500
+
+
 def test_an_edit_moves_scenes() -> None:
     analysis = analyze("r $ left\n---\nr $ up\n")
     assert len(analysis.edited(9, 12, "").parts["r"]) == 1

@@ -20,6 +20,7 @@ from improv_core.program.reader import Definition, Scope
 from improv_core.robots.config import Robots
 from improv_core.score import dice, movement
 from improv_core.score.movement import Movement
+from improv_core.score.scenes import performance, scene_begins
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Node, Statement
@@ -117,13 +118,12 @@ class Analysis:
     @cached_property
     def robots(self) -> Mapping[str, Movement]:
         """All that each robot plays, in order of appearance."""
-        return {robot: _whole(scenes, self.begins) for robot, scenes in self.parts.items()}
+        return {robot: performance(scenes, self.begins) for robot, scenes in self.parts.items()}
 
     @cached_property
-    def begins(self) -> Sequence[movement.Duration]:
-        """The beats at which the scenes begin, and that at which one after the last would. Endless after one that never
-        ends."""
-        return _begins(self.parts.values())
+    def begins(self) -> Sequence[int]:
+        """The beats at which the scenes begin, up to one that never ends."""
+        return scene_begins(self.parts.values())
 
     @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -545,21 +545,3 @@ def _is_uneven(meaning: Meaning) -> bool:
 
 def _denominator(played: Movement) -> int:
     return played.duration.denominator if isinstance(played.duration, Fraction) else 1
-
-
-def _begins(parts: Iterable[tuple[Movement, ...]]) -> Sequence[movement.Duration]:
-    begins: list[movement.Duration] = [0]
-    for scene in zip(*parts, strict=True):
-        end = begins[-1] + max(each.duration for each in scene)
-        begins.append(end if isinstance(end, float) else math.ceil(end))
-    return begins
-
-
-def _whole(scenes: tuple[Movement, ...], begins: Sequence[movement.Duration]) -> Movement:
-    items: list[Movement] = []
-    at: movement.Duration = 0
-    for scene, begin in zip(scenes, begins, strict=False):
-        if scene.duration and begin != math.inf:
-            items += [movement.stand(movement.exact(Fraction(begin - at))), scene] if begin > at else [scene]
-            at = begin + scene.duration
-    return movement.series(items)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity, replace
-from improv_core.program.reader import NOTHING, Definition, Phrase, Reader, Reading, Scope, takes
+from improv_core.program.reader import NOTHING, Definition, Items, Phrase, Reader, Reading, Scope, takes
 from improv_core.program.unreachable import unperformed
 from improv_core.score.movement import Movement
 from improv_core.syntax import nodes
@@ -62,7 +62,8 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if not sign:
         return Meaning(bound, NOTHING, tuple(diagnostics))  # already reported: one error, one message
     robots = _robots(statement.heads, diagnostics) if sign.type == "DOLLAR" else ()
-    body = _gathered(statement, scope, diagnostics)
+    uses_phrases = any(found is not None and found.phrase is not None for found in bound)
+    body = _gathered(statement.body, scope, diagnostics) if statement.body and uses_phrases else statement.body
     reader = Reader(scope, statement_id, Reading(0, len(robots)))
     meant, definition, tempo = NOTHING, None, None
     others: list[Movement] = []
@@ -77,7 +78,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if sign.type == "EQUAL":
         _check_head(statement, diagnostics)
         phrase = _phrase(statement, body, reader, diagnostics) if statement.parameters else None
-        items = reader.items(body) if body and not phrase else ()
+        items = reader.items(body) if body and not phrase else Items((), statement_id)
         if statement.defines:
             definition = Definition(statement.defines, statement_id, meant, items, phrase)
     diagnostics += reader.found
@@ -86,7 +87,8 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if body:
         if None in bound:
             unresolved = tuple(each for each in nodes.names(body) if each.text in scope and scope[each.text] is None)
-        misused = tuple(_misused(body, scope, statement.parameters)) if _has_arguments(statement, scope) else ()
+        if uses_phrases or statement.has_arguments:
+            misused = tuple(_misused(body, scope, statement.parameters))
         if sign.type == "EQUAL" and statement.has_canon:
             diagnostics += _misplaced(body)
         if statement.has_senses:
@@ -103,13 +105,11 @@ def movement_of(node: Node, scope: Scope) -> Movement:
 _NOWHERE = -1  # the ID of no statement
 
 
-def _gathered(statement: Statement, scope: Scope, diagnostics: list[Diagnostic]) -> Node | None:
+def _gathered(body: Node, scope: Scope, diagnostics: list[Diagnostic]) -> Node | None:
     """The movement of a statement, in which each phrase has its arguments."""
     taking = {name: len(found.phrase.movements) for name, found in scope.items() if found and found.phrase}
-    if not statement.body or not any(taking.values()):
-        return statement.body
     try:
-        return gather(statement.body, lambda name: taking.get(name, 0))
+        return gather(body, lambda name: taking.get(name, 0)) if any(taking.values()) else body
     except TooDeepError as error:
         diagnostics.append(Diagnostic("too-deep", error.span, str(error)))
         return None
@@ -196,11 +196,6 @@ def _settled(body: Node, movements: set[str], reader: Reader) -> Iterator[Diagno
 
     depends(body)
     yield from settle(body)
-
-
-def _has_arguments(statement: Statement, scope: Scope) -> bool:
-    """Whether anything in a statement may have wrong arguments."""
-    return statement.has_arguments or any(found and found.phrase for found in scope.values())
 
 
 def _misused(body: Node, scope: Scope, parameters: Sequence[Parameter]) -> Iterator[Name | Call]:

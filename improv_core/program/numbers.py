@@ -18,11 +18,16 @@ Values = Mapping[str, Fraction]
 _ABOVE_ZERO = "as a number above 0"
 
 
-@lru_cache(maxsize=1_000)
 def value_of(text: str) -> Fraction | str:
     """The exact value of a number above zero, or words that say how to write one."""
-    value = product(lex(text), {})
+    value = plain_value(text)
     return value if isinstance(value, str) or (value is not None and value > 0) else _ABOVE_ZERO
+
+
+@lru_cache(maxsize=1_000)
+def plain_value(text: str) -> Fraction | str | None:
+    """The exact value of a number without parameters, as `product` gives it."""
+    return product(lex(text), {})
 
 
 def product(tokens: Sequence[Token], values: Values) -> Fraction | str | None:
@@ -36,7 +41,7 @@ def product(tokens: Sequence[Token], values: Values) -> Fraction | str | None:
         if token.type == "OPERATOR":
             divides = token.text == "/"
             continue
-        factor = values.get(token.text) if token.type == "PARAM" else _factor(token.text)
+        factor = _factor(token.text) if token.type == "NUMBER" else values.get(token.text)
         if factor is None or isinstance(factor, str):
             return factor
         if total is None:

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import SEVERITIES, Diagnostic, Edit, Fix, Severity, replace
-from improv_core.program.numbers import product
+from improv_core.program.numbers import plain_value, product
 from improv_core.program.timing import in_beats
 from improv_core.score import dice, movement, ramps
 from improv_core.score.movement import (
@@ -54,18 +54,24 @@ class Phrase:
         return [each for each in self.parameters if not each.is_number]
 
 
+class Items(NamedTuple):
+    """The terms of the series that a movement is, and the statement in which they are written."""
+
+    movements: tuple[Movement, ...]
+    statement: int
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Definition:
     """What a name stands for after the statement with this ID.
 
-    `items` are the terms of the series that its movement is, for the words that work with items. A phrase with
-    parameters has neither them nor a movement until it is used.
+    A phrase with parameters has no movement and no items until it is used.
     """
 
     name: str
     statement: int
     movement: Movement
-    items: tuple[Movement, ...]
+    items: Items
     phrase: Phrase | None = None
 
     @property
@@ -83,7 +89,7 @@ class Argument(NamedTuple):
     """A movement given to a phrase, the statement it is written in, and how deeply it is nested."""
 
     movement: Movement
-    items: tuple[Movement, ...]
+    items: Items
     statement: int
     height: int
 
@@ -116,10 +122,6 @@ class Expansion:
     body: Node
     movement: Movement
     height: int
-
-    @property
-    def items(self) -> tuple[Movement, ...]:
-        return self.reader.items(self.body)
 
 
 @dataclass(slots=True)
@@ -161,7 +163,7 @@ class Reader:
         """The movement of a node. A node with an error counts as an empty movement."""
         if isinstance(node, nodes.Primitive):
             return node.movement
-        if self.settled and id(node) in self.settled.made:
+        if self.settled is not None and id(node) in self.settled.made:
             return self.settled.made[id(node)]
         made = self._named(node) if isinstance(node, Name) else self._checked(node)
         self.made[id(node)] = made
@@ -181,24 +183,25 @@ class Reader:
         """What a use of a phrase that has been read means; None if it is wrong."""
         return self.calls.get(id(call)) or (self.settled.calls.get(id(call)) if self.settled else None)
 
-    def items(self, node: Node) -> tuple[Movement, ...]:
+    def items(self, node: Node) -> Items:
         """The terms of the series that a node is, seen through parentheses, names, and phrases. It has been read."""
+        node = _inside_parentheses(node)
         if isinstance(node, nodes.Series):
-            return tuple([self.movement_made(item) for item in node.items])
-        if isinstance(node, nodes.Bracket) and not node.squeezes:
-            return self.items(node.body) if node.body else ()
+            made = self.movement_made(node)
+            if isinstance(made, movement.Series) and len(made.items) == len(node.items):
+                return Items(made.items, self.statement)
+            return Items(tuple([self.movement_made(item) for item in node.items]), self.statement)
         if isinstance(node, Name):
             if argument := self.given.movements.get(node.text):
-                return _used(argument.items, node.span, argument.statement)
+                return argument.items
             definition = self.scope.get(node.text)
-            return _used(definition.items, node.span, definition.statement) if definition else ()
+            return definition.items if definition else Items((), self.statement)
         if isinstance(node, Call):
             expansion = self.expansion(node)
-            definition = self.scope.get(node.name.text)
-            if expansion and definition:
-                return _used(expansion.items, node.name.span, definition.statement)
-            return ()
-        return (self.movement_made(node),)
+            return expansion.reader.items(expansion.body) if expansion else Items((), self.statement)
+        if isinstance(node, nodes.Bracket) and not node.body:
+            return Items((), self.statement)
+        return Items((self.movement_made(node),), self.statement)
 
     def number(self, number: Number, what: str) -> Fraction | None:
         """The exact value of a number above zero. Anything else is reported and gives None."""
@@ -240,7 +243,8 @@ class Reader:
 
     def _number(self, number: Number, what: str, wrong: Callable[[Fraction], str | None]) -> Fraction | None:
         """The exact value of a number for which `wrong` has no words that say how to write it better."""
-        value = product(number.tokens, self.given.numbers)
+        values = self.given.numbers
+        value = product(number.tokens, values) if values else plain_value(number.text)
         if value is None:
             return None
         problem = value if isinstance(value, str) else wrong(value)
@@ -249,11 +253,14 @@ class Reader:
         return None if problem or isinstance(value, str) else value
 
     def _checked(self, node: Node) -> Movement:
-        nests = not isinstance(node, (nodes.Series, nodes.Parallel))
-        self.level += nests
-        self.deepest = max(self.deepest, self.level)
-        made = self._too_deep() if self.deepest > DEEPEST else self._made(node)
-        self.level -= nests
+        if isinstance(node, (nodes.Series, nodes.Parallel)):
+            made = self._made(node)
+        else:
+            self.level += 1
+            if self.level > self.deepest:
+                self.deepest = self.level
+            made = self._too_deep() if self.deepest > DEEPEST else self._made(node)
+            self.level -= 1
         if problem := _too_much(made):
             span = node.numbers[0].span if isinstance(node, nodes.Apply) and node.numbers else node.span
             self.report(Diagnostic("bad-number", span, problem), node)
@@ -268,7 +275,7 @@ class Reader:
     def _made(self, node: Node) -> Movement:
         if isinstance(node, nodes.Series):
             items = [self.movement(item) for item in node.items]
-            return movement.series(items) if self._add_up(node, items) else NOTHING
+            return movement.series(items) if len(items) < FEW or self._add_up(node, items) else NOTHING
         if isinstance(node, nodes.Apply):
             return self._applied(node)
         if isinstance(node, nodes.Bracket):
@@ -360,7 +367,7 @@ class Reader:
 
     def _add_up(self, node: Node, items: Sequence[Movement]) -> bool:
         """Whether the durations of items can be added exactly. If not, that is reported."""
-        if len(items) < FEW or _share_a_denominator(items):
+        if _share_a_denominator(items):
             return True
         self.report(Diagnostic("bad-number", node.span, _TOO_LONG), node)
         return False
@@ -397,10 +404,11 @@ class Reader:
         if word in _ENDING and isinstance(body.duration, float):
             self._report_endless(node)
             return NOTHING
-        values = self.numbers(node)
-        numbers = [value for value in values if value is not None]
-        if len(numbers) < len(values):
-            return body
+        numbers: Sequence[Fraction] = ()
+        if node.numbers:
+            numbers = [value for value in self.numbers(node) if value is not None]
+            if len(numbers) < len(node.numbers):
+                return body
         if word == "reflect":
             return movement.gain(body, node.plane.velocity if node.plane else SAME)
         if word == "repeat":
@@ -451,8 +459,12 @@ class Reader:
 
     def _from_items(self, node: nodes.Apply) -> Movement:
         """`accumulate`, `choose`, or `shuffle` of the items of a movement."""
-        word, items = node.word.text, self.items(node.body)
-        if not self._add_up(node, items):
+        word, found = node.word.text, self.items(node.body)
+        items = found.movements
+        if found.statement != self.statement:
+            span = _inside_parentheses(node.body).span
+            items = tuple([movement.use(item, span, found.statement) for item in items])
+        if len(items) >= FEW and not self._add_up(node, items):
             return NOTHING
         if len(items) == 1:
             self._report_idle(node, f"there is one item to {word} here: write several in brackets or remove `{word}`")
@@ -510,15 +522,16 @@ def takes(phrase: Phrase | None, call: Call) -> bool:
     return len(call.numbers) == len(phrase.numbers) and len(call.movements) == len(phrase.movements)
 
 
-def _used(items: Sequence[Movement], span: Span, statement: int) -> tuple[Movement, ...]:
-    return tuple([movement.use(item, span, statement) for item in items])
+def _inside_parentheses(node: Node) -> Node:
+    while isinstance(node, nodes.Bracket) and not node.squeezes and node.body:
+        node = node.body
+    return node
 
 
 def _items_written(node: Node) -> Sequence[Node]:
     """The items of a movement, if they are written where the movement is."""
-    while isinstance(node, nodes.Bracket) and not node.squeezes and node.body:
-        node = node.body
-    return node.items if isinstance(node, nodes.Series) else ()
+    inside = _inside_parentheses(node)
+    return inside.items if isinstance(inside, nodes.Series) else ()
 
 
 def _said(node: nodes.Apply) -> str:
@@ -583,13 +596,13 @@ def _too_much(made: Movement) -> str | None:
 
     All code that converts a movement's numbers to floats relies on this check.
     """
-    duration = made.duration
-    length = made.bits if isinstance(duration, float) else made.bits + movement.bits(duration)
-    if length <= _FEW_BITS and not made.throws:
+    duration, bounds = made.duration, made.bounds
+    length = bounds.bits if isinstance(duration, float) else bounds.bits + movement.bits(duration)
+    if length <= _FEW_BITS and not bounds.throws:
         return None
-    if LARGEST < duration < ENDLESS or is_too_fast(made.peak):
+    if LARGEST < duration < ENDLESS or is_too_fast(bounds.peak):
         return "these numbers make the movement too long or too fast to play: use smaller ones"
-    if made.throws > MOST_THROWS:
+    if bounds.throws > MOST_THROWS:
         return "these numbers make too many throws of the dice: use smaller ones"
     return _TOO_LONG if length > MOST_BITS else None
 

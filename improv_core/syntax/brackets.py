@@ -8,6 +8,7 @@ from improv_core.diagnostics import Diagnostic, replace
 from improv_core.syntax.lexer import Token
 from improv_core.text import Span
 
+BRACKETS = frozenset({"LPAR", "RPAR", "LSQB", "RSQB"})
 _CLOSER = {"LPAR": "RPAR", "LSQB": "RSQB"}
 _TEXT = {"LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]"}
 

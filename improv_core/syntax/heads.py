@@ -7,13 +7,12 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
-from improv_core.syntax.brackets import close_brackets
+from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.lexer import NAME, Token
 from improv_core.syntax.nodes import Parameter
 from improv_core.syntax.slips import without_commas, without_sign
 from improv_core.text import Span
 
-_BRACKETS = frozenset({"LPAR", "RPAR", "LSQB", "RSQB"})
 _BEFORE_SENSES = frozenset({"GUARD", "IF", "NOT"})
 _NAME = re.compile(NAME)
 
@@ -52,7 +51,7 @@ def split_head(text: str, tokens: Sequence[Token]) -> tuple[Head, list[Token]]:
         return Head((), None, (), (without_sign(tokens),)), list(tokens)
     if sign.type in ("BEAT", "SCENE"):
         return Head((), sign), list(tokens)
-    place = next(index for index, token in enumerate(tokens) if token is sign)
+    place = tokens.index(sign)
     before, rest = tokens[:place], list(tokens[place + 1 :])
     return (_definition if sign.type == "EQUAL" else _robots)(text, before, sign), rest
 
@@ -84,9 +83,11 @@ def classified(tokens: Sequence[Token], numbers: Collection[str]) -> list[Token]
 
 
 def _definition(text: str, tokens: Sequence[Token], sign: Token) -> Head:
+    if len(tokens) == 1 and tokens[0].type not in BRACKETS and _NAME.fullmatch(tokens[0].text):
+        return Head((tokens[0]._replace(type="HEAD"),), sign)  # as nearly all are
     tokens, wrong_brackets = close_brackets(tokens)
     joined = _joined(text, tokens)
-    words = [token for token in joined if token.type not in _BRACKETS]
+    words = [token for token in joined if token.type not in BRACKETS]
     if not words:
         return Head((_nothing(sign),), sign, (), (Diagnostic("syntax", sign.span, "write a name before `=`"),))
     name, *rest = joined
@@ -106,7 +107,7 @@ def _parameters(tokens: Sequence[Token]) -> tuple[list[Parameter], Diagnostic | 
     parameters: list[Parameter] = []
     rest = iter(tokens)
     for token in rest:
-        is_number = token.type not in _BRACKETS
+        is_number = token.type not in BRACKETS
         name = token if is_number else next(rest)
         wrong = _wrong_parameter(token, name, parameters)
         if not wrong and not is_number:
@@ -123,7 +124,7 @@ def _parameters(tokens: Sequence[Token]) -> tuple[list[Parameter], Diagnostic | 
 def _wrong_parameter(first: Token, name: Token, before: Sequence[Parameter]) -> Diagnostic | None:
     if first.type == "LSQB":
         return Diagnostic("syntax", first.span, "write a parameter that is a movement in round brackets: `(m)`")
-    if name.type in _BRACKETS:
+    if name.type in BRACKETS:
         return Diagnostic("syntax", name.span, "write the name of a parameter in the brackets")
     if not _NAME.fullmatch(name.text):
         return Diagnostic("syntax", name.span, _invalid(name))
@@ -140,11 +141,11 @@ def _invalid(name: Token) -> str:
 def _robots(text: str, tokens: Sequence[Token], sign: Token) -> Head:
     tokens, commas = without_commas(tokens)
     joined = _joined(text, tokens)
-    names = tuple(token._replace(type="HEAD") for token in joined if token.type not in _BRACKETS)
+    names = tuple(token._replace(type="HEAD") for token in joined if token.type not in BRACKETS)
     if not names:
         return Head((_nothing(sign),), sign, (), (Diagnostic("syntax", sign.span, "write a robot's name before `$`"),))
     if len(names) < len(joined):
-        wrong = next(token for token in joined if token.type in _BRACKETS)
+        wrong = next(token for token in joined if token.type in BRACKETS)
         return Head(names, sign, (), (Diagnostic("syntax", wrong.span, "write a robot's name without brackets"),))
     return Head(names, sign, (), tuple(commas))
 
@@ -158,7 +159,7 @@ def _joined(text: str, tokens: Sequence[Token]) -> list[Token]:
     joined: list[Token] = []
     for token in tokens:
         last = joined[-1] if joined else None
-        if last and last.end == token.start and _BRACKETS.isdisjoint({last.type, token.type}):
+        if last and last.end == token.start and BRACKETS.isdisjoint({last.type, token.type}):
             joined[-1] = Token("STRAY", text[last.start : token.end], last.start, token.end)
         else:
             joined.append(token)

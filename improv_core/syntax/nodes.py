@@ -33,15 +33,12 @@ class Name:
 class Number:
     """A number, or a product of numbers and parameters: the tokens of its factors, with `*` or `/` between them.
 
-    If it is missing, its only factor has no text. The parser has reported it.
+    `text` is without spaces. If the number is missing, its only factor has no text. The parser has reported it.
     """
 
     span: Span
+    text: str
     tokens: tuple[Token, ...]
-
-    @property
-    def text(self) -> str:
-        return "".join(token.text for token in self.tokens)
 
     @property
     def parameters(self) -> Iterator[Token]:

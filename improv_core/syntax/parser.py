@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.score.movement import hold
-from improv_core.syntax.brackets import close_brackets
+from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.derivation import Branch, Leaf, Shape, derive
 from improv_core.syntax.heads import Head, classified, split_head
 from improv_core.syntax.lexer import Token, lex
@@ -83,18 +83,22 @@ def _parsed(text: str) -> Statement:
         message = f"this statement has more than {LONGEST:,} characters: split it up"
         return Statement(text, (Diagnostic("syntax", Span(0, len(text)), message),), None)
     head, rest = split_head(text, lex(text))
-    rest = classified(rest, head.numbers)
+    types = {token.type for token in rest}
+    if head.parameters or "GUARD" in types or "IF" in types:
+        rest = classified(rest, head.numbers)
+        types = {token.type for token in rest}
     sign = head.sign
-    if too_deep := _too_deep(rest):
+    if len(rest) > DEEPEST and (too_deep := _too_deep(rest)):
         return Statement(text, (too_deep,), sign)
-    rest, wrong_brackets = close_brackets(rest)
-    diagnostics = [*head.diagnostics, *wrong_brackets]
+    diagnostics = list(head.diagnostics)
+    if not types.isdisjoint(BRACKETS):
+        rest, wrong_brackets = close_brackets(rest)
+        diagnostics += wrong_brackets
     feed = [*head.names, sign, *rest] if sign and head.names else rest
     body, tempo, wrong_form = _parse(feed, head)
     if not diagnostics:  # one error, one message: a wrong bracket or head makes the rest look wrong too
         diagnostics += wrong_form
     name = head.names[0].text if sign and sign.type == "EQUAL" else None
-    types = {token.type for token in rest}
     movements = {each.name for each in head.parameters if not each.is_number}
     return Statement(
         text,
@@ -108,9 +112,14 @@ def _parsed(text: str) -> Statement:
         "BAR" in types,
         "FACTOR" in types and any(token.text == "canon" for token in rest),
         "SENSE" in types,
-        any(one.type == "NAME" and other.type in ("NUMBER", "PARAM") for one, other in pairwise(rest)),
+        "NAME" in types and not types.isdisjoint(("NUMBER", "PARAM")) and _has_arguments(rest),
         head.parameters,
     )
+
+
+def _has_arguments(tokens: Sequence[Token]) -> bool:
+    """Whether a number follows a name."""
+    return any(one.type == "NAME" and other.type in ("NUMBER", "PARAM") for one, other in pairwise(tokens))
 
 
 def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
@@ -191,6 +200,8 @@ def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
         return Bracket(_span(token.start, _token(last, tokens).end), token.type == "LSQB", body)
     term = _node(last, tokens)
     whole = _span(token.start, term.span.end)
+    if len(parts) == 2:
+        return Apply(whole, token, term)
     second = parts[1]
     if rule == "choice":
         then = parts[2]
@@ -209,8 +220,12 @@ def _numbers(parts: Sequence[Shape], tokens: Sequence[Token]) -> tuple[Number, .
 
 
 def _number(shape: Branch, tokens: Sequence[Token]) -> Number:
+    first = shape.parts[0]
+    if len(shape.parts) == 1 and isinstance(first, Leaf):
+        return _single(_token(first, tokens))
     factors = tuple([_token(leaf, tokens) for leaf in shape.parts if isinstance(leaf, Leaf)])
-    return Number(_span(factors[0].start, factors[-1].end), factors)
+    text = "".join([token.text for token in factors])
+    return Number(_span(factors[0].start, factors[-1].end), text, factors)
 
 
 def _condition(shape: Branch, tokens: Sequence[Token]) -> Condition:
@@ -226,6 +241,11 @@ def _primitive(text: str, start: int) -> Primitive:
     """Shared by all statements that have this word at this offset: most nodes are primitives."""
     span, word = _span(start, start + len(text)), WORDS[text]
     return Primitive(span, word, hold(word.velocity, span=span))
+
+
+@lru_cache(maxsize=20_000)
+def _single(token: Token) -> Number:
+    return Number(token.span, token.text, (token,))
 
 
 @lru_cache(maxsize=20_000)

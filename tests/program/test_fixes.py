@@ -45,6 +45,14 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("duplicate-beat", "beat 60\nr $ left\nbeat 30 # slow\n", "beat 60\nr $ left\n"),
         ("empty-group", "r $ left ()", "r $ left "),
         ("never-performed", "r $ forward left || right", "r $ forward  || right"),
+        ("arguments", "x = left\nr $ x 3 up", "x = left\nr $ x  up"),
+        ("parameter-kind", "f n = n left\nr $ f up", "f (n) = n left\nr $ f up"),
+        ("parameter-kind", "f a (m) (k) = scale m k a\nr $ f", "f a m (k) = scale m k a\nr $ f"),
+        ("uneven-choice", "r $ choose (left slow 2 up [up up])", "r $ choose (left fit 1 slow 2 up [up up])"),
+        ("no-effect", "r $ choose left", "r $  left"),
+        ("no-effect", "r $ seed 2/3 left", "r $  left"),
+        ("no-effect", "r $ scale 1 left", "r $  left"),
+        ("no-effect", "r $ left\n---\n", "r $ left\n"),
         ("unused-name", "x = left\nr $ left\n", "r $ left\n"),
     ],
 )
@@ -64,20 +72,26 @@ def test_too_fast_is_slowed_down_as_far_as_needed() -> None:
     check("too-fast", "beat 90\nburger $ forward || left\n", "beat 90\nburger $ slow 3/2 (forward || left)\n", robots)
 
 
-WORDS = st.sampled_from(["left", "forward", "rest", "slow 2 left", "fast 2 up", "repeat 2 right", "repeat left"])
+WORDS = st.sampled_from(
+    ["left", "forward", "rest", "slow 2 left", "fast 2 up", "repeat 2 right", "repeat left", "choose (left right)"]
+)
+
+
+FORMS = ["({})", "[{}]", "reverse ({})", "repeat 3 [{}]", "fit 3 ({})", "ease ({})", "accumulate ({})", "shuffle ({})"]
+FORMS += ["chance 1/2 ({})", "seed 2 ({})", "ramp 1 2 ({})", "cut ({})"]
 
 
 def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     series = st.lists(inner, min_size=1, max_size=4).map(" ".join)
     voices = st.lists(series, min_size=1, max_size=3).map(" || ".join)
-    return st.builds(str.format, st.sampled_from(["({})", "[{}]", "reverse ({})", "repeat 3 [{}]"]), voices)
+    return st.builds(str.format, st.sampled_from(FORMS), voices)
 
 
 @given(st.recursive(WORDS, combined, max_leaves=20))
 @example("left || reverse (left left || left forward)")
 @example("((slow 2 left || left left forward) repeat left)")
 def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None:
-    analysis = analyze(f"r $ {movement}")
+    analysis = analyze(f"cut (m) = m left || rest rest\nr $ {movement}")
     for each in analysis.diagnostics:
         for fix in each.fixes if each.code == "never-performed" else ():
             if fix.title == "Remove it":

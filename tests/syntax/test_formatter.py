@@ -87,6 +87,14 @@ def code(text: str) -> str:
         ("x = reflect  YZ ( a||b )", "x = reflect YZ (a || b)\n"),
         ("x = ((left)\n  [ (right)\n] )", "x = ((left) [(right)])\n"),
         ("r $ forward\n\n\n\n\nbeat 60\n\n", "r $ forward\n\nbeat 60\n"),
+        ("f  n(m)( k )=repeat n  m k", "f n (m) (k) = repeat n m k\n"),
+        ("f n=scale n *2/ 3 left g 4 / n (a)", "f n = scale n*2/3 left g 4/n (a)\n"),
+        ("r $ a\n ----- # two\nr $ b", "r $ a\n-----  # two\nr $ b\n"),
+        ("r $ until not near ( a )||if cue a b else(c)", "r $ until not near (a) || if cue a b else (c)\n"),
+        # A `||` or `else` that begins a line still does.
+        ("r $ a || b\n|| c d", "r $ a || b\n  || c d\n"),
+        ("r $ if near a\n\n\nelse if cue b\n    else c", "r $ if near a\n  else if cue b\n  else c\n"),
+        ("x = (a\n|| b)\n|| c", "x = (a || b)\n  || c\n"),
         # What touches before the sign is one name, though a wrong one.
         ("my-robot   other$forward", "my-robot other $ forward\n"),
     ],
@@ -222,6 +230,21 @@ x = {curve} {curve} {curve} (
     )
 
 
+def test_comments_between_voices() -> None:
+    check(
+        "r $ a # one\n# two\n\n  # three\n|| b (c # four\n) d # five",
+        dedent("""\
+            r $ a  # one
+              # two
+
+              # three
+              || b (
+                c  # four
+              ) d  # five
+        """),
+    )
+
+
 def test_width() -> None:
     inside = "left " * 18
     check(f"x = ({inside}rest)", f"x = ({inside}rest)\n")  # exactly as long as may be
@@ -257,9 +280,27 @@ def test_examples_have_the_layout(path: Path) -> None:
 
 
 WORDS = ["forward", "strafeleft", "left", "x", "größe", "unknown"]
-LEADS = ["reverse", "retrograde", "repeat", "repeat 3", "repeat 0", "reflect YZ", "fast 2", "slow 3/2", "scale 1.50"]
-HEADS = ["x =", "größe =", "r1 $", "r1 r2 $", "my-robot $", "1 $", "r3 $ left ||"]
-WHOLE = ["beat 92.5", "beat 0", "beat +60", "x = ( ) [ ]"]
+LEADS = [
+    "ease",
+    "ramp 1/2 2",
+    "fit 4",
+    "until cue",
+    "pause not near",
+    "if near up else",
+    "chance 1/2",
+    "f 3",
+    "reverse",
+    "retrograde",
+    "repeat",
+    "repeat 3",
+    "repeat 0",
+    "reflect YZ",
+    "fast 2",
+    "slow 3/2",
+    "scale 1.50",
+]
+HEADS = ["f n (m) =", "x =", "größe =", "r1 $", "r1 r2 $", "my-robot $", "1 $", "r3 $ left ||"]
+WHOLE = ["---", "f n (m) = repeat n*2/3 ( m )", "beat 92.5", "beat 0", "beat +60", "x = ( ) [ ]"]
 WRONG = ["x = ( left", "r $ [ left ( up ]", "x = left )", "beat", "r $ fast", "x left", "= up", "r $ left , right"]
 REMARKS = ["# note", "#", "# x = (", "# $ ]\t", "# ünï \u2028 code", "#\ufeff"]
 
@@ -315,7 +356,21 @@ def test_layout_of_programs(text: str) -> None:
 
 
 PIECES = [*"()[]()[]$==,-#x\t\n\n\r\f\xa0\ufeff\u2028😀", "||", " ", "\r\n", "\nx=", "\nr $", "YZ", "3/2", "1.5", "4"]
-PIECES += ["beat ", "repeat", "reflect", "fast ", "forward", "left ", "r "]
+PIECES += [
+    "\n||",
+    "\nelse ",
+    "if near ",
+    "\n---\n",
+    "*",
+    "\nf n (m) =",
+    "beat ",
+    "repeat",
+    "reflect",
+    "fast ",
+    "forward",
+    "left ",
+    "r ",
+]
 
 
 @given(st.lists(st.sampled_from(PIECES), max_size=40).map("".join))

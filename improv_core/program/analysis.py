@@ -33,6 +33,8 @@ DEFAULT_TEMPO = Fraction(60)
 EVEN = 1_000
 """Lengths with denominators up to this can always be added: all of these have a common one of 1,439 bits."""
 NO_ROBOTS = Robots()
+MOST_SCENES = 500
+"""The most scenes of a program: each robot has a movement for each."""
 LONGEST_PROGRAM = 10_000_000
 """Characters of a program that is analyzed."""
 _TOO_LONG = Diagnostic("syntax", Span(0, 0), f"split this program: it has more than {LONGEST_PROGRAM:,} characters")
@@ -103,14 +105,14 @@ class Analysis:
         for index, (statement_id, meaning) in enumerate(zip(self.statement_ids, self.meanings, strict=True)):
             if not meaning.robots or index in self._too_uneven:
                 continue
-            scene = bisect_left(self.scenes, index) if self.scenes else 0
+            scene = min(bisect_left(self.scenes, index), MOST_SCENES - 1) if self.scenes else 0
             throw = max([throws.get(robot, 0) for robot in meaning.robots]) if throws else 0
             for robot, part in meaning.parts:
                 begun = movement.use(dice.throwing(part, throw), None, statement_id)
                 plays.setdefault(robot, {}).setdefault(scene, []).append(begun)
             if throw or meaning.movement.throws:
                 throws.update(dict.fromkeys(meaning.robots, throw + meaning.movement.throws))
-        scenes = range(len(self.scenes) + 1)
+        scenes = range(min(len(self.scenes) + 1, MOST_SCENES))
         return {
             robot: tuple([movement.series(parts.get(scene, ())) for scene in scenes]) for robot, parts in plays.items()
         }
@@ -130,7 +132,7 @@ class Analysis:
         """All diagnostics of the program, in the order of the text."""
         if len(self.text) > LONGEST_PROGRAM:
             return (_TOO_LONG,)
-        serious = self.faulty.union(self.tempos[1:], self.infeasible, self._too_uneven)
+        serious = self.faulty.union(self.tempos[1:], self.scenes[MOST_SCENES - 1 :], self.infeasible, self._too_uneven)
         indices = [*sorted(serious), *sorted(self.bindings.unused.union(self._scene_hints) - serious)]
         reported = ((index, each) for index in indices for each in self._diagnostics_of(index))
         found = [each.shifted(self.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
@@ -153,8 +155,8 @@ class Analysis:
         return None if index is None else self.meanings[index].definition
 
     def movement(self, placed: Placed, node: Node) -> Movement:
-        """The movement of a node of a statement."""
-        return movement_of(node, self._scope(placed.index))
+        """The movement of a node of a statement, as its first robot plays it."""
+        return movement_of(node, self._scope(placed.index), len(placed.meaning.robots))
 
     def edited(self, start: int, end: int, text: str) -> Analysis:
         """The analysis after `text` has replaced the text from `start` to `end`. Costs what the edit touches."""
@@ -255,6 +257,9 @@ class Analysis:
         statement, meaning = self.statements[index], self.meanings[index]
         yield from meaning.diagnostics
         yield from self.infeasible.get(index, ())
+        if statement.sign and statement.sign.type == "SCENE" and index in self.scenes[MOST_SCENES - 1 :]:
+            message = f"this program has more than {MOST_SCENES} scenes: remove some"
+            yield Diagnostic("too-large", Span(0, len(statement.text)), message)
         if index in self._scene_hints:
             yield self._scene_hints[index]
         if index in self.bindings.unused:
@@ -275,7 +280,7 @@ class Analysis:
 
     def _more(self, hidden: Sequence[int]) -> Diagnostic:
         """What stands for the diagnostics of the statements that are not shown."""
-        tempos = frozenset(self.tempos[1:])
+        tempos = frozenset([*self.tempos[1:], *self.scenes[MOST_SCENES - 1 :]])
         has_errors = any(
             not self.meanings[index].ok
             or index in tempos

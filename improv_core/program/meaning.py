@@ -91,15 +91,15 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
             misused = tuple(_misused(body, scope, statement.parameters))
         if sign.type == "EQUAL" and statement.has_canon:
             diagnostics += _misplaced(body)
-        if statement.has_senses:
+        if statement.has_senses and not statement.diagnostics:
             diagnostics += _senses(body)
     found = tuple(diagnostics)
     return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
 
 
-def movement_of(node: Node, scope: Scope) -> Movement:
-    """The movement of a node of a statement, in its scope."""
-    return Reader(scope, _NOWHERE, Reading()).movement(node)
+def movement_of(node: Node, scope: Scope, robots: int) -> Movement:
+    """The movement of a node of a statement, in its scope, as the first of so many robots plays it."""
+    return Reader(scope, _NOWHERE, Reading(0, robots)).movement(node)
 
 
 _NOWHERE = -1  # the ID of no statement

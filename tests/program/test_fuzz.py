@@ -49,6 +49,11 @@ LIMIT = 600
 pytestmark = pytest.mark.timeout(2 * SECONDS + LIMIT)
 
 EXAMPLES = [path.read_text(encoding="utf-8") for path in sorted(Path("examples").glob("*.improv"))]
+EXAMPLES += [
+    case["program"]
+    for case in json.loads(Path("tests/conformance.json").read_text(encoding="utf-8"))["cases"]
+    if case["source"] == "language 2"
+]
 PIECES = [*WORDS, "x", "y", "größe", "=", "$", "(", ")", "[", "]", "||", "|", "\n", "\r\n", "\r", " ", "\t", "# ", "2"]
 PIECES += [
     "1/0",

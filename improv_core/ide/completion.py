@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise
 
@@ -179,20 +179,24 @@ def _name(name: Definition, taken: Sequence[Parameter], bare: bool) -> Item:
 def _names_in(analysis: Analysis, found: Before) -> tuple[list[tuple[int, Definition]], bool]:
     """The names to offer, the nearest first, with the statements that define them, and whether these are all."""
     own = {each.name for each in found.parameters}
-    names = [each for each in _names(analysis, found.statement) if each[1].name not in own]
-    if len(names) <= MOST_NAMES:
-        return names, True
-    letters = found.begun.lower()
-    return list(islice((each for each in names if _fits(each[1].name.lower(), letters)), MOST_NAMES)), False
+    definers = _definers(analysis, found.statement)
+    names: Iterable[str] = [name for name in definers if name not in own]
+    whole = len(definers) <= MOST_NAMES
+    if not whole:
+        letters = found.begun.lower()
+        names = islice((name for name in names if _fits(name.lower(), letters)), MOST_NAMES)
+    indices = [definers[name] for name in names]
+    return [(index, each) for index in indices if (each := analysis.meanings[index].definition)], whole
 
 
-def _names(analysis: Analysis, before: int) -> Iterable[tuple[int, Definition]]:
-    """The names in scope of a statement, the nearest first, with the statements that define them."""
-    found: dict[str, tuple[int, Definition]] = {}
+def _definers(analysis: Analysis, before: int) -> Mapping[str, int]:
+    """The names in scope of a statement, the nearest first, and the statements that define them."""
+    found: dict[str, int] = {}
     for index in range(min(before, len(analysis.meanings)) - 1, -1, -1):
-        if definition := analysis.meanings[index].definition:
-            found.setdefault(definition.name, (index, definition))
-    return found.values()
+        definition = analysis.meanings[index].definition
+        if definition and definition.name not in found:
+            found[definition.name] = index
+    return found
 
 
 def _fits(name: str, letters: str) -> bool:

@@ -47,11 +47,7 @@ def _code(analysis: Analysis) -> Iterator[Fold]:
 def _scenes(analysis: Analysis) -> Iterator[Fold]:
     """From each `---` to the last line before the next one that is not blank."""
     lines, begin = analysis.lines, None
-    marks = (
-        lines.position(start).line
-        for start, statement in zip(analysis.offsets, analysis.statements, strict=True)
-        if statement.sign and statement.sign.type == "SCENE"
-    )
+    marks = (lines.position(analysis.offsets[index]).line for index in analysis.scenes)
     for mark in (*marks, len(lines.starts)):
         last = mark - 1
         while begin is not None and last > begin and not lines.line(last).strip():

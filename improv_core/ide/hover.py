@@ -17,7 +17,7 @@ from improv_core.program.numbers import value_of
 from improv_core.program.timing import ends, fastest, in_beats, in_seconds, path_length, times_as_fast, timing, written
 from improv_core.score import movement as algebra
 from improv_core.score.motion import Pose
-from improv_core.score.movement import ENDLESS, NORMAL, Movement
+from improv_core.score.movement import NORMAL, Movement
 from improv_core.score.profiles import DEFAULT, Profile
 from improv_core.score.score import Part, Score
 from improv_core.score.svg import picture
@@ -143,8 +143,10 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
 
 
 def _scene(analysis: Analysis, placed: Placed) -> Hover:
-    begin = analysis.begins[analysis.scenes.index(placed.index) + 1]
-    starts = "never begins" if begin == ENDLESS else f"begins at beat {begin}, {in_seconds(begin, analysis.tempo)}"
+    number, starts = analysis.scenes.index(placed.index) + 1, "never begins"
+    if number < len(analysis.begins):
+        begin = analysis.begins[number]
+        starts = f"begins at beat {begin}, {in_seconds(begin, analysis.tempo)}"
     about = ": a new scene, for all robots, when everything above has ended"
     return Hover(Span(0, len(placed.statement.text)), "---", about, (starts,))
 

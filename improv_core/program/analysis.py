@@ -120,15 +120,12 @@ class Analysis:
     @cached_property
     def robots(self) -> Mapping[str, Movement]:
         """All that each robot plays, in order of appearance."""
-        begins = scene_begins(self.parts.values())
-        return {robot: performance(scenes, begins) for robot, scenes in self.parts.items()}
+        return {robot: performance(scenes, self.begins) for robot, scenes in self.parts.items()}
 
     @cached_property
-    def begins(self) -> Sequence[movement.Duration]:
-        """The beats at which the scenes begin. Endless if one before never ends."""
-        begins = scene_begins(self.parts.values())
-        later = len(self.scenes) + 1 - len(begins)
-        return (*begins, *[movement.ENDLESS if self.parts else 0] * later)
+    def begins(self) -> Sequence[int]:
+        """The beats at which the scenes begin, up to one that never ends."""
+        return scene_begins(self.parts.values())
 
     @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:

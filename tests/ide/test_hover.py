@@ -183,6 +183,7 @@ def test_parameters_and_what_depends_on_them() -> None:
 def test_a_scene_says_when_it_begins() -> None:
     check("beat 30\nr $ slow 3/2 up\n--|>-\ns $ up", "---", "**---**: a new scene", "begins at beat 2, 4.0 s")
     check("r $ repeat up\n|>---\ns $ up", "---", "never begins")
+    check("|>---", "---", "never begins")
 
 
 def test_new_words() -> None:

@@ -90,6 +90,7 @@ def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 @given(st.recursive(WORDS, combined, max_leaves=20))
 @example("left || reverse (left left || left forward)")
 @example("((slow 2 left || left left forward) repeat left)")
+@example("left || fit 3 (left left)")
 def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None:
     analysis = analyze(f"cut (m) = m left || rest rest\nr $ {movement}")
     for each in analysis.diagnostics:

@@ -218,5 +218,7 @@ def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | Non
     if word in ("fast", "slow", "fit"):
         if whole == ENDLESS:
             return window.part(0, ENDLESS)  # not worth computing how much of it is reached
-        return window.part(window.start, end).times(Fraction(body) / Fraction(whole))
+        part = window.part(window.start, end).times(Fraction(body) / Fraction(whole))
+        # What stays in a `fit` would get slower if a part were removed.
+        return _Window(part.start, part.end, True) if word == "fit" else part
     return window.part(window.start, end)

@@ -93,6 +93,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
             diagnostics += _misplaced(body)
         if statement.has_senses and not statement.diagnostics:
             diagnostics += _senses(body)
+    reader.reading.expansions.clear()  # a cycle of references: without it, memory is free at once
     found = tuple(diagnostics)
     return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
 

@@ -15,7 +15,7 @@ from improv_core.score import ramps
 from improv_core.score import world as worlds
 from improv_core.score.fits import checked, fits
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import Movement, Velocity
+from improv_core.score.movement import Bounds, Movement, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.scenes import performance, scene_begins
 from improv_core.score.world import World
@@ -200,17 +200,22 @@ def from_json(data: Mapping[str, Any]) -> Score:
 
 def _playable(movement: Movement) -> Movement:
     """A movement that the language would take too, which bounds what it costs to walk it."""
-    duration, bounds = movement.duration, movement.bounds
-    if (
-        (not isinstance(duration, float) and (duration > _LONGEST or algebra.bits(duration) > _MOST_DURATION_BITS))
-        or bounds.width > algebra.MOST_VOICES
-        or bounds.depth > algebra.MOST_DEPTH
-        or bounds.bits > algebra.MOST_BITS
-        or bounds.throws > algebra.MOST_THROWS
-        or algebra.is_too_fast(bounds.peak)
-    ):
+    duration = movement.duration
+    is_long = not isinstance(duration, float) and (duration > _LONGEST or algebra.bits(duration) > _MOST_DURATION_BITS)
+    if is_long or not _are_playable(movement.bounds):
         raise ValueError("its numbers are too large or its voices too many")
     return movement
+
+
+@lru_cache(maxsize=10_000)
+def _are_playable(bounds: Bounds) -> bool:
+    return (
+        bounds.width <= algebra.MOST_VOICES
+        and bounds.depth <= algebra.MOST_DEPTH
+        and bounds.bits <= algebra.MOST_BITS
+        and bounds.throws <= algebra.MOST_THROWS
+        and not algebra.is_too_fast(bounds.peak)
+    )
 
 
 _LONGEST = algebra.LARGEST**2

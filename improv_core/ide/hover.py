@@ -229,7 +229,7 @@ def _profile(analysis: Analysis, placed: Placed) -> Profile:
 
 
 def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:
-    return _drawn(Part("", meaning, _profile(analysis, placed), Pose(), ""), analysis.tempo)
+    return _drawn(Part("", (meaning,), _profile(analysis, placed), Pose(), ""), analysis.tempo)
 
 
 def _drawn(part: Part, tempo: Fraction) -> str:

@@ -17,7 +17,6 @@ from improv_core.playback.stage_process import Gone, Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError
 from improv_core.playback.stops import Stops
-from improv_core.score.movement import series
 from improv_core.score.score import Score, Written, to_json
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
@@ -459,7 +458,7 @@ class Playback:
 
 def _standing(score: Score) -> Score:
     """The same robots with nothing to play, so they are only told to stop."""
-    parts = {name: replace(part, movement=series(()), reset=None) for name, part in score.parts.items()}
+    parts = {name: replace(part, scenes=(), reset=None) for name, part in score.parts.items()}
     return Score(score.tempo, parts, world=score.world)
 
 

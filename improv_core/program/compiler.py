@@ -29,7 +29,7 @@ def score_of(analysis: Analysis) -> Score:
     for name, robot in robots.items():
         profile = replace(robot.profile, message=robot.message)
         parts[name] = Part(
-            name, analysis.robots[name], profile, poses[name], robot.topic, robot.reset, cast.use_sim_time
+            name, (analysis.robots[name],), profile, poses[name], robot.topic, robot.reset, cast.use_sim_time
         )
     if len(analysis.text) > LONGEST_TEXT:
         return Score(analysis.tempo, parts, world=cast.world, safety=cast.safety)

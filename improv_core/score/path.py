@@ -34,8 +34,12 @@ MOST_MOMENTS = 10_000
 """Parallel voices are walked to measure them. If they have more moments than this, the result is unknown."""
 MOST_WALKED = 2_000
 """The same limit for the pose where they end, which is computed while robots play."""
-MOST_THROWN = 100_000
-"""The most parts of movements with dice that are visited. The turns of a repeat differ, so they can't be multiplied."""
+MOST_THROWS = 100_000
+"""The most throws that are looked at: the turns of a repeat with dice differ, so they can't be multiplied."""
+MOST_THROWS_LIVE = 10_000
+"""The same limit for a pose, which is computed while robots play."""
+VISITS_PER_THROW = 5
+"""How many parts may be visited for each of these throws."""
 A_BEAT_A_SECOND = Fraction(60)
 """A tempo at which beats are seconds. A path does not depend on the tempo."""
 
@@ -50,6 +54,23 @@ class Extent:
 
 class _TooLongError(Exception):
     """A movement is too long to measure."""
+
+
+@dataclass(slots=True)
+class _Budget:
+    """How many parts may still be visited."""
+
+    left: int
+
+    def spend(self, visits: int) -> None:
+        self.left -= visits
+        if self.left < 0:
+            raise _TooLongError
+
+    def allow(self, throws: int) -> None:
+        """Give up at once if so many throws cost too much."""
+        if throws * VISITS_PER_THROW > self.left:
+            raise _TooLongError
 
 
 class _Leg(NamedTuple):
@@ -82,7 +103,7 @@ def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
         return None
     known: dict[int, Extent] = {}
     steps, turns = [], []
-    budget = iter(range(MOST_THROWN))
+    budget = _Budget(MOST_THROWS * VISITS_PER_THROW)
     try:
         for leg in _decided(_Leg.first(movement), budget):
             each = _walked(leg, budget) if leg.dice else _extent(leg.movement, known, most)
@@ -95,6 +116,8 @@ def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
 
 def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
     """The extent of a movement without dice."""
+    if found := known.get(id(movement)):
+        return found
     waiting = [movement]
     while waiting:
         part = waiting[-1]
@@ -110,7 +133,7 @@ def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
 
 def _combined(part: Movement, inner: list[Extent], most: int) -> Extent:
     if isinstance(part, (algebra.Hold, algebra.Parallel)):
-        return _walked(_Leg(part, SAME, False, None), iter(range(most)))
+        return _walked(_Leg(part, SAME, False, None), _Budget(most))
     steps, turns = math.fsum(each.steps for each in inner), math.fsum(each.turns for each in inner)
     if isinstance(part, algebra.Repeat):
         return Extent(steps * (part.times or 0), turns * (part.times or 0))
@@ -120,40 +143,35 @@ def _combined(part: Movement, inner: list[Extent], most: int) -> Extent:
     return Extent(steps, turns)
 
 
-def _walked(leg: _Leg, budget: Iterator[int]) -> Extent:
+def _walked(leg: _Leg, budget: _Budget) -> Extent:
     steps, turns = [], []
     for moment in walk(leg.movement, merge=True, dice=leg.dice):
-        _spend(budget)
+        budget.spend(1)
         x, y, z, yaw = (float(value * moment.duration) for value in moment.velocity)
         steps.append(math.hypot(x, y, z))
         turns.append(yaw)
     return Extent(math.fsum(steps), math.fsum(turns))
 
 
-def _spend(budget: Iterator[int]) -> None:
-    if next(budget, None) is None:
-        raise _TooLongError
-
-
-def pose_at(part: Part, beat: Exact) -> Pose | None:
-    """A robot's ideal pose at a beat of the performance; None if voices are too long to walk, or dice too many.
+def pose_at(part: Part, beat: Exact, most_throws: int = MOST_THROWS_LIVE) -> Pose | None:
+    """A robot's ideal pose at a beat of the performance; None if voices are too long to walk, or throws too many.
 
     Repeats without dice are multiplied, not walked: the billionth repetition costs no more than the second.
     """
     passed = min(max(beat - part.begins, 0), part.movement.duration)
+    budget = _Budget(most_throws * VISITS_PER_THROW)
     try:
-        return (part.entered or part.start).then(_way(_Leg.first(part.movement), passed, part.profile))
+        return (part.entered or part.start).then(_way(_Leg.first(part.movement), passed, part.profile, budget))
     except _TooLongError:
         return None
 
 
-def _way(leg: _Leg, until: Duration, profile: Profile) -> Pose:
+def _way(leg: _Leg, until: Duration, profile: Profile, budget: _Budget) -> Pose:
     """How the first `until` beats of a leg move a robot, as a pose relative to its start."""
     known: dict[tuple[int, Velocity, bool], Pose] = {}
-    budget = iter(range(MOST_THROWN))
     way = Pose()
     while until < leg.movement.duration and not leg.is_walked:
-        before, leg, until = _split(leg, until)
+        before, leg, until = _split(leg, until, budget)
         for each, times in before:
             way = way.then(_times(_whole(each, profile, known, budget), times))
     if until < leg.movement.duration:
@@ -161,12 +179,13 @@ def _way(leg: _Leg, until: Duration, profile: Profile) -> Pose:
     return way.then(_whole(leg, profile, known, budget))
 
 
-def _split(leg: _Leg, until: Duration) -> tuple[Iterable[tuple[_Leg, int]], _Leg, Duration]:
+def _split(leg: _Leg, until: Duration, budget: _Budget) -> tuple[Iterable[tuple[_Leg, int]], _Leg, Duration]:
     """The inner legs that finish within `until` beats and how often; the one that doesn't, and how far it gets."""
     part = leg.movement
     if isinstance(part, algebra.Repeat) and part.body.duration != ENDLESS:
         turns, until = divmod(until, part.body.duration)
         if leg.dice:
+            budget.allow(int(turns) * part.body.throws)
             return ((_turn(leg, turn), 1) for turn in range(int(turns))), _turn(leg, int(turns)), until
         (inner,) = _inside(leg)
         return [(inner, int(turns))], inner, until
@@ -178,6 +197,7 @@ def _split(leg: _Leg, until: Duration) -> tuple[Iterable[tuple[_Leg, int]], _Leg
             break
         done.append((inner, 1))
         until -= inner.movement.duration
+    budget.allow(sum(each.movement.throws for each, _ in done))
     return done, inner, until
 
 
@@ -190,7 +210,7 @@ def _played(part: Ramp | algebra.Pace, until: Duration, backward: bool) -> Durat
     return part.body.duration - part.played(part.duration - until) if backward else part.played(until)
 
 
-def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose], budget: Iterator[int]) -> Pose:
+def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose], budget: _Budget) -> Pose:
     """How a whole leg moves a robot."""
     way = Pose()
     for each in _decided(leg, budget):
@@ -203,6 +223,8 @@ def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], 
 
 def _whole_without_dice(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose]) -> Pose:
     """Inner legs come first, without recursion."""
+    if found := known.get(_key(leg)):
+        return found
     waiting = [leg]
     while waiting:
         now = waiting[-1]
@@ -226,7 +248,7 @@ def _key(leg: _Leg) -> tuple[int, Velocity, bool]:
     return id(leg.movement), leg.gain, leg.backward
 
 
-def _decided(leg: _Leg, budget: Iterator[int]) -> Iterator[_Leg]:
+def _decided(leg: _Leg, budget: _Budget) -> Iterator[_Leg]:
     """A leg as a series of legs without dice, and of voices with dice."""
     stack = [iter((leg,))]
     while stack:
@@ -236,7 +258,8 @@ def _decided(leg: _Leg, budget: Iterator[int]) -> Iterator[_Leg]:
         elif each.dice is None or each.is_walked:
             yield each
         elif each.movement.duration:  # an endless repeat of nothing is over at once
-            _spend(budget)
+            budget.allow(each.movement.throws)
+            budget.spend(1)
             stack.append(_inside(each))
 
 
@@ -274,7 +297,7 @@ def _turn(leg: _Leg, turn: int) -> _Leg:
     return leg.to(part.body, at_turn(part, leg.dice, turn))
 
 
-def _walked_way(leg: _Leg, until: Duration, profile: Profile, budget: Iterator[int] | None = None) -> Pose:
+def _walked_way(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | None = None) -> Pose:
     """How the first `until` beats of a leg of constant velocity or of voices move a robot."""
     if leg.movement.uniform is not None:
         moving = twist(leg.movement.uniform.times(leg.gain), profile, A_BEAT_A_SECOND)
@@ -285,13 +308,13 @@ def _walked_way(leg: _Leg, until: Duration, profile: Profile, budget: Iterator[i
         once, last = (_walked_way(leg, beats, profile, budget) for beats in (period, rest))
         return _times(once, int(turns)).then(last)
     movement = algebra.reverse(leg.movement) if leg.backward else leg.movement
-    budget = budget or iter(range(MOST_WALKED))
+    budget = budget or _Budget(MOST_WALKED)
     way = Pose()
     for moment in walk(movement, merge=True, dice=leg.dice):
         left = until - moment.start
         if left <= 0:
             break
-        _spend(budget)
+        budget.spend(1)
         velocity = moment.velocity.times(leg.gain)
         moving = twist(velocity, profile, A_BEAT_A_SECOND)
         way = way.after(moving, float(min(moment.duration, left)))

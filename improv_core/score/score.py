@@ -15,8 +15,9 @@ from improv_core.score import ramps
 from improv_core.score import world as worlds
 from improv_core.score.fits import checked, fits
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import Movement, Velocity
+from improv_core.score.movement import Bounds, Movement, Velocity
 from improv_core.score.profiles import Profile
+from improv_core.score.scenes import performance, scene_begins
 from improv_core.score.world import World
 from improv_core.text import Span
 
@@ -30,7 +31,11 @@ FASTEST_RATE = 1_000
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One robot's part: its movement, its profile, its start pose, and its topic.
+    """One robot's part: its scenes, its profile, its start pose, and its topic.
+
+    `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `movement` is all that
+    it performs, and in between it stands until each scene begins, at `scene_begins`. These beats depend on all robots,
+    so the `Score` sets them; by itself, a part performs as if it were alone.
 
     `reset` is the service that moves it to its start pose, if there is one. With `use_sim_time`, its messages are
     stamped with the time on /clock. Parts of a robot that have the same `edition` move it alike.
@@ -40,7 +45,7 @@ class Part:
     """
 
     robot: str
-    movement: Movement
+    scenes: tuple[Movement, ...]
     profile: Profile
     start: Pose
     topic: str
@@ -49,6 +54,12 @@ class Part:
     edition: int = UNNUMBERED
     begins: algebra.Exact = 0
     entered: Pose | None = None
+    scene_begins: tuple[int, ...] = ()
+    movement: Movement = field(init=False)
+
+    def __post_init__(self) -> None:
+        begins = self.scene_begins or scene_begins((self.scenes,))
+        object.__setattr__(self, "movement", performance(self.scenes, begins))
 
     @property
     def ends(self) -> algebra.Duration:
@@ -84,8 +95,8 @@ class Safety:
 class Score:
     """All parts, which play together at `tempo` beats per minute.
 
-    `world` is the surroundings of simulated robots. For the page, `text` is the program, and `offsets` are the offsets
-    of its statements by ID.
+    `begins` are the beats at which the scenes begin, for all robots. `world` is the surroundings of simulated robots.
+    For the page, `text` is the program, and `offsets` are the offsets of its statements by ID.
     """
 
     tempo: Fraction
@@ -94,6 +105,14 @@ class Score:
     offsets: Mapping[int, int] = field(default_factory=dict)
     world: World = worlds.EMPTY
     safety: Safety = Safety()
+    begins: tuple[int, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        begins = scene_begins(part.scenes for part in self.parts.values())
+        object.__setattr__(self, "begins", begins)
+        if len(begins) > 1:
+            parts = {name: replace(part, scene_begins=begins) for name, part in self.parts.items()}
+            object.__setattr__(self, "parts", parts)
 
     @cached_property
     def beats(self) -> algebra.Duration:
@@ -131,8 +150,18 @@ class Written:
 
 
 class _Written(NamedTuple):
-    movement: int
+    scenes: list[int]
     part: Part
+
+    def is_like(self, other: _Written) -> bool:
+        one, two = self.part, other.part
+        return (
+            self.scenes == other.scenes
+            and (one.edition, one.topic, one.reset, one.use_sim_time)
+            == (two.edition, two.topic, two.reset, two.use_sim_time)
+            and one.profile == two.profile
+            and one.start == two.start
+        )
 
 
 @dataclass(slots=True)
@@ -156,10 +185,13 @@ def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
     written = Written() if written is None else written
     known = len(written.rows)
     rows: list[list[Any]] = []
-    now = {name: _Written(_add(part.movement, rows, written), part) for name, part in score.parts.items()}
+    now = {
+        name: _Written([_add(scene, rows, written) for scene in part.scenes], part)
+        for name, part in score.parts.items()
+    }
+    before = written.parts
     parts = {
-        name: None if name in written.parts and _are_alike(written.parts[name], each) else _part_json(each)
-        for name, each in now.items()
+        name: None if name in before and each.is_like(before[name]) else _part_json(each) for name, each in now.items()
     }
     written.parts = now
     written.whole = written.whole or len(rows)
@@ -175,14 +207,10 @@ def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
     }
 
 
-def _are_alike(one: _Written, other: _Written) -> bool:
-    return one.movement == other.movement and replace(one.part, movement=other.part.movement) == other.part
-
-
 def _part_json(written: _Written) -> dict[str, Any]:
     part = written.part
     return {
-        "movement": written.movement,
+        "scenes": written.scenes,
         "profile": asdict(part.profile),
         "start": asdict(part.start),
         "topic": part.topic,
@@ -193,7 +221,7 @@ def _part_json(written: _Written) -> dict[str, Any]:
 
 
 class _PartJson(TypedDict):
-    movement: int
+    scenes: Sequence[int]
     profile: Mapping[str, Any]
     start: Mapping[str, Any]
     topic: str
@@ -255,7 +283,7 @@ def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
 def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
     return Part(
         name,
-        _at(data["movement"], made),
+        tuple(_at(scene, made) for scene in data["scenes"]),
         checked(Profile, data["profile"]),
         checked(Pose, data["start"]),
         data["topic"],
@@ -286,17 +314,22 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
 
 def _playable(movement: Movement) -> Movement:
     """A movement that the language would take too, which bounds what it costs to walk it."""
-    duration, bounds = movement.duration, movement.bounds
-    if (
-        (not isinstance(duration, float) and (duration > _LONGEST or algebra.bits(duration) > _MOST_DURATION_BITS))
-        or bounds.width > algebra.MOST_VOICES
-        or bounds.depth > algebra.MOST_DEPTH
-        or bounds.bits > algebra.MOST_BITS
-        or bounds.throws > algebra.MOST_THROWS
-        or algebra.is_too_fast(bounds.peak)
-    ):
+    duration = movement.duration
+    is_long = not isinstance(duration, float) and (duration > _LONGEST or algebra.bits(duration) > _MOST_DURATION_BITS)
+    if is_long or not _are_playable(movement.bounds):
         raise ValueError("its numbers are too large or its voices too many")
     return movement
+
+
+@lru_cache(maxsize=10_000)
+def _are_playable(bounds: Bounds) -> bool:
+    return (
+        bounds.width <= algebra.MOST_VOICES
+        and bounds.depth <= algebra.MOST_DEPTH
+        and bounds.bits <= algebra.MOST_BITS
+        and bounds.throws <= algebra.MOST_THROWS
+        and not algebra.is_too_fast(bounds.peak)
+    )
 
 
 _LONGEST = algebra.LARGEST**2

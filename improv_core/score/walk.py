@@ -154,7 +154,7 @@ def _at_rate(duration: Exact, velocity: Velocity, rate: Fraction) -> tuple[Exact
 
 def _items(part: Series, at: Duration, backward: bool, dice: Dice | None) -> Iterator[_Visit]:
     if dice is None or not part.first_throws:
-        return _one_by_one(part.items, part.ends, at, backward, lambda index: None)
+        return _one_by_one(part.items, part.ends, at, backward, None)
     return _one_by_one(part.items, part.ends, at, backward, lambda index: dice.after(part.first_throws[index]))
 
 
@@ -169,19 +169,19 @@ def _one_by_one(
     ends: Sequence[Duration],
     at: Duration,
     backward: bool,
-    dice_of_item: Callable[[int], Dice | None],
+    dice_of_item: Callable[[int], Dice] | None,
 ) -> Iterator[_Visit]:
     first = (bisect_left if backward else bisect_right)(ends, at)
     if first == len(items):
         return
     begin = ends[first - 1] if first else 0
-    yield items[first], at - begin, backward, dice_of_item(first)
+    yield items[first], at - begin, backward, dice_of_item and dice_of_item(first)
     if backward:
         for index in range(first - 1, -1, -1):
-            yield items[index], items[index].duration, True, dice_of_item(index)
+            yield items[index], items[index].duration, True, dice_of_item and dice_of_item(index)
     else:
         for index in range(first + 1, len(items)):
-            yield items[index], 0, False, dice_of_item(index)
+            yield items[index], 0, False, dice_of_item and dice_of_item(index)
 
 
 def _turns(part: Repeat, at: Duration, backward: bool, dice: Dice | None) -> Iterator[_Visit]:

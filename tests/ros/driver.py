@@ -15,7 +15,6 @@ from typing import Any
 sys.path.append(str(Path(__file__).parents[2]))  # as the stage does: last, and not installed
 
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.movement import series
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part, Score
 from improv_core.stage.sinks.ros import Ros
@@ -31,7 +30,7 @@ def answer(value: Any) -> None:
 def prepare(topics: dict[str, str], restart: bool = True, profile: Any = (), **part: Any) -> None:
     """Robots on these topics; what is given of a part and its profile is alike for all."""
     made = replace(TURTLESIM, **dict(profile))
-    parts = {robot: Part(robot, series([]), made, Pose(), topic, **part) for robot, topic in topics.items()}
+    parts = {robot: Part(robot, (), made, Pose(), topic, **part) for robot, topic in topics.items()}
     sink.prepare(Score(Fraction(60), parts), restart)
 
 

@@ -206,7 +206,7 @@ dances = st.recursive(holds(), lambda inner: combined(inner, True, True), max_le
 
 
 def part_of(movement: Movement) -> Part:
-    return Part("r", movement, TURTLESIM, Pose(1, 2, 0, 0.5), "/r/cmd_vel")
+    return Part("r", (movement,), TURTLESIM, Pose(1, 2, 0, 0.5), "/r/cmd_vel")
 
 
 def score_of(movement: Movement) -> Score:

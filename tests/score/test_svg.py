@@ -68,7 +68,7 @@ def test_what_never_ends_is_drawn_for_a_while_and_dashed_unless_it_goes_round() 
 
 @given(finite_movements)
 def test_a_path_ends_where_the_robot_does(movement: Movement) -> None:
-    part = Part("r", movement, TURTLESIM, Pose(1, 2, 0, 0.5), "/r/cmd_vel")
+    part = Part("r", (movement,), TURTLESIM, Pose(1, 2, 0, 0.5), "/r/cmd_vel")
     drawn = paths(Score(analyze("").tempo, {"r": part}))[0]
     expected = pose_at(part, 10**6)
     assert expected is not None
@@ -78,7 +78,7 @@ def test_a_path_ends_where_the_robot_does(movement: Movement) -> None:
 
 @given(movements)
 def test_pictures_are_small_and_well_formed(movement: Movement) -> None:
-    part = Part("r", movement, TURTLESIM, Pose(), "/r/cmd_vel")
+    part = Part("r", (movement,), TURTLESIM, Pose(), "/r/cmd_vel")
     small = picture(Score(analyze("").tempo, {"r": part}))
     assert len(small.encode()) < LARGEST
     ElementTree.fromstring(small)

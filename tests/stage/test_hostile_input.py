@@ -89,7 +89,7 @@ VOICES = [["hold", [1, 0, 0, 0], 1, None], ["hold", [0, 0, 0, 1], 1, None]]
 )
 def test_a_score_out_of_range_is_refused_and_stops_the_robots(change: dict[str, Any]) -> None:
     data = {**LOAD["score"], **change}
-    data["parts"] = {"r": {**data["parts"]["r"], "movement": len(data["movements"]) - 1}}
+    data["parts"] = {"r": {**data["parts"]["r"], "scenes": [len(data["movements"]) - 1]}}
     came = arrival(json.dumps({**LOAD, "score": data}).encode(), Read())
     assert isinstance(came, Unreadable)
     assert came.is_score

@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 
 from improv_core.score.motion import STILL, Twist
-from improv_core.score.movement import series
 from improv_core.score.score import Deadman, Read, Safety, Score, to_json
 from improv_core.stage.loop import Arrival, End, Opened, Play, Reading, run
 from improv_core.stage.pipes import arrival
@@ -153,7 +152,7 @@ TOO_LONG = [["hold", [1, 0, 0, 0], 1, None], *(["repeat", place, 10**9] for plac
 def test_a_score_that_can_not_be_played_is_one_error_and_stops_the_robots(movements: list[Any]) -> None:
     sink = Memory()
     data = to_json(score("r $ forward\n"))
-    data["movements"], data["parts"]["r"]["movement"] = movements, len(movements) - 1
+    data["movements"], data["parts"]["r"]["scenes"] = movements, [len(movements) - 1]
     message: Load = {"type": "load", "generation": 2, "score": data, "when": "restart", "backend": "memory"}
     told = perform(
         sink, (0, load("r $ repeat forward\n")), (0.51, arrival(json.dumps(message).encode(), Read())), (9, End())
@@ -191,7 +190,7 @@ def test_what_fails_while_it_plays_ends_the_stage_with_the_reason() -> None:
 def test_robots_that_can_not_be_stopped_are_not_said_to_stand() -> None:
     sink = Memory()
     sink.breaks_at = (0.0, "r")
-    standing = {robot: replace(part, movement=series(())) for robot, part in score("r s $ forward\n").parts.items()}
+    standing = {robot: replace(part, scenes=()) for robot, part in score("r s $ forward\n").parts.items()}
     told = perform(sink, (0, Play(load("").load, Score(Fraction(60), standing))), (9, End()))
     assert {message["state"] for message in told if message["type"] == "transport"} <= {"waiting", "playing"}
     assert told[-1] == {"type": "stopped", "message": "r has no publisher any more"}

@@ -14,7 +14,6 @@ import pytest
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.movement import series
 from improv_core.score.score import Deadman, Safety, Score
 from improv_core.stage.player import PATIENCE, Player, Told
 from improv_core.stage.protocol import TransportMessage, When
@@ -317,7 +316,7 @@ def test_while_listeners_are_waited_for_nobody_goes_on_moving() -> None:
 def test_who_is_only_to_stop_need_not_wait_for_others() -> None:
     stage = Stage()
     stage.sink.deaf = {"r": "nothing is listening", "s": "nothing is listening"}
-    parts = {robot: replace(part, movement=series(())) for robot, part in score("r s $ forward").parts.items()}
+    parts = {robot: replace(part, scenes=()) for robot, part in score("r s $ forward").parts.items()}
     stage.player.load(Score(Fraction(60), parts), 1, "restart", stage.now)
     stage.run(1)
     assert stage.sink.sent == []
@@ -330,7 +329,7 @@ def test_who_is_only_to_stop_need_not_wait_for_others() -> None:
 def test_who_is_only_to_stop_is_waited_for_through_a_hush() -> None:
     stage = Stage()
     stage.sink.deaf = {"r": "nothing is listening"}
-    parts = {robot: replace(part, movement=series(())) for robot, part in score("r $ forward").parts.items()}
+    parts = {robot: replace(part, scenes=()) for robot, part in score("r $ forward").parts.items()}
     stage.player.load(Score(Fraction(60), parts), 1, "restart", stage.now)
     stage.player.hush(stage.now)
     assert stage.player.state == "waiting"

@@ -46,12 +46,15 @@ def meaning(text: str) -> Any:
     for kind, *rest in score["movements"]:
         if kind == "hold":
             said = rest[:2]
-        elif kind in ("series", "parallel"):
+        elif isinstance(rest[0], list):
             said = [movements[place] for place in rest[0]]
         else:
-            said = [movements[rest[0]], *rest[1 : 1 if kind == "use" else None]]
+            said = [movements[rest[0]], *rest[1 : {"use": 1, "chance": 2}.get(kind)]]
         movements.append(f"{kind} {hash(str(said))}")
-    parts = [(robot, {**part, "movement": movements[part["movement"]]}) for robot, part in score["parts"].items()]
+    parts = [
+        (robot, {**part, "scenes": [movements[scene] for scene in part["scenes"]]})
+        for robot, part in score["parts"].items()
+    ]
     codes = [diagnostic.code for diagnostic in analysis.diagnostics]
     return len(analysis.statements), codes, score["tempo"], parts
 

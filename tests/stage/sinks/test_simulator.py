@@ -13,7 +13,6 @@ from improv_core.commands.rehearsal import perform as rehearse
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.movement import series
 from improv_core.score.path import pose_at
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Score
@@ -24,7 +23,7 @@ RADIUS = 0.3
 
 
 def part(robot: str, start: Pose | None = None, radius: float = RADIUS) -> Part:
-    return Part(robot, series([]), Profile("disc", step=2.0, radius=radius), start or Pose(), f"/{robot}/cmd_vel")
+    return Part(robot, (), Profile("disc", step=2.0, radius=radius), start or Pose(), f"/{robot}/cmd_vel")
 
 
 def stage(*parts: Part) -> Simulator:

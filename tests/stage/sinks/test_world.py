@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.movement import series
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Score, from_json, to_json
 from improv_core.score.world import Box, Circle, Wall, World
@@ -23,7 +22,7 @@ FORWARD = Twist(x=2.0)
 def stage(world: World, dynamics: str = "ideal", **starts: Pose) -> Simulator:
     profile = Profile("disc", step=2.0, radius=RADIUS, dynamics=dynamics)
     simulator = Simulator()
-    parts = {name: Part(name, series([]), profile, start, f"/{name}/cmd_vel") for name, start in starts.items()}
+    parts = {name: Part(name, (), profile, start, f"/{name}/cmd_vel") for name, start in starts.items()}
     simulator.prepare(Score(Fraction(60), parts, world=world), restart=True)
     return simulator
 
@@ -136,7 +135,7 @@ def test_small_and_fast_robots_pass_nothing_either(radius: float, speed: float) 
     profile = Profile("disc", step=2.0, radius=radius)
     for world in (World(size=(6, 6)), World(boxes=(Box(4, 0, 2, 2),)), World(walls=(Wall(3, 1, 3, -1),))):
         simulator = Simulator()
-        score = Score(Fraction(60), {"a": Part("a", series([]), profile, Pose(), "/a/cmd_vel")}, world=world)
+        score = Score(Fraction(60), {"a": Part("a", (), profile, Pose(), "/a/cmd_vel")}, world=world)
         simulator.prepare(score, restart=True)
         simulator.send("a", Twist(x=speed), 0.0)
         simulator.advance(4.0)
@@ -149,7 +148,7 @@ def test_small_and_fast_robots_pass_nothing_either(radius: float, speed: float) 
 def test_a_restart_forgets_bumps_and_takes_the_new_world() -> None:
     simulator = stage(World(walls=(Wall(2, -1, 2, 1),)), a=Pose())
     drive(simulator, 2.0, a=FORWARD)
-    score = Score(Fraction(60), {"a": Part("a", series([]), Profile("disc", 2.0), Pose(), "/a/cmd_vel")})
+    score = Score(Fraction(60), {"a": Part("a", (), Profile("disc", 2.0), Pose(), "/a/cmd_vel")})
     simulator.prepare(score, restart=True)
     assert simulator.snapshot().bumps == ()
     assert simulator.warnings() == {}
@@ -159,7 +158,7 @@ def test_a_restart_forgets_bumps_and_takes_the_new_world() -> None:
 def test_a_wall_that_comes_with_a_new_score_stands_at_once() -> None:
     simulator = stage(World(), a=Pose())
     drive(simulator, 0.5, a=FORWARD)
-    part = Part("a", series([]), Profile("disc", 2.0), Pose(), "/a/cmd_vel")
+    part = Part("a", (), Profile("disc", 2.0), Pose(), "/a/cmd_vel")
     simulator.prepare(Score(Fraction(60), {"a": part}, world=World(walls=(Wall(2, -1, 2, 1),))), restart=False)
     simulator.advance(3.0)
     assert simulator.poses()["a"].x == pytest.approx(2 - RADIUS, abs=0.002)

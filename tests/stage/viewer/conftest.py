@@ -21,7 +21,6 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose
-from improv_core.score.movement import series
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part
 from improv_core.stage.protocol import PageRequest, State, TransportMessage, Watched, When
@@ -45,7 +44,7 @@ TOKEN = "a token"
 
 
 def part(robot: str, start: Pose) -> Part:
-    return Part(robot, series([]), Profile("disc", step=2.0), start, f"/{robot}/cmd_vel")
+    return Part(robot, (), Profile("disc", step=2.0), start, f"/{robot}/cmd_vel")
 
 
 @pytest.fixture

@@ -441,7 +441,7 @@ class Reader:
             if not body.dice:
                 self._report_idle(node, f"nothing in it throws dice, so `seed` changes nothing: remove `{_said(node)}`")
             return dice.seed(body, factor)
-        if factor == 1:
+        if factor == 1 and len(node.numbers[0].tokens) == 1:  # 8/8 in a row of eighths is no mistake
             self._report_idle(node, f"`{_said(node)}` changes nothing: remove it or use another number")
         if word == "scale":
             return movement.gain(body, all_by(factor))

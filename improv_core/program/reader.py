@@ -331,6 +331,9 @@ class Reader:
         made = self.movement(node)
         height = self.deepest - self.level
         self.deepest = max(before, self.deepest)
+        passed_on = self.given.movements.get(node.text) if isinstance(node, Name) else None
+        if passed_on:  # as it is: wherever a parameter is passed on, it is the same argument, and expanded once
+            return passed_on
         return Argument(made, self.items(node), self.statement, height)
 
     def _expanded(

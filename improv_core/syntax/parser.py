@@ -134,7 +134,8 @@ def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
         elif kind in ("RPAR", "RSQB"):
             while opened and opened[-1][0] == "IF":
                 opened.pop()
-            level = opened.pop()[1] if opened else 0
+            del opened[-1:]
+            level = opened[-1][1] + 1 if opened else 0
         elif kind == "ELSE":
             if opened and opened[-1][0] == "IF":
                 level = opened.pop()[1] + 1

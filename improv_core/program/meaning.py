@@ -170,12 +170,13 @@ def _phrase(statement: Statement, body: Node | None, reader: Reader, diagnostics
             if parameter.name not in mentioned and parameter.name not in WORDS:
                 message = f"the movement does not use `{parameter.name}`: use it or remove it here"
                 diagnostics.append(Diagnostic("unused-name", parameter.token.span, message))
-    diagnostics += _settled(body, movements, reader)
-    return Phrase(parameters, body, reader.scope, reader)
+    dependent = _dependent(body, movements)
+    diagnostics += _settled(body, dependent, reader)
+    return Phrase(parameters, body, reader.scope, reader, len(dependent))
 
 
-def _settled(body: Node, movements: set[str], reader: Reader) -> Iterator[Diagnostic]:
-    """Read what mentions no parameter. Yields the hints about it."""
+def _dependent(body: Node, movements: set[str]) -> set[int]:
+    """The nodes that mention a parameter, by `id`."""
     dependent: set[int] = set()
 
     def depends(node: Node) -> bool:
@@ -186,17 +187,19 @@ def _settled(body: Node, movements: set[str], reader: Reader) -> Iterator[Diagno
             return True
         return False
 
-    def settle(node: Node) -> Iterator[Diagnostic]:
-        if id(node) not in dependent:
-            reader.movement(node)
-            yield from unperformed(node, reader)
-            return
-        reader.numbers(node)
-        for child in nodes.children(node):
-            yield from settle(child)
-
     depends(body)
-    yield from settle(body)
+    return dependent
+
+
+def _settled(node: Node, dependent: set[int], reader: Reader) -> Iterator[Diagnostic]:
+    """Read what mentions no parameter. Yields the hints about it."""
+    if id(node) not in dependent:
+        reader.movement(node)
+        yield from unperformed(node, reader)
+        return
+    reader.numbers(node)
+    for child in nodes.children(node):
+        yield from _settled(child, dependent, reader)
 
 
 def _misused(body: Node, scope: Scope, parameters: Sequence[Parameter]) -> Iterator[Name | Call]:

@@ -33,6 +33,8 @@ from improv_core.text import Span
 NOTHING = movement.series(())
 MOST_EXPANDED = 10_000
 """The most pairs of a phrase and its arguments that one statement may need."""
+MOST_READ = 100_000
+"""The most nodes that one statement may read in bodies of phrases."""
 MOST_KNOWN = 1_000
 """The most expansions of one phrase that are kept for other statements."""
 
@@ -40,13 +42,15 @@ MOST_KNOWN = 1_000
 @dataclass(frozen=True, slots=True, eq=False)
 class Phrase:
     """What a use of a phrase with parameters needs. `settled` has read the nodes in the body that mention no parameter:
-    they are the same in every use. `known` are expansions that need no arguments but numbers and no other phrases.
+    they are the same in every use, and `size` counts the others. `known` are expansions that need no arguments but
+    numbers and no other phrases.
     """
 
     parameters: tuple[Parameter, ...]
     body: Node
     scope: Scope
     settled: Reader
+    size: int
     known: dict[tuple[Fraction, ...], Expansion] = field(default_factory=dict)
 
     @property
@@ -133,12 +137,14 @@ class Reading:
     """What all readers of one statement share.
 
     `robot` is the place of the robot that plays among the `robots` of the line, for `canon`. `too_much` is
-    set to a code and a message once phrases need too much, and then none is expanded any more.
+    set to a code and a message once phrases need too much, and then none is expanded any more. `read` counts the nodes
+    that were read in bodies of phrases.
     """
 
     robot: int = 0
     robots: int = 0
     too_much: tuple[str, str] | None = None
+    read: int = 0
     expansions: dict[tuple[object, ...], Expansion] = field(default_factory=dict)
 
 
@@ -352,6 +358,10 @@ class Reader:
             return known
         if len(reading.expansions) >= MOST_EXPANDED:
             message = f"phrases within phrases need more than {MOST_EXPANDED:,} parts here: use fewer"
+            reading.too_much = ("too-large", message)
+        reading.read += phrase.size
+        if reading.read > MOST_READ:
+            message = f"the phrases used here have more than {MOST_READ:,} words together: use fewer or shorter ones"
             reading.too_much = ("too-large", message)
         named_numbers = {each.name: value for each, value in zip(phrase.numbers, numbers, strict=True)}
         named_movements = {each.name: argument for each, argument in zip(phrase.movements, arguments, strict=True)}

@@ -98,6 +98,11 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
 
 
+def is_valid_robot(name: str) -> bool:
+    """Whether ROS 2 accepts a robot of this name."""
+    return bool(_ROBOT_NAME.fullmatch(name))
+
+
 def movement_of(node: Node, scope: Scope, robots: int) -> Movement:
     """The movement of a node of a statement, in its scope, as the first of so many robots plays it."""
     return Reader(scope, _NOWHERE, Reading(0, robots)).movement(node)
@@ -127,7 +132,7 @@ def _robots(heads: Sequence[Token], diagnostics: list[Diagnostic]) -> tuple[str,
     for head in heads:
         if not head.text or _is_reserved(head, diagnostics):
             continue
-        if _ROBOT_NAME.fullmatch(head.text):
+        if is_valid_robot(head.text):
             robots[head.text] = None
             continue
         message = f"`{head.text}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"

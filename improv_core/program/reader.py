@@ -154,7 +154,8 @@ class Reader:
 
     `made` holds the movements of all nodes except primitives, by `id`. `found` are the diagnostics in the statement,
     and `faults` those that depend on the arguments of the phrase. `level` is how deeply the node being read is nested,
-    through phrases, and `deepest` the deepest level so far.
+    through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, without which
+    the statement can still be read.
     """
 
     scope: Scope
@@ -166,6 +167,7 @@ class Reader:
     deepest: int = 0
     made: dict[int, Movement] = field(default_factory=dict)
     calls: dict[int, Expansion] = field(default_factory=dict)
+    removable: set[int] = field(default_factory=set)
     found: list[Diagnostic] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
 
@@ -284,6 +286,7 @@ class Reader:
 
     def _made(self, node: Node) -> Movement:
         if isinstance(node, nodes.Series):
+            self.removable.update(id(each) for each in node.items if isinstance(each, nodes.Bracket) and not each.body)
             items = [self.movement(item) for item in node.items]
             return movement.series(items) if len(items) < FEW or self._add_up(node, items) else NOTHING
         if isinstance(node, nodes.Apply):
@@ -407,7 +410,8 @@ class Reader:
     def _bracketed(self, node: nodes.Bracket) -> Movement:
         if node.body is None:
             message = f"`{'[]' if node.squeezes else '()'}` is empty: write a movement in it or remove it"
-            self.report(Diagnostic("empty-group", node.span, message, replace("Remove it", node.span, "")), node)
+            fixes = replace("Remove it", node.span, "") if id(node) in self.removable else ()
+            self.report(Diagnostic("empty-group", node.span, message, fixes), node)
             return NOTHING
         if not node.squeezes:
             return self.movement(node.body)

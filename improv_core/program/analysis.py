@@ -327,6 +327,9 @@ class Analysis:
         takes = _counted(len(found.phrase.numbers), len(found.phrase.movements))
         given = f", not {_counted(len(numbers), len(movements))}" if numbers or movements else ""
         message = f"`{name.text}` takes {takes}{given}: write `{found.head}`"
+        if len(numbers) > len(found.phrase.numbers) and len(movements) < len(found.phrase.movements):
+            first = found.phrase.movements[0].name
+            message = f"`{name.text}` takes {takes}{given}: for a number, write `{first}` without brackets in its head"
         definer = self.bindings.definer(name.text, index)
         assert definer is not None
         head = self.statements[definer].heads[0].span.shifted(self.offsets[definer])

@@ -87,7 +87,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if body:
         if None in bound:
             unresolved = tuple(each for each in nodes.names(body) if each.text in scope and scope[each.text] is None)
-        if uses_phrases or statement.has_arguments:
+        if (uses_phrases or statement.has_arguments) and not statement.diagnostics:  # else they follow from the first
             misused = tuple(_misused(body, scope, statement.parameters))
         if sign.type == "EQUAL" and statement.has_canon:
             diagnostics += _misplaced(body)

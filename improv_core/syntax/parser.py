@@ -30,7 +30,7 @@ from improv_core.syntax.nodes import (
     Series,
     Statement,
 )
-from improv_core.syntax.slips import misplaced_number
+from improv_core.syntax.slips import bracketed_number, misplaced_number
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
 from improv_core.text import Span
 
@@ -161,7 +161,7 @@ def _parse(tokens: Sequence[Token], head: Head) -> tuple[Node | None, Number | N
         found = tokens[unexpected.at] if unexpected.at < len(tokens) else None
         if marked := found or last:
             wrong = _wrong_kind(found, unexpected.wanted, head) if found else None
-            wrong = wrong or misplaced_number(tokens, unexpected.at)
+            wrong = wrong or bracketed_number(tokens, unexpected.at) or misplaced_number(tokens, unexpected.at)
             diagnostics.append(
                 wrong or Diagnostic("syntax", marked.span, *_wanted(last, found, unexpected.wanted)),
             )
@@ -198,6 +198,8 @@ def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
         return Missing(token.span)
     if isinstance(last, Leaf):
         body = _node(parts[1], tokens) if isinstance(parts[1], Branch) else None
+        if body is None and last.at > first.at + 1:  # something was skipped, and that is reported
+            body = Missing(_span(token.end, token.end))
         return Bracket(_span(token.start, _token(last, tokens).end), token.type == "LSQB", body)
     term = _node(last, tokens)
     whole = _span(token.start, term.span.end)
@@ -284,6 +286,9 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         return f"write a plane{after}: YZ, XZ, or XY", ()
     if accepts <= _IN_CONDITIONS:
         return f"write a sense{after}, such as `cue`", ()
+    if found and found.text == ",":
+        items = "numbers" if accepts <= _IN_NUMBERS else "movements"
+        return f"remove `,`: separate {items} with spaces", replace("Remove ,", found.span, "")
     if accepts <= _IN_NUMBERS:
         example = f", such as `{WORDS[last.text].usage}`" if last and last.text in WORDS else ""
         return f"write a number{after}{example}", ()
@@ -307,8 +312,6 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         return "remove `not`: it can only follow `until`, `pause`, or `if`", remove
     if found.text == "|":
         return "write `||` between movements that play in parallel", replace("Change to ||", found.span, "||")
-    if found.text == ",":
-        return "remove `,`: separate movements with spaces", remove
     if found.type == "STRAY":
         return f"remove `{found.text}`: it is not part of the language", remove
     return f"remove `{found.text}` or start a new line before it", remove

@@ -300,6 +300,8 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         before = Span(found.start, found.start)
         return f"write `reflect` before `{found.text}`", replace("Insert reflect", before, "reflect ")
     remove = replace(f"Remove {found.text}", found.span, "")
+    if found.type == "NUMBER" and last and last.type == "EQUAL":
+        return f"names stand for movements only: write `{found.text}` where you need it", ()
     if found.type == "NUMBER":
         return f"remove `{found.text}`: a number can only follow a name or a word such as `repeat` or `scale`", remove
     if found.type == "OPERATOR":

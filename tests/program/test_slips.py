@@ -103,6 +103,8 @@ def test_numbers_are_written_without_brackets_commas_and_sums() -> None:
                  ^^^ syntax: write `1` without brackets: only movements can stand in them
         r $ ramp 1/2, 2 left
                     ^ syntax: remove `,`: separate numbers with spaces
+        sides = 3
+                ^ syntax: names stand for movements only: write `3` where you need it
         r $ repeat 3+1 left
                     ^^ syntax: numbers can be multiplied and divided, but not added or subtracted: write the result
     """)

@@ -103,7 +103,7 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         lasts = f"1 beat lasts {in_seconds(1, analysis.tempo)}"
         return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
     if token.type == "SCENE":
-        return _scene(analysis, placed)
+        return _scene(analysis, placed) if token == statement.sign else None
     if parameter := _parameter(at):
         kind = "a number" if parameter.is_number else "a movement"
         head, _ = label(statement.heads[0].text, statement.parameters)

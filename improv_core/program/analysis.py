@@ -15,7 +15,7 @@ from itertools import count, islice, pairwise
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.feasibility import check_casting
-from improv_core.program.meaning import Meaning, movement_of, understand
+from improv_core.program.meaning import Meaning, is_valid_robot, movement_of, understand
 from improv_core.program.reader import Definition, Scope
 from improv_core.robots.config import Robots
 from improv_core.score import dice, movement
@@ -327,6 +327,9 @@ class Analysis:
         takes = _counted(len(found.phrase.numbers), len(found.phrase.movements))
         given = f", not {_counted(len(numbers), len(movements))}" if numbers or movements else ""
         message = f"`{name.text}` takes {takes}{given}: write `{found.head}`"
+        if len(numbers) > len(found.phrase.numbers) and len(movements) < len(found.phrase.movements):
+            first = found.phrase.movements[0].name
+            message = f"`{name.text}` takes {takes}{given}: for a number, write `{first}` without brackets in its head"
         definer = self.bindings.definer(name.text, index)
         assert definer is not None
         head = self.statements[definer].heads[0].span.shifted(self.offsets[definer])
@@ -339,7 +342,7 @@ class Analysis:
         assert sign
         message = f"nothing uses `{head.text}`: use it below or remove this line"
         fixes = [Fix("Remove the definition", (Edit(self._whole_line(index), ""),))]
-        if statement.parameters:
+        if statement.parameters or not is_valid_robot(head.text):
             return Diagnostic("unused-name", head.span, message, tuple(fixes))
         fixes += replace(f"Play it: {head.text} $ …", sign.span, "$")
         if self._plays_nothing or head.text in self.cast.robots or is_like_a_robot(head.text):

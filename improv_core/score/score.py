@@ -113,7 +113,7 @@ class Score:
     def __post_init__(self) -> None:
         begins = scene_begins(part.scenes for part in self.parts.values())
         object.__setattr__(self, "scene_begins", begins)
-        if len(begins) > 1:
+        if any(len(part.scenes) > 1 for part in self.parts.values()):
             parts = {name: replace(part, scene_begins=begins) for name, part in self.parts.items()}
             object.__setattr__(self, "parts", parts)
 

@@ -30,7 +30,7 @@ from improv_core.syntax.nodes import (
     Series,
     Statement,
 )
-from improv_core.syntax.slips import misplaced_number
+from improv_core.syntax.slips import bracketed_number, misplaced_number
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
 from improv_core.text import Span
 
@@ -134,7 +134,8 @@ def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
         elif kind in ("RPAR", "RSQB"):
             while opened and opened[-1][0] == "IF":
                 opened.pop()
-            level = opened.pop()[1] if opened else 0
+            del opened[-1:]
+            level = opened[-1][1] + 1 if opened else 0
         elif kind == "ELSE":
             if opened and opened[-1][0] == "IF":
                 level = opened.pop()[1] + 1
@@ -160,7 +161,7 @@ def _parse(tokens: Sequence[Token], head: Head) -> tuple[Node | None, Number | N
         found = tokens[unexpected.at] if unexpected.at < len(tokens) else None
         if marked := found or last:
             wrong = _wrong_kind(found, unexpected.wanted, head) if found else None
-            wrong = wrong or misplaced_number(tokens, unexpected.at)
+            wrong = wrong or bracketed_number(tokens, unexpected.at) or misplaced_number(tokens, unexpected.at)
             diagnostics.append(
                 wrong or Diagnostic("syntax", marked.span, *_wanted(last, found, unexpected.wanted)),
             )
@@ -197,6 +198,8 @@ def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
         return Missing(token.span)
     if isinstance(last, Leaf):
         body = _node(parts[1], tokens) if isinstance(parts[1], Branch) else None
+        if body is None and last.at > first.at + 1:  # something was skipped, and that is reported
+            body = Missing(_span(token.end, token.end))
         return Bracket(_span(token.start, _token(last, tokens).end), token.type == "LSQB", body)
     term = _node(last, tokens)
     whole = _span(token.start, term.span.end)
@@ -283,6 +286,9 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         return f"write a plane{after}: YZ, XZ, or XY", ()
     if accepts <= _IN_CONDITIONS:
         return f"write a sense{after}, such as `cue`", ()
+    if found and found.text == ",":
+        items = "numbers" if accepts <= _IN_NUMBERS else "movements"
+        return f"remove `,`: separate {items} with spaces", replace("Remove ,", found.span, "")
     if accepts <= _IN_NUMBERS:
         example = f", such as `{WORDS[last.text].usage}`" if last and last.text in WORDS else ""
         return f"write a number{after}{example}", ()
@@ -294,6 +300,8 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         before = Span(found.start, found.start)
         return f"write `reflect` before `{found.text}`", replace("Insert reflect", before, "reflect ")
     remove = replace(f"Remove {found.text}", found.span, "")
+    if found.type == "NUMBER" and last and last.type == "EQUAL":
+        return f"names stand for movements only: write `{found.text}` where you need it", ()
     if found.type == "NUMBER":
         return f"remove `{found.text}`: a number can only follow a name or a word such as `repeat` or `scale`", remove
     if found.type == "OPERATOR":
@@ -306,8 +314,6 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         return "remove `not`: it can only follow `until`, `pause`, or `if`", remove
     if found.text == "|":
         return "write `||` between movements that play in parallel", replace("Change to ||", found.span, "||")
-    if found.text == ",":
-        return "remove `,`: separate movements with spaces", remove
     if found.type == "STRAY":
         return f"remove `{found.text}`: it is not part of the language", remove
     return f"remove `{found.text}` or start a new line before it", remove

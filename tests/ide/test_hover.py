@@ -180,6 +180,10 @@ def test_parameters_and_what_depends_on_them() -> None:
     check(POLY.replace("forward", "for|>ward"), "forward", "1 beat")
 
 
+def test_a_scene_within_a_line_says_nothing() -> None:
+    assert hover(*at_cursor("r $ left --|>- up")) is None
+
+
 def test_a_scene_says_when_it_begins() -> None:
     check("beat 30\nr $ slow 3/2 up\n--|>-\ns $ up", "---", "**---**: a new scene", "begins at beat 2, 4.0 s")
     check("r $ repeat up\n|>---\ns $ up", "---", "never begins")

@@ -295,7 +295,7 @@ def pace(body: Movement, rate: Fraction) -> Movement:
     """The same path, `rate` times as fast."""
     if not (body.duration or body.open):
         return body
-    duration = ENDLESS if isinstance(body.duration, float) else body.duration / rate
+    duration = ENDLESS if isinstance(body.duration, float) else exact(body.duration / rate)
     uniform = body.uniform and body.uniform.times(all_by(exact(rate)))
     return Pace(duration, uniform, _sped_up(body.bounds, rate), body, rate)
 
@@ -333,6 +333,7 @@ def use(body: Movement, span: Span | None, statement: int) -> Movement:
 
 
 _peak = lru_cache(maxsize=10_000)(Peak)
+_bounds = lru_cache(maxsize=10_000)(Bounds)  # a program has far fewer different bounds than movements
 UNBOUNDED = Bounds(Peak(0.0, 0.0, 0.0, 0.0, math.inf), 0, 0, 0, False, 0)
 """The bounds of nothing."""
 
@@ -348,7 +349,7 @@ def in_series(kinds: frozenset[Bounds]) -> Bounds:
     if not kinds:
         return UNBOUNDED
     x, y, z, yaw, shortest = zip(*(each.peak for each in kinds), strict=True)
-    return Bounds(
+    return _bounds(
         _peak(max(x), max(y), max(z), max(yaw), min(shortest)),
         max(each.width for each in kinds),
         max(each.bits for each in kinds),
@@ -364,7 +365,7 @@ def _in_parallel(voices: tuple[Bounds, ...], dice: bool) -> Bounds:
     if not voices:
         return replace(UNBOUNDED, dice=dice, throws=1)
     x, y, z, yaw, shortest = zip(*(each.peak for each in voices), strict=True)
-    return Bounds(
+    return _bounds(
         _peak(sum(x), sum(y), sum(z), sum(yaw), min(shortest)),
         sum(each.width for each in voices),
         max(each.bits for each in voices),
@@ -377,7 +378,8 @@ def _in_parallel(voices: tuple[Bounds, ...], dice: bool) -> Bounds:
 
 @lru_cache(maxsize=10_000)
 def _sped_up(bounds: Bounds, rate: Fraction) -> Bounds:
-    return replace(bounds, peak=faster(bounds.peak, float(rate)), bits=bounds.bits + bits(rate))
+    peak, longer = faster(bounds.peak, float(rate)), bounds.bits + bits(rate)
+    return _bounds(peak, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open)
 
 
 def faster(peak: Peak, rate: float) -> Peak:
@@ -389,12 +391,9 @@ def faster(peak: Peak, rate: float) -> Peak:
 def _amplified(bounds: Bounds, factors: Velocity) -> Bounds:
     x, y, z, yaw = (abs(float(factor)) for factor in factors)
     peak = bounds.peak
-    longer = max(bits(factor) for factor in factors)
-    return replace(
-        bounds,
-        peak=_peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest),
-        bits=bounds.bits + longer,
-    )
+    amplified = _peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest)
+    longer = bounds.bits + max(bits(factor) for factor in factors)
+    return _bounds(amplified, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open)
 
 
 def is_too_fast(peak: Peak) -> bool:

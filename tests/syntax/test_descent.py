@@ -59,8 +59,8 @@ def _tokens(kinds: Sequence[str]) -> list[Token]:
 
 
 def test_all_short_sequences_of_terminals() -> None:
-    movements = [kinds for length in range(1, 4) for kinds in product(_TEXTS, repeat=length) if check(kinds)]
-    assert ("LSQB", "NAME", "RSQB") in movements
+    movements = [kinds for length in (1, 2) for kinds in product(_TEXTS, repeat=length) if check(kinds)]
+    assert ("LSQB", "RSQB") in movements
     assert not check(())
 
 

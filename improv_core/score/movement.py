@@ -7,7 +7,7 @@ steps per beat and quarter turns per beat. Nothing here costs time or memory in 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -240,8 +240,7 @@ def series(items: Sequence[Movement]) -> Movement:
     end: Duration = 0
     ends = []
     uniform: Velocity | None = None
-    bounds = UNBOUNDED
-    kinds = set()
+    bounds = items[0].bounds if items else UNBOUNDED
     for item in items:  # a single loop, because most of the work at a keystroke goes through here
         if item.duration:
             if not end:
@@ -251,10 +250,7 @@ def series(items: Sequence[Movement]) -> Movement:
             end += item.duration
         ends.append(end)
         if item.bounds is not bounds:
-            bounds = item.bounds
-            kinds.add(bounds)
-    if len(kinds) > 1:
-        bounds = in_series(frozenset(kinds))
+            bounds = _either(bounds, item.bounds)
     first_throws: tuple[int, ...] = ()
     if bounds.dice:
         *reached, throws = count_up((item.throws for item in items), initial=0)
@@ -343,20 +339,31 @@ def _held(x: float, y: float, z: float, yaw: float, shortest: float) -> Bounds:
     return Bounds(_peak(x, y, z, yaw, shortest), 1, 0, 0, False, 0)
 
 
-@lru_cache(maxsize=10_000)
-def in_series(kinds: frozenset[Bounds]) -> Bounds:
+def in_series(kinds: Iterable[Bounds]) -> Bounds:
     """The bounds of movements that play one after another, or of which one plays; but for the throws."""
-    if not kinds:
-        return UNBOUNDED
-    x, y, z, yaw, shortest = zip(*(each.peak for each in kinds), strict=True)
+    bounds = UNBOUNDED
+    for each in kinds:
+        bounds = _either(bounds, each)
+    return bounds
+
+
+@lru_cache(maxsize=10_000)
+def _either(one: Bounds, other: Bounds) -> Bounds:
+    mine, others = one.peak, other.peak
     return _bounds(
-        _peak(max(x), max(y), max(z), max(yaw), min(shortest)),
-        max(each.width for each in kinds),
-        max(each.bits for each in kinds),
-        max(each.depth for each in kinds),
-        any(each.dice for each in kinds),
+        _peak(
+            max(mine.x, others.x),
+            max(mine.y, others.y),
+            max(mine.z, others.z),
+            max(mine.yaw, others.yaw),
+            min(mine.shortest, others.shortest),
+        ),
+        max(one.width, other.width),
+        max(one.bits, other.bits),
+        max(one.depth, other.depth),
+        one.dice or other.dice,
         0,
-        any(each.open for each in kinds),
+        one.open or other.open,
     )
 
 

@@ -57,7 +57,6 @@ def primitive(text: str, start: int) -> Primitive:
     return Primitive(place, word, hold(word.velocity, span=place))
 
 
-@lru_cache(maxsize=20_000)
 def named(text: str, start: int) -> Name:
     return Name(span(start, start + len(text)), text)
 

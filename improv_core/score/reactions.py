@@ -80,7 +80,7 @@ def pause(body: Movement, condition: Condition, span: Span | None = None) -> Mov
 
 def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """One movement or the other: the condition decides when it begins."""
-    bounds = replace(in_series(frozenset((body.bounds, otherwise.bounds))), open=True)
+    bounds = replace(in_series((body.bounds, otherwise.bounds)), open=True)
     if bounds.dice:
         bounds = replace(bounds, throws=1)
     assumed = otherwise if condition.wanted else body

@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import Sequence
+from typing import Literal
+
 from lsprotocol import types
 
 from improv_core.text import LineIndex
-from improv_ls.documents import Document, RobotsFile, changed, changed_file, is_program, is_robots_file, opened
+from improv_ls.documents import (
+    Document,
+    RobotsFile,
+    changed,
+    changed_file,
+    is_program,
+    is_robots_file,
+    opened,
+    settled_further,
+)
 from improv_ls.handlers.publish_diagnostics import publish, publish_robots, withdraw
 from improv_ls.session import Session
 
@@ -25,7 +38,10 @@ def did_change(ls: Session, params: types.DidChangeTextDocumentParams) -> None:
     if file := ls.robots_files.get(given.uri):
         ls.robots_files[given.uri] = changed_file(file, given.version, changes, ls.editor.encoding)
     elif document := ls.documents.get(given.uri):
-        _keep(ls, changed(document, given.version, changes, ls.editor.encoding))
+        document = changed(document, given.version, changes, ls.editor.encoding)
+        _keep(ls, document)
+        if document.analysis.waiting:
+            ls.editor.soon(_settle(ls, document))
 
 
 def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
@@ -47,3 +63,21 @@ def add(ls: Session, document: Document) -> None:
 def _keep(ls: Session, document: Document) -> None:
     ls.documents[document.uri] = document
     publish(ls, document)
+
+
+async def _settle(ls: Session, document: Document) -> None:
+    """Bring all statements up to date in pieces, until the next key comes, and show what that changes."""
+    now: Document | None = document
+    while now and now.analysis.waiting:
+        ls.documents[document.uri] = settled_further(now)
+        await asyncio.sleep(0)  # the next key is read here
+        now = ls.documents.get(document.uri)
+        if now and now.lines is not document.lines:
+            return
+    if now:
+        publish(ls, now)
+        for feature in _SHOWN:
+            ls.editor.refresh(feature)
+
+
+_SHOWN: Sequence[Literal["code_lens", "diagnostics", "inlay_hint"]] = ("diagnostics", "inlay_hint", "code_lens")

@@ -20,7 +20,7 @@ from improv_core.program.reader import Definition, Scope
 from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score import dice, movement
-from improv_core.score.lengths import lengths
+from improv_core.score.lengths import Lengths, lengths, scene_lengths
 from improv_core.score.movement import Movement
 from improv_core.score.scenes import performance, scene_begins
 from improv_core.syntax import nodes
@@ -130,6 +130,16 @@ class Analysis:
         return scene_begins(self.parts.values())
 
     @cached_property
+    def lengths(self) -> Mapping[str, Lengths]:
+        """How long the parts of the robots last, with all scenes."""
+        return dict(zip(self.parts, self._scene_lengths[1], strict=True))
+
+    def scene_begin(self, scene: int) -> Lengths | None:
+        """The beat at which a scene begins, at the earliest and at the latest; None if it never begins."""
+        begins = self._scene_lengths[0]
+        return begins[scene] if scene < len(begins) and begins[scene].shortest < movement.ENDLESS else None
+
+    @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All diagnostics of the program, in the order of the text."""
         if len(self.text) > LONGEST_PROGRAM:
@@ -205,6 +215,10 @@ class Analysis:
         return dataclasses.replace(
             self, cast=robots, infeasible=_infeasible(self.meanings, self.statements, robots, self.tempo)
         )
+
+    @cached_property
+    def _scene_lengths(self) -> tuple[Sequence[Lengths], Sequence[Lengths]]:
+        return scene_lengths(list(self.parts.values()))
 
     @cached_property
     def _too_uneven(self) -> frozenset[int]:

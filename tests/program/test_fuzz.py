@@ -84,6 +84,9 @@ PIECES += [
     "x n (m) = ",
     "y (m) = m m\n",
     "near",
+    "until near repeat ",
+    "pause not cue ",
+    "if bump () else ",
     "x 3 y ",
     "a b $ ",
 ]

@@ -124,7 +124,7 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     if token.type == "BEAT" or (statement.number and token in statement.number.tokens):
         lasts = f"1 beat lasts {in_seconds(1, analysis.tempo)}"
         return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
-    if token.type == "SCENE":
+    if token.type == "SCENE" and token == statement.sign:
         return _scene(analysis, placed)
     if parameter := _parameter(at):
         kind = "a number" if parameter.is_number else "a movement"

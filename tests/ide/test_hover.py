@@ -224,6 +224,7 @@ def test_what_robots_play_adds_up_over_scenes() -> None:
     check("|>r $ until cue repeat rest\n---\nr $ left", "r", "1 beat or more", "this line: any number of beats")
     check("|>r $ (until bump (left left)) left\n---\nr $ left", "r", "2 to 4 beats")
     check("r $ repeat (until cue repeat rest)\n-|>--\nr $ left", "---", "never begins")
+    check_nothing("r $ left -|>--")
 
 
 def test_senses_say_what_they_mean_and_where_they_come_from() -> None:

@@ -11,7 +11,7 @@ from improv_core.robots.limits import top_speed
 from improv_core.score.lengths import Lengths
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Movement, brief
-from improv_core.score.path import MOST_THROWS, extent, pose_at
+from improv_core.score.path import MOST_MEASURED_THROWS, extent, pose_at
 from improv_core.score.profiles import Profile
 from improv_core.score.reactions import reactions
 from improv_core.score.score import Part
@@ -106,7 +106,7 @@ def ends(movement: Movement, profile: Profile) -> str:
     """Where a movement leads: `ends 2.0 m ahead, 1.0 m left, facing 90° left`; empty if it is unknown."""
     if isinstance(movement.duration, float):  # endless
         return ""
-    pose = pose_at(Part("", (movement,), profile, Pose(), ""), movement.duration, MOST_THROWS)
+    pose = pose_at(Part("", (movement,), profile, Pose(), ""), movement.duration, MOST_MEASURED_THROWS)
     if pose is None:
         return ""
     sides = (("ahead", "behind", pose.x), ("left", "right", pose.y), ("up", "down", pose.z))

@@ -59,6 +59,12 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("no-effect", "r $ scale 1 left", "r $  left"),
         ("no-effect", "r $ left\n---\n", "r $ left\n"),
         ("unused-name", "x = left\nr $ left\n", "r $ left\n"),
+        ("open-length", "r $ chance 1/2 until near repeat left", "r $ until near chance 1/2 repeat left"),
+        ("open-length", "r $ ease pause  not bump (left up)", "r $ pause  not bump ease (left up)"),
+        ("unknown-sense", "r $ if not naer left else up", "r $ if not near left else up"),
+        ("instant-sense", "r $ pause cue (left up)", "r $ until cue (left up)"),
+        ("instant-sense", "r $ until not cue repeat left", "r $ until cue repeat left"),
+        ("short-reach", "r $ until near forward left", "r $ until near repeat forward left"),
     ],
 )
 def test_fix(code: str, before: str, after: str) -> None:

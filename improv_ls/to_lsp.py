@@ -31,6 +31,7 @@ _KINDS = {
     "parameter": types.CompletionItemKind.Variable,
     "robot": types.CompletionItemKind.Class,
     "plane": types.CompletionItemKind.Enum,  # LSP 3.0 has no EnumMember
+    "sense": types.CompletionItemKind.Property,
     "number": types.CompletionItemKind.Value,
 }
 

@@ -8,6 +8,7 @@ from itertools import islice
 
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.timing import in_beats, in_seconds
+from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS
 from improv_core.text import Span
 
@@ -36,11 +37,11 @@ def lenses(analysis: Analysis, muted: Collection[str] = (), soloed: Collection[s
 
 
 def _of(analysis: Analysis, placed: Placed, muted: Collection[str], soloed: Collection[str]) -> Iterator[Lens]:
-    robots, duration = placed.meaning.robots, placed.meaning.movement.duration
+    robots, length = placed.meaning.robots, lengths(placed.meaning.movement)
     span = Span(placed.start, placed.start + placed.statement.heads[-1].end)
-    lasts = f" · {in_beats(duration)}" if placed.meaning.ok else ""
-    if lasts and duration != ENDLESS:
-        lasts += f", {in_seconds(duration, analysis.tempo)}"
+    lasts = f" · {in_beats(length)}" if placed.meaning.ok else ""
+    if lasts and length.longest != ENDLESS:
+        lasts += f", {in_seconds(length, analysis.tempo)}"
     yield Lens(span, f"▶ play{lasts}", "play")
     yield Lens(span, "■ hush", "hush")
     if len(analysis.robots) > 1:

@@ -10,12 +10,25 @@ from fractions import Fraction
 
 from improv_core.ide.cursor import Cursor, cursor
 from improv_core.ide.phrases import comment, label, parameters
+from improv_core.ide.senses import about as about_sense
+from improv_core.ide.senses import source
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.compiler import score_of
 from improv_core.program.numbers import value_of
-from improv_core.program.timing import ends, fastest, in_beats, in_seconds, path_length, times_as_fast, timing, written
+from improv_core.program.timing import (
+    deciding,
+    ends,
+    fastest,
+    in_beats,
+    in_seconds,
+    path_length,
+    times_as_fast,
+    timing,
+    written,
+)
 from improv_core.score import movement as algebra
+from improv_core.score.lengths import lengths
 from improv_core.score.motion import Pose
 from improv_core.score.movement import NORMAL, Movement
 from improv_core.score.profiles import DEFAULT, Profile
@@ -32,6 +45,7 @@ LONGEST_SOURCE = 500
 LONGEST_NAME = 100
 MOST_HEADS = 20
 """Of a line that are listed."""
+_NOWHERE = Span(0, 0)
 _BARE = re.compile(r"[\w…-]+")
 MOST_MOMENTS = 150
 """The most moments of a path that is drawn: more would take too long."""
@@ -92,8 +106,16 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
     if not part:
         return None
     about = f" (robot, profile {_code(part.profile.name)}): everything it plays"
-    whole = timing(part.movement, analysis.tempo)
-    return Hover(Span(0, 0), _code(name), about, (whole,), "", _drawn(part, analysis.tempo) if pictures else "")
+    whole = timing(analysis.lengths[name], analysis.tempo)
+    why = (deciding(algebra.series(part.scenes)),) if part.senses else ()
+    return Hover(Span(0, 0), _code(name), about, (whole, *why), "", _drawn(part, analysis.tempo) if pictures else "")
+
+
+def sense_at(analysis: Analysis, name: str, span: Span = _NOWHERE) -> Hover | None:
+    """The hover for a sense; None if there is no such sense."""
+    if name not in analysis.cast.sense_names:
+        return None
+    return Hover(span, _code(name), f" (sense): {about_sense(name)}", (source(analysis.cast, name),))
 
 
 def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
@@ -110,6 +132,9 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         return Hover(token.span, _code(parameter.name), f" (parameter of {_code(head)}): {kind}")
     if node is None:
         return _head_or_sign(analysis, placed, token, pictures)
+    condition = node.condition if isinstance(node, nodes.Apply | nodes.Choice) else None
+    if condition and token.span == condition.sense.span:
+        return sense_at(analysis, token.text, token.span)
     around = at.around
     if len(around) > 1 and isinstance(around[-2], nodes.Call) and node is around[-2].name:
         around, node = around[:-1], around[-2]
@@ -128,12 +153,13 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         word, about = "||", ": these movements play at the same time, until the shortest one ends"
     elif isinstance(node, nodes.Apply):
         arguments = [each.text for each in (*node.numbers, node.across) if each]
-        word = " ".join([node.word.text, *arguments])
+        word = " ".join([node.word.text, *arguments, *(_condition(condition) if condition else ())])
         about = f": {(node.plane or WORDS[node.word.text]).about}"
     elif isinstance(node, nodes.Primitive):
         word, about = node.word.text, f": {node.word.about}"
     elif isinstance(node, nodes.Choice):
-        word, about = node.word.text, f": {WORDS[node.word.text].about}"
+        word = " ".join([node.word.text, *_condition(node.condition)])
+        about = f": {WORDS[node.word.text].about}"
     else:
         return None
     if not meaning:
@@ -142,11 +168,15 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     return Hover(node.span, word, about, facts, "", _shape(analysis, placed, meaning) if pictures else "")
 
 
+def _condition(condition: nodes.Condition) -> Sequence[str]:
+    return ["not"] * condition.is_negated + [condition.sense.text]
+
+
 def _scene(analysis: Analysis, placed: Placed) -> Hover:
     number, starts = analysis.scenes.index(placed.index) + 1, "never begins"
-    if number < len(analysis.begins):
-        begin = analysis.begins[number]
-        starts = f"begins at beat {begin}, {in_seconds(begin, analysis.tempo)}"
+    if begin := analysis.scene_begin(number):
+        later = "" if begin.is_fixed else " or later"
+        starts = f"begins at beat {begin.shortest}{later}, {in_seconds(begin.shortest, analysis.tempo)}{later}"
     about = ": a new scene, for all robots, when everything above has ended"
     return Hover(Span(0, len(placed.statement.text)), "---", about, (starts,))
 
@@ -244,7 +274,10 @@ def _voices(bracket: nodes.Bracket) -> Sequence[Node]:
 def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool = False) -> tuple[str, ...]:
     """How long, how far, and where it ends (not if it is `plain`)."""
     profile = _profile(analysis, placed)
-    first = f"{timing(meaning, analysis.tempo)} · {path_length(meaning, profile)}"
+    lasts = timing(lengths(meaning), analysis.tempo)
+    if meaning.open:
+        return lasts, deciding(meaning)
+    first = f"{lasts} · {path_length(meaning, profile)}"
     leads = "" if plain else ends(meaning, profile)
     return (first, leads) if leads else (first,)
 
@@ -264,7 +297,7 @@ def _here(around: Sequence[Node], meaning: Movement, tempo: Fraction) -> tuple[s
     if rate == 1:
         return ()
     where = "in this bracket" if brackets == 1 and not others else "here"
-    lasts = algebra.pace(meaning, rate).duration
+    lasts = lengths(meaning, rate)
     return (f"{times_as_fast(rate)} {where}: {in_beats(lasts)}, {in_seconds(lasts, tempo)}",)
 
 

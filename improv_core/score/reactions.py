@@ -6,12 +6,12 @@ Everything else (`duration`, `uniform`, the walk, paths) assumes that no sense e
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from improv_core.score.dice import Dice
-from improv_core.score.movement import Movement, Several, in_series, repeat, stand
+from improv_core.score.movement import Movement, Several, in_series, opened, parts, repeat, stand
 from improv_core.text import Span
 
 
@@ -36,6 +36,11 @@ class Reaction(Several):
     @property
     def body(self) -> Movement:
         return self.items[0]
+
+    def __str__(self) -> str:
+        """`until near`, `pause not near`."""
+        word = "if" if isinstance(self, If) else "until" if isinstance(self, Until) else "pause"
+        return f"{word}{'' if self.condition.wanted else ' not'} {self.condition.sense}"
 
     def dice_assumed(self, dice: Dice | None) -> Dice | None:
         """The dice of what is performed if no sense ever holds."""
@@ -67,24 +72,39 @@ class If(Reaction):
 def until(body: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """The movement, ended on the next whole beat once the condition holds, with the robot standing from then on."""
     assumed = body if condition.wanted else _first_beat(body)
-    bounds = replace(body.bounds, open=True)
-    return Until(assumed.duration, None, bounds, (body,), condition, span, assumed)
+    return Until(assumed.duration, None, opened(body.bounds), (body,), condition, span, assumed)
 
 
 def pause(body: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """The movement, interrupted for whole beats while the condition holds."""
     assumed = body if condition.wanted or not body.duration else STANDING
-    bounds = replace(body.bounds, open=True)
-    return Pause(assumed.duration, None, bounds, (body,), condition, span, assumed)
+    return Pause(assumed.duration, None, opened(body.bounds), (body,), condition, span, assumed)
 
 
 def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """One movement or the other: the condition decides when it begins."""
-    bounds = replace(in_series((body.bounds, otherwise.bounds)), open=True)
+    bounds = opened(in_series((body.bounds, otherwise.bounds)))
     if bounds.dice:
         bounds = replace(bounds, throws=1)
     assumed = otherwise if condition.wanted else body
     return If(assumed.duration, None, bounds, (body, otherwise), condition, span, assumed)
+
+
+def reactions(movement: Movement) -> Iterator[Reaction]:
+    """The words of senses in a movement, each once."""
+    seen, waiting = set(), [movement]
+    while waiting:
+        part = waiting.pop()
+        if part.open and id(part) not in seen:
+            seen.add(id(part))
+            waiting += reversed(parts(part))
+            if isinstance(part, Reaction):
+                yield part
+
+
+def senses_read(movement: Movement) -> frozenset[str]:
+    """The senses that a movement may read."""
+    return frozenset(each.condition.sense for each in reactions(movement))
 
 
 STANDING = repeat(stand(1))

@@ -20,7 +20,8 @@ def completion(ls: Session, params: types.CompletionParams) -> types.CompletionL
     if not found:
         return None
     # A space asks only where there is little to choose from, so that lists do not pop up between all words.
-    if params.context and params.context.trigger_character == " " and {item.kind for item in found.items} != {"plane"}:
+    is_short = found.items and found.items[0].kind in ("plane", "sense")
+    if params.context and params.context.trigger_character == " " and not is_short:
         return None
     snippets = ls.editor.can("text_document.completion.completion_item.snippet_support")
     return to_lsp.completion(document, found, bool(snippets), ls.editor.encoding)

@@ -194,3 +194,44 @@ def test_new_words() -> None:
     check("r $ ramp |>1/2 2 (forward left)", "ramp 1/2 2 (forward left)", "**ramp 1/2 2**: ", "1.6 beats", "2.0 m")
     check("r $ |>choose (forward left)", "choose (forward left)", "**choose**: ", "1 beat")
     check("r $ fit |>3 (forward left)", "fit 3 (forward left)", "**fit 3**: ", "3 beats")
+
+
+def test_words_of_senses_say_what_may_come_of_it() -> None:
+    check(
+        "r $ un|>til near (forward forward)",
+        "until near (forward forward)",
+        "**until near**",
+        "at most 2 beats, at most 2.0 s",
+    )
+    check(
+        "r $ pa|>use not near forward left",
+        "pause not near forward",
+        "**pause not near**",
+        "1 beat or more, 1.0 s or more",
+    )
+    check(
+        "r $ i|>f bump left else repeat 3 left",
+        "if bump left else repeat 3 left",
+        "1 to 3 beats, 1.0 to 3.0 s at beat 60",
+    )
+    check("r $ until cue re|>peat left", "repeat left", "∞, endless")
+    check("x = until cue repeat left\nr $ |>x left", "x", "any number of beats  \n`until cue` decides")
+    check(
+        "|>r $ (until cue repeat left) pause bump if near left else up",
+        "r",
+        "`until cue` and `pause bump` and `if near` decide",
+    )
+
+
+def test_what_robots_play_adds_up_over_scenes() -> None:
+    check("r $ until cue repeat rest\n-|>--\nr $ left", "---", "begins at beat 0 or later")
+    check("|>r $ until cue repeat rest\n---\nr $ left", "r", "1 beat or more", "this line: any number of beats")
+    check("|>r $ (until bump (left left)) left\n---\nr $ left", "r", "2 to 4 beats")
+    check("r $ repeat (until cue repeat rest)\n-|>--\nr $ left", "---", "never begins")
+    check_nothing("r $ left -|>--")
+
+
+def test_senses_say_what_they_mean_and_where_they_come_from() -> None:
+    check("r $ until ne|>ar left", "near", "**near** (sense): Something is ahead of the robot", "in the simulator")
+    check("r $ if not c|>ue left else right", "cue", "**cue** (sense): Somebody gives the cue")
+    check_nothing("r $ until fi|>re left")

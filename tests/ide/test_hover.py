@@ -12,9 +12,10 @@ from improv_core.robots.config import read_robots
 from tests.ide.cursor import at_cursor
 
 
-def check(program: str, marked: str, *said: str) -> None:
+def check(program: str, marked: str, *said: str, robots: str = "") -> None:
     """Hovering at the cursor marks a text and says each of these."""
     analysis, offset = at_cursor(program)
+    analysis = analysis.with_robots(read_robots(robots))
     found = hover(analysis, offset)
     assert found
     assert analysis.text[found.span.start : found.span.end] == marked
@@ -190,3 +191,20 @@ def test_new_words() -> None:
     check("r $ ramp |>1/2 2 (forward left)", "ramp 1/2 2 (forward left)", "**ramp 1/2 2**: ", "1.6 beats", "2.0 m")
     check("r $ |>choose (forward left)", "choose (forward left)", "**choose**: ", "1 beat")
     check("r $ fit |>3 (forward left)", "fit 3 (forward left)", "**fit 3**: ", "3 beats")
+
+
+BURGERS = """
+[robots.anna]
+profile = "turtlebot3_burger"
+[robots.bob]
+profile = "turtlesim"
+"""
+
+
+def test_distances_are_those_of_the_robots_that_play() -> None:
+    check("|>x = forward\ny = x\nanna $ y", "x", "1 beat, 1.0 s at beat 60 · 0.2 m, no turn", robots=BURGERS)
+    check("x = forward\n|>x = x left\nbob $ x", "x", "· 2.0 m, turns 90° left", robots=BURGERS)
+    check("|>x = forward\nx = left\nanna $ x", "x", "anna: 0.2 m", "bob: 2.0 m", robots=BURGERS)  # nobody plays it
+    check("x = for|>ward\nbob $ x\nanna $ x", "forward", "at beat 60  \n", "bob: 2.0 m", "anna: 0.2 m", robots=BURGERS)
+    check("x = le|>ft\nbob anna $ x", "left", "· 0.0 m, turns 90° left", robots=BURGERS)
+    check("|>x = forward", "x", "· 0.2 m", robots=BURGERS.split("[robots.bob]")[0])

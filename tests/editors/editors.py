@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -36,6 +37,15 @@ def nothing_left() -> Iterator[dict[str, str]]:
         with suppress(ProcessLookupError):
             processes[pid] = os.pidfd_open(pid)
     wait_until_gone(processes, END_LIMIT)
+
+
+def slow_server(folder: Path) -> tuple[Path, Path]:
+    """A server that starts only once something is written to a gate: its path, and the gate's."""
+    server, gate = folder / "slow-improv-ls", folder / "gate"
+    os.mkfifo(gate)
+    server.write_text(f'#!/bin/sh\nread go <"{gate}"\nexec "{sys.executable}" -m improv_ls "$@"\n')
+    server.chmod(0o755)
+    return server, gate
 
 
 def started_from(env: Mapping[str, str]) -> dict[int, dict[str, str]]:

@@ -40,10 +40,10 @@ def nothing_left() -> Iterator[dict[str, str]]:
 
 
 def slow_server(folder: Path) -> tuple[Path, Path]:
-    """A server that starts only once something is written to a gate: its path, and the gate's."""
+    """A server that starts only once a file is there, its gate: the paths of both."""
     server, gate = folder / "slow-improv-ls", folder / "gate"
-    os.mkfifo(gate)
-    server.write_text(f'#!/bin/sh\nread go <"{gate}"\nexec "{sys.executable}" -m improv_ls "$@"\n')
+    wait = f'while [ ! -e "{gate}" ]; do kill -0 $PPID || exit; sleep 0.1; done'
+    server.write_text(f'#!/bin/sh\n{wait}\nexec "{sys.executable}" -m improv_ls "$@"\n')
     server.chmod(0o755)
     return server, gate
 

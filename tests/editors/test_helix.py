@@ -120,7 +120,7 @@ def test_session(tmp_path: Path) -> None:
         last = _beat(terminal)
         terminal.type(":w", "Enter")
         terminal.see("✗ line 3: `forwad` is not defined")
-        assert _beat(terminal) >= last + READING * 2  # at beat 120; until then, one can read the message
+        assert _beat(terminal) >= last + 2 * READING  # at beat 120; until then, one can read the message
         until(lambda: "forwad" in (tmp_path / "dance.improv").read_text(encoding="utf-8"), terminal.screen)
         asyncio.run(robot.moves(url))
 
@@ -143,7 +143,7 @@ def test_the_address_of_the_page_over_ssh(tmp_path: Path) -> None:
         terminal.type(":w", "Enter")
         terminal.see("page: http://127.0.0.1:")
         url = re.findall(r"page: (\S+)", terminal.screen())[0]
-        assert _beat(terminal) >= READING * 2
+        assert _beat(terminal) >= 2 * READING
         asyncio.run(robot.moves(url))
         terminal.type(":quit!", "Enter")
 

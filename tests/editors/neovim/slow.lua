@@ -3,6 +3,7 @@
 local person = dofile(vim.env.IMPROV_PERSON)
 
 person.session(function()
+  person.await("a server that starts", require("improv.server").is_starting)
   assert(#vim.lsp.get_clients { bufnr = 0 } == 0)
   for _, command in ipairs(vim.split(vim.env.IMPROV_STEPS, " ")) do
     vim.cmd[command]()

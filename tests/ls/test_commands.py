@@ -89,7 +89,7 @@ class Unable(Client):
 
 @pytest.mark.parametrize(
     "refusal",
-    [{}, {"result": {"success": False}}, {"result": None}, {"error": {"code": -32603, "message": "no browser"}}]
+    [{}, {"result": {"success": False}}, {"result": None}, {"error": {"code": -32603, "message": "no browser"}}],
 )
 def test_where_the_editor_fails_to_show_the_page_its_place_is_said(refusal: Message) -> None:
     Unable.failure = refusal

@@ -119,6 +119,8 @@ Font lock ignores an end at point, so that is one more if there are none."
               electric-indent-chars (append ")]" electric-indent-chars)
               imenu-generic-expression `((nil ,(concat "^[ \t]*\\(" improv-mode--name "\\)" improv-mode--parameters "[ \t]*=") 1))
               mode-line-process '(:eval (improv-playing-status)))
+  (add-hook 'after-save-hook #'improv-playing-saved nil t)
+  (add-hook 'eglot-managed-mode-hook #'improv-playing-managed nil t)
   (add-hook 'eglot-managed-mode-hook #'improv-playing-leave nil t))
 
 ;;;###autoload
@@ -158,13 +160,16 @@ Only lines of the statement at point count."
 (defun improv-play ()
   "Play the program in this buffer from the beginning, saved or not."
   (interactive nil improv-mode)
-  (improv--execute "improv.play" (eglot-path-to-uri (or buffer-file-name (user-error "Save this buffer to a file first")))))
+  (let ((file (or buffer-file-name (user-error "Save this buffer to a file first"))))
+    (unless (improv-playing-wait)
+      (improv--execute "improv.play" (eglot-path-to-uri file)))))
 
 ;;;###autoload
 (defun improv-hush ()
   "Stop all robots immediately.  This works in every buffer."
   (interactive)
-  (dolist (server (or (improv-playing-servers) (user-error "Improv's language server is not running")))
+  (dolist (server (or (improv-playing-servers)
+                      (unless (improv-playing-forget) (user-error "Improv's language server is not running"))))
     (jsonrpc-async-request server :workspace/executeCommand '(:command "improv.hush" :arguments []))))
 
 (defun improv-pause ()

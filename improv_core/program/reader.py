@@ -426,7 +426,8 @@ class Reader:
         voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
         paced = [movement.pace(self.movement(voice), Fraction(nodes.items(voice))) for voice in voices]
         made = self._together(node, paced)
-        if made.duration not in (0, 1) and not made.open:
+        is_a_beat = made.open or made.duration in (0, 1)
+        if not is_a_beat and all(self.scope.get(each.text, self) for each in nodes.names(node)):
             long = "never ends" if made.duration == ENDLESS else f"takes {made.duration} beats, not one"
             self.report(Diagnostic("bracket-not-a-beat", node.span, f"this bracket {long}"), node)
         return made

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from difflib import get_close_matches
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.syntax.lexer import Token
+from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind
 from improv_core.text import Span
 
 MEANT: Mapping[str, tuple[str, ...]] = {
@@ -25,6 +27,9 @@ MEANT: Mapping[str, tuple[str, ...]] = {
 """Words that people try, in lowercase, and the words of the language that do what they want."""
 
 _DASHES = "-–—"
+_MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS)
+_SIMILAR = 0.7
+"""How similar to a word of the language a line's first word must be to be taken for it, from 0 to 1."""
 _TEMPO = frozenset({"beat", "tempo", "bpm"})
 _WORDS = ("PRIMITIVE", "NAME")
 _OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
@@ -52,9 +57,14 @@ def without_sign(tokens: Sequence[Token]) -> Diagnostic:
     if first.type != "NAME":
         message = "write a robot or a name before the movement: `turtle1 $ …` or `name = …`"
         return Diagnostic("syntax", whole, message, (plays,))
-    if second is None or second.type in ("NAME", "STRAY", "NUMBER"):
-        return Diagnostic("syntax", whole, _FORMS, (plays,))
     insert = Fix("Insert $", (Edit(Span(first.end, first.end), " $"),))
+    forgot = second is not None and second.type not in ("NAME", "STRAY", "NUMBER")
+    if similar := get_close_matches(first.text.lower(), _MOVEMENTS, n=1, cutoff=_SIMILAR):
+        form = f"turtle1 $ {similar[0]}{' …' if second else ''}"
+        meant = Fix(f"Play it: {form}", (Edit(first.span, f"turtle1 $ {similar[0]}"),))
+        return Diagnostic("syntax", whole, f"write a robot first: `{form}`", (meant, insert) if forgot else (meant,))
+    if not forgot:
+        return Diagnostic("syntax", whole, _FORMS, (plays,))
     message = f"write `$` after the robot's name: `{first.text} $ …`"
     return Diagnostic("syntax", first.span, message, (insert, plays))
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from tests.editors import colors, robot
-from tests.editors.editors import LIMIT, ROOT, find, nothing_left, started_from
+from tests.editors.editors import LIMIT, ROOT, find, nothing_left, slow_server, started_from
 from tests.editors.terminal import Terminal, until, written
 
 SCRIPTS = Path(__file__).parent / "neovim"
@@ -89,6 +89,14 @@ def test_session(neovim: Neovim) -> None:
 @pytest.mark.timeout(LIMIT + 60)
 def test_words(neovim: Neovim) -> None:
     neovim.check("words.lua")
+
+
+@pytest.mark.parametrize("steps", ["write", "ImprovPlay", "write ImprovPlay ImprovHush"])
+@pytest.mark.timeout(LIMIT + 60)
+def test_what_is_asked_for_while_the_server_starts(neovim: Neovim, steps: str) -> None:
+    neovim.program.write_text("turtle1 $ repeat forward\n")
+    server, gate = slow_server(neovim.folder)
+    neovim.check("slow.lua", IMPROV_SLOW=str(server), IMPROV_GATE=str(gate), IMPROV_STEPS=steps)
 
 
 def test_colors_before_the_server_answers(neovim: Neovim) -> None:

@@ -279,6 +279,8 @@ def test_brackets_that_are_not_a_beat_say_how_long_they_are() -> None:
         r $ [rest || slow 2 rest]
         r $ [repeat rest]
             ^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
+        r $ [left frwd]
+                  ^^^^ unknown-name: `frwd` is not defined: did you mean `forward`?
         """,
         hints=True,
     )

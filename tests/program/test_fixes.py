@@ -36,6 +36,8 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
     ("code", "before", "after"),
     [
         ("syntax", "r forward", "r $ forward"),
+        ("syntax", "fowrard", "turtle1 $ forward"),
+        ("syntax", "repat 4 (forward left)", "turtle1 $ repeat 4 (forward left)"),
         ("syntax", "r $ forward | left", "r $ forward || left"),
         ("syntax", "r $ forward, left", "r $ forward left"),
         ("syntax", "r $ YZ left", "r $ reflect YZ left"),

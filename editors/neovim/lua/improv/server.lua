@@ -2,11 +2,19 @@
 
 local M = { cmd = { "improv-ls" } }
 
+local starting = 0 -- how many servers have been started and have not answered yet
+local running = {} -- by the id of the client
+
 local NEW = vim.fn.has("nvim-0.11") == 1
 
 --- The server of a buffer; 0 is the current buffer.
 function M.of(buffer)
   return vim.lsp.get_clients({ name = "improv", bufnr = buffer })[1]
+end
+
+--- Whether a server has been started and can't be asked anything yet.
+function M.is_starting()
+  return starting > 0
 end
 
 --- Send a request about a buffer. The server first receives everything that was typed there.
@@ -65,7 +73,18 @@ function M.enable(group, settings)
       ["improv/transport"] = function(_, params, context) playing.transport(context.client_id, params) end,
       ["window/showMessage"] = show_message,
     },
-    on_exit = vim.schedule_wrap(function(_, _, id) playing.forget(id) end),
+    before_init = function() starting = starting + 1 end,
+    on_init = function(client)
+      starting, running[client.id] = starting - 1, true
+    end,
+    on_exit = vim.schedule_wrap(function(_, _, id)
+      if not running[id] then
+        starting = starting - 1
+        require("improv.waiting").clear()
+      end
+      running[id] = nil
+      playing.forget(id)
+    end),
   }
   if NEW then
     config.root_dir = function(buffer, start) start(root_of(buffer)) end

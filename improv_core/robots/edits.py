@@ -44,9 +44,9 @@ def inline(start: Start) -> str:
 
 def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) -> Edit | None:
     """The edit that sets the start pose of a listed robot."""
-    if known := toml.entries.get(("robots", robot, "start")):
+    if known := toml.positions.entries.get(("robots", robot, "start")):
         return Edit(known.value, inline(start)) if text[known.value.start] == "{" else None
-    end = text.find("\n", toml.entries["robots", robot].key.end)
+    end = text.find("\n", toml.positions.entries["robots", robot].key.end)
     line = f"start = {inline(start)}{line_end}"
     return Edit(Span(end + 1, end + 1), line) if end >= 0 else Edit(Span(len(text), len(text)), f"{line_end}{line}")
 

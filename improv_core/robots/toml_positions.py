@@ -46,6 +46,12 @@ class Positions:
     keys: Keys = ()
     expects: str = "key"
 
+    def nearest(self, keys: Keys) -> Entry:
+        """The entry of a key, or of the table around it if the grammar has found less than `tomllib`."""
+        while keys and keys not in self.entries:
+            keys = keys[:-1]
+        return self.entries.get(keys, Entry(Span(0, 0), Span(0, 0)))
+
 
 def find_positions(text: str, whole: bool = False) -> Positions:
     """The positions in a text. `whole` says that the text is valid."""
@@ -177,7 +183,7 @@ class _Walk:
         inside = self.open[-1] if self.open else None
         if atom.kind == "key":
             self._name((*self.found.keys, _name(atom.text)), span)
-        elif atom.kind == "=":
+        elif atom.kind == "=" and self.found.keys != (inside[1] if inside else self.table):
             self._go("value", self.found.keys)
         elif atom.kind == "," and inside:
             self._go("key", inside[1])

@@ -83,14 +83,14 @@ class TomlReading:
 
     def at_key(self, keys: Keys, message: str, fixed: str = "") -> None:
         """Report a key; `fixed` is what it should probably be."""
-        self._report(self.toml.positions.entries[keys].key, message, fixed)
+        self._report(self.toml.positions.nearest(keys).key, message, fixed)
 
     def at_value(self, keys: Keys, message: str, fixed: str = "") -> None:
         """Report a value; `fixed` is what it should probably be."""
-        self._report(self.toml.positions.entries[keys].value, message, fixed)
+        self._report(self.toml.positions.nearest(keys).value, message, fixed)
 
     def _report(self, span: Span, message: str, fixed: str) -> None:
-        fixes: tuple[Fix, ...] = replace(f"change to `{fixed}`", span, fixed) if fixed else ()
+        fixes: tuple[Fix, ...] = replace(f"Change to {fixed}", span, fixed) if fixed else ()
         self.diagnostics.append(Diagnostic("robots", span, message, fixes))
 
 

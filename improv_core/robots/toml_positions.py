@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import tomllib
 
@@ -37,7 +37,8 @@ class Positions:
 
     A table may be named many times, in headers and in dotted keys. `named` has all those spans. At the end of the text,
     `keys` lead to what is being written: with `expects` "header" or "key", to the table in which a name comes next, and
-    with "value", to the value itself.
+    with "value", to the value itself. With "name" or "after", only a sign can come next, after a
+    name or a value.
     """
 
     entries: dict[Keys, Entry] = field(default_factory=dict)
@@ -62,14 +63,18 @@ def find_positions(text: str, whole: bool = False) -> Positions:
 
 
 def beginning(text: str, offset: int) -> tuple[Positions, str] | None:
-    """What stands before a cursor, without the word that is begun there, and that word; None in a comment."""
+    """What stands before a cursor in its section, and the word that is begun there; None in a comment."""
     line = text[:offset].rpartition("\n")[2]
     finished = _FINISHED.match(line)
     begun = line[finished.end() :] if finished else ""
     if begun.startswith("#"):
         return None
     begun = begun or line[len(line.rstrip(_WORD)) :]
-    return find_positions(text[: offset - len(begun)]), begun
+    before = text[: offset - len(begun)]
+    headers = list(_HEADER.finditer(before))
+    # Nothing above a section matters to it, unless there are arrays of tables, which are counted.
+    counted = any(header[0].endswith("[[") for header in headers)
+    return find_positions(before if counted or not headers else before[headers[-1].start() :]), begun
 
 
 _WORD = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-"
@@ -81,6 +86,7 @@ _START = re.compile(
       | (?!(?:true|false|inf|nan)\b)[A-Za-z_][\w.-]*[ \t]*(?:\#.*)?$ )""",
     re.VERBOSE | re.MULTILINE,
 )
+_HEADER = re.compile(r"^[ \t]*\[\[?(?=[ \t]*(?!(?:true|false|inf|nan)\b)[A-Za-z_])", re.MULTILINE)
 _MULTI_LINE = re.compile('"""|' + "'''")
 
 
@@ -91,8 +97,7 @@ def _statements(text: str, whole: bool) -> Iterator[tuple[int, str]]:
         yield start, text[start:end]
 
 
-@dataclass(frozen=True, slots=True)
-class _Atom:
+class _Atom(NamedTuple):
     """A key, a value, or a sign. `kind` is "key", "value", or the sign itself."""
 
     kind: str
@@ -147,10 +152,10 @@ class _Walk:
         self.open.clear()
         self._go("key", self.table)
         for atom in _atoms(text):
-            span = atom.span.shifted(start)
+            span = Span(start + atom.span.start, start + atom.span.end)
             if self.found.expects == "header":
                 self._header(atom, span)
-            elif self.found.expects == "key":
+            elif self.found.expects in ("key", "name"):
                 self._key(atom, span)
             else:
                 self._value(atom, span)
@@ -183,6 +188,9 @@ class _Walk:
         inside = self.open[-1] if self.open else None
         if atom.kind == "key":
             self._name((*self.found.keys, _name(atom.text)), span)
+            self.found.expects = "name"
+        elif atom.kind == ".":
+            self.found.expects = "key"
         elif atom.kind == "=" and self.found.keys != (inside[1] if inside else self.table):
             self._go("value", self.found.keys)
         elif atom.kind == "," and inside:

@@ -22,8 +22,8 @@ def completion(ls: Session, params: types.CompletionParams) -> types.CompletionL
     found = complete(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
     if not found:
         return None
-    # A space asks only where there is little to choose from, so that lists do not pop up between all words.
-    if params.context and params.context.trigger_character == " " and {item.kind for item in found.items} != {"plane"}:
+    # A trigger asks only where there is little to choose from, so that lists do not pop up between all words.
+    if params.context and params.context.trigger_character and {item.kind for item in found.items} != {"plane"}:
         return None
     snippets = ls.editor.can("text_document.completion.completion_item.snippet_support")
     return to_lsp.completion(document.uri, document.lines, found, bool(snippets), ls.editor.encoding)

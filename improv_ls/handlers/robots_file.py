@@ -27,7 +27,7 @@ def completion(ls: Session, file: RobotsFile, params: types.CompletionParams) ->
     offset, text = to_offset(file.lines, params.position, ls.editor.encoding), file.lines.text
     asked_by = params.context.trigger_character if params.context else None
     found = completing.complete(text, offset, _cast(ls, file))
-    if not found or (asked_by == " " and any(item.kind != "value" for item in found.items)):
+    if not found or (asked_by and {item.kind for item in found.items} != {"value"}):
         return None  # a list that pops up between all words is in the way
     snippets = ls.editor.can("text_document.completion.completion_item.snippet_support")
     return to_lsp.completion(file.uri, file.lines, found, bool(snippets), ls.editor.encoding)

@@ -38,6 +38,8 @@ def check(marked: str, expects: str, keys: Keys, begun: str = "") -> None:
         ('[profiles.a]\nmotions = ["turn", "fo|', "value", ("profiles", "a", "motions", 1), '"fo'),
         ('[profiles.a]\nmotions = [\n  "turn",\n  |', "value", ("profiles", "a", "motions", 1), ""),
         ("[world]\ncircles = [{ x = 1 }, { |", "key", ("world", "circles", 1), ""),
+        ("[robots.anna]\nstart |", "name", (*ANNA, "start"), ""),
+        ("[robots.anna]\nstart = { x = 1 |", "after", (*ANNA, "start", "x"), ""),
         ("robots.anna.start.|", "key", (*ANNA, "start"), ""),
         ('[robots."anna"]\n|', "key", ANNA, ""),
     ],
@@ -74,3 +76,7 @@ def test_no_text_raises(text: str, offset: int) -> None:
         for span in entry.key, entry.value:
             assert 0 <= span.start <= span.end <= len(text)
     beginning(text, min(offset, len(text)))
+
+
+def test_arrays_of_tables_are_counted() -> None:
+    check("[[world.circles]]\nx = 1\n[[world.circles]]\n|", "key", ("world", "circles", 1))

@@ -32,7 +32,7 @@ def complete(text: str, offset: int, cast: Collection[str] = ()) -> Completion |
     elif before.expects == "key":
         items = _keys(before, others, bool(re.match(r"[\w-]*[ \t]*=", rest)), begun)
     else:
-        items = _values(text, before.keys, others)
+        items = _values(text, before.keys, others) if before.expects == "value" else iter(())
     return Completion(Span(offset - len(begun), end), list(items), 0, True)
 
 

@@ -62,7 +62,7 @@ OPTIONS: Mapping[str, Any] = {
         inter_file_dependencies=True, workspace_diagnostics=False, identifier="improv"
     ),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: types.SemanticTokensLegend(TYPES, MODIFIERS),
-    types.TEXT_DOCUMENT_COMPLETION: types.CompletionOptions(trigger_characters=[" "], resolve_provider=True),
+    types.TEXT_DOCUMENT_COMPLETION: types.CompletionOptions(trigger_characters=[" ", '"'], resolve_provider=True),
     types.TEXT_DOCUMENT_CODE_ACTION: types.CodeActionOptions(
         [
             types.CodeActionKind.QuickFix,

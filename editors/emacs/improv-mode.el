@@ -16,6 +16,7 @@
 ;;
 ;;     (require 'improv-mode)
 ;;     (add-hook 'improv-mode-hook #'eglot-ensure)
+;;     (add-hook 'improv-robots-mode-hook #'eglot-ensure)
 ;;
 ;; Saving a program plays it.  \\[improv-hush] stops all robots immediately.  The words that are playing are
 ;; highlighted, and the mode line shows the beat.
@@ -31,7 +32,8 @@
   :group 'improv)
 
 (add-to-list 'eglot-server-programs
-             (cons 'improv-mode (lambda (_interactive) (cons 'improv-eglot-server improv-server-command))))
+             (cons '(improv-mode (improv-robots-mode :language-id "toml"))
+                   (lambda (_interactive) (cons 'improv-eglot-server improv-server-command))))
 
 
 ;;; The mode
@@ -125,6 +127,13 @@ Font lock ignores an end at point, so that is one more if there are none."
 
 ;;;###autoload
 (add-to-list 'auto-mode-alist '("\\.improv\\'" . improv-mode))
+
+;;;###autoload
+(define-derived-mode improv-robots-mode conf-toml-mode "Improv Robots"
+  "Major mode for improv.toml, so that the server is started for no other TOML file.")
+
+;;;###autoload
+(add-to-list 'auto-mode-alist '("/improv\\.toml\\'" . improv-robots-mode))
 
 (defun improv-mode-indent-line ()
   "Indent by two spaces for each open bracket, as the formatter does.

@@ -19,14 +19,20 @@ from improv_ls.documents import (
     opened,
     settled_further,
 )
-from improv_ls.handlers.publish_diagnostics import publish, publish_robots, withdraw
+from improv_ls.handlers.publish_diagnostics import (
+    publish,
+    publish_robots,
+    publish_robots_file,
+    withdraw,
+    withdraw_robots,
+)
 from improv_ls.session import Session
 
 
 def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
     given = params.text_document
     if is_robots_file(given.uri):
-        ls.robots_files[given.uri] = RobotsFile(given.uri, given.version, LineIndex(given.text))
+        _keep_robots(ls, RobotsFile(given.uri, given.version, LineIndex(given.text)))
     elif is_program(given.uri, given.language_id):
         add(ls, opened(given.uri, given.version, given.text))
         if ls.editor.settings.on_save != "off":
@@ -36,7 +42,7 @@ def did_open(ls: Session, params: types.DidOpenTextDocumentParams) -> None:
 def did_change(ls: Session, params: types.DidChangeTextDocumentParams) -> None:
     given, changes = params.text_document, params.content_changes
     if file := ls.robots_files.get(given.uri):
-        ls.robots_files[given.uri] = changed_file(file, given.version, changes, ls.editor.encoding)
+        _keep_robots(ls, changed_file(file, given.version, changes, ls.editor.encoding))
     elif document := ls.documents.get(given.uri):
         document = changed(document, given.version, changes, ls.editor.encoding)
         _keep(ls, document)
@@ -46,7 +52,8 @@ def did_change(ls: Session, params: types.DidChangeTextDocumentParams) -> None:
 
 def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
     uri = params.text_document.uri
-    ls.robots_files.pop(uri, None)
+    if ls.robots_files.pop(uri, None):
+        withdraw_robots(ls, uri)
     if document := ls.documents.pop(uri, None):
         ls.sent_tokens.pop(uri, None)
         ls.sent_diagnostics.pop(uri, None)
@@ -81,3 +88,8 @@ async def _settle(ls: Session, document: Document) -> None:
 
 
 _SHOWN: Sequence[Literal["code_lens", "diagnostics", "inlay_hint"]] = ("diagnostics", "inlay_hint", "code_lens")
+
+
+def _keep_robots(ls: Session, file: RobotsFile) -> None:
+    ls.robots_files[file.uri] = file
+    publish_robots_file(ls, file)

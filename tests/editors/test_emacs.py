@@ -87,6 +87,14 @@ def test_what_is_asked_for_while_the_server_starts(emacs: str, tmp_path: Path, s
         run(command(emacs, "slow.el"), tmp_path, environment)
 
 
+@pytest.mark.timeout(LIMIT + 60)
+def test_improv_toml(emacs: str, tmp_path: Path) -> None:
+    for name in ("improv.toml", "other.toml"):
+        (tmp_path / name).write_text('[robots.turtle1]\nprofile = "turtlebot3_burgr"\n\n')
+    with nothing_left() as env:
+        run(command(emacs, "robots.el"), tmp_path, surroundings(env, tmp_path, PROGRAM))
+
+
 @pytest.mark.timeout(LIMIT)
 def test_keys_and_the_screen(emacs: str, tmp_path: Path) -> None:
     program = PROGRAM.replace("120", "30").replace("lft", "left")

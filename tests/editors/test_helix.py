@@ -159,6 +159,23 @@ def test_killed_while_the_robot_dances(tmp_path: Path) -> None:
         os.kill(editor, signal.SIGKILL)
 
 
+@pytest.mark.timeout(LIMIT)
+def test_improv_toml(tmp_path: Path) -> None:
+    (tmp_path / "improv.toml").write_text('[robots.turtle1]\nprofile = "turtlebot3_burgr"\n', encoding="utf-8")
+    with helix(tmp_path, "turtle1 $ forward\n", "") as (terminal, _):
+        terminal.see("NOR")
+        terminal.type(f":open {tmp_path / 'improv.toml'}", "Enter")
+        terminal.see("burgr")
+        terminal.see("●")
+        terminal.type("Space", "k")
+        terminal.see("robots")
+        _escape(terminal)
+        terminal.type("j", "Space", "k")
+        terminal.see("the kind of robot")
+        _escape(terminal)
+        terminal.type(":quit-all!", "Enter")
+
+
 @contextmanager
 def helix(home: Path, program: str, config: str, screen: bool = True) -> Iterator[tuple[Terminal, Mapping[str, str]]]:
     """The program in a Helix set up by the commands of its page, in a home where nothing was; and its environment."""

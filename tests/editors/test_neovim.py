@@ -99,6 +99,13 @@ def test_what_is_asked_for_while_the_server_starts(neovim: Neovim, steps: str) -
     neovim.check("slow.lua", IMPROV_SLOW=str(server), IMPROV_GATE=str(gate), IMPROV_STEPS=steps)
 
 
+@pytest.mark.timeout(LIMIT + 60)
+def test_improv_toml(neovim: Neovim) -> None:
+    for name in ("improv.toml", "other.toml"):
+        (neovim.folder / name).write_text('[robots.turtle1]\nprofile = "turtlebot3_burgr"\n\n')
+    neovim.check("robots.lua")
+
+
 def test_colors_before_the_server_answers(neovim: Neovim) -> None:
     program, script, env = colors.written(neovim.folder)
     setup = f"set runtimepath^={PLUGIN}"

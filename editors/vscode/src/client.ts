@@ -35,7 +35,7 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
     "Improv",
     { command: server, options: { cwd: homedir() } }, // not the workspace, which may contain Python modules of its own
     {
-      documentSelector: [{ language: "improv" }],
+      documentSelector: [{ language: "improv" }, { scheme: "file", pattern: "**/improv.toml" }],
       initializationOptions: settings(), // needed before the first document opens; the server asks again on changes
       outputChannel: log,
       revealOutputChannelOn: RevealOutputChannelOn.Never,

@@ -2,7 +2,7 @@
 
 local M = {}
 
---- Start the server for *.improv files. `cmd` is the command that starts it; `settings` are the server's settings,
+--- Start the server for *.improv files and improv.toml. `cmd` is the command that starts it; `settings` are the server's settings,
 --- such as { backend = "sim" }.
 function M.setup(options)
   options = vim.tbl_extend("keep", options or {}, { cmd = { "improv-ls" } })

@@ -41,6 +41,12 @@ function M.execute(client, command, arguments)
   end)
 end
 
+--- Whether the server is for a buffer: it is a program, or an improv.toml, but no other TOML file.
+local function is_ours(buffer)
+  local name = vim.fs.basename(vim.api.nvim_buf_get_name(buffer))
+  return vim.bo[buffer].filetype == "improv" or name == "improv.toml"
+end
+
 --- The folder of the nearest improv.toml, or the file's own. Files that share it share a server and a stage.
 local function root_of(buffer)
   local name = vim.api.nvim_buf_get_name(buffer)
@@ -59,12 +65,12 @@ local function show_message(_, params)
   end
 end
 
---- Start a server for the programs in each folder.
+--- Start a server for the programs and the improv.toml in each folder.
 function M.enable(group, settings)
   local playing = require("improv.playing")
   local config = {
     cmd = M.cmd,
-    filetypes = { "improv" },
+    filetypes = { "improv", "toml" },
     capabilities = { experimental = { improv = true } }, -- we highlight the words that play
     init_options = { improv = settings }, -- needed before the first file opens
     settings = { improv = settings }, -- for when the server asks
@@ -87,7 +93,9 @@ function M.enable(group, settings)
     end),
   }
   if NEW then
-    config.root_dir = function(buffer, start) start(root_of(buffer)) end
+    config.root_dir = function(buffer, start)
+      if is_ours(buffer) then start(root_of(buffer)) end
+    end
     vim.lsp.config("improv", config)
     vim.lsp.enable("improv")
     return
@@ -95,14 +103,14 @@ function M.enable(group, settings)
   config.capabilities =
     vim.tbl_deep_extend("force", vim.lsp.protocol.make_client_capabilities(), config.capabilities)
   local function start(buffer)
-    if vim.fn.executable(M.cmd[1]) == 1 then
+    if is_ours(buffer) and vim.fn.executable(M.cmd[1]) == 1 then
       local here = { name = "improv", root_dir = root_of(buffer) }
       vim.lsp.start(vim.tbl_extend("error", here, config), { bufnr = buffer })
     end
   end
   vim.api.nvim_create_autocmd("FileType", {
     group = group,
-    pattern = "improv",
+    pattern = config.filetypes,
     callback = function(event) start(event.buf) end,
   })
 end

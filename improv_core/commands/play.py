@@ -80,7 +80,7 @@ def play_fast(path: Path, seconds: float | None, *, report: bool) -> int:
         nonlocal last
         if message["type"] == "transport":
             last = message
-        else:
+        elif message["type"] == "warning" or message["type"] == "error":
             echo(f"improv: {message['message']}", err=True)
 
     # Ctrl-C ends it at once, even where a shell has it ignored: there is nothing to clean up, and pymunk would

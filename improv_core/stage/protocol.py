@@ -162,7 +162,7 @@ class Force(_Timed):
     value: bool | None
 
 
-class _OfRobot(TypedDict):
+class Moment(TypedDict):
     """What a robot senses or decides in a score: at this beat, so many seconds after beat 0, at this Unix time (ns)."""
 
     generation: int
@@ -172,7 +172,7 @@ class _OfRobot(TypedDict):
     wall: int
 
 
-class Sensed(_OfRobot):
+class Sensed(Moment):
     """A sense of a robot has become true or false, or silent (null)."""
 
     type: Literal["sensed"]
@@ -180,7 +180,7 @@ class Sensed(_OfRobot):
     value: bool | None
 
 
-class Decided(_OfRobot):
+class Decided(Moment):
     """A word of senses has decided something: `sources` (statement, start, and end of each) ends with that word.
 
     `held` tells whether its condition did.

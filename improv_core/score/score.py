@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple, TypedDict
 
 from improv_core.score import dice as chances
 from improv_core.score import movement as algebra
-from improv_core.score import ramps, senses
+from improv_core.score import ramps, reactions, senses
 from improv_core.score import world as worlds
 from improv_core.score.fits import checked, fits
 from improv_core.score.motion import Pose, Twist
@@ -363,7 +363,7 @@ def _playable(movement: Movement) -> Movement:
 def _are_playable(bounds: Bounds) -> bool:
     return (
         bounds.width <= algebra.MOST_VOICES
-        and bounds.depth <= algebra.MOST_DEPTH
+        and bounds.depth <= algebra.MOST_DEPTH + _AROUND_STATEMENTS
         and bounds.bits <= algebra.MOST_BITS
         and bounds.throws <= algebra.MOST_THROWS
         and not algebra.is_too_fast(bounds.peak)
@@ -371,6 +371,7 @@ def _are_playable(bounds: Bounds) -> bool:
 
 
 _LONGEST = algebra.LARGEST**2
+_AROUND_STATEMENTS = 2  # the series of a scene, and that of all scenes
 _MOST_DURATION_BITS = 4 * algebra.MOST_BITS
 """The durations of one robot's statements share a denominator of up to `MOST_BITS`."""
 
@@ -432,8 +433,10 @@ def _row(part: Movement, inner: list[int]) -> list[Any]:
         return ["chance", inner[0], str(part.probability), part.span]
     if isinstance(part, chances.Seed):
         return ["seed", inner[0], str(part.number)]
-    assert isinstance(part, chances.Throwing)
-    return ["throwing", inner[0], part.throw]
+    if isinstance(part, chances.Throwing):
+        return ["throwing", inner[0], part.throw]
+    assert isinstance(part, reactions.Reaction)
+    return [_REACTIONS[type(part)], inner, *part.condition, part.span]
 
 
 def _number(value: algebra.Exact) -> int | str:
@@ -479,6 +482,12 @@ def _span(span: list[int] | None) -> Span | None:
     return Span(start, end)
 
 
+def _condition(sense: object, wanted: object) -> reactions.Condition:
+    if not isinstance(sense, str) or not isinstance(wanted, bool):
+        raise ValueError("a condition is wrong")
+    return reactions.Condition(sense, wanted)
+
+
 def _at(place: int, made: Sequence[Movement]) -> Movement:
     if place < 0:
         raise ValueError("a movement is missing")
@@ -491,6 +500,8 @@ def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
         return algebra.hold(_velocity(velocity), _above_zero(duration), _span(span))
     if make := _OF_SEVERAL.get(kind):
         return make([_at(place, made) for place in rest[0]])
+    if react := _REACTING.get(kind):
+        return react(*(_at(place, made) for place in rest[0]), _condition(*rest[1:3]), _span(rest[3]))
     body = _at(rest[0], made)
     if kind == "repeat":
         return algebra.repeat(body, None if rest[1] is None else _count(rest[1]))
@@ -523,3 +534,9 @@ _OF_SEVERAL: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
     "choose": chances.choose,
     "shuffle": chances.shuffle,
 }
+_REACTING: Mapping[str, Callable[..., Movement]] = {
+    "until": reactions.until,
+    "pause": reactions.pause,
+    "if": reactions.if_else,
+}
+_REACTIONS = {reactions.Until: "until", reactions.Pause: "pause", reactions.If: "if"}

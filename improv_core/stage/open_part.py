@@ -29,6 +29,8 @@ class OpenPart:
         self._missed: set[str] = set()  # senses that were silent when something had to be decided by them
         self.due = begins
         """The beat at which to perform it next."""
+        self.has_begun = False
+        """Whether it has been performed at all."""
 
     @property
     def beat(self) -> Exact:
@@ -53,6 +55,8 @@ class OpenPart:
 
     def next_after(self, beat: Exact) -> Exact:
         """The beat at which an edge is taken that came at `beat`: what has been performed can't be changed."""
+        if not self.has_begun:
+            return max(beat, self.due)
         return max(beat, exact(Fraction(math.floor(self.beat * FINEST) + 1, FINEST)))
 
     def perform(self, beat: Exact) -> list[Decision]:
@@ -69,6 +73,11 @@ class OpenPart:
     def _perform(self, beat: Exact, sensed: Callable[[str], bool | None]) -> list[Decision]:
         decisions: list[Decision] = []
         for _ in range(MOST_CHANGES):
+            if self.has_begun and self.beat < beat:
+                until = min(self._performer.until, beat)
+                assert not isinstance(until, float)
+                self._performer.advance(until)
+            self.has_begun = True
             unheard: set[str] = set()
 
             def ask(sense: str) -> bool | None:
@@ -83,7 +92,4 @@ class OpenPart:
             decisions += new
             if self.is_over or self.beat >= beat:
                 return decisions
-            until = min(self._performer.until, beat)
-            assert not isinstance(until, float)
-            self._performer.advance(until)
         raise TooManyChangesError

@@ -227,6 +227,7 @@ class Player:
         """Take a change: an emergency stop stops all robots, a deadman button that is released pauses them, and a sense
         has its robot react."""
         if isinstance(edge.what, RobotSense):
+            self._catch_up(max(min(edge.at, now), self.reached))
             self._sense(edge.what, edge.value, edge.at, now)
             return
         before, self._senses[edge.what] = self._senses.get(edge.what), edge.value
@@ -684,7 +685,8 @@ class Player:
         if tells:
             self._tell_transport(now, self._transport.clock(performed))
         for what in self._asked if tells else ():
-            if (value := self._value(what)) is not None and not self._follows:
+            if not self._follows and self._senses.get(what) is not None:
+                value = self._value(what)
                 self._tell_sensed(what, value, beat, performed, now)
         self.advance(now)
 
@@ -742,18 +744,20 @@ class Player:
         self._cued = what.sense == CUE
         value = self._value(what)
         self._tell_sensed(what, value, beat, performed, now)
-        if playing and open_part and not open_part.is_over:
+        if playing and open_part and open_part.has_begun:
             self._perform(what.robot, beat, max(performed, self._advanced))
         self._cued = False
 
     def _take_foreseen(self, at: float) -> None:
-        """Take an edge that was announced and is due."""
-        beat, what, value = self._foreseen.popleft()
-        self._senses[what] = value
-        self._cued = what.sense == CUE and bool(value)
-        open_part = self._open.get(what.robot)
-        if open_part and not open_part.is_over:
-            self._perform(what.robot, beat, max(at, self._advanced))
+        """Take the edges that were announced and are due."""
+        beat, robots = self._foreseen[0].beat, {}
+        while self._foreseen and self._foreseen[0].beat == beat:
+            _, what, value = self._foreseen.popleft()
+            self._senses[what] = value
+            robots[what.robot] = what.sense == CUE
+        for robot, self._cued in robots.items():
+            if (open_part := self._open.get(robot)) and open_part.has_begun:
+                self._perform(robot, beat, max(at, self._advanced))
         self._cued = False
 
     def _perform(self, robot: str, beat: Exact, at: float) -> None:

@@ -16,10 +16,10 @@ from itertools import chain, takewhile
 from typing import NamedTuple
 
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Repeat, Series, Several, Single, near
+from improv_core.score.lengths import lengths
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, near
 from improv_core.score.path import pose_at
 from improv_core.score.performer import Decision
-from improv_core.score.reactions import If, Until
 from improv_core.score.score import UNNUMBERED, Part, Score, twist
 from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense
 from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
@@ -1019,23 +1019,7 @@ class Player:
 
 def never_ends(score: Score) -> bool:
     """Whether a score goes on forever, whatever is sensed."""
-    return any(_is_endless(part.scenes[-1]) for part in score.parts.values() if part.scenes)
-
-
-def _is_endless(movement: Movement) -> bool:
-    while True:
-        if not movement.open:
-            return movement.duration == ENDLESS
-        if isinstance(movement, Series):
-            return any(map(_is_endless, movement.items))
-        if isinstance(movement, Repeat):
-            return movement.times is None or _is_endless(movement.body)
-        if isinstance(movement, Until):
-            return False
-        if isinstance(movement, (Several, If)):
-            return all(map(_is_endless, movement.items))
-        assert isinstance(movement, Single)
-        movement = movement.body
+    return any(lengths(part.scenes[-1]).shortest == ENDLESS for part in score.parts.values() if part.scenes)
 
 
 def _scene_of(entry: Entry) -> tuple[int, Exact]:

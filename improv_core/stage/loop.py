@@ -10,12 +10,11 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from improv_core.plain import message as in_plain_text
-from improv_core.score.movement import near
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.stage.player import GAMEPAD, Foreseen, Player
+from improv_core.stage.player import GAMEPAD, Player, foreseen
 from improv_core.stage.protocol import (
     DEADMAN_LIMIT,
     END_LIMIT,
@@ -221,7 +220,8 @@ class _Loop:
         self._opened.show(score, load["generation"])
         at = self._as_of(load.get("at"), now)
         bar = load.get("beats_per_bar", BEATS_PER_BAR)
-        self.player.load(score, load["generation"], load["when"], at, load.get("entry"), bar)
+        senses = [foreseen(each) for each in load["senses"]] if "senses" in load else None
+        self.player.load(score, load["generation"], load["when"], at, load.get("entry"), bar, senses)
 
     def _obey(self, message: ToStage, now: float) -> None:
         if message["type"] == "ping":
@@ -268,8 +268,7 @@ class _Loop:
     def _follow(self, message: Sensed | Decided, now: float) -> None:
         """The stage that leads says what real robots sense or decide: do the same, and show it."""
         if message["type"] == "sensed" and message["generation"] == self.player.generation:
-            what = RobotSense(message["robot"], message["sense"])
-            self.player.foresee([Foreseen(near(message["beat"]), what, message["value"])], now)
+            self.player.foresee(foreseen(message), now)
         self._tell(message)
 
     def _as_of(self, at: float | None, now: float) -> float:

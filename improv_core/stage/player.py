@@ -15,8 +15,8 @@ from heapq import heapify, heappop, heappush
 from itertools import chain, takewhile
 from typing import NamedTuple
 
-from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.lengths import lengths
+from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, near
 from improv_core.score.path import pose_at
 from improv_core.score.performer import Decision
@@ -104,6 +104,11 @@ class Foreseen(NamedTuple):
     value: bool | None
 
 
+def foreseen(sensed: Sensed) -> Foreseen:
+    """The edge that a message tells of."""
+    return Foreseen(near(sensed["beat"]), RobotSense(sensed["robot"], sensed["sense"]), sensed["value"])
+
+
 class Player:
     """Plays one score at a time on a sink and reports what it does in messages (see docs/protocol.md)."""
 
@@ -137,7 +142,8 @@ class Player:
         self._keys: set[str] = set()  # that are held
         self._cued = False
         self._foreseen: deque[Foreseen] = deque()  # edges that were announced, in their order
-        self._follows = False  # whether what is sensed is told by another stage, which leads
+        self._follows = False  # whether nothing counts as sensed but what is announced
+        self._replays = False  # whether that is from a recording, and not from the stage that leads
         self._advanced = 0.0  # the performance time up to which the sink has been advanced
         self._listeners = Listeners(sink)
         self._continues = False  # whether a pause ends by itself once nothing is waited for
@@ -171,13 +177,15 @@ class Player:
         now: float,
         entry: Entry | None = None,
         beats_per_bar: int = BEATS_PER_BAR,
+        senses: Iterable[Foreseen] | None = None,
     ) -> None:
         """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
         the `end`.
 
         A score that takes over is an edit of the one that plays: the beat goes on counting, parts of the same edition
         stay as they are, and all others begin. `entry` says when, if another stage has decided it. If playing is
-        paused, it goes on from there; if nothing plays, the score restarts.
+        paused, it goes on from there; if nothing plays, the score restarts. After a restart, robots sense `senses` and
+        nothing else, if they are given.
         """
         if self._sink.real and (stop := self._stop_of(score)):
             self._tell({"type": "error", "message": refused_by(stop)})
@@ -186,7 +194,7 @@ class Player:
         self._listeners.forget()
         beats_per_bar, performed = max(beats_per_bar, 1), self._transport.performed(now)
         if when == "restart" or not (self._state in ("playing", "paused") or (self._state == "ended" and entry)):
-            self._restart(score, generation, now, entry)
+            self._restart(score, generation, now, entry, senses)
             return
         if entry:
             at = entry["monotonic"] - self._transport.zero
@@ -271,11 +279,9 @@ class Player:
         if what.robot in self._score.parts:
             self._react(what, now, now)
 
-    def foresee(self, edges: Iterable[Foreseen], now: float) -> None:
-        """Take edges at their beats, in this order, and none from the sink: those of a recording, or of the stage that
-        leads."""
-        self._follows = True
-        self._foreseen.extend(edges)
+    def foresee(self, edge: Foreseen, now: float) -> None:
+        """Take an edge at its beat: the stage that leads has told it."""
+        self._foreseen.append(edge)
         if self._state == "playing":
             self.advance(now)
 
@@ -470,7 +476,9 @@ class Player:
         performed = self._transport.performed(now)
         return max(performed, due) if self._transport.clock(due) <= now else performed
 
-    def _restart(self, score: Score, generation: int, now: float, entry: Entry | None) -> None:
+    def _restart(
+        self, score: Score, generation: int, now: float, entry: Entry | None, senses: Iterable[Foreseen] | None
+    ) -> None:
         old = self._score.parts
         leaving = [robot for robot in old if robot not in score.parts]
         for robot in leaving:
@@ -479,8 +487,9 @@ class Player:
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
         self._queue, self._next, self._wanted, self._advanced = [], None, {}, 0.0
-        self._foreseen.clear()
-        self._follows = entry is not None
+        self._follows, self._replays = entry is not None or senses is not None, senses is not None
+        if self._follows:
+            self._senses = {what: value for what, value in self._senses.items() if not isinstance(what, RobotSense)}
         self._repeats.restart()
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
@@ -488,6 +497,7 @@ class Player:
         self._score = self._begun = score
         self._generation = self._restarted = generation
         self._enter(0)
+        self._foreseen.extend(senses or ())
         self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)
         for robot in score.parts:
             self._met.setdefault(robot, now)
@@ -754,6 +764,8 @@ class Player:
         while self._foreseen and self._foreseen[0].beat == beat:
             _, what, value = self._foreseen.popleft()
             self._senses[what] = value
+            if self._replays and what.robot in self._score.parts:
+                self._tell_sensed(what, value, beat, at, self._transport.clock(at))
             robots[what.robot] = what.sense == CUE
         for robot, self._cued in robots.items():
             if (open_part := self._open.get(robot)) and open_part.has_begun:

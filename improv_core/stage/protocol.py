@@ -60,6 +60,24 @@ class _Timed(TypedDict, total=False):
     at: float
 
 
+class Moment(TypedDict):
+    """What a robot senses or decides in a score: at this beat, so many seconds after beat 0, at this Unix time (ns)."""
+
+    generation: int
+    robot: str
+    beat: float
+    performed: float
+    wall: int
+
+
+class Sensed(Moment):
+    """A sense of a robot has become true or false, or silent (null)."""
+
+    type: Literal["sensed"]
+    sense: str
+    value: bool | None
+
+
 class _Load(TypedDict):
     type: Literal["load"]
     generation: int
@@ -93,10 +111,14 @@ class Entry(Begins):
 
 
 class Load(_Load, _Timed, total=False):
-    """Play a score: what `score.to_json` makes. `entry` is what the stage that leads has decided."""
+    """Play a score: what `score.to_json` makes. `entry` is what the stage that leads has decided.
+
+    With `senses`, those of a recording, robots sense this and nothing else.
+    """
 
     beats_per_bar: int
     entry: Entry
+    senses: Sequence[Sensed]
 
 
 class Hush(_Timed):
@@ -158,24 +180,6 @@ class Force(_Timed):
 
     type: Literal["force"]
     robot: str
-    sense: str
-    value: bool | None
-
-
-class Moment(TypedDict):
-    """What a robot senses or decides in a score: at this beat, so many seconds after beat 0, at this Unix time (ns)."""
-
-    generation: int
-    robot: str
-    beat: float
-    performed: float
-    wall: int
-
-
-class Sensed(Moment):
-    """A sense of a robot has become true or false, or silent (null)."""
-
-    type: Literal["sensed"]
     sense: str
     value: bool | None
 

@@ -12,7 +12,7 @@ from improv_core.score.movement import Movement, Velocity, hold, parallel, repea
 from improv_core.score.reactions import Condition, if_else, pause, until
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import BUILT_IN, Key, RobotSense, Source, Topic
-from improv_core.stage.player import Foreseen
+from improv_core.stage.player import foreseen
 from improv_core.stage.protocol import When
 from improv_core.stage.sinks import Edge
 from improv_core.text import Span
@@ -363,10 +363,7 @@ def test_another_stage_performs_the_same_from_the_edges_that_are_told() -> None:
     follows.player.load(dance, 1, "restart", follows.now, {"beat": 0, "monotonic": follows.now + 0.1})
     told = [each for each in leads.told if each["type"] == "sensed"]
     for each in told:
-        edge = Foreseen(
-            Fraction(round(each["beat"] * 10**6), 10**6), RobotSense(each["robot"], each["sense"]), each["value"]
-        )
-        follows.player.foresee([edge], follows.now)
+        follows.player.foresee(foreseen(each), follows.now)
     follows.run(leads.now - 1000 + 0.1)
     assert follows.decisions == leads.decisions
     for robot in ("anna", "bert"):

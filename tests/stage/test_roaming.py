@@ -23,9 +23,10 @@ from tests.commands.command_line import run
 
 ROAMER = "anna $ repeat (until near (repeat forward) [left left])\n"
 RADIUS = 0.3
+ORIGIN = Pose()
 
 
-def score(program: str, world: World, start: Pose = Pose()) -> Score:
+def score(program: str, world: World, start: Pose = ORIGIN) -> Score:
     analysis = analyze(program)
     assert analysis.ok
     made = score_of(analysis)

@@ -21,7 +21,7 @@ from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score import dice, movement
 from improv_core.score.lengths import Lengths, lengths, scene_lengths
-from improv_core.score.movement import Movement
+from improv_core.score.movement import Exact, Movement
 from improv_core.score.scenes import performance, scene_begins
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
@@ -127,7 +127,7 @@ class Analysis:
         return {robot: performance(scenes, self.begins) for robot, scenes in self.parts.items()}
 
     @cached_property
-    def begins(self) -> Sequence[int]:
+    def begins(self) -> Sequence[Exact]:
         """The beats at which the scenes begin, up to one that never ends."""
         return scene_begins(self.parts.values())
 

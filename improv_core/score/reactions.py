@@ -21,7 +21,7 @@ class Condition(NamedTuple):
     sense: str
     wanted: bool
 
-    def holds(self, sensed: Callable[[str], bool]) -> bool:
+    def holds(self, sensed: Callable[[str], bool | None]) -> bool:
         return sensed(self.sense) is self.wanted
 
 

@@ -84,15 +84,20 @@ def test_a_part_that_nobody_has_sent_is_lacking() -> None:
         from_json(data, Read())
 
 
-def test_a_score_that_can_not_be_read_adds_nothing() -> None:
-    line, analysis = Line(), analyze(PROGRAM)
-    line.read(line.write(analysis))
-    wrong = line.write(edited(analysis, "x4 x5", "x4 left x5"))
-    known = len(line.reader.movements)
-    with pytest.raises(ValueError, match="no movement"):
-        line.read({**wrong, "movements": [*wrong["movements"], ["dance", 0]]})
-    assert len(line.reader.movements) == known
-    line.read(wrong)
+def test_after_a_score_that_can_not_be_read_the_next_one_has_to_be_whole() -> None:
+    """Its writer counts on it: what it calls the same as before must not be what was before that."""
+    line, first = Line(), analyze(PROGRAM)
+    second = edited(first, "x4 x5", "x4 left x5")
+    line.read(line.write(first))
+    line.read(line.write(second))
+    back = line.write(first)
+    assert back["movements"] == []
+    with pytest.raises(ValueError, match="not above zero"):
+        line.read({**back, "tempo": "0"})
+    with pytest.raises(LackingError):
+        line.read(line.write(edited(first, "x4 x5", "x4 x5 # again")))
+    line.writer = Written()
+    check(line.read(line.write(first)), first)
 
 
 def test_the_movements_that_are_kept_do_not_grow_for_ever() -> None:

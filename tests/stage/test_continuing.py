@@ -12,6 +12,7 @@ import pytest
 from improv_core.playback.editions import Editions
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Safety, Score
+from improv_core.stage.listeners import LOOK_AT
 from improv_core.stage.protocol import Entry, TransportMessage, When
 from improv_core.stage.sinks import Edge
 from tests.stage.test_player import DEADMAN, QUARTER, STOP, Memory, Stage, score
@@ -500,6 +501,24 @@ def test_a_save_does_not_forget_that_a_robot_has_gone_away() -> None:
     stage.sink.deaf = {}
     stage.run(1)
     assert stage.transport["state"] == "playing"
+
+
+@pytest.mark.parametrize("asked", ["save", "seek"])
+def test_a_robot_that_goes_away_is_noticed_however_often_somebody_saves_or_seeks(asked: str) -> None:
+    robots = [f"r{number}" for number in range(LOOK_AT * 3)]
+    crowd = "".join(f"{robot} $ repeat (forward left)\n" for robot in robots)
+    stage = Continuing()
+    stage.sink.real = True
+    stage.save(guarded(crowd + BERT, Safety(rejoin="pause")), "restart")
+    stage.run(2)
+    stage.sink.deaf = {robots[-1]: f"nobody listens on /{robots[-1]}/cmd_vel"}
+    for turn in range(100):
+        stage.run(0.02)
+        if asked == "save":
+            stage.save(guarded(crowd + (BERT, EDITED)[turn % 2], Safety(rejoin="pause")), "now")
+        else:
+            stage.player.seek(float(turn), stage.now)
+    assert (stage.transport["state"], stage.transport.get("waits_for")) == ("paused", [robots[-1]])
 
 
 def test_a_save_while_an_emergency_stop_is_on_is_refused() -> None:

@@ -260,8 +260,9 @@ class Player:
         performed = self._performed(now)
         if self._next and self._state != "paused" and performed >= self._next.at:
             swap, self._next = self._next, None
-            # At exactly this time, the new score's setpoints replace those of the old one.
-            self._send_due(math.nextafter(swap.at, -math.inf))
+            # At exactly this time, the new score's setpoints replace those of the old one. A repeat that is due waits
+            # for them: what it repeats may be about to change.
+            self._send_changes(math.nextafter(swap.at, -math.inf))
             self._take_over(swap, now)
         end = self._transport.end(self._score.beats)
         if self._state == "playing" and performed >= end:
@@ -341,17 +342,20 @@ class Player:
         return max(performed, due) if self._transport.clock(due) <= now else performed
 
     def _restart(self, score: Score, generation: int, now: float, entry: Entry | None) -> None:
-        old = self._score.parts
-        leaving = [robot for robot in old if robot not in score.parts]
+        old, performed = self._score.parts, self._transport.performed(now)
+        leaving = old.keys() - score.parts.keys()
         for robot in leaving:
-            self._sink.send(robot, STILL, self._transport.performed(now))
-        self._leave_topics(score, self._transport.performed(now))
+            self._sink.send(robot, STILL, performed)
+        self._leave_topics(score, performed)
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
-        self._queue, self._next, self._wanted = [], None, {}
+        # Who left before still gets the last zeros.
+        left = [due for due in self._queue if due.robot not in old and due.robot not in score.parts]
+        self._queue = [due._replace(at=due.at - performed, offset=due.offset - performed) for due in left]
+        heapify(self._queue)
+        self._next, self._wanted = None, {}
         self._repeats.restart()
-        for robot in leaving:
-            self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
+        self._stop_leaving(leaving, score, 0.0)
         self._listeners.begin(score, {*old, *score.parts})
         self._score, self._generation, self._restarted = score, generation, generation
         self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)
@@ -400,11 +404,10 @@ class Player:
         self._leave_topics(score, swap.at)
         self._sink.prepare(score, False)
         self._listeners.begin(score, entering)
+        self._stop_leaving(leaving, score, swap.at)
         self._score, self._generation = score, swap.generation
         for robot in entering:
             self._met.setdefault(robot, now)
-        for robot in leaving:
-            self._enqueue(robot, zeros(0.0, 1 / old.parts[robot].profile.command_rate), swap.at)
         if goes_on and not self._waits_for():
             self._begin(entering, beat, swap.at, now)
         else:
@@ -420,12 +423,22 @@ class Player:
         return self._transport.beat(self._transport.clock(swap.at), ENDLESS)
 
     def _leave_topics(self, score: Score, performed: float) -> None:
-        """Stop robots on topics that they had so far, and that a score no longer has for them."""
+        """Stop robots at once on topics that they had so far, and that a score has for none or another of them."""
+        taken = {part.topic for part in score.parts.values()}
         for robot, part in self._score.parts.items():
             later = score.parts.get(robot)
-            if later and (later.topic, later.profile.message) != (part.topic, part.profile.message):
+            moved = later and (later.topic, later.profile.message) != (part.topic, part.profile.message)
+            if moved or (not later and part.topic in taken):
                 for _ in range(LAST_ZEROS):
                     self._sink.send(robot, STILL, performed)
+
+    def _stop_leaving(self, robots: Collection[str], score: Score, performed: float) -> None:
+        """Send robots that a score no longer has their last zeros, unless another robot has their topic now."""
+        taken = {part.topic for part in score.parts.values()}
+        for robot in robots:
+            part = self._score.parts[robot]
+            if part.topic not in taken:
+                self._enqueue(robot, zeros(0.0, 1 / part.profile.command_rate), performed)
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, starting at this performance time."""
@@ -537,15 +550,18 @@ class Player:
 
     def _send_due(self, performed: float) -> None:
         """Send every change that is due, and then the repeats of one slot, so that a change never waits for more."""
+        self._send_changes(performed)
+        if self._repeats.due <= performed:
+            for robot in self._repeats.take(performed):
+                self._send(robot, self._wanted[robot], performed)
+        self._sink.advance(performed)
+
+    def _send_changes(self, performed: float) -> None:
         while self._queue and self._queue[0].at <= performed:
             due = []
             while self._queue and self._queue[0].at <= performed:
                 due.append(heappop(self._queue))
             self._send_all(due)
-        if self._repeats.due <= performed:
-            for robot in self._repeats.take(performed):
-                self._send(robot, self._wanted[robot], performed)
-        self._sink.advance(performed)
 
     def _send_all(self, due: Sequence[_Due]) -> None:
         """Send these setpoints, and only then compute the next ones."""

@@ -14,6 +14,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Safety, Score
 from improv_core.stage.listeners import LOOK_AT
 from improv_core.stage.protocol import Entry, TransportMessage, When
+from improv_core.stage.setpoints import LAST_ZEROS
 from improv_core.stage.sinks import Edge
 from tests.stage.test_player import DEADMAN, QUARTER, STOP, Memory, Stage, score
 
@@ -460,6 +461,34 @@ def test_the_twin_restarts_when_a_deadman_button_lets_the_leader_begin() -> None
     pair.run(1)
     assert pair.twin.sink.prepared == [True, True]
     assert pair.twin.transport["restarted"] == 2
+
+
+@pytest.mark.parametrize("when", ["restart", "now"])
+def test_a_robot_under_another_name_is_not_told_to_stop_in_between(when: When) -> None:
+    def on_one_topic(program: str) -> Score:
+        made = score(program)
+        return replace(made, parts={name: replace(part, topic="/cmd_vel") for name, part in made.parts.items()})
+
+    stage = Continuing()
+    stage.save(on_one_topic(ANNA), "restart")
+    stage.run(2.5)
+    before = len(stage.sink.by_topic)
+    stage.save(on_one_topic(ANNA.replace("anna", "carl")), when)
+    stage.run(0.9)
+    sent = [twist for _, twist in stage.sink.by_topic[before:]]
+    count = sent.count(STILL)
+    assert count >= LAST_ZEROS
+    assert sent[:count] == [STILL] * count
+
+
+def test_who_left_gets_all_zeros_even_if_the_dance_restarts_at_once() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.run(2.5)
+    stage.save(ANNA, "now")
+    stage.save(ANNA, "restart")
+    stage.run(1)
+    assert [twist for _, _, twist in stage.sent_to("bert")[-LAST_ZEROS:]] == [STILL] * LAST_ZEROS
 
 
 def guarded(program: str, safety: Safety) -> Score:

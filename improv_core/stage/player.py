@@ -159,6 +159,7 @@ class Player:
             self._next = None
             self._take_over(swap, now)
         else:
+            self._sink.meet(score)  # at the beat there is no time for that
             self._next = swap
             self.advance(now)
 

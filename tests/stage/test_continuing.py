@@ -481,6 +481,18 @@ def test_a_robot_under_another_name_is_not_told_to_stop_in_between(when: When) -
     assert sent[:count] == [STILL] * count
 
 
+def test_robots_that_enter_later_are_met_at_once() -> None:
+    """Their listeners are found before their first command, and nobody waits at the beat until that is done."""
+    stage = Continuing()
+    stage.save(ANNA, "restart")
+    stage.run(2.5)
+    stage.save(ANNA + BERT, "bar")
+    assert stage.sink.met == {"anna", "bert"}
+    assert stage.sink.prepared == [True]
+    stage.run(2)
+    assert stage.sink.prepared == [True, False]
+
+
 def test_who_left_gets_all_zeros_even_if_the_dance_restarts_at_once() -> None:
     stage = Continuing()
     stage.save(ANNA + BERT, "restart")

@@ -8,6 +8,9 @@ from dataclasses import replace
 from improv_core.score.equality import same
 from improv_core.score.score import Part, Score
 
+MOST_SENT = 100
+"""Scores to compare with. Hundreds of saves may wait for the end of a long dance, of which only the last will play."""
+
 
 class Editions:
     """Numbers the parts of the scores that are sent, so that stages need not compare them.
@@ -31,6 +34,8 @@ class Editions:
             for robot, part in score.parts.items()
         }
         self._sent[generation] = replace(score, parts=numbered)
+        if len(self._sent) > MOST_SENT:
+            del self._sent[list(self._sent)[1]]  # the first one plays
         return self._sent[generation]
 
     def plays(self, generation: int) -> None:

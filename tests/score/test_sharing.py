@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.editions import Editions
+from improv_core.playback.editions import MOST_SENT, Editions
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import MOST_KNOWN, LackingError, Read, Score, Written, from_json, to_json
@@ -148,3 +148,15 @@ def test_a_part_is_compared_with_all_that_may_play() -> None:
     editions.plays(2)
     editions.plays(3)
     assert editions.number(score_of(analyze("r $ left\n")), 4).parts["r"].edition not in (first, first + 1)
+
+
+def test_saves_that_wait_for_the_end_of_a_dance_do_not_pile_up() -> None:
+    editions = Editions()
+    first, *_, last = (
+        editions.number(score_of(analyze(f"anna $ repeat left\nbert $ repeat {times} forward\n")), times).parts
+        for times in range(1, 3 * MOST_SENT)
+    )
+    assert first["anna"].edition == last["anna"].edition
+    assert len(editions._sent) == MOST_SENT
+    again = editions.number(score_of(analyze("bert $ repeat 1 forward\n")), 3 * MOST_SENT).parts
+    assert again["bert"].edition == first["bert"].edition

@@ -50,7 +50,7 @@ class Listeners:
         self.away, self.standing = self.away.difference(entering), set()
 
     def forget(self) -> None:
-        """Tell everything again, since somebody asked for a score."""
+        """Tell everything again, since somebody had all begin again."""
         self._warned, self._news = {}, {}
 
     def wait(self, now: float) -> None:

@@ -143,7 +143,6 @@ class Player:
             self._tell({"type": "error", "message": refused_by(stop)})
             self._tell_transport(now)
             return
-        self._listeners.forget()
         beats_per_bar, performed = max(beats_per_bar, 1), self._transport.performed(now)
         if when == "restart" or not (self._state in ("playing", "paused") or (self._state == "ended" and entry)):
             self._restart(score, generation, now, entry)
@@ -357,6 +356,7 @@ class Player:
         self._next, self._wanted = None, {}
         self._repeats.restart()
         self._stop_leaving(leaving, score, 0.0)
+        self._listeners.forget()
         self._listeners.begin(score, {*old, *score.parts})
         self._score, self._generation, self._restarted = score, generation, generation
         self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)

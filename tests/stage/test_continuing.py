@@ -562,6 +562,21 @@ def test_a_robot_that_goes_away_is_noticed_however_often_somebody_saves_or_seeks
     assert (stage.transport["state"], stage.transport.get("waits_for")) == ("paused", [robots[-1]])
 
 
+def test_what_has_been_told_is_not_told_again_with_every_save() -> None:
+    stage = Continuing()
+    stage.sink.deaf = {"bert": "nothing is listening on /bert/cmd_vel"}
+    stage.save(ANNA + BERT, "restart")
+    stage.run(6)
+    told = list(stage.lines)
+    for turn in range(10):
+        stage.save(ANNA + (BERT, EDITED)[turn % 2], "now")
+        stage.run(1)
+    assert stage.lines == told == ["nothing is listening on /bert/cmd_vel"]
+    stage.save(ANNA + BERT, "restart")
+    stage.run(6)
+    assert stage.lines == 2 * told
+
+
 def test_a_save_while_an_emergency_stop_is_on_is_refused() -> None:
     stage = Continuing()
     stage.sink.real = True

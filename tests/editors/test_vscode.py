@@ -174,6 +174,7 @@ def _repeat_is_offered_once(page: Page) -> None:
     word(page, "forward").click()
     page.keyboard.press("End")
     page.keyboard.type("\nturtle1 $ re")
+    page.keyboard.press("Control+Space")
     offered = page.locator(".suggest-widget .monaco-list-row")
     expect(offered.filter(has_text=re.compile("^repeat"))).to_have_count(1)
     keep_picture(page, "repeat")

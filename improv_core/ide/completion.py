@@ -40,7 +40,8 @@ _NOTHING_AFTER = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A word to offer. `kind` is keyword, movement, name, phrase, parameter, robot, plane, sense, or number.
+    """A word to offer. `kind` is keyword, movement, name, phrase, parameter, robot, plane, sense, or number; in
+    `improv.toml` section, key, value, or robot.
 
     `snippet` is what to insert if the editor supports snippets and it is more than the word.
     """

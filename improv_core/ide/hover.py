@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import chain, islice
 
 from improv_core.ide.cursor import Cursor, cursor
 from improv_core.ide.phrases import comment, label, parameters
@@ -43,6 +44,8 @@ from improv_core.text import LINE_END, Span
 LONGEST_SOURCE = 500
 """The most characters of a definition that are shown."""
 LONGEST_NAME = 100
+MOST_ROBOTS, MOST_USERS = 100, 1_000
+"""Robots, and statements that use a definition, that are looked at to find whose distances are shown."""
 MOST_HEADS = 20
 """Of a line that are listed."""
 _NOWHERE = Span(0, 0)
@@ -124,8 +127,8 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     if token.type == "BEAT" or (statement.number and token in statement.number.tokens):
         lasts = f"1 beat lasts {in_seconds(1, analysis.tempo)}"
         return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
-    if token.type == "SCENE" and token == statement.sign:
-        return _scene(analysis, placed)
+    if token.type == "SCENE":
+        return _scene(analysis, placed) if token == statement.sign else None
     if parameter := _parameter(at):
         kind = "a number" if parameter.is_number else "a movement"
         head, _ = label(statement.heads[0].text, statement.parameters)
@@ -273,13 +276,15 @@ def _voices(bracket: nodes.Bracket) -> Sequence[Node]:
 
 def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool = False) -> tuple[str, ...]:
     """How long, how far, and where it ends (not if it is `plain`)."""
-    profile = _profile(analysis, placed)
-    lasts = timing(lengths(meaning), analysis.tempo)
+    lasts, goes = timing(lengths(meaning), analysis.tempo), {}
     if meaning.open:
         return lasts, deciding(meaning)
-    first = f"{lasts} · {path_length(meaning, profile)}"
-    leads = "" if plain else ends(meaning, profile)
-    return (first, leads) if leads else (first,)
+    for profile, robot in _performers(analysis, placed).items():
+        goes[robot] = path_length(meaning, profile), "" if plain else ends(meaning, profile)
+    if len(set(goes.values())) == 1:
+        far, leads = next(iter(goes.values()))
+        return (f"{lasts} · {far}", leads) if leads else (f"{lasts} · {far}",)
+    return (lasts, *(f"{robot}: {', '.join(filter(None, way))}" for robot, way in goes.items()))
 
 
 def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tuple[str, ...]:
@@ -318,10 +323,31 @@ def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
     return rate, brackets, others
 
 
+def _performers(analysis: Analysis, placed: Placed) -> dict[Profile, str]:
+    """The profiles of the robots that play a statement, or of all robots if none does, and the first robot of each."""
+    robots = dict.fromkeys(chain.from_iterable(_players(analysis, placed.index))) or analysis.cast.robots
+    found: dict[Profile, str] = {}
+    for robot in islice(robots, MOST_ROBOTS):
+        found.setdefault(analysis.cast.robot(robot).profile, printable(robot))
+    return found or {DEFAULT: ""}
+
+
+def _players(analysis: Analysis, index: int) -> Iterator[Sequence[str]]:
+    """The robots of each line that plays a statement, itself or by the names that are defined with it."""
+    reached, waiting = {index}, [index]
+    while waiting:
+        index = waiting.pop(0)
+        if robots := analysis.meanings[index].robots:
+            yield robots
+        name = analysis.statements[index].defines
+        following = analysis.bindings.users(name, index)[:MOST_USERS] if name else ()
+        waiting += [each for each in following if each not in reached and len(reached) < MOST_USERS]
+        reached.update(waiting)
+
+
 def _profile(analysis: Analysis, placed: Placed) -> Profile:
-    """The profile of the first robot of a statement."""
-    robots = placed.meaning.robots
-    return analysis.cast.robot(robots[0]).profile if robots else DEFAULT
+    """The profile of the first robot that plays a statement."""
+    return next(iter(_performers(analysis, placed)))
 
 
 def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:

@@ -21,7 +21,7 @@ class Condition(NamedTuple):
     sense: str
     wanted: bool
 
-    def holds(self, sensed: Callable[[str], bool]) -> bool:
+    def holds(self, sensed: Callable[[str], bool | None]) -> bool:
         return sensed(self.sense) is self.wanted
 
 
@@ -83,7 +83,7 @@ def pause(body: Movement, condition: Condition, span: Span | None = None) -> Mov
 
 def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """One movement or the other: the condition decides when it begins."""
-    bounds = opened(in_series(frozenset((body.bounds, otherwise.bounds))))
+    bounds = opened(in_series((body.bounds, otherwise.bounds)))
     if bounds.dice:
         bounds = replace(bounds, throws=1)
     assumed = otherwise if condition.wanted else body

@@ -36,6 +36,8 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
     ("code", "before", "after"),
     [
         ("syntax", "r forward", "r $ forward"),
+        ("syntax", "fowrard", "turtle1 $ forward"),
+        ("syntax", "repat 4 (forward left)", "turtle1 $ repeat 4 (forward left)"),
         ("syntax", "r $ forward | left", "r $ forward || left"),
         ("syntax", "r $ forward, left", "r $ forward left"),
         ("syntax", "r $ YZ left", "r $ reflect YZ left"),
@@ -132,3 +134,14 @@ def test_related_places_are_shown() -> None:
         "used-before-definition": [("`x` is defined here", "x")],
         "duplicate-beat": [("the first `beat`", "beat")],
     }
+
+
+@pytest.mark.parametrize("program", ["r $ reverse ()", "r $ ()", "r $ left || [ ]", "p (m) = m\nr $ p ()", "r $ (())"])
+def test_an_empty_group_that_something_needs_is_not_removed(program: str) -> None:
+    assert all(not each.fixes for each in analyze(program).diagnostics if each.code == "empty-group")
+
+
+def test_a_name_that_no_robot_can_have_is_not_played() -> None:
+    (unused,) = analyze("schritt_für_schritt = left").diagnostics
+    assert unused.message == "nothing uses `schritt_für_schritt`: use it below or remove this line"
+    assert [fix.title for fix in unused.fixes] == ["Remove the definition"]

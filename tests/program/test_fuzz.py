@@ -145,7 +145,7 @@ def use_in_editor(analysis: Analysis, offset: int) -> None:
         references(analysis, symbol)
     with suppress(RefusalError):
         rename(analysis, renamable(analysis, offset), "other")
-    fixes(analysis, cursor)
+    fixes(analysis.diagnostics, cursor)
     refactorings(analysis, cursor)
     format_span(analysis, cursor)
     hints(analysis, everything)

@@ -244,6 +244,8 @@ def test_what_no_place_of_a_phrase_reaches_is_never_performed() -> None:
             "p0 a = scale a left\n" + "".join(f"p{k + 1} a = p{k} a p{k} a*{k + 2}\n" for k in range(20)) + "r $ p20 1",
             "too-large",
         ),
+        ("p0 (m) = m m\n" + "".join(f"p{k + 1} (m) = p{k} m p{k} m\n" for k in range(30)) + "r $ p30 left", None),
+        ("p n = " + "scale n left " * 5_000 + "\nr $ " + "".join(f"p {k} " for k in range(1, 10_000)), "too-large"),
         ("s0 n = scale n left\n" + "".join(f"s{k + 1} n = s{k} n*n\n" for k in range(20)) + "r $ s20 3", "bad-number"),
     ],
     ids=lambda text: f"{str(text)[:30]!r}…",

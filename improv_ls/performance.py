@@ -16,7 +16,7 @@ from pygls.exceptions import JsonRpcException
 
 from improv_core.diagnostics import Severity
 from improv_core.ide.moments import SoFar
-from improv_core.playback.playback import Change, News, Playback, each_beat, whole_beats
+from improv_core.playback.playback import Change, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
@@ -296,13 +296,19 @@ class Performance:
             await asyncio.wait_for(asyncio.shield(create), ANSWER_LIMIT)
         except Exception:  # no answer or a refusal: this client shows no progress
             return
-        first = f"beat 1/{whole_beats(transport)}"
-        self._report(token, types.WorkDoneProgressBegin(title="Improv", message=first, cancellable=False))
+        begun = False
         try:
             async for beat in each_beat(transport):
-                self._report(token, types.WorkDoneProgressReport(message=beat))
+                if not self._editor.is_read:  # Helix shows the beat in the line of the message
+                    continue
+                if begun:
+                    self._report(token, types.WorkDoneProgressReport(message=beat))
+                else:
+                    begun = True
+                    self._report(token, types.WorkDoneProgressBegin(title="Improv", message=beat, cancellable=False))
         finally:
-            self._report(token, types.WorkDoneProgressEnd())
+            if begun:
+                self._report(token, types.WorkDoneProgressEnd())
 
     def _report(
         self,
@@ -325,19 +331,27 @@ class Performance:
             return
         if self._editor.can("window.show_document.support"):
             params = types.ShowDocumentParams(uri=url, external=True)
+            answer = self._editor.server.window_show_document_async(params)
             try:
-                # Not limited in time: an editor may ask the person first.
-                shown = (await self._editor.server.window_show_document_async(params)).success
-            except JsonRpcException:
+                # Shielded: an editor may ask the person first, and pygls fails on an answer to a cancelled request.
+                shown = (await asyncio.wait_for(asyncio.shield(answer), ANSWER_LIMIT)).success
+            except (JsonRpcException, TimeoutError):
                 shown = False
-        elif sys.platform in ("darwin", "win32") or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ:
-            # Without a screen, a browser would be one for the terminal, on top of the editor.
-            shown = await asyncio.to_thread(webbrowser.open, url)
+            # Helix says that it has shown the page before it looks for a browser.
+            shown = shown and (self._editor.takes_own_messages or _has_screen())
         else:
-            shown = False
+            # Without a screen, a browser would be one for the terminal, on top of the editor.
+            shown = _has_screen() and await asyncio.to_thread(webbrowser.open, url)
         if not shown:
-            # Another URL, as the first one may have been seen by others.
-            self._editor.say(f"the simulator's page is at {playback.link()}")
+            # Another URL, as the first one may have been seen by others. A warning, so that it can be read.
+            self._editor.warn(f"page: {playback.link()}")
+
+
+def _has_screen() -> bool:
+    """Whether a browser can open where the server runs, which it can't over SSH."""
+    if sys.platform in ("darwin", "win32"):
+        return "SSH_CONNECTION" not in os.environ
+    return "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
 
 
 def _refusal(document: Document) -> str | None:

@@ -35,9 +35,9 @@ MOST_MOMENTS = 10_000
 """Parallel voices are walked to measure them. If they have more moments than this, the result is unknown."""
 MOST_WALKED = 2_000
 """The same limit for the pose where they end, which is computed while robots play."""
-MOST_THROWS = 100_000
+MOST_MEASURED_THROWS = 100_000
 """The most throws that are looked at: the turns of a repeat with dice differ, so they can't be multiplied."""
-MOST_THROWS_LIVE = 10_000
+MOST_MEASURED_LIVE = 10_000
 """The same limit for a pose, which is computed while robots play."""
 VISITS_PER_THROW = 5
 """How many parts may be visited for each of these throws."""
@@ -104,7 +104,7 @@ def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
         return None
     known: dict[int, Extent] = {}
     steps, turns = [], []
-    budget = _Budget(MOST_THROWS * VISITS_PER_THROW)
+    budget = _Budget(MOST_MEASURED_THROWS * VISITS_PER_THROW)
     try:
         for leg in _decided(_Leg.first(movement), budget):
             each = _walked(leg, budget) if leg.dice else _extent(leg.movement, known, most)
@@ -154,13 +154,13 @@ def _walked(leg: _Leg, budget: _Budget) -> Extent:
     return Extent(math.fsum(steps), math.fsum(turns))
 
 
-def pose_at(part: Part, beat: Exact, most_throws: int = MOST_THROWS_LIVE) -> Pose | None:
-    """A robot's ideal pose at a beat of the performance; None if voices are too long to walk, or its throws too many.
+def pose_at(part: Part, beat: Exact, most_throws: int = MOST_MEASURED_LIVE) -> Pose | None:
+    """A robot's ideal pose at a beat of the performance; None if voices are too long to walk, or throws too many.
 
     Repeats without dice are multiplied, not walked: the billionth repetition costs no more than the second.
     """
-    budget = _Budget(most_throws * VISITS_PER_THROW)
     passed = min(max(beat - part.begins, 0), part.movement.duration)
+    budget = _Budget(most_throws * VISITS_PER_THROW)
     try:
         return (part.entered or part.start).then(_way(_Leg.first(part.movement), passed, part.profile, budget))
     except _TooLongError:

@@ -198,8 +198,8 @@ class _Written(NamedTuple):
         one, two = self.part, other.part
         return (
             self.scenes == other.scenes
-            and (one.edition, one.topic, one.reset, one.use_sim_time)
-            == (two.edition, two.topic, two.reset, two.use_sim_time)
+            and (one.editions, one.topic, one.reset, one.use_sim_time)
+            == (two.editions, two.topic, two.reset, two.use_sim_time)
             and one.profile == two.profile
             and one.start == two.start
             and one.senses == two.senses

@@ -270,7 +270,7 @@ class Reader:
                 self.deepest = self.level
             made = self._too_deep() if self.deepest > DEEPEST else self._made(node)
             self.level -= 1
-        if made.open and made.depth > MOST_DEPTH:
+        if made.bounds.open and made.depth > MOST_DEPTH:
             message = f"what senses decide is nested more than {MOST_DEPTH} levels deep here: use fewer"
             self.report(Diagnostic("too-deep", node.span, message), node)
             return NOTHING

@@ -10,7 +10,7 @@ from typing import Any
 
 import tomllib
 
-from improv_core.diagnostics import Diagnostic
+from improv_core.diagnostics import Diagnostic, replace
 from improv_core.robots.toml_positions import Positions, find_positions
 from improv_core.text import LineIndex, Span
 
@@ -58,6 +58,7 @@ _ADVICE = {
     "Unescaped": r"write `\\` for one backslash",
 }
 _MESSAGE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
+_UNQUOTED = re.compile(r"[A-Za-z_/][\w/-]*")
 _WORD = re.compile(r"[^\s,\]}]+|\S?")
 # tomllib notices these after the text in question, which starts earlier on the same line.
 _BEFORE = {
@@ -84,4 +85,6 @@ def _unreadable(text: str, error: str) -> Diagnostic:
     begin = before and before.search(text, lines.start(lines.position(at).line), at)
     if begin:
         span = Span(begin.start(), at)
-    return Diagnostic("syntax", span, advice or f"this is not valid TOML: {what[:1].lower()}{what[1:]}")
+    unquoted = what.startswith("Invalid value") and _UNQUOTED.fullmatch(text, *span)
+    fixes = replace("Put it in quotes", span, f'"{unquoted[0]}"') if unquoted else ()
+    return Diagnostic("syntax", span, advice or f"this is not valid TOML: {what[:1].lower()}{what[1:]}", fixes)

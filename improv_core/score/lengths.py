@@ -82,7 +82,8 @@ def one_after_another(items: Sequence[Lengths]) -> Lengths:
 
 
 def _closed(movement: Movement, rate: Fraction) -> Lengths:
-    lasts = movement.duration if isinstance(movement.duration, float) else movement.duration / rate
+    is_plain = rate is NORMAL or isinstance(movement.duration, float)
+    lasts = movement.duration if is_plain else movement.duration / rate
     return Lengths(lasts, lasts, not lasts)
 
 

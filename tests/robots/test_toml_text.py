@@ -121,3 +121,19 @@ def test_what_python_cannot_read_is_said(text: str) -> None:
 
 def test_a_byte_order_mark_moves_nothing() -> None:
     assert read_toml("\ufeffkey = 1").positions.entries["key",].key == (1, 4)
+
+
+@pytest.mark.parametrize(
+    ("text", "fixed"),
+    [
+        ("profile = turtlesim\n", 'profile = "turtlesim"\n'),
+        ("topic = /cmd_vel", 'topic = "/cmd_vel"'),
+        ("size = [", None),
+        ("profile = \n", None),
+    ],
+)
+def test_text_without_quotes_has_a_fix(text: str, fixed: str | None) -> None:
+    (diagnostic,) = read_toml(text).diagnostics
+    edits = [edit for fix in diagnostic.fixes for edit in fix.edits]
+    applied = [text[: edit.span.start] + edit.text + text[edit.span.end :] for edit in edits]
+    assert applied == ([fixed] if fixed else [])

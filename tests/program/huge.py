@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-
 CHAINS: Mapping[str, str] = {
     "a phrase around itself thirty times": "a (m) = m m\nr $ " + "a " * 30 + "forward\n",
     "thirty phrases around one another": "a (m) = m m\nb0 (m) = a m\n"

@@ -1,7 +1,8 @@
 """How the grammar parses a sequence of terminals, and which terminals it would accept next. Only this module uses lark.
 
-A derivation depends only on the kinds of the tokens, and people write the same few shapes again and again. So
-derivations are cached and filled in with the actual tokens. lark is imported when the first statement is parsed.
+It is asked about statements with syntax errors. A derivation depends only on the kinds of the tokens, and people make
+the same few errors again and again. So derivations are cached and filled in with the actual tokens. lark is imported
+when the first one is needed.
 """
 
 from __future__ import annotations

@@ -20,7 +20,10 @@ from improv_core.playback.stops import Stops
 from improv_core.score.score import Score, Written, to_json
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
+    Cue,
+    Force,
     Held,
+    KeySense,
     Load,
     PageRequest,
     Place,
@@ -43,7 +46,7 @@ AFTER = 0.02
 HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
 
-Change = Seek | Speed | Silence | Held | Released
+Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How a person changes what plays, apart from stopping, pausing and resuming it."""
 News = Heard | Place
 """What a listener gets: a message from a stage, its end, or new start poses of robots that were dragged."""

@@ -122,7 +122,7 @@ def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None
         raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
 
     def tell(message: FromStage) -> None:
-        if message["type"] == "transport" or message["type"] == "stopped":
+        if message["type"] in ("transport", "stopped", "sensed", "decided"):
             viewer.publish(message)
         put(message)
 

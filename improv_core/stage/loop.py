@@ -217,6 +217,8 @@ class _Loop:
         if message["type"] == "ping":
             self._tell({"type": "pong", "number": message["number"]})
             return
+        if message["type"] == "sensed" or message["type"] == "decided":
+            return
         player, at = self.player, self._as_of(message.get("at"), now)
         if message["type"] == "hush":
             player.hush(now)

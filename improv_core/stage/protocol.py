@@ -68,10 +68,21 @@ class _Load(TypedDict):
     backend: str
 
 
+class SceneJson(TypedDict):
+    """The scene of a score that plays, counted from 0, and the beat at which it began."""
+
+    index: int
+    begins: float
+
+
 class Begins(TypedDict, total=False):
-    """The beats at which parts began, by robot; without those that began at beat 0."""
+    """The beats at which parts began, by robot; without those that began at beat 0.
+
+    What they began with is `scene`, or the first scene if it isn't given.
+    """
 
     begins: Mapping[str, float]
+    scene: SceneJson
 
 
 class Entry(Begins):
@@ -128,14 +139,66 @@ class Released(_Timed):
     type: Literal["released"]
 
 
+class Cue(_Timed):
+    """Somebody gives the cue: the sense `cue` holds for an instant."""
+
+    type: Literal["cue"]
+
+
+class KeySense(_Timed):
+    """Somebody holds the key of a sense, which is sent again and again, or lets it go."""
+
+    type: Literal["key"]
+    key: str
+    held: bool
+
+
+class Force(_Timed):
+    """A simulated robot senses this, whatever there is to sense; with null, what there is again."""
+
+    type: Literal["force"]
+    robot: str
+    sense: str
+    value: bool | None
+
+
+class _OfRobot(TypedDict):
+    """What a robot senses or decides in a score: at this beat, so many seconds after beat 0, at this Unix time (ns)."""
+
+    generation: int
+    robot: str
+    beat: float
+    performed: float
+    wall: int
+
+
+class Sensed(_OfRobot):
+    """A sense of a robot has become true or false, or silent (null)."""
+
+    type: Literal["sensed"]
+    sense: str
+    value: bool | None
+
+
+class Decided(_OfRobot):
+    """A word of senses has decided something: `sources` (statement, start, and end of each) ends with that word.
+
+    `held` tells whether its condition did.
+    """
+
+    type: Literal["decided"]
+    sources: Sequence[Sequence[int]]
+    held: bool
+
+
 class Ping(TypedDict):
     type: Literal["ping"]
     number: int
 
 
-Conduct = Hush | Pause | Resume | Seek | Speed | Silence | Held | Released
+Conduct = Hush | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How somebody, at an editor or at the page, has a say in what plays."""
-ToStage = Load | Conduct | Ping
+ToStage = Load | Conduct | Sensed | Decided | Ping
 
 
 class Restart(TypedDict):
@@ -252,7 +315,9 @@ class Stopped(_Stopped, Poses, total=False):
     message: str
 
 
-FromStage = Ready | TransportMessage | Request | Sent | WarningLine | ErrorLine | Pong | Lacks | Stopped
+FromStage = (
+    Ready | TransportMessage | Request | Sensed | Decided | Sent | WarningLine | ErrorLine | Pong | Lacks | Stopped
+)
 
 
 class Publish(TypedDict):
@@ -367,7 +432,10 @@ class DrawnPoses(TypedDict):
 
 
 class ShownRobot(TypedDict):
-    """What a robot of a score is like; `start_pose` is x, y, z and heading."""
+    """What a robot of a score is like: `start_pose` is x, y, z and heading, and `near` is how far ahead that reaches.
+
+    `senses` are those that its part reads, with their sources as in a score.
+    """
 
     profile: str
     dynamics: str
@@ -375,6 +443,8 @@ class ShownRobot(TypedDict):
     motions: Sequence[str]
     start_pose: Sequence[float]
     ends: float | None
+    senses: Mapping[str, Mapping[str, Any]]
+    near: float
 
 
 class Deadman(TypedDict):
@@ -435,7 +505,7 @@ Window = TypedDict(
     },
 )
 
-ToPage = DrawnRobots | DrawnPoses | TransportMessage | Stopped | ShownScore | Bumps | Window
+ToPage = DrawnRobots | DrawnPoses | TransportMessage | Stopped | ShownScore | Bumps | Window | Sensed | Decided
 FromPage = PageRequest | AskWindow
 
 

@@ -10,10 +10,12 @@ from typing import Generic, TypeVar
 from improv_core.score.senses import RobotSense
 from improv_core.stage.sinks import Edge
 
-OVERTAKEN = frozenset({"pause", "resume", "seek", "speed", "silence", "held"})
+OVERTAKEN = frozenset(
+    {"pause", "resume", "seek", "speed", "silence", "held", "cue", "key", "force", "sensed", "decided"}
+)
 """What urgent messages overtake. They never overtake a score, so a stop can't be undone by a score sent before it."""
 URGENT = {
-    "hush": frozenset({"pause", "resume", "seek", "restart"}),
+    "hush": frozenset({"pause", "resume", "seek", "restart", "cue"}),
     "released": frozenset({"held"}),
     "ping": frozenset[str](),
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import astuple
 from typing import Any
 
+from improv_core.score import senses
 from improv_core.score import world as worlds
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
@@ -39,6 +40,8 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
                 "motions": list(part.profile.motions),
                 "start_pose": list(astuple(part.start)),
                 "ends": None if part.ends == ENDLESS else float(part.ends),
+                "senses": senses.to_json(part.senses),
+                "near": part.profile.reach,
             }
             for name, part in score.parts.items()
         },

@@ -38,6 +38,10 @@ def _is_name(value: object) -> bool:
     return isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
 
 
+def _is_truth(value: object) -> bool:
+    return isinstance(value, bool)
+
+
 def _are_names(value: object) -> bool:
     return isinstance(value, list) and len(value) <= MOST_NAMES and all(map(_is_name, value))
 
@@ -69,6 +73,9 @@ REQUESTS: Mapping[str, Mapping[str, Check]] = {
     "restart": {},
     "held": {},
     "released": {},
+    "cue": {},
+    "key": {"key": _is_name, "held": _is_truth},
+    "force": {"robot": _is_name, "sense": _is_name, "value": lambda value: value is None or _is_truth(value)},
     "seek": {"beat": _between(0, LAST_BEAT)},
     "speed": {"factor": _between(SLOWEST, FASTEST)},
     "silence": {"muted": _are_names, "soloed": _are_names},

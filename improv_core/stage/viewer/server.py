@@ -13,7 +13,15 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from improv_core.score.score import Score
-from improv_core.stage.protocol import PageRequest, ShownScore, Stopped, TransportMessage, Watched
+from improv_core.stage.protocol import (
+    Decided,
+    PageRequest,
+    Sensed,
+    ShownScore,
+    Stopped,
+    TransportMessage,
+    Watched,
+)
 from improv_core.stage.viewer.answers import Answers, Shown
 from improv_core.stage.viewer.application import HOST, Application
 from improv_core.stage.viewer.lookahead import about
@@ -59,9 +67,14 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | ShownScore) -> None:
-        """Send a message to every page, and to later ones until another of its type replaces it."""
-        self._soon(self._pages.put, message["type"], json.dumps(message))
+    def publish(self, message: TransportMessage | Stopped | ShownScore | Sensed | Decided) -> None:
+        """Send a message to every page, and to later ones until another of its type, about the same, replaces it."""
+        about = [str(message["type"])]
+        if message["type"] == "sensed":
+            about += message["robot"], message["sense"]
+        elif message["type"] == "decided":
+            about += [message["robot"]]
+        self._soon(self._pages.put, " ".join(about), json.dumps(message))
 
     def show(self, score: Score, generation: int) -> None:
         """Show what will be played, once the player's messages have this generation."""

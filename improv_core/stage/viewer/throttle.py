@@ -30,9 +30,9 @@ class Throttle:
         self._resting = False
 
     def take(self, request: PageRequest) -> None:
-        for void in (request["type"], *URGENT.get(request["type"], ())):
+        for void in (_about(request), *URGENT.get(request["type"], ())):
             self._waiting.pop(void, None)
-        self._waiting[request["type"]] = request
+        self._waiting[_about(request)] = request
         if not self._resting:
             self._pass_waiting()
 
@@ -43,3 +43,10 @@ class Throttle:
             self._later(PERIOD, self._pass_waiting)
         for request in waiting.values():
             self._pass_on(request)
+
+
+def _about(request: PageRequest) -> str:
+    """What only the latest request counts of: its kind, and which key or sense it is about."""
+    if request["type"] == "key":
+        return f"key {request['key']}"
+    return f"force {request['robot']} {request['sense']}" if request["type"] == "force" else request["type"]

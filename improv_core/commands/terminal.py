@@ -7,7 +7,7 @@ import contextlib
 import signal
 import sys
 import webbrowser
-from collections.abc import AsyncIterator, Awaitable, Coroutine
+from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import click
 
 from improv_core.commands.exit_codes import CommandError
 from improv_core.plain import printable
-from improv_core.playback.playback import News, Playback, each_beat
+from improv_core.playback.playback import Mistake, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.playback.stops import Stops
@@ -102,6 +102,7 @@ class Performance:
         """Play a program, unless a stop has come since the count of stops was `asked`."""
         if self.interrupted.is_set():
             return
+        self.present(path)
         self.finished.clear()
         score = score_of(analysis)
         if self._recorder:
@@ -111,6 +112,10 @@ class Performance:
         else:
             self.say(f"■ {path.name} was stopped before it began")
             self.finished.set()
+
+    def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
+        """Have the page show which program is to be played, and what keeps it from being played."""
+        self._playback.present(path.name, str(path.absolute().parent), mistakes)
 
     async def close(self) -> None:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""

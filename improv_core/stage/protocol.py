@@ -191,6 +191,25 @@ class Decided(_OfRobot):
     held: bool
 
 
+class Problem(TypedDict):
+    """What is wrong in a file: at a line and a column, counted from 1, or as a whole, at line 0; and the word there."""
+
+    file: str
+    line: int
+    column: int
+    word: str
+    message: str
+
+
+class Program(TypedDict):
+    """The program that is to be played, and what keeps it from being played."""
+
+    type: Literal["program"]
+    name: str
+    folder: str
+    problems: Sequence[Problem]
+
+
 class Ping(TypedDict):
     type: Literal["ping"]
     number: int
@@ -198,7 +217,7 @@ class Ping(TypedDict):
 
 Conduct = Hush | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How somebody, at an editor or at the page, has a say in what plays."""
-ToStage = Load | Conduct | Sensed | Decided | Ping
+ToStage = Load | Conduct | Sensed | Decided | Program | Ping
 
 
 class Restart(TypedDict):
@@ -431,10 +450,19 @@ class DrawnPoses(TypedDict):
     poses: Sequence[Sequence[float]]
 
 
+DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[float]]})
+"""Further places of a robot's trail: seconds after beat 0, x, y, and heading. `from` counts the places before them."""
+
+
+class DrawnTrails(TypedDict):
+    type: Literal["trails"]
+    robots: Mapping[str, DrawnTrail]
+
+
 class ShownRobot(TypedDict):
     """What a robot of a score is like: `start_pose` is x, y, z and heading, and `near` is how far ahead that reaches.
 
-    `senses` are those that its part reads, with their sources as in a score.
+    Its part `begins` and `ends` at a beat, and so do its `scenes`. `senses` are those that its part reads, with their sources as in a score.
     """
 
     profile: str
@@ -442,7 +470,9 @@ class ShownRobot(TypedDict):
     radius: float
     motions: Sequence[str]
     start_pose: Sequence[float]
+    begins: float
     ends: float | None
+    scenes: Sequence[float]
     senses: Mapping[str, Mapping[str, Any]]
     near: float
 
@@ -505,7 +535,19 @@ Window = TypedDict(
     },
 )
 
-ToPage = DrawnRobots | DrawnPoses | TransportMessage | Stopped | ShownScore | Bumps | Window | Sensed | Decided
+ToPage = (
+    DrawnRobots
+    | DrawnPoses
+    | DrawnTrails
+    | TransportMessage
+    | Stopped
+    | Program
+    | ShownScore
+    | Bumps
+    | Window
+    | Sensed
+    | Decided
+)
 FromPage = PageRequest | AskWindow
 
 

@@ -39,6 +39,8 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
                 "radius": part.profile.radius,
                 "motions": list(part.profile.motions),
                 "start_pose": list(astuple(part.start)),
+                "begins": float(part.begins),
+                "scenes": [float(part.begins + begin) for begin in part.scene_begins],
                 "ends": None if part.ends == ENDLESS else float(part.ends),
                 "senses": senses.to_json(part.senses),
                 "near": part.profile.reach,

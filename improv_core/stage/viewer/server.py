@@ -16,6 +16,7 @@ from improv_core.score.score import Score
 from improv_core.stage.protocol import (
     Decided,
     PageRequest,
+    Program,
     Sensed,
     ShownScore,
     Stopped,
@@ -67,7 +68,7 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | ShownScore | Sensed | Decided) -> None:
+    def publish(self, message: TransportMessage | Stopped | Program | ShownScore | Sensed | Decided) -> None:
         """Send a message to every page, and to later ones until another of its type, about the same, replaces it."""
         about = [str(message["type"])]
         if message["type"] == "sensed":

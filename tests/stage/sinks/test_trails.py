@@ -64,7 +64,7 @@ def test_a_straight_line_has_two_places_however_long_it_takes() -> None:
 def test_who_accelerates_is_followed_closely() -> None:
     check(
         "ada $ forward (forward || left) left forward\n",
-        "[robots.ada]\nprofile = 'p'\n[profiles.p]\ndynamics = 'motors'\n",
+        "[robots.ada]\nprofile = 'p'\n[profiles.p]\nbase = 'turtlebot4'\ndynamics = 'motors'\n",
         slack=0.003,
     )
 

@@ -28,6 +28,7 @@ import { penOn } from "./pen.js"
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 const SPARE = 0.5 // of the view's width is drawn beyond its right edge
 const MOST_ITEMS = 600 // per row: more would be finer than pixels
+const MOST_MARKS = 500
 
 export class TimelineSheet {
   #canvas
@@ -44,6 +45,10 @@ export class TimelineSheet {
   /** @type {Messages["score"]["robots"]} */
   #robots = {}
   #reader = new Reader("", {})
+  /** @type {Messages["decided"][]} */
+  #marks = []
+  /** @type {Messages["score"]["offsets"]} */
+  #offsets = {}
   #colors = readColors()
 
   /**
@@ -68,6 +73,7 @@ export class TimelineSheet {
   show(score, cast) {
     this.#beats = score.beats
     this.#robots = score.robots
+    this.#offsets = score.offsets
     this.#cast = cast
     this.#reader = new Reader(score.text, score.words)
     this.forget()
@@ -75,6 +81,15 @@ export class TimelineSheet {
 
   forget() {
     this.#sheet = null
+  }
+
+  /** @param {Messages["decided"]} decision */
+  mark(decision) {
+    this.#marks = [...this.#marks, decision].slice(-MOST_MARKS)
+  }
+
+  forgetMarks() {
+    this.#marks = []
   }
 
   /**
@@ -220,6 +235,62 @@ export class TimelineSheet {
     }
     pen.stroke()
     this.#paintEnd(pen, view, y, robot)
+    this.#paintScenes(pen, view, y, robot)
+    this.#paintMarks(pen, view, y, robot)
+  }
+
+  /**
+   * Divides a row into its scenes, and dims what came before its part began.
+   * @param {Pen} pen
+   * @param {TimelineView} view
+   * @param {number} y
+   * @param {Robot} robot
+   */
+  #paintScenes(pen, { left, scale, row, letter }, y, robot) {
+    const { begins, scenes } = this.#robots[robot.name]
+    if (begins > left) {
+      const end = (begins - left) * scale
+      pen.fillStyle = this.#colors.ground
+      pen.fillRect(0, y, end, row - 1)
+      pen.fillStyle = robot.color
+      pen.fillRect(end - 1.5, y + row * 0.1, 3, row * 0.8)
+    }
+    if (scenes.length < 2) return
+    scenes.forEach((beat, index) => {
+      const x = (beat - left) * scale
+      pen.fillStyle = this.#colors.ink
+      pen.fillRect(x - 1, y, 2, row)
+      pen.font = `700 ${letter * 0.7}px ${FONT}`
+      pen.textAlign = "left"
+      pen.textBaseline = "middle"
+      const text = `scene ${index + 1}`
+      const next = scenes[index + 1] ?? Infinity
+      if (pen.measureText(text).width + 10 > (next - beat) * scale) return
+      pen.fillText(text, x + 5, y + row * 0.9)
+    })
+  }
+
+  /**
+   * Marks what senses have decided, with the word that asked.
+   * @param {Pen} pen
+   * @param {TimelineView} view
+   * @param {number} y
+   * @param {Robot} robot
+   */
+  #paintMarks(pen, { left, scale, row, letter }, y, robot) {
+    pen.font = `700 ${letter * 0.7}px ${FONT}`
+    pen.textAlign = "left"
+    pen.textBaseline = "middle"
+    for (const { robot: name, beat, sources, held } of this.#marks) {
+      const x = (beat - left) * scale
+      if (name !== robot.name || x < 0) continue
+      const [statement, start, end] = sources.at(-1) ?? [-1, 0, 0]
+      const offset = this.#offsets[statement]
+      const word = offset === undefined ? "" : this.#reader.word([offset + start, offset + end])
+      pen.fillStyle = this.#colors.ink
+      pen.fillRect(x - 1, y + row * 0.05, 2, row * 0.85)
+      pen.fillText(`${held ? "✓" : "✗"} ${word}`, x + 4, y + row * 0.9)
+    }
   }
 
   /**

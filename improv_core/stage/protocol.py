@@ -462,7 +462,8 @@ class DrawnTrails(TypedDict):
 class ShownRobot(TypedDict):
     """What a robot of a score is like: `start_pose` is x, y, z and heading, and `near` is how far ahead that reaches.
 
-    Its part `begins` and `ends` at a beat, and so do its `scenes`. `senses` are those that its part reads, with their sources as in a score.
+    Its part `begins` and `ends` at a beat, and so do its `scenes`. `senses` are those that its part reads, with their
+    sources as in a score.
     """
 
     profile: str

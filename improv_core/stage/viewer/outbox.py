@@ -21,7 +21,7 @@ MOST_BUMPS = 200
 
 
 class Outbox:
-    """The latest message of each kind, all bumps, all of the trails, and the latest question that the page has asked."""
+    """The latest message of each kind, all bumps and trails, and the latest question that the page has asked."""
 
     def __init__(self) -> None:
         self._waiting: dict[str, str] = {}

@@ -192,6 +192,28 @@ export class TimelineSheet {
       pen.fillStyle = this.#colors.quiet
       if (beat >= 0 && beat < last) pen.fillText(String(beat + 1), x + letter * 0.3, head * 0.5)
     }
+    this.#paintSceneNames(pen, { left, scale, head, letter })
+  }
+
+  /**
+   * Names the scenes on the ruler, if they begin together for all robots.
+   * @param {Pen} pen
+   * @param {Pick<TimelineView, "left" | "scale" | "head" | "letter">} view
+   */
+  #paintSceneNames(pen, { left, scale, head, letter }) {
+    const [scenes = [], ...others] = this.#cast.map(({ name }) => this.#robots[name].scenes)
+    if (scenes.length < 2 || others.some((each) => each.join() !== scenes.join())) return
+    scenes.forEach((beat, index) => {
+      const x = (beat - left) * scale
+      const name = `${beat + 1} · scene ${index + 1}`
+      const wide = pen.measureText(name).width + letter * 0.8
+      if (wide > ((scenes[index + 1] ?? Infinity) - beat) * scale) return
+      pen.fillStyle = this.#colors.panel
+      pen.fillRect(x, 0, wide, head - 1)
+      pen.fillStyle = this.#colors.ink
+      if (index) pen.fillRect(x - 1, head * 0.2, 2, head)
+      pen.fillText(name, x + letter * 0.3, head * 0.5)
+    })
   }
 
   /**
@@ -246,7 +268,7 @@ export class TimelineSheet {
    * @param {number} y
    * @param {Robot} robot
    */
-  #paintScenes(pen, { left, scale, row, letter }, y, robot) {
+  #paintScenes(pen, { left, scale, row }, y, robot) {
     const { begins, scenes } = this.#robots[robot.name]
     if (begins > left) {
       const end = (begins - left) * scale
@@ -255,19 +277,8 @@ export class TimelineSheet {
       pen.fillStyle = robot.color
       pen.fillRect(end - 1.5, y + row * 0.1, 3, row * 0.8)
     }
-    if (scenes.length < 2) return
-    scenes.forEach((beat, index) => {
-      const x = (beat - left) * scale
-      pen.fillStyle = this.#colors.ink
-      pen.fillRect(x - 1, y, 2, row)
-      pen.font = `700 ${letter * 0.7}px ${FONT}`
-      pen.textAlign = "left"
-      pen.textBaseline = "middle"
-      const text = `scene ${index + 1}`
-      const next = scenes[index + 1] ?? Infinity
-      if (pen.measureText(text).width + 10 > (next - beat) * scale) return
-      pen.fillText(text, x + 5, y + row * 0.9)
-    })
+    pen.fillStyle = this.#colors.ink
+    for (const beat of scenes.slice(1)) pen.fillRect((beat - left) * scale - 1, y, 2, row)
   }
 
   /**

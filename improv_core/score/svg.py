@@ -312,6 +312,8 @@ def _scale(frame: _Frame) -> str:
 
 
 _QUIET = "#808080"
+_FONTS = "Arial, Helvetica, Liberation Sans, DejaVu Sans, Noto Sans, sans-serif"
+"""By name: what draws PNGs doesn't look for another font if it has none that is called sans-serif."""
 _GROUND = "#ffffff"
 _RING = 6.0
 """The radius of the ring at a start, in pixels."""
@@ -356,7 +358,7 @@ def _words(score: Score, sources: Sequence[Source]) -> list[str]:
 def _svg(width: float, height: float, title: str, parts: Sequence[str]) -> str:
     wide, high = _number(width), _number(height)
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" viewBox="0 0 {wide} {high}"'
-    return f'{head} role="img" font-family="sans-serif" font-size="12"><title>{title}</title>{"".join(parts)}</svg>\n'
+    return f'{head} role="img" font-family="{_FONTS}" font-size="12"><title>{title}</title>{"".join(parts)}</svg>\n'
 
 
 def _number(value: float) -> str:

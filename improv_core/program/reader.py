@@ -33,17 +33,21 @@ from improv_core.text import Span
 NOTHING = movement.series(())
 MOST_EXPANDED = 10_000
 """The most pairs of a phrase and its arguments that one statement may need."""
+MOST_KNOWN = 1_000
+"""The most expansions of one phrase that are kept for other statements."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Phrase:
     """What a use of a phrase with parameters needs. `settled` has read the nodes in the body that mention no parameter:
-    they are the same in every use."""
+    they are the same in every use. `known` are expansions that need no arguments but numbers and no other phrases.
+    """
 
     parameters: tuple[Parameter, ...]
     body: Node
     scope: Scope
     settled: Reader
+    known: dict[tuple[Fraction, ...], Expansion] = field(default_factory=dict)
 
     @property
     def numbers(self) -> Sequence[Parameter]:
@@ -339,7 +343,9 @@ class Reader:
         """What a phrase means with these arguments."""
         reading = self.reading
         key = (definition, *numbers, *(each.movement for each in arguments))
-        if known := reading.expansions.get(key):
+        known = reading.expansions.get(key) or (None if arguments else phrase.known.get(tuple(numbers)))
+        if known:
+            reading.expansions[key] = known
             return known
         if len(reading.expansions) >= MOST_EXPANDED:
             message = f"phrases within phrases need more than {MOST_EXPANDED:,} parts here: use fewer"
@@ -353,6 +359,8 @@ class Reader:
         made = reader.movement(phrase.body)
         expansion = Expansion(reader, phrase.body, made, reader.deepest - self.level)
         reading.expansions[key] = expansion
+        if not arguments and not reader.calls and not reading.too_much and len(phrase.known) < MOST_KNOWN:
+            phrase.known[tuple(numbers)] = expansion
         return expansion
 
     def _blame(self, call: Call, phrase: Phrase, fault: Fault) -> None:
@@ -433,7 +441,7 @@ class Reader:
             if not body.dice:
                 self._report_idle(node, f"nothing in it throws dice, so `seed` changes nothing: remove `{_said(node)}`")
             return dice.seed(body, factor)
-        if factor == 1:
+        if factor == 1 and len(node.numbers[0].tokens) == 1:  # 8/8 in a row of eighths is no mistake
             self._report_idle(node, f"`{_said(node)}` changes nothing: remove it or use another number")
         if word == "scale":
             return movement.gain(body, all_by(factor))

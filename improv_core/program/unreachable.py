@@ -218,5 +218,7 @@ def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | Non
     if word in ("fast", "slow", "fit"):
         if whole == ENDLESS:
             return window.part(0, ENDLESS)  # not worth computing how much of it is reached
-        return window.part(window.start, end).times(Fraction(body) / Fraction(whole))
+        # The rate of `fit` depends on the length of all of its body.
+        inside = _Window(window.start, end, window.is_aligned or word == "fit")
+        return inside.times(Fraction(body) / Fraction(whole))
     return window.part(window.start, end)

@@ -155,12 +155,12 @@ def _walked(leg: _Leg, budget: _Budget) -> Extent:
 
 
 def pose_at(part: Part, beat: Exact, most_throws: int = MOST_MEASURED_LIVE) -> Pose | None:
-    """A robot's ideal pose at a beat of the performance; None if voices are too long to walk, or its throws too many.
+    """A robot's ideal pose at a beat of the performance; None if voices are too long to walk, or throws too many.
 
     Repeats without dice are multiplied, not walked: the billionth repetition costs no more than the second.
     """
-    budget = _Budget(most_throws * VISITS_PER_THROW)
     passed = min(max(beat - part.begins, 0), part.movement.duration)
+    budget = _Budget(most_throws * VISITS_PER_THROW)
     try:
         return (part.entered or part.start).then(_way(_Leg.first(part.movement), passed, part.profile, budget))
     except _TooLongError:

@@ -156,6 +156,17 @@ class _Written(NamedTuple):
     scenes: tuple[int, ...]
     part: Part
 
+    def is_like(self, other: _Written) -> bool:
+        one, two = self.part, other.part
+        return (
+            self.scenes == other.scenes
+            and (one.edition, one.topic, one.reset, one.use_sim_time)
+            == (two.edition, two.topic, two.reset, two.use_sim_time)
+            and one.profile == two.profile
+            and one.start == two.start
+            and one.senses == two.senses
+        )
+
 
 @dataclass(slots=True)
 class Read:
@@ -182,9 +193,9 @@ def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
         name: _Written(tuple(_add(scene, rows, written) for scene in part.scenes), part)
         for name, part in score.parts.items()
     }
+    before = written.parts
     parts = {
-        name: None if name in written.parts and _are_alike(written.parts[name], each) else _part_json(each)
-        for name, each in now.items()
+        name: None if name in before and each.is_like(before[name]) else _part_json(each) for name, each in now.items()
     }
     written.parts = now
     written.whole = written.whole or len(rows)
@@ -198,10 +209,6 @@ def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
         "safety": asdict(score.safety),
         **program,
     }
-
-
-def _are_alike(one: _Written, other: _Written) -> bool:
-    return one.scenes == other.scenes and replace(one.part, scenes=other.part.scenes) == other.part
 
 
 def _part_json(written: _Written) -> dict[str, Any]:

@@ -45,7 +45,7 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("duplicate-beat", "beat 60\nr $ left\nbeat 30 # slow\n", "beat 60\nr $ left\n"),
         ("empty-group", "r $ left ()", "r $ left "),
         ("never-performed", "r $ forward left || right", "r $ forward  || right"),
-        ("arguments", "x = left\nr $ x 3 up", "x = left\nr $ x  up"),
+        ("arguments", "x = left\nr $ x 3 up", "x = left\nr $ repeat 3 x up"),
         ("parameter-kind", "f n = n left\nr $ f up", "f (n) = n left\nr $ f up"),
         ("parameter-kind", "f a (m) (k) = scale m k a\nr $ f", "f a m (k) = scale m k a\nr $ f"),
         ("uneven-choice", "r $ choose (left slow 2 up [up up])", "r $ choose (left fit 1 slow 2 up [up up])"),
@@ -89,7 +89,9 @@ def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 
 @given(st.recursive(WORDS, combined, max_leaves=20))
 @example("left || reverse (left left || left forward)")
+@example("(left left || left fit 3 (left left))")
 @example("((slow 2 left || left left forward) repeat left)")
+@example("left || fit 3 (left left)")
 def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None:
     analysis = analyze(f"cut (m) = m left || rest rest\nr $ {movement}")
     for each in analysis.diagnostics:

@@ -139,7 +139,6 @@ def test_words_that_change_nothing() -> None:
         p = left right
         r $ fast 1 left slow 2/2 left scale 1 left repeat 1 left
             ^^^^^^ no-effect: `fast 1` changes nothing: remove it or use another number
-                        ^^^^^^^^ no-effect: `slow 2/2` changes nothing: remove it or use another number
                                       ^^^^^^^ no-effect: `scale 1` changes nothing: remove it or use another number
         r $ choose p choose [left right] shuffle left accumulate ((left))
                      ^^^^^^ no-effect: there is one item to choose here: write several in brackets or remove `choose`

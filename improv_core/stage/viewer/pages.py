@@ -43,7 +43,8 @@ class Pages:
             outbox.put(kind, text)
         if self._bumps:
             outbox.put("past", bumps_message(self._bumps, past=True))
-        outbox.show_trails({name: trail for name, (trail, _) in self._trails.items()})
+        if self._trails:
+            outbox.show_trails({name: trail for name, (trail, _) in self._trails.items()})
         self._outboxes.add(outbox)
         self._watched.set()
         return outbox

@@ -231,6 +231,15 @@ const improv = Object.freeze({
   get known() {
     return Object.fromEntries([...(program.current?.robots ?? [])].map(([name, path]) => [name, path.at(-1)?.end ?? 0]))
   },
+  /** The points of each robot's trail at which one arc ends and the next begins: x, y, and seconds. */
+  get trails() {
+    return Object.fromEntries(
+      Object.entries(view.robots).map(([name, pose]) => {
+        const pieces = trails.pieces(name, -Infinity, motion.present(seconds()).at, pose)
+        return [name, [...pieces].map(({ pose: { x, y }, at }) => [x, y, at])]
+      }),
+    )
+  },
   /** How paths are moved that do not begin at their start poses. */
   get moved() {
     return Object.fromEntries(program.anchor.moved)

@@ -33,6 +33,7 @@ export class Trails {
       if (from !== trail.length) {
         trail.length = 0
         this.version++
+        this.#known = -1
       }
       for (const [at, x, y, heading] of places) {
         const place = { at, x, y, z: 0, heading }
@@ -60,6 +61,7 @@ export class Trails {
     this.restart()
     this.#sought = beat
     this.#known = -1
+    this.version++
   }
 
   /**

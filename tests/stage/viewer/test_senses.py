@@ -15,9 +15,9 @@ from improv_core.stage.protocol import PageRequest, Watched
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import LIMIT, link, transport, wait
-from tests.stage.viewer.looks import COUNT
+from tests.stage.viewer.looks import PIXEL
 
-LIT = [229, 181, 152]  # the first robot's color in the light, about half of it
+AHEAD = f"({PIXEL})(2.12, 0.15)"  # the color of the ground where only `near` looks
 
 
 @pytest.fixture
@@ -64,14 +64,14 @@ def asked(commands: queue.SimpleQueue[PageRequest | Watched]) -> PageRequest | W
 def test_a_chip_shows_what_is_sensed_and_where_lights_up(sensing: Page, viewer: Viewer) -> None:
     chip = sensing.locator(".chip", has_text="near")
     expect(chip).to_have_attribute("data-value", "silent")
-    wait(sensing, f"({COUNT})({LIT}) < 100")
+    dark = sensing.evaluate(AHEAD)
     sensed(viewer, "near", True)
     expect(chip).to_have_attribute("data-value", "on")
     expect(chip).to_have_accessible_name("ada near: true")
-    wait(sensing, f"({COUNT})({LIT}) > 500")
+    wait(sensing, f"{AHEAD} !== '{dark}'")
     sensed(viewer, "near", False)
     expect(chip).to_have_attribute("data-value", "off")
-    wait(sensing, f"({COUNT})({LIT}) < 100")
+    wait(sensing, f"{AHEAD} === '{dark}'")
     sensed(viewer, "near", None)
     expect(chip).to_have_attribute("data-value", "silent")
 

@@ -15,11 +15,12 @@ CORNERS = "beat 240\nada $ forward left forward left forward left slow 40 forwar
 
 
 def trail(page: Page) -> list[tuple[float, float]]:
-    """The points at which one arc of ada's trail ends and the next begins."""
-    return [(round(x, 2) + 0.0, round(y, 2) + 0.0) for x, y, _ in page.evaluate("improv.trails.ada")]
+    """The corners of ada's trail, beginning with its start."""
+    points = [(round(x, 2) + 0.0, round(y, 2) + 0.0) for x, y, _ in page.evaluate("improv.trails.ada")]
+    return [point for point, before in zip(points, [None, *points], strict=False) if point != before]
 
 
-SQUARE = [(0, 0), (2, 0), (2, 0), (2, 2), (2, 2), (0, 2), (0, 2)]
+SQUARE = [(0, 0), (2, 0), (2, 2), (0, 2)]
 
 
 def test_a_page_that_is_opened_late_shows_the_trail_from_the_start(page: Page, show: Show) -> None:
@@ -27,7 +28,7 @@ def test_a_page_that_is_opened_late_shows_the_trail_from_the_start(page: Page, s
     watch(page, show)
     wait(page, "improv.beat > 8")
     page.reload()
-    wait(page, "window.improv?.robots.ada && improv.trails.ada.length === 7")
+    wait(page, "window.improv?.robots.ada && improv.trails.ada.length > 6")
     assert trail(page) == SQUARE
 
 
@@ -40,8 +41,8 @@ def test_a_seek_shows_the_trail_that_leads_there(page: Page, show: Show) -> None
     wait(page, "improv.beat === 0 && improv.trails.ada.length === 1")
     for beat in range(1, 5):
         page.keyboard.press("ArrowRight")
-        wait(page, f"improv.transport.beat === {beat} && improv.trails.ada.length === {beat + 1}")
-    assert trail(page) == [*SQUARE[:4], (2, 2)]
+        wait(page, f"improv.transport.beat === {beat} && improv.trails.ada.length > {beat}")
+    assert trail(page) == SQUARE[:3]
     page.keyboard.press("Home")
     wait(page, "improv.beat === 0 && improv.trails.ada.length === 1")
 
@@ -50,7 +51,7 @@ def test_a_page_that_is_held_up_misses_no_corner(page: Page, show: Show) -> None
     show.play(CORNERS)
     watch(page, show)
     page.evaluate("() => { const end = performance.now() + 1500; while (performance.now() < end); }")
-    wait(page, "improv.beat > 8 && improv.trails.ada.length === 7")
+    wait(page, "improv.beat > 8 && improv.trails.ada.length > 6")
     assert trail(page) == SQUARE
 
 

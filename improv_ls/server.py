@@ -76,7 +76,7 @@ OPTIONS: Mapping[str, Any] = {
 }
 COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
-    for name in ("play", "restart", "hush", "pause", "resume", "seek", "speed", "mute", "solo", "page")
+    for name in ("play", "restart", "hush", "pause", "resume", "cue", "seek", "speed", "mute", "solo", "page")
 }
 _ASYNCHRONOUS = {FEATURES[types.WORKSPACE_SYMBOL], COMMANDS["improv.page"]}
 

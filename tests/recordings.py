@@ -24,11 +24,12 @@ class Message(NamedTuple):
 
 
 def read(path: Path) -> list[Message]:
-    """All messages, in the order of their times."""
+    """All commands, in the order of their times."""
     with AnyReader([path], default_typestore=ROS) as reader:
         return [
             _message(time, connection.topic, reader.deserialize(raw, connection.msgtype))
             for connection, time, raw in reader.messages()
+            if connection.msgtype.startswith("geometry_msgs/")
         ]
 
 

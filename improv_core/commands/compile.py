@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
 from improv_core.commands import parameters
 from improv_core.commands.echo import echo_json
+from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.programs import report_each
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import compiled
+from improv_core.program.files import ReadError, read_program
 from improv_core.program.report import as_json
+from improv_core.program.script import ScriptError, read_script
+from improv_core.score.performance import Sensing
 
 
 @click.command("compile")
@@ -21,11 +26,23 @@ from improv_core.program.report import as_json
 @click.option(
     "--max-segments", type=click.IntRange(min=1), default=10_000, show_default=True, help="Most segments per robot."
 )
-def command(files: tuple[Path, ...], _layout: str, max_segments: int) -> None:
+@click.option("--senses", type=click.Path(path_type=Path), help="What the robots sense, as JSON; nothing without it.")
+def command(files: tuple[Path, ...], _layout: str, max_segments: int, senses: Path | None) -> None:
     """Print the velocities that programs compile to. Exit code 1 if any has errors."""
+    script = _script(senses) if senses else ()
 
     def report(path: Path, analysis: Analysis) -> None:
-        line = {"file": str(path), **compiled(analysis, max_segments), "diagnostics": as_json(analysis)}
+        line = {"file": str(path), **compiled(analysis, max_segments, script), "diagnostics": as_json(analysis)}
         echo_json(line)
 
     sys.exit(report_each(files, report))
+
+
+def _script(path: Path) -> Sequence[Sensing]:
+    """What a file says that the robots sense."""
+    try:
+        return read_script(read_program(path))
+    except ReadError as problem:
+        raise CommandError(str(problem)) from None
+    except ScriptError as problem:
+        raise CommandError(f"{path}: {problem}") from None

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 files = click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
 file = click.argument("file", type=click.Path(path_type=Path))
 
+RECORDING = click.Path(path_type=Path)
 BACKENDS = click.Choice(["auto", "sim", "ros", "both"])
 port = click.option(
     "--port", type=click.IntRange(0, 65535), default=0, help="Port of the simulator's page; 0 picks a free one."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -20,9 +21,9 @@ from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.program.report import outcome, summary
 from improv_core.score.movement import ENDLESS
-from improv_core.stage.player import Told
-from improv_core.stage.protocol import TransportMessage
-from improv_core.stage.sinks.recorder import Recorder
+from improv_core.stage.player import Told, foreseen
+from improv_core.stage.protocol import ProtocolError, Sensed, TransportMessage
+from improv_core.stage.sinks.recorder import Recorder, sensed_in
 
 
 @click.command("play")
@@ -32,9 +33,17 @@ from improv_core.stage.sinks.recorder import Recorder
 @parameters.no_browser
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
 @click.option("--for", "seconds", type=parameters.SECONDS, help="With --fast, stop after so many seconds.")
+@click.option("--senses", "recording", type=parameters.RECORDING, help="Have robots sense what a recording says.")
 @click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
 def command(
-    file: Path, backend: str, port: int, no_browser: bool, fast: bool, seconds: float | None, report: str | None
+    file: Path,
+    backend: str,
+    port: int,
+    no_browser: bool,
+    fast: bool,
+    seconds: float | None,
+    recording: Path | None,
+    report: str | None,
 ) -> None:
     """Play a program once. Ctrl-C stops the robots."""
     if seconds and not fast:
@@ -42,19 +51,38 @@ def command(
     if fast and backend in ("ros", "both"):
         raise CommandError("--fast works only in the simulator: real robots can't be sped up")
     if fast:
-        sys.exit(play_fast(file, seconds, report=report is not None))
+        sys.exit(play_fast(file, seconds, report=report is not None, senses=senses_of(recording)))
     options = parameters.options(file, backend, port)
-    sys.exit(run(play(file, options, browser=not no_browser, report=report is not None)))
+    senses = senses_of(recording)
+    sys.exit(run(play(file, options, browser=not no_browser, report=report is not None, senses=senses)))
+
+
+def senses_of(recording: Path | None) -> list[Sensed] | None:
+    """What robots sensed in a recording, if there is one. Raises CommandError if it can't be read."""
+    if not recording:
+        return None
+    try:
+        with recording.open("rb") as file:
+            return sensed_in(file)
+    except (OSError, ValueError, ProtocolError) as error:
+        why = error.strerror.lower() if isinstance(error, OSError) and error.strerror else str(error)
+        raise CommandError(f"{recording} can't be read: {why}") from None
 
 
 async def play(
-    path: Path, options: Options, *, browser: bool, report: bool = False, recorder: Recorder | None = None
+    path: Path,
+    options: Options,
+    *,
+    browser: bool,
+    report: bool = False,
+    recorder: Recorder | None = None,
+    senses: Sequence[Sensed] | None = None,
 ) -> int:
     """Play a program once; the exit code. Raises ReadError and StageError; OSError and ValueError if unrecorded."""
     if not (analysis := read_to_play(path)):
         return PROBLEMS
     async with performance(options, browser=browser, quiet=report, recorder=recorder) as performing:
-        await performing.play(analysis, path)
+        await performing.play(analysis, path, senses=senses)
         await first(performing.finished.wait(), performing.interrupted.wait())
         stopped = performing.interrupted.is_set() or performing.stops.count > 0
     if report:
@@ -62,7 +90,7 @@ async def play(
     return INTERRUPTED if stopped else FAILED if performing.broken else 0
 
 
-def play_fast(path: Path, seconds: float | None, *, report: bool) -> int:
+def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequence[Sensed] | None = None) -> int:
     """Play a program in the simulator without the page, faster than real time; the exit code.
 
     Raises ReadError and CommandError.
@@ -80,7 +108,7 @@ def play_fast(path: Path, seconds: float | None, *, report: bool) -> int:
         nonlocal last
         if message["type"] == "transport":
             last = message
-        else:
+        elif message["type"] == "warning" or message["type"] == "error":
             echo(f"improv: {message['message']}", err=True)
 
     # Ctrl-C ends it at once, even where a shell has it ignored: there is nothing to clean up, and pymunk would
@@ -88,7 +116,7 @@ def play_fast(path: Path, seconds: float | None, *, report: bool) -> int:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     began = time.perf_counter()
     simulator = Simulator(period=None)
-    perform(score, simulator, seconds, tell)
+    perform(score, simulator, seconds, tell, None if senses is None else map(foreseen, senses))
     poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
     ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses})
     if report:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import click
@@ -23,6 +24,7 @@ from improv_core.commands.terminal import run
 from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.score.movement import ENDLESS
+from improv_core.stage.player import Told
 from improv_core.stage.sinks.recorder import Recorder
 
 
@@ -51,6 +53,8 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
 
     Raises ReadError and RecordError.
     """
+    from improv_core.stage.sinks.recorded_simulator import RecordedSimulator
+
     if not (analysis := read_to_play(path)):
         return PROBLEMS
     score = score_of(analysis)
@@ -61,12 +65,19 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
         signal.signal(number, signal.default_int_handler)
     try:
         with recording(output) as recorder:
-            perform(score, recorder, seconds)
+            # What robots sense is simulated.
+            perform(score, RecordedSimulator(recorder) if score.open else recorder, seconds, partial(note, recorder))
     except KeyboardInterrupt:
         echo(f"improv: interrupted: {output} was not written", err=True)
         return INTERRUPTED
     echo(f"{_summary(output, recorder)} (computed in {time.perf_counter() - began:.2f} s)")
     return 0
+
+
+def note(recorder: Recorder, message: Told) -> None:
+    """Record what was sensed and decided in a performance that is computed."""
+    if message["type"] == "sensed" or message["type"] == "decided":
+        recorder.note(message, recorder.time(message["performed"]))
 
 
 async def record_live(path: Path, output: Path, options: Options, *, browser: bool) -> int:

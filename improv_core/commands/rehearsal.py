@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from improv_core.score.score import Score
-from improv_core.stage.player import Player, Told
+from improv_core.stage.player import Foreseen, Player, Told
 from improv_core.stage.sinks import Sink
 
 
@@ -14,11 +14,15 @@ def perform(
     sink: Sink,
     seconds: float | None = None,
     tell: Callable[[Told], None] = lambda message: None,
+    senses: Iterable[Foreseen] | None = None,
 ) -> None:
-    """Have a player send a score, or its first seconds, to a sink; `tell` gets its messages (docs/protocol.md)."""
+    """Have a player send a score, or its first seconds, to a sink; `tell` gets its messages (docs/protocol.md).
+
+    With `senses`, robots sense these and nothing else.
+    """
     player = Player(sink, tell, lambda: 0.0)
     now = 0.0
-    player.load(score, 1, "restart", now)
+    player.load(score, 1, "restart", now, senses=senses)
     while (deadline := player.deadline(now)) is not None:
         now = max(now, deadline)
         if seconds is not None and now >= seconds and player.state == "playing":

@@ -7,13 +7,14 @@ import contextlib
 import signal
 import sys
 import webbrowser
-from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable
+from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
 from improv_core.commands.exit_codes import CommandError
+from improv_core.commands.keys import pressed
 from improv_core.plain import printable
 from improv_core.playback.playback import Mistake, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
@@ -23,7 +24,7 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import outcome, summary
 from improv_core.score.motion import Twist
-from improv_core.stage.protocol import Poses, Sent, TransportMessage, When
+from improv_core.stage.protocol import Decided, Poses, Sensed, Sent, TransportMessage, When
 from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
@@ -60,7 +61,8 @@ async def performance(
             asyncio.get_running_loop().add_signal_handler(number, performing.interrupted.set)
     try:
         await first(performing.open(browser), performing.interrupted.wait())
-        yield performing
+        with pressed({"c": performing.cue}):
+            yield performing
     finally:
         await performing.close()
 
@@ -98,8 +100,15 @@ class Performance:
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
 
-    async def play(self, analysis: Analysis, path: Path, asked: int = 0, when: When = "restart") -> None:
-        """Play a program, unless a stop has come since the count of stops was `asked`."""
+    async def play(
+        self,
+        analysis: Analysis,
+        path: Path,
+        asked: int = 0,
+        when: When = "restart",
+        senses: Sequence[Sensed] | None = None,
+    ) -> None:
+        """Play a program, unless a stop has come since the count of stops was `asked`; `senses` are of a recording."""
         if self.interrupted.is_set():
             return
         self.present(path)
@@ -107,7 +116,7 @@ class Performance:
         score = score_of(analysis)
         if self._recorder:
             self._recorder.prepare(score, restart=when == "restart")
-        if await self._playback.play(score, path.name, asked, when):
+        if await self._playback.play(score, path.name, asked, when, senses=senses):
             self.say(f"▶ {summary(analysis)}, {self._playback.status}")
         else:
             self.say(f"■ {path.name} was stopped before it began")
@@ -116,6 +125,10 @@ class Performance:
     def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
         """Have the page show which program is to be played, and what keeps it from being played."""
         self._playback.present(path.name, str(path.absolute().parent), mistakes)
+
+    def cue(self) -> None:
+        """Give the cue that robots wait for."""
+        self._playback.conduct({"type": "cue"})
 
     async def close(self) -> None:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
@@ -144,7 +157,7 @@ class Performance:
             self._follow(message, leads)
         elif message["type"] == "stopped":
             self._keep_poses(message)
-        elif message["type"] == "sent" and leads:
+        elif message["type"] in ("sent", "sensed", "decided") and leads:
             self._record(message)
         elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
             if not self.interrupted.is_set():
@@ -173,11 +186,14 @@ class Performance:
         if "poses" in message:
             self._poses = message
 
-    def _record(self, sent: Sent) -> None:
+    def _record(self, message: Sent | Sensed | Decided) -> None:
         if not self._recorder or self._not_recorded:
             return
         try:
-            self._recorder.record(sent["robot"], Twist(*sent["twist"]), sent["wall"])
+            if message["type"] == "sent":
+                self._recorder.record(message["robot"], Twist(*message["twist"]), message["wall"])
+            else:
+                self._recorder.note(message, message["wall"])
         except (OSError, ValueError) as problem:  # raised later: from here, it would end listening to the stage
             self._not_recorded = problem
             self.finished.set()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.timing import in_beats
+from improv_core.score.movement import Exact
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -61,7 +62,7 @@ def names_in(text: str) -> Iterator[Entry]:
                 yield entry
 
 
-def _scene(number: int, line: Span, parts: Sequence[Entry], begins: Sequence[int]) -> Entry:
+def _scene(number: int, line: Span, parts: Sequence[Entry], begins: Sequence[Exact]) -> Entry:
     span = Span(line.start, parts[-1].span.end if parts else line.end)
     detail = f"from beat {begins[number - 1]}" if number <= len(begins) else "never performed"
     return Entry(f"scene {number}", "scene", detail if number > 1 else "", span, line, tuple(parts))

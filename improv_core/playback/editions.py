@@ -1,12 +1,16 @@
-"""Which parts a save leaves as they are: those get the edition of a part that may still play. Standard library only."""
+"""Which parts a save leaves as they are: those get the edition of a part that may still play. Standard library only.
+
+Scenes are compared one by one: a part that is the same in the scene that plays is left alone, whatever comes later.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import replace
 
 from improv_core.score.equality import same
-from improv_core.score.score import Part, Score
+from improv_core.score.movement import Movement
+from improv_core.score.score import UNNUMBERED, Part, Score
 
 
 class Editions:
@@ -22,14 +26,7 @@ class Editions:
 
     def number(self, score: Score, generation: int) -> Score:
         """The same score with the editions of its parts; `generation` counts scores."""
-        known: dict[str, dict[int, Part]] = {}
-        for earlier in reversed(self._sent.values()):
-            for robot in earlier.parts.keys() & score.parts.keys():
-                known.setdefault(robot, {}).setdefault(earlier.parts[robot].edition, earlier.parts[robot])
-        numbered = {
-            robot: replace(part, edition=self._edition(part, known.get(robot, {}).values()))
-            for robot, part in score.parts.items()
-        }
+        numbered = {robot: replace(part, editions=self._editions(part)) for robot, part in score.parts.items()}
         self._sent[generation] = replace(score, parts=numbered)
         return self._sent[generation]
 
@@ -38,14 +35,21 @@ class Editions:
         if generation in self._sent:
             self._sent = {number: score for number, score in self._sent.items() if number >= generation}
 
-    def _edition(self, part: Part, known: Iterable[Part]) -> int:
-        for earlier in known:
-            if _are_alike(earlier, part):
-                return earlier.edition
+    def _editions(self, part: Part) -> tuple[int, ...]:
+        """A number for each scene: that of an earlier part if it moves the robot alike in that scene."""
+        earlier = [
+            known
+            for score in reversed(self._sent.values())
+            if (known := score.parts.get(part.robot)) and (known.topic, known.profile) == (part.topic, part.profile)
+        ]
+        return tuple(
+            self._edition(scene, {known.edition(index): known.of_scene(index) for known in earlier})
+            for index, scene in enumerate(part.scenes)
+        )
+
+    def _edition(self, scene: Movement, known: Mapping[int, Movement]) -> int:
+        for edition, movement in known.items():
+            if edition != UNNUMBERED and same(movement, scene):
+                return edition
         self._latest += 1
         return self._latest
-
-
-def _are_alike(one: Part, other: Part) -> bool:
-    """Whether two parts of a robot move it alike; the message's type is in the profile."""
-    return one.topic == other.topic and one.profile == other.profile and same(one.movement, other.movement)

@@ -32,6 +32,7 @@ from improv_core.stage.protocol import (
     Ready,
     Released,
     Seek,
+    Sensed,
     Silence,
     Speed,
     ToStage,
@@ -43,6 +44,8 @@ from improv_core.stage.protocol import (
 )
 from improv_core.stage.tickets import issue
 
+BEHIND = 0.1
+"""Seconds by which the simulator plays a score with senses behind real robots: what they decide has to arrive first."""
 AFTER = 0.02
 """Seconds after each beat until people are told of it: at the beat itself, the stage needs the processor."""
 HALT_LIMIT = 8.0
@@ -128,11 +131,13 @@ class Playback:
         self._leader: RunningStage | None = None
         self._twin: RunningStage | None = None
         self._score: Score | None = None
+        self._senses: Sequence[Sensed] | None = None  # of the recording that it is performed by
         self._name = ""  # of the program that plays, or is about to
         self._generation = 0
         self._editions = Editions()
         self._written: dict[RunningStage, Written] = {}  # what each stage has been sent
         self._latest: Asked | None = None
+        self._behind = 0.0  # how many seconds the twin plays behind the leading stage
         self._entered: TransportMessage | None = None  # the first message of the latest score's playing
         self._kept: dict[str, Speed | Silence | Program] = {}  # also sent to new stages
         self._opening = asyncio.Lock()
@@ -213,13 +218,20 @@ class Playback:
             self._leader, self._twin = stages[0], stages[1] if len(stages) > 1 else None
 
     async def play(
-        self, score: Score, name: str, asked: int, when: When = "restart", beats_per_bar: int = BEATS_PER_BAR
+        self,
+        score: Score,
+        name: str,
+        asked: int,
+        when: When = "restart",
+        beats_per_bar: int = BEATS_PER_BAR,
+        senses: Sequence[Sensed] | None = None,
     ) -> int | None:
         """Play a program's score: `restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`.
 
         Parts that are the same as in the score that plays are not touched when it takes over.
 
-        `asked` is the count of `stops` when somebody asked for it. Returns its generation; None if it has been stopped
+        With `senses`, robots sense what is in this recording, and nothing else. `asked` is the count of `stops` when
+        somebody asked for it. Returns its generation; None if it has been stopped
         since then, before it began, or if an emergency stop is on. Raises StageError.
         """
         ends = self._ends
@@ -235,6 +247,7 @@ class Playback:
         if (stop := score.safety.stop) and stop in self._waits_for:
             self._listen({"type": "error", "message": refused_by(stop)}, True)
             return None
+        self._senses = senses
         return self._generation if self._send_score(score, name, when, beats_per_bar, asked) else None
 
     def resume(self, asked: int) -> None:
@@ -251,8 +264,16 @@ class Playback:
             return
         timed = message.copy()
         timed["at"] = time.monotonic()
-        for stage in self._stages:
-            stage.send(timed)
+        if self._leader:
+            self._leader.send(timed)
+        if not self._twin or message["type"] in ("cue", "key", "force"):  # the twin is told what was sensed
+            return
+        if not self._behind:
+            self._twin.send(timed)
+            return
+        later = timed.copy()
+        later["at"] += self._behind
+        asyncio.get_running_loop().call_later(self._behind, self._twin.send, later)
 
     def silence(self, muted: Iterable[str], soloed: Iterable[str]) -> None:
         """Have the muted robots, or all except the soloed ones, stand still, now and in later scores."""
@@ -327,7 +348,10 @@ class Playback:
 
     def _send_to_leader(self, asked: Asked) -> bool:
         assert self._leader
-        sent = self.stops.send(self._load(self._leader, asked), [self._leader], asked.stops)
+        load = self._load(self._leader, asked)
+        if self._senses is not None:
+            load["senses"] = self._senses
+        sent = self.stops.send(load, [self._leader], asked.stops)
         if not sent:
             self._written.pop(self._leader)  # now we no longer know what it has
         return sent
@@ -337,9 +361,15 @@ class Playback:
         assert self._twin
         when: When = "restart" if entered["restarted"] == asked.generation else "now"
         load = self._load(self._twin, replace(asked, when=when))
-        load["entry"] = {"beat": entered["beat"], "monotonic": entered["monotonic"]}
+        if asked.score.open:
+            self._behind = BEHIND
+        elif when == "restart":
+            self._behind = 0.0
+        load["entry"] = {"beat": entered["beat"], "monotonic": entered["monotonic"] + self._behind}
         if "begins" in entered:
             load["entry"]["begins"] = entered["begins"]
+        if "scene" in entered:
+            load["entry"]["scene"] = entered["scene"]
         self._twin.send(load)
 
     def _load(self, stage: RunningStage, asked: Asked) -> Load:
@@ -375,6 +405,11 @@ class Playback:
         if message["type"] == "lacks":
             self._send_again(stage, message["generation"])
             return
+        if message["type"] == "sensed" or message["type"] == "decided":
+            if leads and self._twin:
+                self._twin.send(message)
+            if not leads:
+                return
         if message["type"] == "gone":
             self.stops.discard(stage)
             self._written.pop(stage, None)

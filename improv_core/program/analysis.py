@@ -17,9 +17,11 @@ from improv_core.program.bindings import Bindings, bind
 from improv_core.program.feasibility import check_casting
 from improv_core.program.meaning import Meaning, movement_of, understand
 from improv_core.program.reader import Definition, Scope
+from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score import dice, movement
-from improv_core.score.movement import Movement
+from improv_core.score.lengths import lengths
+from improv_core.score.movement import Exact, Movement
 from improv_core.score.scenes import performance, scene_begins
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
@@ -123,7 +125,7 @@ class Analysis:
         return {robot: performance(scenes, self.begins) for robot, scenes in self.parts.items()}
 
     @cached_property
-    def begins(self) -> Sequence[int]:
+    def begins(self) -> Sequence[Exact]:
         """The beats at which the scenes begin, up to one that never ends."""
         return scene_begins(self.parts.values())
 
@@ -237,7 +239,7 @@ class Analysis:
                 whole = Span(0, len(self.statements[index].text))
                 message = f"scene {endless} above never ends, so this is never performed: give its `repeat` a number"
                 found[index] = Diagnostic("never-performed", whole, message)
-            if not endless and any(isinstance(self.meanings[index].movement.duration, float) for index in playing):
+            if not endless and any(_never_ends(self.meanings[index].movement) for index in playing):
                 endless = scene + 1
         return found
 
@@ -504,7 +506,10 @@ def _infeasible(
     """What robots can't do, by statement: `known`, with the `doubtful` statements (default: all) checked again."""
     found = dict(known or {})
     for index in range(len(statements)) if doubtful is None else doubtful:
-        problems = check_casting(statements[index], meanings[index], cast, tempo) if meanings[index].robots else ()
+        statement, meaning = statements[index], meanings[index]
+        problems = check_casting(statement, meaning, cast, tempo) if meaning.robots else ()
+        if statement.has_senses or meaning.is_open:
+            problems = (*problems, *check_senses(statement, meaning, cast))
         if problems:
             found[index] = problems
         else:
@@ -542,6 +547,10 @@ def _counted(numbers: int, movements: int) -> str:
     kinds = ((numbers, "number"), (movements, "movement"))
     counts = [f"{count} {kind}{'' if count == 1 else 's'}" for count, kind in kinds if count]
     return " and ".join(counts)
+
+
+def _never_ends(played: Movement) -> bool:
+    return isinstance(played.duration, float) and (not played.open or lengths(played).shortest == movement.ENDLESS)
 
 
 def _is_uneven(meaning: Meaning) -> bool:

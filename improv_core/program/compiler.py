@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any
 
 from improv_core.program.analysis import Analysis
+from improv_core.robots.config import Robots
 from improv_core.robots.start_poses import start_poses
-from improv_core.score.movement import ENDLESS, brief
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity, brief
+from improv_core.score.performance import Sensing, perform
+from improv_core.score.reactions import senses_read
 from improv_core.score.score import Part, Score, twist
-from improv_core.score.walk import walk
+from improv_core.score.senses import Senses
+from improv_core.score.walk import Moment, walk
 
 MOST_SEGMENTS = 10_000
 LONGEST_TEXT = 200_000
@@ -29,7 +33,14 @@ def score_of(analysis: Analysis) -> Score:
     for name, robot in robots.items():
         profile = replace(robot.profile, message=robot.message)
         parts[name] = Part(
-            name, analysis.parts[name], profile, poses[name], robot.topic, robot.reset, cast.use_sim_time
+            name,
+            analysis.parts[name],
+            profile,
+            poses[name],
+            robot.topic,
+            robot.reset,
+            cast.use_sim_time,
+            _senses(cast, name, analysis.parts[name]),
         )
     if len(analysis.text) > LONGEST_TEXT:
         return Score(analysis.tempo, parts, world=cast.world, safety=cast.safety)
@@ -37,46 +48,99 @@ def score_of(analysis: Analysis) -> Score:
     return Score(analysis.tempo, parts, analysis.text, offsets, cast.world, cast.safety)
 
 
-def compiled(analysis: Analysis, most_segments: int = MOST_SEGMENTS) -> Mapping[str, Any]:
-    """The program as JSON values: the tempo, and each robot's length and segments in seconds, m/s, and rad/s."""
+def _senses(cast: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:
+    """The senses that a robot's part reads. An unknown one is an error in the program."""
+    names = frozenset[str]().union(*map(senses_read, scenes))
+    return {name: cast.sense(robot, name) for name in cast.sense_names if name in names}
+
+
+def compiled(
+    analysis: Analysis, most_segments: int = MOST_SEGMENTS, script: Sequence[Sensing] = ()
+) -> Mapping[str, Any]:
+    """The program as JSON values: the tempo, and each robot's length and segments in seconds, m/s, and rad/s.
+
+    If senses decide something, it is performed with the senses that hold according to the script, and with no others.
+    """
     score = score_of(analysis)
-    tempo = score.tempo
+    tempo, parts = score.tempo, score.parts.values()
+    robots = (
+        _performed(score, most_segments, script)
+        if any(part.movement.open for part in parts)
+        else {part.robot: _walked(part, most_segments) for part in parts}
+    )
     return {
         "ok": analysis.ok,
         "beat": int(tempo) if tempo.denominator == 1 else float(tempo),
-        "robots": {name: _robot(score, part, most_segments) for name, part in score.parts.items()},
+        "robots": {name: _robot(score, part, robots[name]) for name, part in score.parts.items()},
     }
 
 
-def _robot(score: Score, part: Part, most: int) -> Mapping[str, Any]:
-    beats = part.movement.duration
-    endless = beats == ENDLESS
-    segments: list[tuple[Any, Any, Any]] = []  # start and duration in beats, velocity
-    truncated = False
-    for walked, moment in enumerate(walk(part.movement, merge=True)):
-        if segments and segments[-1][2] == moment.velocity:
-            start, duration, velocity = segments.pop()
-            segments.append((start, duration + moment.duration, velocity))
-        elif len(segments) == most:
-            truncated = True
-            break
+@dataclass(slots=True)
+class _Segments:
+    """Stretches of constant velocity of one robot: their starts and durations in beats. `beats` is the whole length."""
+
+    most: int
+    beats: Duration
+    stretches: list[tuple[Exact, Exact, Velocity]] = field(default_factory=list)
+    moments: int = 0
+    truncated: bool = False
+
+    def add(self, moment: Moment) -> None:
+        last = self.stretches[-1] if self.stretches else None
+        if self.truncated:
+            return
+        if last and last[2] == moment.velocity:
+            self.stretches[-1] = last[0], last[1] + moment.duration, last[2]
+        elif len(self.stretches) == self.most:
+            self.truncated = True
+            return
         else:
-            segments.append((moment.start, moment.duration, moment.velocity))
-        if walked >= most * _MOMENTS_PER_SEGMENT:
-            truncated = True
+            self.stretches.append((moment.start, moment.duration, moment.velocity))
+        self.moments += 1
+        self.truncated = self.moments > self.most * _MOMENTS_PER_SEGMENT
+
+
+def _walked(part: Part, most: int) -> _Segments:
+    segments = _Segments(most, part.movement.duration)
+    for moment in walk(part.movement, merge=True):
+        segments.add(moment)
+        if segments.truncated:
             break
+    return segments
+
+
+def _performed(score: Score, most: int, script: Sequence[Sensing]) -> Mapping[str, _Segments]:
+    """What all robots do. What still goes on when there are too many moments has no length that is known."""
+    found = {robot: _Segments(most, 0) for robot in score.parts}
+    every = [part.scenes for part in score.parts.values()]
+    scenes = [dict(zip(score.parts, scene, strict=True)) for scene in zip(*every, strict=True)]
+    moments = perform(scenes, script)
+    for robot, moment in islice(moments, most * _MOMENTS_PER_SEGMENT * len(found)):
+        found[robot].beats = moment.start + moment.duration
+        found[robot].add(moment)
+    if next(moments, None):
+        latest = max(segments.beats for segments in found.values())
+        for segments in found.values():
+            if segments.beats == latest:
+                segments.beats, segments.truncated = ENDLESS, True
+    return found
+
+
+def _robot(score: Score, part: Part, segments: _Segments) -> Mapping[str, Any]:
+    beats = segments.beats
     return {
         "beats": None if isinstance(beats, float) else str(brief(beats)),
-        "seconds": None if endless else score.seconds(beats),
-        "endless": endless,
+        "seconds": None if isinstance(beats, float) else score.seconds(beats),
+        "endless": beats == ENDLESS == part.movement.duration,
+        "open": part.movement.open,
         "segments": [
             [score.seconds(start), score.seconds(duration), *_numbers(score, part, velocity)]
-            for start, duration, velocity in islice(segments, most)
+            for start, duration, velocity in segments.stretches
         ],
-        "truncated": truncated,
+        "truncated": segments.truncated,
     }
 
 
-def _numbers(score: Score, part: Part, velocity: Any) -> list[float]:
+def _numbers(score: Score, part: Part, velocity: Velocity) -> list[float]:
     moving = twist(velocity, part.profile, score.tempo)
     return [moving.x, moving.y, moving.z, moving.yaw]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity, replace
+from improv_core.program.conditions import check_conditions
 from improv_core.program.reader import NOTHING, Definition, Items, Phrase, Reader, Reading, Scope, takes
 from improv_core.program.unreachable import unperformed
 from improv_core.score.movement import Movement
@@ -46,6 +47,11 @@ class Meaning:
         return not (
             self.unresolved or self.misused or any(each.severity is Severity.ERROR for each in self.diagnostics)
         )
+
+    @property
+    def is_open(self) -> bool:
+        """Whether robots play something that senses decide."""
+        return bool(self.robots) and self.movement.open
 
     @property
     def parts(self) -> Sequence[tuple[str, Movement]]:
@@ -92,7 +98,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
         if sign.type == "EQUAL" and statement.has_canon:
             diagnostics += _misplaced(body)
         if statement.has_senses and not statement.diagnostics:
-            diagnostics += _senses(body)
+            diagnostics += check_conditions(body)
     reader.reading.expansions.clear()  # a cycle of references: without it, memory is free at once
     found = tuple(diagnostics)
     return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
@@ -220,10 +226,3 @@ def _misplaced(body: Node) -> Iterator[Diagnostic]:
         if isinstance(node, nodes.Apply) and node.word.text == "canon":
             message = "`canon` needs the robots of a line: write it after `$`, before the name"
             yield Diagnostic("misplaced-canon", node.word.span, message)
-
-
-def _senses(body: Node) -> Iterator[Diagnostic]:
-    for node in nodes.nodes(body):
-        if isinstance(node, nodes.Choice) or (isinstance(node, nodes.Apply) and node.condition):
-            message = f"`{node.word.text}` needs a sense, and robots can't sense yet: remove it"
-            yield Diagnostic("syntax", node.word.span, message)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from improv_core.diagnostics import SEVERITIES, Diagnostic, Edit, Fix, Severity, replace
 from improv_core.program.numbers import plain_value, product
 from improv_core.program.timing import in_beats
-from improv_core.score import dice, movement, ramps
+from improv_core.score import dice, movement, ramps, reactions
 from improv_core.score.movement import (
     ENDLESS,
     LARGEST,
@@ -236,13 +236,10 @@ class Reader:
     def _culprit(self, code: str, cause: Node | Number) -> str | None:
         """The parameter in a faulty node or number whose argument most likely causes the error."""
         names = list(dict.fromkeys(nodes.mentions(cause, self.given.movements)))
-        endless = (
-            name
-            for name in names
-            if name in self.given.movements and self.given.movements[name].movement.duration == ENDLESS
-        )
         if code in ("endless-reverse", "open-length"):
-            return next(endless, next(iter(names), None))
+            given = self.given.movements
+            causes = (name for name in names if name in given and _has_no_known_end(given[name].movement))
+            return next(causes, next(iter(names), None))
         return next(iter(names), None)
 
     def _number(self, number: Number, what: str, wrong: Callable[[Fraction], str | None]) -> Fraction | None:
@@ -265,6 +262,10 @@ class Reader:
                 self.deepest = self.level
             made = self._too_deep() if self.deepest > DEEPEST else self._made(node)
             self.level -= 1
+        if made.open and made.depth > MOST_DEPTH:
+            message = f"what senses decide is nested more than {MOST_DEPTH} levels deep here: use fewer"
+            self.report(Diagnostic("too-deep", node.span, message), node)
+            return NOTHING
         if problem := _too_much(made):
             span = node.numbers[0].span if isinstance(node, nodes.Apply) and node.numbers else node.span
             self.report(Diagnostic("bad-number", span, problem), node)
@@ -289,9 +290,16 @@ class Reader:
         if isinstance(node, Call):
             return self._called(node)
         if isinstance(node, nodes.Choice):
-            self.movement(node.then)
-            return self.movement(node.otherwise)
+            then, otherwise = self._side(node.then), self._side(node.otherwise)
+            return reactions.if_else(then, otherwise, _condition(node.condition), node.word.span)
         return NOTHING
+
+    def _side(self, side: Node) -> Movement:
+        """One side of an `if`. Only there, empty brackets mean something: to do nothing."""
+        is_empty = isinstance(side, nodes.Bracket) and side.body is None
+        if is_empty:
+            self.made[id(side)] = NOTHING
+        return NOTHING if is_empty else self.movement(side)
 
     def _named(self, name: Name) -> Movement:
         if argument := self.given.movements.get(name.text):
@@ -401,7 +409,7 @@ class Reader:
         voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
         paced = [movement.pace(self.movement(voice), Fraction(nodes.items(voice))) for voice in voices]
         made = self._together(node, paced)
-        if made.duration not in (0, 1):
+        if made.duration not in (0, 1) and not made.open:
             long = "never ends" if made.duration == ENDLESS else f"takes {made.duration} beats, not one"
             self.report(Diagnostic("bracket-not-a-beat", node.span, f"this bracket {long}"), node)
         return made
@@ -409,6 +417,11 @@ class Reader:
     def _applied(self, node: nodes.Apply) -> Movement:
         body = self.movement(node.body)
         word = node.word.text
+        if node.condition:
+            return _REACTIONS[word](body, _condition(node.condition), node.word.span)
+        if body.open and word in (*_ENDING, "chance"):
+            self._report_open(node)
+            return NOTHING
         if word in _ENDING and isinstance(body.duration, float):
             self._report_endless(node)
             return NOTHING
@@ -476,6 +489,9 @@ class Reader:
             return NOTHING
         if len(items) == 1:
             self._report_idle(node, f"there is one item to {word} here: write several in brackets or remove `{word}`")
+        if word == "choose" and any(item.open for item in items):
+            self._report_open(node)
+            return NOTHING
         if word == "choose" and len({item.duration for item in items}) > 1:
             self._report_uneven(node, items)
             return NOTHING
@@ -517,6 +533,29 @@ class Reader:
                 return node.name.text
         return "repeat"
 
+    def _report_open(self, node: nodes.Apply) -> None:
+        """Report a word that needs a fixed length, around what senses decide."""
+        word, body = node.word.text, node.body
+        what = self._open_word(body)
+        advice = "choose among others" if word == "choose" else f"move `{word}` inside `{what}`"
+        message = f"`{word}` needs a fixed length, but senses decide how long `{what}` lasts: {advice}"
+        fixes: tuple[Fix, ...] = ()
+        guarded = body.body if isinstance(body, nodes.Apply) and body.condition else None
+        if guarded and word != "choose" and not self.movement_made(guarded).open:
+            there = guarded.span.start
+            edits = (Edit(Span(node.span.start, body.span.start), ""), Edit(Span(there, there), f"{_said(node)} "))
+            fixes = (Fix(f"Move {word} inside {what}", edits),)
+        self.report(Diagnostic("open-length", node.word.span, message, fixes), node)
+
+    def _open_word(self, body: Node) -> str:
+        """The word, or the name, by which senses decide how long a movement lasts."""
+        for node in nodes.nodes(body):
+            if isinstance(node, nodes.Choice) or (isinstance(node, nodes.Apply) and node.condition):
+                return node.word.text
+            if isinstance(node, (Name, Call)) and self.movement_made(node).open:
+                return node.text if isinstance(node, Name) else node.name.text
+        return "until"
+
     def _report_idle(self, node: nodes.Apply, message: str) -> None:
         written_as = Span(node.word.start, node.numbers[-1].span.end if node.numbers else node.word.end)
         fixes = replace("Remove it", written_as, "")
@@ -548,6 +587,14 @@ def _said(node: nodes.Apply) -> str:
 
 def _standing(beats: Fraction) -> Movement:
     return movement.stand(movement.exact(beats))
+
+
+def _condition(condition: nodes.Condition) -> reactions.Condition:
+    return reactions.Condition(condition.sense.text, not condition.is_negated)
+
+
+def _has_no_known_end(made: Movement) -> bool:
+    return made.open or made.duration == ENDLESS
 
 
 def _any(value: Fraction) -> str | None:
@@ -584,6 +631,7 @@ _WITHOUT_ARGUMENT: Mapping[str, Callable[[Movement], Movement]] = {
     "retrograde": lambda body: movement.gain(movement.reverse(body), all_by(Fraction(-1))),
     "ease": ramps.ease,
 }
+_REACTIONS = {"until": reactions.until, "pause": reactions.pause}
 _FROM_ITEMS: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
     "accumulate": movement.accumulate,
     "choose": dice.choose,

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.program.reader import Reader
 from improv_core.program.timing import in_beats, written
+from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS, Duration
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
@@ -86,8 +87,8 @@ class _Budget:
 
 def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counted: bool = False) -> Iterator[_Cut]:
     if isinstance(node, nodes.Series):
-        whole = reader.duration(node)
-        lost = whole - min(window.end, whole) + window.start
+        whole = _latest(node, reader)
+        lost = whole - min(window.end, whole) + window.start if whole < ENDLESS else ENDLESS
         for items, endless in _lost(node, window, reader):
             # Without a word of dice, the throws after it would decide something else.
             throws = any(reader.movement_made(item).dice for item in items)
@@ -102,20 +103,24 @@ def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counte
 
 def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node, _Window, bool]]:
     """The nodes directly in a node that are reached, the part of each that plays, and whether its items are counted."""
-    lasts = reader.duration
+    if reader.movement_made(node).open:
+        window = window.part(0, window.end)  # nobody knows what is over at its start
     if isinstance(node, nodes.Series):
         for item, begin, end in _timed(node, reader):
             if end > begin and not _is_lost(begin, end, window):
                 yield item, window.part(max(window.start - begin, 0), min(window.end, end) - begin), False
+    elif isinstance(node, nodes.Choice):
+        yield node.then, window, False
+        yield node.otherwise, window, False
     elif isinstance(node, nodes.Parallel):
-        inside = _Window(window.start, min(window.end, lasts(node)), window.is_aligned or window.start > 0)
+        inside = _Window(window.start, min(window.end, _latest(node, reader)), window.is_aligned or window.start > 0)
         for voice in node.voices:
             yield voice, inside, False
     elif isinstance(node, nodes.Bracket) and node.body:
         if not node.squeezes:
             yield node.body, window, False
             return
-        inside = window.part(window.start, min(window.end, lasts(node)))
+        inside = window.part(window.start, min(window.end, _latest(node, reader)))
         for voice in node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,):
             # A bracket counts its items. If one were removed, the others would last longer.
             yield voice, inside.times(Fraction(nodes.items(voice))), True
@@ -138,8 +143,7 @@ def _cut_arguments(call: nodes.Call, window: _Window, reader: Reader, budget: _B
         if played:
             whole = _Window(min(part.start for part in played), max(part.end for part in played), True)
             yield from _cut(argument, whole, reader, budget)
-        elif reader.duration(argument):
-            whole_argument = reader.duration(argument)
+        elif whole_argument := _latest(argument, reader):
             yield _Cut(argument.span, False, None, whole_argument, whole_argument)
 
 
@@ -175,19 +179,32 @@ def _lost(node: nodes.Series, window: _Window, reader: Reader) -> Iterator[tuple
         elif lost and end > begin:
             yield lost, endless
             lost = []
-        if end == ENDLESS and before is None:
+        if before is None and _earliest(item, reader) == ENDLESS:
             before = item
     if lost:
         yield lost, endless
 
 
 def _timed(node: nodes.Series, reader: Reader) -> Iterator[tuple[Node, Duration, Duration]]:
-    """The items with the beats at which they start and end."""
+    """The items with the beats at which they start and end: at the earliest and at the latest, if senses decide."""
     begin: Duration = 0
+    latest: Duration = 0
     for item in node.items:
-        end = begin + reader.duration(item)
-        yield item, begin, end
-        begin = end
+        latest += _latest(item, reader)
+        yield item, begin, latest
+        begin += _earliest(item, reader)
+
+
+def _earliest(node: Node, reader: Reader) -> Duration:
+    """How many beats a node lasts at least."""
+    made = reader.movement_made(node)
+    return lengths(made).shortest if made.open else made.duration
+
+
+def _latest(node: Node, reader: Reader) -> Duration:
+    """How many beats a node lasts at most."""
+    made = reader.movement_made(node)
+    return lengths(made).longest if made.open else made.duration
 
 
 def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:
@@ -200,11 +217,13 @@ _WHOLE = frozenset({"ramp", "ease", "accumulate", "choose", "shuffle", "canon"})
 
 def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | None:
     """The window in the time of the body; None if nothing plays."""
-    whole, body = reader.duration(node), reader.duration(node.body)
+    whole, body = _latest(node, reader), _latest(node.body, reader)
     if not whole or not body:
         return None
     end = min(window.end, whole)
     word = node.word.text
+    if reader.movement_made(node).open:
+        return window if node.condition else window.part(0, ENDLESS)
     if word in ("reverse", "retrograde"):
         return window.part(whole - end, whole - window.start)
     if word == "repeat" and body != ENDLESS:

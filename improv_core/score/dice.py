@@ -21,6 +21,7 @@ from improv_core.score.movement import (
     Single,
     hold,
     in_series,
+    opened,
     repeat,
     series,
 )
@@ -103,25 +104,27 @@ class Throwing(Single):
 
 
 def choose(items: Sequence[Movement]) -> Movement:
-    """One of the items. Raises ValueError if they are not all of one length."""
+    """One of the items. Raises ValueError if they are not all of one length, or if senses decide the length of one."""
     lengths = {item.duration for item in items}
-    if len(lengths) > 1:
+    if len(lengths) > 1 or any(item.open for item in items):
         raise ValueError("the items of a choice differ in length")
     return Choose(max(lengths, default=0), None, _any_of(items), tuple(items))
 
 
 def shuffle(items: Sequence[Movement]) -> Movement:
     """All items, in an order that the dice give."""
-    return Shuffle(sum(item.duration for item in items), None, _any_of(items), tuple(items))
+    bounds = _any_of(items)
+    bounds = opened(bounds) if bounds.open else bounds
+    return Shuffle(sum(item.duration for item in items), None, bounds, tuple(items))
 
 
 def chance(body: Movement, probability: Fraction, span: Span | None = None) -> Movement:
     """The movement, with a probability from above 0 up to 1, or a rest as long, which is written at `span`.
 
-    Raises ValueError if the probability is another.
+    Raises ValueError if the probability is another, or if senses decide how long the movement lasts.
     """
-    if not 0 < probability <= 1:
-        raise ValueError("a probability is above 0 and at most 1")
+    if not 0 < probability <= 1 or body.open:
+        raise ValueError("a probability is above 0 and at most 1, of what has a fixed length")
     return Chance(body.duration, None, _any_of((body,)), body, probability, span, _rest(body, span))
 
 

@@ -111,7 +111,8 @@ class Bounds:
     """What bounds a movement. Thousands of movements share a few, so they are compared by identity.
 
     `peak` bounds all moments. `width` is how many voices may play at once. `bits` is how many bits the factors around
-    its moments may add to their fractions. `depth` is how many walks go on inside one another (voices and ramps).
+    its moments may add to their fractions. `depth` is how many walks go on inside one another (voices, ramps, and all
+    that is open).
     `dice` tells whether a word of dice stands in it, even if it is never reached. `throws` is how many throws of its
     stream it takes. `open` tells whether senses decide what is performed (see `reactions`).
     """
@@ -255,6 +256,8 @@ def series(items: Sequence[Movement]) -> Movement:
             kinds.add(bounds)
     if len(kinds) > 1:
         bounds = in_series(frozenset(kinds))
+    if bounds.open:
+        bounds = opened(bounds)
     first_throws: tuple[int, ...] = ()
     if bounds.dice:
         *reached, throws = count_up((item.throws for item in items), initial=0)
@@ -285,7 +288,7 @@ def repeat(body: Movement, times: int | None = None) -> Movement:
     else:
         duration = ENDLESS if times is None else body.duration * times
     uniform = body.uniform if body.duration else STILL  # turns that take no time are followed by standing still
-    bounds = body.bounds
+    bounds = opened(body.bounds) if body.bounds.open else body.bounds
     if bounds.dice:
         bounds = replace(bounds, throws=1 if times is None else bounds.throws * times)
     return Repeat(duration, uniform, bounds, body, times)
@@ -301,9 +304,9 @@ def pace(body: Movement, rate: Fraction) -> Movement:
 
 
 def fit(body: Movement, beats: Exact) -> Movement:
-    """The same path in exactly `beats` beats. Raises ValueError if the movement is endless."""
-    if isinstance(body.duration, float):
-        raise ValueError("an endless movement can't fit into a number of beats")
+    """The same path in exactly `beats` beats. Raises ValueError if the movement is endless or open."""
+    require_end(body)
+    assert not isinstance(body.duration, float)
     return pace(body, Fraction(body.duration) / beats)
 
 
@@ -316,10 +319,15 @@ def gain(body: Movement, factors: Velocity) -> Movement:
 
 
 def reverse(body: Movement) -> Movement:
-    """The same moments in reverse order. Raises ValueError if the movement is endless."""
-    if isinstance(body.duration, float):
-        raise ValueError("an endless movement has no end to start from")
+    """The same moments in reverse order. Raises ValueError if the movement is endless or open."""
+    require_end(body)
     return Reverse(body.duration, body.uniform, body.bounds, body)
+
+
+def require_end(body: Movement) -> None:
+    """Raise ValueError if a movement is endless, or if senses decide when it ends."""
+    if isinstance(body.duration, float) or body.open:
+        raise ValueError("a movement that is endless or open has no end that is known")
 
 
 def accumulate(items: Sequence[Movement]) -> Movement:
@@ -357,6 +365,12 @@ def in_series(kinds: frozenset[Bounds]) -> Bounds:
         0,
         any(each.open for each in kinds),
     )
+
+
+@lru_cache(maxsize=10_000)
+def opened(bounds: Bounds) -> Bounds:
+    """The bounds of an open movement around this one: its performance goes on around another performance."""
+    return replace(bounds, open=True, depth=bounds.depth + 1)
 
 
 @lru_cache(maxsize=10_000)

@@ -36,8 +36,8 @@ from improv_core.score.reactions import If, Pause, Until
 from improv_core.score.walk import NOWHERE, Source, walk
 from improv_core.text import Span
 
-Sensed = Callable[[str], bool]
-"""Whether a sense is true at this moment."""
+Sensed = Callable[[str], bool | None]
+"""Whether a sense is true at this moment; None if that is not known: then no condition about it holds."""
 
 
 Performed = tuple[Velocity, tuple[Source, ...]]

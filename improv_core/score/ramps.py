@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.score.movement import Exact, Movement, Single, bits, exact, faster
+from improv_core.score.movement import Exact, Movement, Single, bits, exact, faster, require_end
 
 STEPS_PER_BEAT = 8
 """A step lasts an eighth of a beat, or a little less."""
@@ -90,7 +90,7 @@ class Ramp(Single):
 def ramp(body: Movement, start: Exact, end: Exact) -> Movement:
     """The same path, begun `start` times as fast and ended `end` times as fast.
 
-    Raises ValueError if one of them is below 0, both are 0, or the movement is endless.
+    Raises ValueError if one of them is below 0, both are 0, or the movement is endless or open.
     """
     if start < 0 or end < 0 or start == end == 0:
         raise ValueError("the two rates of a ramp are not below 0, and not both 0")
@@ -99,7 +99,10 @@ def ramp(body: Movement, start: Exact, end: Exact) -> Movement:
 
 
 def ease(body: Movement) -> Movement:
-    """The same path in the same time, begun and ended gently. Raises ValueError if the movement is endless."""
+    """The same path in the same time, begun and ended gently.
+
+    Raises ValueError if the movement is endless or open.
+    """
     beats = _beats(body)
     if not beats:
         return body
@@ -108,8 +111,8 @@ def ease(body: Movement) -> Movement:
 
 
 def _beats(body: Movement) -> Fraction:
-    if isinstance(body.duration, float):
-        raise ValueError("an endless movement has no end to change the rate until")
+    require_end(body)
+    assert not isinstance(body.duration, float)
     return Fraction(body.duration)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from improv_core.score.dice import Dice
-from improv_core.score.movement import Movement, Several, in_series, repeat, stand
+from improv_core.score.movement import Movement, Several, in_series, opened, parts, repeat, stand
 from improv_core.text import Span
 
 
@@ -21,7 +21,7 @@ class Condition(NamedTuple):
     sense: str
     wanted: bool
 
-    def holds(self, sensed: Callable[[str], bool]) -> bool:
+    def holds(self, sensed: Callable[[str], bool | None]) -> bool:
         return sensed(self.sense) is self.wanted
 
 
@@ -67,24 +67,35 @@ class If(Reaction):
 def until(body: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """The movement, ended on the next whole beat once the condition holds, with the robot standing from then on."""
     assumed = body if condition.wanted else _first_beat(body)
-    bounds = replace(body.bounds, open=True)
-    return Until(assumed.duration, None, bounds, (body,), condition, span, assumed)
+    return Until(assumed.duration, None, opened(body.bounds), (body,), condition, span, assumed)
 
 
 def pause(body: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """The movement, interrupted for whole beats while the condition holds."""
     assumed = body if condition.wanted or not body.duration else STANDING
-    bounds = replace(body.bounds, open=True)
-    return Pause(assumed.duration, None, bounds, (body,), condition, span, assumed)
+    return Pause(assumed.duration, None, opened(body.bounds), (body,), condition, span, assumed)
 
 
 def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """One movement or the other: the condition decides when it begins."""
-    bounds = replace(in_series(frozenset((body.bounds, otherwise.bounds))), open=True)
+    bounds = opened(in_series(frozenset((body.bounds, otherwise.bounds))))
     if bounds.dice:
         bounds = replace(bounds, throws=1)
     assumed = otherwise if condition.wanted else body
     return If(assumed.duration, None, bounds, (body, otherwise), condition, span, assumed)
+
+
+def senses_read(movement: Movement) -> frozenset[str]:
+    """The senses that a movement may read."""
+    found, seen, waiting = set(), set(), [movement]
+    while waiting:
+        part = waiting.pop()
+        if part.open and id(part) not in seen:
+            seen.add(id(part))
+            waiting += parts(part)
+            if isinstance(part, Reaction):
+                found.add(part.condition.sense)
+    return frozenset(found)
 
 
 STANDING = repeat(stand(1))

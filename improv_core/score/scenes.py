@@ -4,30 +4,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from itertools import zip_longest
+from itertools import repeat, zip_longest
 
-from improv_core.score.movement import ENDLESS, Duration, Movement, series, stand
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, series, stand
 
 NOTHING = series(())
 
 
-def scene_begins(parts: Iterable[Sequence[Movement]]) -> tuple[int, ...]:
+def scene_begins(
+    parts: Iterable[Sequence[Movement]], since: Exact = 0, entered: Sequence[Exact] | None = None
+) -> tuple[Exact, ...]:
     """The beats at which scenes begin, given the scenes of each robot: the first whole beat at which all above is over.
 
-    A scene below one that never ends does not begin.
+    The first scene begins at beat `since`, and each robot's part of it at a beat of `entered`, if they differ. A scene
+    below one that never ends does not begin.
     """
-    begins = []
-    end: Duration = 0
+    begins: list[Exact] = []
+    begin: Duration = since
+    starts: Iterable[Exact] | None = entered
     for scene in zip_longest(*parts, fillvalue=NOTHING):
+        assert not isinstance(begin, float)
+        begins.append(begin)
+        lasting = zip(starts or repeat(begin), scene)  # noqa: B905 (endless on purpose)
+        end = max(start + movement.duration for start, movement in lasting)
         if end == ENDLESS:
             break
-        begins.append(math.ceil(end))
-        end = begins[-1] + max(movement.duration for movement in scene)
+        begin, starts = math.ceil(end), None
     return tuple(begins)
 
 
-def performance(scenes: Sequence[Movement], begins: Sequence[int]) -> Movement:
-    """All scenes of one robot as one movement, in which it stands still until each of them begins."""
+def performance(scenes: Sequence[Movement], begins: Sequence[Exact]) -> Movement:
+    """All scenes of one robot as one movement, in which it stands still until each of them begins, the first at 0."""
     if len(scenes) == 1:
         return scenes[0]
     items = []

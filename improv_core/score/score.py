@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
@@ -11,13 +12,13 @@ from typing import Any, Literal, NamedTuple, TypedDict
 
 from improv_core.score import dice as chances
 from improv_core.score import movement as algebra
-from improv_core.score import ramps, senses
+from improv_core.score import ramps, reactions, senses
 from improv_core.score import world as worlds
 from improv_core.score.fits import checked, fits
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import Bounds, Movement, Velocity
 from improv_core.score.profiles import Profile
-from improv_core.score.scenes import performance, scene_begins
+from improv_core.score.scenes import NOTHING, performance, scene_begins
 from improv_core.score.senses import Senses
 from improv_core.score.world import World
 from improv_core.text import Span
@@ -34,16 +35,15 @@ FASTEST_RATE = 1_000
 class Part:
     """One robot's part: its scenes, its profile, its start pose, and its topic.
 
-    `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `movement` is all that
-    it performs, and in between it stands until each scene begins, at `scene_begins`. These beats depend on all robots,
-    so the `Score` sets them; by itself, a part performs as if it were alone.
+    `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
+    that moves it to its start pose, if there is one. With `use_sim_time`, its messages are stamped with the time on
+    /clock. `senses` are those that its movements read. `editions` has a number for each scene: where two parts of a
+    robot have the same, they move it alike.
 
-    `reset` is the service that moves it to its start pose, if there is one. With `use_sim_time`, its messages are
-    stamped with the time on /clock. `senses` are those that its movement reads. Parts of a robot that have the same
-    `edition` move it alike.
-
-    `begins` is the beat of the performance at which the part began. If it took over from another part, `entered` is
-    where the robot ideally was then.
+    `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
+    beginning of all, `entered` is where the robot ideally was then. `movement` is all that it performs from there on.
+    In between it stands until each scene begins, at `scene_begins`. These beats depend on all robots, so the `Score`
+    sets them; by itself, a part performs as if it were alone.
     """
 
     robot: str
@@ -54,15 +54,25 @@ class Part:
     reset: str | None = None
     use_sim_time: bool = False
     senses: Senses = field(default_factory=dict)
-    edition: int = UNNUMBERED
+    editions: tuple[int, ...] = ()
     begins: algebra.Exact = 0
     entered: Pose | None = None
-    scene_begins: tuple[int, ...] = field(default=(), compare=False)
+    scene: int = 0
+    scene_begins: tuple[algebra.Exact, ...] = field(default=(), compare=False)
     movement: Movement = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
-        begins = self.scene_begins or scene_begins((self.scenes,))
-        object.__setattr__(self, "movement", performance(self.scenes, begins))
+        scenes = self.scenes[self.scene :]
+        begins = self.scene_begins or scene_begins((scenes,), self.begins)
+        object.__setattr__(self, "movement", performance(scenes, [0, *(begin - self.begins for begin in begins[1:])]))
+
+    def of_scene(self, scene: int) -> Movement:
+        """What it performs in a scene."""
+        return self.scenes[scene] if scene < len(self.scenes) else NOTHING
+
+    def edition(self, scene: int) -> int:
+        """The number of what it performs in a scene."""
+        return self.editions[scene] if scene < len(self.editions) else UNNUMBERED
 
     @property
     def ends(self) -> algebra.Duration:
@@ -98,8 +108,9 @@ class Safety:
 class Score:
     """All parts, which play together at `tempo` beats per minute.
 
-    `scene_begins` are the beats at which the scenes begin, for all robots. `world` is the surroundings of simulated
-    robots. For the page, `text` is the program, and `offsets` are the offsets of its statements by ID.
+    It plays from scene `scene` on (counted from 0), which began at beat `since`; the beats at which that one and the
+    later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For the page, `text` is the
+    program, and `offsets` are the offsets of its statements by ID.
     """
 
     tempo: Fraction
@@ -108,14 +119,41 @@ class Score:
     offsets: Mapping[int, int] = field(default_factory=dict)
     world: World = worlds.EMPTY
     safety: Safety = Safety()
-    scene_begins: tuple[int, ...] = field(init=False)
+    scene: int = 0
+    since: algebra.Exact = 0
+    scene_begins: tuple[algebra.Exact, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        begins = scene_begins(part.scenes for part in self.parts.values())
+        scenes = [part.scenes[self.scene :] for part in self.parts.values()]
+        begins = scene_begins(scenes, self.since, [part.begins for part in self.parts.values()])
         object.__setattr__(self, "scene_begins", begins)
-        if len(begins) > 1:
-            parts = {name: replace(part, scene_begins=begins) for name, part in self.parts.items()}
-            object.__setattr__(self, "parts", parts)
+        parts = {
+            name: part
+            if (part.scene, part.scene_begins or begins[:1]) == (self.scene, begins) and len(part.scenes) <= len(begins)
+            else replace(part, scene=self.scene, scene_begins=begins)
+            for name, part in self.parts.items()
+        }
+        object.__setattr__(self, "parts", parts)
+
+    @cached_property
+    def scenes(self) -> int:
+        """How many scenes it has."""
+        return max((len(part.scenes) for part in self.parts.values()), default=0)
+
+    @cached_property
+    def open(self) -> bool:
+        """Whether senses decide what is performed in it."""
+        return any(scene.open for part in self.parts.values() for scene in part.scenes[self.scene :])
+
+    def scene_at(self, beat: algebra.Exact) -> tuple[int, algebra.Exact]:
+        """The scene that plays at a beat, and the beat at which it begins, if no sense ever holds."""
+        passed = max(bisect_right(self.scene_begins, beat) - 1, 0)
+        return self.scene + passed, self.scene_begins[passed] if self.scene_begins else self.since
+
+    def begins(self, robot: str, scene: int) -> algebra.Exact:
+        """The beat at which a robot's part of a scene begins, if no sense ever holds."""
+        part = self.parts[robot]
+        return part.begins if scene <= self.scene else self.scene_begins[scene - self.scene]
 
     @cached_property
     def beats(self) -> algebra.Duration:
@@ -221,7 +259,7 @@ def _part_json(written: _Written) -> dict[str, Any]:
         "reset": part.reset,
         "use_sim_time": part.use_sim_time,
         "senses": senses.to_json(part.senses),
-        "edition": part.edition,
+        "editions": part.editions,
     }
 
 
@@ -233,7 +271,7 @@ class _PartJson(TypedDict):
     reset: str | None
     use_sim_time: bool
     senses: Mapping[str, Mapping[str, Any]]
-    edition: int
+    editions: Sequence[int]
 
 
 class _DeadmanJson(TypedDict):
@@ -296,7 +334,7 @@ def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
         data["reset"],
         data["use_sim_time"],
         senses.from_json(data["senses"]),
-        data["edition"],
+        tuple(data["editions"]),
     )
 
 
@@ -332,7 +370,7 @@ def _playable(movement: Movement) -> Movement:
 def _are_playable(bounds: Bounds) -> bool:
     return (
         bounds.width <= algebra.MOST_VOICES
-        and bounds.depth <= algebra.MOST_DEPTH
+        and bounds.depth <= algebra.MOST_DEPTH + _AROUND_STATEMENTS
         and bounds.bits <= algebra.MOST_BITS
         and bounds.throws <= algebra.MOST_THROWS
         and not algebra.is_too_fast(bounds.peak)
@@ -340,6 +378,7 @@ def _are_playable(bounds: Bounds) -> bool:
 
 
 _LONGEST = algebra.LARGEST**2
+_AROUND_STATEMENTS = 2  # the series of a scene, and that of all scenes
 _MOST_DURATION_BITS = 4 * algebra.MOST_BITS
 """The durations of one robot's statements share a denominator of up to `MOST_BITS`."""
 
@@ -401,8 +440,10 @@ def _row(part: Movement, inner: list[int]) -> list[Any]:
         return ["chance", inner[0], str(part.probability), part.span]
     if isinstance(part, chances.Seed):
         return ["seed", inner[0], str(part.number)]
-    assert isinstance(part, chances.Throwing)
-    return ["throwing", inner[0], part.throw]
+    if isinstance(part, chances.Throwing):
+        return ["throwing", inner[0], part.throw]
+    assert isinstance(part, reactions.Reaction)
+    return [_REACTIONS[type(part)], inner, *part.condition, part.span]
 
 
 def _number(value: algebra.Exact) -> int | str:
@@ -448,6 +489,12 @@ def _span(span: list[int] | None) -> Span | None:
     return Span(start, end)
 
 
+def _condition(sense: object, wanted: object) -> reactions.Condition:
+    if not isinstance(sense, str) or not isinstance(wanted, bool):
+        raise ValueError("a condition is wrong")
+    return reactions.Condition(sense, wanted)
+
+
 def _at(place: int, made: Sequence[Movement]) -> Movement:
     if place < 0:
         raise ValueError("a movement is missing")
@@ -460,6 +507,8 @@ def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
         return algebra.hold(_velocity(velocity), _above_zero(duration), _span(span))
     if make := _OF_SEVERAL.get(kind):
         return make([_at(place, made) for place in rest[0]])
+    if react := _REACTING.get(kind):
+        return react(*(_at(place, made) for place in rest[0]), _condition(*rest[1:3]), _span(rest[3]))
     body = _at(rest[0], made)
     if kind == "repeat":
         return algebra.repeat(body, None if rest[1] is None else _count(rest[1]))
@@ -492,3 +541,9 @@ _OF_SEVERAL: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
     "choose": chances.choose,
     "shuffle": chances.shuffle,
 }
+_REACTING: Mapping[str, Callable[..., Movement]] = {
+    "until": reactions.until,
+    "pause": reactions.pause,
+    "if": reactions.if_else,
+}
+_REACTIONS = {reactions.Until: "until", reactions.Pause: "pause", reactions.If: "if"}

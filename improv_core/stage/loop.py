@@ -12,16 +12,19 @@ from typing import Protocol
 from improv_core.plain import message as in_plain_text
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
+from improv_core.score.senses import RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.stage.player import GAMEPAD, Player
+from improv_core.stage.player import GAMEPAD, Player, foreseen
 from improv_core.stage.protocol import (
     DEADMAN_LIMIT,
     END_LIMIT,
     LOADING_LIMIT,
     SILENCE_LIMIT,
+    Decided,
     FromStage,
     Load,
     Program,
+    Sensed,
     Stopped,
     ToStage,
 )
@@ -145,12 +148,14 @@ class _Loop:
         self.player = Player(opened.sink, self._tell, clock.wall)
         self._hangs_from = math.inf  # when the parent counts as hung, if it has ever pinged
         self._held_until = math.inf  # when a deadman button at the page, if it is held, counts as released
-        self._shown = 0  # the generation that is shown with the beats at which its parts begin
+        self._keys: dict[str, float] = {}  # keys of senses that are held, and when they count as let go
+        self._shown = 0, 0  # the generation and scene that are shown with the beats at which their parts begin
 
     def deadline(self, now: float) -> float:
         """The time at which `advance` must be called if nothing arrives."""
         deadline = self.player.deadline(now)
-        return min(self._hangs_from, self._held_until, math.inf if deadline is None else deadline)
+        keys = min(self._keys.values(), default=math.inf)
+        return min(self._hangs_from, self._held_until, keys, math.inf if deadline is None else deadline)
 
     def advance(self, now: float) -> None:
         """Do everything that is due."""
@@ -163,6 +168,8 @@ class _Loop:
                 self._tell({"type": "error", "message": line})
         if now >= self._held_until:
             self._hold(None, now)
+        for key in [key for key, until in self._keys.items() if now >= until]:
+            self._hold_key(key, False, now)
         self.player.advance(now)
 
     def take(self, arrival: ToStage | Play | Unreadable | Lost | Reading | Edge, now: float) -> None:
@@ -199,9 +206,11 @@ class _Loop:
     def _tell(self, message: FromStage) -> None:
         if self.failed:
             return
-        if message["type"] == "transport" and "begins" in message and message["generation"] != self._shown:
-            self._shown = message["generation"]
-            self._opened.show(self.player.score, self._shown)  # again: now it is known when its parts began
+        if message["type"] == "transport":
+            shown = message["generation"], message.get("scene", {"index": 0})["index"]
+            if "begins" in message and shown != self._shown:
+                self._shown = shown
+                self._opened.show(self.player.score, message["generation"])  # now it is known when its parts began
         self._opened.tell(message)
 
     def _load(self, asked: Play, now: float) -> None:
@@ -213,7 +222,8 @@ class _Loop:
         self._opened.show(score, load["generation"])
         at = self._as_of(load.get("at"), now)
         bar = load.get("beats_per_bar", BEATS_PER_BAR)
-        self.player.load(score, load["generation"], load["when"], at, load.get("entry"), bar)
+        senses = [foreseen(each) for each in load["senses"]] if "senses" in load else None
+        self.player.load(score, load["generation"], load["when"], at, load.get("entry"), bar, senses)
 
     def _obey(self, message: ToStage, now: float) -> None:
         if message["type"] == "ping":
@@ -223,6 +233,7 @@ class _Loop:
             self._opened.present(message)
             return
         if message["type"] == "sensed" or message["type"] == "decided":
+            self._follow(message, now)
             return
         player, at = self.player, self._as_of(message.get("at"), now)
         if message["type"] == "hush":
@@ -239,11 +250,31 @@ class _Loop:
             player.set_silent(message["muted"], message["soloed"], at)
         elif message["type"] == "held" or message["type"] == "released":
             self._hold(message["type"] == "held", now)
+        elif message["type"] == "cue":
+            player.cue(at)
+        elif message["type"] == "key":
+            self._hold_key(message["key"], message["held"], now)
+        elif message["type"] == "force":
+            player.force(RobotSense(message["robot"], message["sense"]), message["value"], at)
 
     def _hold(self, held: bool | None, now: float) -> None:
         """The deadman button at the page is held or released; None if nothing is heard of it."""
         self._held_until = now + DEADMAN_LIMIT if held else math.inf
         self.player.sense(Edge(GAMEPAD, held, now), now)
+
+    def _hold_key(self, key: str, held: bool, now: float) -> None:
+        """A key is held for a sense, or let go, or nothing more is heard of it."""
+        if held:
+            self._keys[key] = now + DEADMAN_LIMIT
+        else:
+            self._keys.pop(key, None)
+        self.player.hold_key(key, held, now)
+
+    def _follow(self, message: Sensed | Decided, now: float) -> None:
+        """The stage that leads says what real robots sense or decide: do the same, and show it."""
+        if message["type"] == "sensed" and message["generation"] == self.player.generation:
+            self.player.foresee(foreseen(message), now)
+        self._tell(message)
 
     def _as_of(self, at: float | None, now: float) -> float:
         """The effective time of a request. Setpoints that have been sent since then can't be taken back."""

@@ -58,7 +58,8 @@ def arrival(line: bytes, read: Read) -> Arrival:
         score.seconds(score.beats)
         for robot, part in score.parts.items():
             if before.get(robot) is not part:
-                next(setpoints(part, score.tempo), None)
+                for scene in part.scenes:
+                    next(setpoints(part.profile, scene, score.tempo), None)
         return Play(message, score)
     except LackingError:
         return Lost(message["generation"])

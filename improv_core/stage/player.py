@@ -7,29 +7,36 @@ including pauses.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from itertools import chain, takewhile
 from typing import NamedTuple
 
+from improv_core.score.lengths import lengths
 from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.movement import ENDLESS, Exact, near
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, near
 from improv_core.score.path import pose_at
-from improv_core.score.score import UNNUMBERED, Part, Score
-from improv_core.score.senses import RobotSense
+from improv_core.score.performer import Decision
+from improv_core.score.score import UNNUMBERED, Part, Score, twist
+from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense
 from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
 from improv_core.stage.listeners import Listeners
+from improv_core.stage.open_part import OpenPart, TooManyChangesError
 from improv_core.stage.protocol import (
     FASTEST,
     LAST_BEAT,
     SLOWEST,
     Begins,
+    Decided,
     Entry,
     ErrorLine,
+    Moment,
     PoseJson,
     Poses,
+    Sensed,
     State,
     TransportMessage,
     Waiting,
@@ -38,7 +45,7 @@ from improv_core.stage.protocol import (
     refused_by,
 )
 from improv_core.stage.repeats import Repeats
-from improv_core.stage.setpoints import LAST_ZEROS, Setpoint, setpoints, zeros
+from improv_core.stage.setpoints import LAST_ZEROS, SHORTEST, Setpoint, setpoints, zeros
 from improv_core.stage.sinks import Edge, Sink
 
 PATIENCE = 5.0
@@ -50,7 +57,10 @@ LATE = 0.5
 """Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
 should have."""
 
-Told = TransportMessage | WarningLine | ErrorLine
+SAME_MOMENT = 0.001
+"""Seconds by which two stages may differ in when a beat is."""
+
+Told = TransportMessage | Sensed | Decided | WarningLine | ErrorLine
 GAMEPAD = "the gamepad at the page"
 """What an edge is about that comes from the page: a deadman button that is held there."""
 
@@ -73,14 +83,30 @@ class Swap:
 
 
 class _Due(NamedTuple):
-    """A robot's next setpoint at a performance time, and the rest of them, whose times count from `offset`."""
+    """A robot's next setpoint at a performance time, and the rest of them, whose times count from `offset`.
+
+    A setpoint without a twist is that of an open part: what it is depends on what is sensed when it is due.
+    """
 
     at: float
     robot: str
-    twist: Twist
+    twist: Twist | None
     held: bool
     rest: Iterator[Setpoint]
     offset: float
+
+
+class Foreseen(NamedTuple):
+    """An edge of a robot's sense at a beat of the performance."""
+
+    beat: Exact
+    what: RobotSense
+    value: bool | None
+
+
+def foreseen(sensed: Sensed) -> Foreseen:
+    """The edge that a message tells of."""
+    return Foreseen(near(sensed["beat"]), RobotSense(sensed["robot"], sensed["sense"]), sensed["value"])
 
 
 class Player:
@@ -94,6 +120,14 @@ class Player:
         self.backend = sink.name
         """What everything plays on, in words for people."""
         self._generation = self._restarted = 0
+        self._begun = EMPTY  # the score as it took over, before scenes began that could not be foreseen
+        self._scene = 0
+        self._over: dict[
+            str, Duration
+        ] = {}  # the beats at which robots' parts of this scene are over, if that is known
+        self._scene_end: Duration = 0  # the last of them
+        self._open: dict[str, OpenPart] = {}  # the parts of this scene that senses decide
+        self._asked: tuple[RobotSense, ...] = ()  # the senses that these read
         self._state: State = "stopped"
         self._speed = Fraction(1)
         self._transport = Transport(0.0, 0.0, 0, EMPTY.tempo)
@@ -104,6 +138,13 @@ class Player:
         self._soloed: frozenset[str] = frozenset()
         self._wanted: dict[str, Twist] = {}  # each robot's velocity, or what it would be if the robot were not silent
         self._senses: dict[str | RobotSense, bool | None] = {}  # from the latest edges
+        self._forced: dict[RobotSense, bool] = {}
+        self._keys: set[str] = set()  # that are held
+        self._cued = False
+        self._foreseen: deque[Foreseen] = deque()  # edges that were announced, in their order
+        self._follows = False  # whether nothing counts as sensed but what is announced
+        self._replays = False  # whether that is from a recording, and not from the stage that leads
+        self._advanced = 0.0  # the performance time up to which the sink has been advanced
         self._listeners = Listeners(sink)
         self._continues = False  # whether a pause ends by itself once nothing is waited for
         self._zeros_left: dict[str, int] = {}  # for each silent robot
@@ -119,6 +160,11 @@ class Player:
         return self._state
 
     @property
+    def generation(self) -> int:
+        """The number of the score that plays, or played last."""
+        return self._generation
+
+    @property
     def score(self) -> Score:
         """The score that plays, or played last, with the beats at which its parts began."""
         return self._score
@@ -131,13 +177,15 @@ class Player:
         now: float,
         entry: Entry | None = None,
         beats_per_bar: int = BEATS_PER_BAR,
+        senses: Iterable[Foreseen] | None = None,
     ) -> None:
         """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
         the `end`.
 
         A score that takes over is an edit of the one that plays: the beat goes on counting, parts of the same edition
         stay as they are, and all others begin. `entry` says when, if another stage has decided it. If playing is
-        paused, it goes on from there; if nothing plays, the score restarts.
+        paused, it goes on from there; if nothing plays, the score restarts. After a restart, robots sense `senses` and
+        nothing else, if they are given.
         """
         if self._sink.real and (stop := self._stop_of(score)):
             self._tell({"type": "error", "message": refused_by(stop)})
@@ -146,14 +194,14 @@ class Player:
         self._listeners.forget()
         beats_per_bar, performed = max(beats_per_bar, 1), self._transport.performed(now)
         if when == "restart" or not (self._state in ("playing", "paused") or (self._state == "ended" and entry)):
-            self._restart(score, generation, now, entry)
+            self._restart(score, generation, now, entry, senses)
             return
         if entry:
             at = entry["monotonic"] - self._transport.zero
         elif self._state == "paused":
             at = performed
         else:
-            at = self._transport.switch_time(when, performed, self._score.beats, beats_per_bar)
+            at = self._switch_time(when, performed, beats_per_bar)
         swap = Swap(score, generation, when, beats_per_bar, at, entry)
         if self._state == "paused":
             self._next = None
@@ -167,7 +215,7 @@ class Player:
 
         Does nothing while it waits for listeners only to stop their robots: nothing would hear it yet.
         """
-        if self._state == "waiting" and not self._score.beats:
+        if self._state == "waiting" and not (self._score.beats or self._score.open):
             return
         self._stop_all(now, "stopped")
 
@@ -184,7 +232,12 @@ class Player:
             self._play_from(self._transport.origin, self._transport.performed(now), now)
 
     def sense(self, edge: Edge, now: float) -> None:
-        """Take a change: an emergency stop stops all robots, a deadman button that is released pauses them."""
+        """Take a change: an emergency stop stops all robots, a deadman button that is released pauses them, and a sense
+        has its robot react."""
+        if isinstance(edge.what, RobotSense):
+            self._catch_up(max(min(edge.at, now), self.reached))
+            self._sense(edge.what, edge.value, edge.at, now)
+            return
         before, self._senses[edge.what] = self._senses.get(edge.what), edge.value
         if edge.what == self._score.safety.stop:
             if edge.value:
@@ -197,14 +250,52 @@ class Player:
                 self._tell({"type": "warning", "message": what})
         self._keep_waiting(now)
 
+    def cue(self, now: float) -> None:
+        """Give the cue, which holds for an instant."""
+        self._catch_up(now)
+        for robot, part in list(self._score.parts.items()):
+            if isinstance(part.senses.get(CUE), BuiltIn):
+                self._sense(RobotSense(robot, CUE), True, now, now)
+
+    def hold_key(self, key: str, held: bool, now: float) -> None:
+        """Somebody holds a key, or lets it go: senses hold that are declared with it."""
+        self._catch_up(now)
+        (self._keys.add if held else self._keys.discard)(key)
+        for robot, part in list(self._score.parts.items()):
+            for sense, source in part.senses.items():
+                if isinstance(source, Key) and source.key == key and not self._follows:
+                    self._sense(RobotSense(robot, sense), held, now, now)
+
+    def force(self, what: RobotSense, value: bool | None, now: float) -> None:
+        """Have a simulated robot sense something, whatever there is to sense; None ends that."""
+        if self._sink.real:
+            line = f"{what.robot} is a real robot: its senses can't be forced"
+            self._tell({"type": "warning", "message": line})
+            return
+        self._catch_up(now)
+        self._forced.pop(what, None)
+        if value is not None:
+            self._forced[what] = value
+        if what.robot in self._score.parts:
+            self._react(what, now, now)
+
+    def foresee(self, edge: Foreseen, now: float) -> None:
+        """Take an edge at its beat: the stage that leads has told it."""
+        self._foreseen.append(edge)
+        if self._state == "playing":
+            self.advance(now)
+
     def seek(self, beat: float, now: float) -> None:
         """Jump to another beat and keep playing, or stay paused there. Simulated robots move to their poses there.
 
-        Ignored if nothing has been loaded.
+        What senses have decided is forgotten: up to there it is as if none had held. Ignored if nothing
+        has been loaded.
         """
         if self._score is EMPTY:
             return
+        self._score = self._begun
         target = near(min(max(beat, 0.0), float(self._score.beats), LAST_BEAT))
+        self._enter(target)
         if self._state != "waiting":
             self._place_at(target)
         if self._state == "playing":
@@ -258,19 +349,19 @@ class Player:
             return
         self.reached = now
         performed = self._performed(now)
-        if self._next and self._state != "paused" and performed >= self._next.at:
+        if self._asked:  # what is sensed until then decides when the scene ends
+            swap_at = self._next.at if self._next else math.inf
+            self._send_due(min(performed, math.nextafter(swap_at, -math.inf)))
+            performed = self._performed(now)
+        if self._next and self._state != "paused" and performed >= self._next.at and not self._next_begins_first:
             swap, self._next = self._next, None
             # At exactly this time, the new score's setpoints replace those of the old one.
             self._send_due(math.nextafter(swap.at, -math.inf))
             self._take_over(swap, now)
-        end = self._transport.end(self._score.beats)
+        end = self._transport.end(self._scene_ends)
         if self._state == "playing" and performed >= end:
             self._send_due(end)
-            self._transport = replace(self._transport, since=end, origin=self._beat(now))
-            self._state = "ended"
-            if not self._sink.real:
-                self._look_at(self._score.parts)  # for bumps in the last second
-            self._tell_transport(now)
+            self._end(end, now)
         self._send_due(performed)
         if self._sink.real and (line := self._repeats.news()):
             self._tell({"type": "warning", "message": line})
@@ -294,6 +385,38 @@ class Player:
         return min(at, now + self._sink.period) if self._sink.period else at
 
     @property
+    def _beats(self) -> Duration:
+        """How long the score lasts, as far as that is known."""
+        if not self._score.open:
+            return self._score.beats
+        return ENDLESS if self._has_next else self._scene_end
+
+    @property
+    def _has_next(self) -> bool:
+        """Whether there is another scene."""
+        return self._scene + 1 < self._score.scenes
+
+    @property
+    def _scene_ends(self) -> Duration:
+        """The beat at which the next scene begins, or all ends."""
+        end = self._scene_end
+        return end if isinstance(end, float) or not self._has_next else math.ceil(end)
+
+    @property
+    def _before_next_scene(self) -> float:
+        """The last performance time at which what belongs to this scene is sent, if there is another."""
+        if self._state != "playing" or not self._has_next:
+            return math.inf
+        return math.nextafter(self._transport.end(self._scene_ends), -math.inf)
+
+    @property
+    def _next_begins_first(self) -> bool:
+        """Whether the next scene begins before the next score takes over."""
+        if not (self._next and self._has_next and self._state == "playing"):
+            return False
+        return self._transport.end(self._scene_ends) <= self._next.at
+
+    @property
     def is_exact(self) -> bool:
         """Whether what is due next must be sent at its exact time. Repeats may be a little late."""
         return self._change_due() <= self._repeats.due
@@ -311,7 +434,7 @@ class Player:
     def _beat(self, now: float) -> Exact:
         """The current beat of the score."""
         playing = self._state == "playing"
-        return self._transport.beat(now, self._score.beats) if playing else self._transport.origin
+        return self._transport.beat(now, self._beats) if playing else self._transport.origin
 
     def _place_at(self, beat: Exact) -> None:
         """Move simulated robots to where they ideally are at a beat."""
@@ -331,8 +454,21 @@ class Player:
         """The performance time of the next event that has an exact time. Repeats may be a little late."""
         queued = self._queue[0].at if self._queue else math.inf
         swap = self._next.at if self._next and self._state != "paused" else math.inf
-        end = self._transport.end(self._score.beats) if self._state == "playing" else math.inf
-        return min(queued, swap, end)
+        end = self._transport.end(self._scene_ends) if self._state == "playing" else math.inf
+        return min(queued, swap, end, self._foreseen_at)
+
+    @property
+    def _foreseen_at(self) -> float:
+        """The performance time of the next edge that was announced."""
+        playing = self._state == "playing" and self._foreseen
+        return self._transport.end(self._foreseen[0].beat) if playing else math.inf
+
+    def _switch_time(self, when: Switch, performed: float, beats_per_bar: int) -> float:
+        """When another score takes over. One that waits for the end of an open score waits until that is known."""
+        beats = self._beats
+        if when == "end" and beats == ENDLESS and not never_ends(self._score):
+            return math.inf
+        return self._transport.switch_time(when, performed, beats, beats_per_bar)
 
     def _performed(self, now: float) -> float:
         """The current performance time. Rounding never puts it before an event that is due on the clock."""
@@ -340,7 +476,9 @@ class Player:
         performed = self._transport.performed(now)
         return max(performed, due) if self._transport.clock(due) <= now else performed
 
-    def _restart(self, score: Score, generation: int, now: float, entry: Entry | None) -> None:
+    def _restart(
+        self, score: Score, generation: int, now: float, entry: Entry | None, senses: Iterable[Foreseen] | None
+    ) -> None:
         old = self._score.parts
         leaving = [robot for robot in old if robot not in score.parts]
         for robot in leaving:
@@ -348,12 +486,18 @@ class Player:
         self._leave_topics(score, self._transport.performed(now))
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
-        self._queue, self._next, self._wanted = [], None, {}
+        self._queue, self._next, self._wanted, self._advanced = [], None, {}, 0.0
+        self._follows, self._replays = entry is not None or senses is not None, senses is not None
+        if self._follows:
+            self._senses = {what: value for what, value in self._senses.items() if not isinstance(what, RobotSense)}
         self._repeats.restart()
         for robot in leaving:
             self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
         self._listeners.begin(score, {*old, *score.parts})
-        self._score, self._generation, self._restarted = score, generation, generation
+        self._score = self._begun = score
+        self._generation = self._restarted = generation
+        self._enter(0)
+        self._foreseen.extend(senses or ())
         self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)
         for robot in score.parts:
             self._met.setdefault(robot, now)
@@ -371,8 +515,10 @@ class Player:
     def _join(self, entry: Entry, now: float) -> None:
         """Play from the beat on that another stage has reached, since it may have begun long ago."""
         beat, begins = near(entry["beat"]), entry.get("begins", {})
+        scene, since = _scene_of(entry)
         parts = {name: replace(part, begins=near(begins.get(name, 0))) for name, part in self._score.parts.items()}
-        self._score = replace(self._score, parts=parts)
+        self._score = self._begun = replace(self._score, parts=parts, scene=scene, since=since)
+        self._enter(beat)
         if beat:
             self._place_at(beat)
         self._play_from(beat, 0.0, now)
@@ -380,7 +526,8 @@ class Player:
     def _look_for_listeners(self, now: float) -> None:
         found, self._unheard = self._unheard, set(self._sink.missing(self._unheard))
         for robot in found - self._unheard:
-            if not self._score.parts[robot].movement.duration:
+            part = self._score.parts[robot]
+            if not part.movement.duration and not any(scene.open for scene in part.scenes):
                 self._sink.send(robot, STILL, 0.0)  # a robot that only has to stop need not wait for the others
         if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in self._unheard):
             return
@@ -391,16 +538,21 @@ class Player:
     def _take_over(self, swap: Swap, now: float) -> None:
         """Have a score take over. Parts that stay the same are not touched; first of all, their setpoints are sent."""
         old, beat = self._score, self._beat_of(swap)
-        score = _edited(old, swap, beat, simulated=not self._sink.real)
-        entering = {robot for robot, part in score.parts.items() if not _continues(old.parts.get(robot), part)}
-        goes_on = self._state == "playing" and score.tempo == old.tempo
+        scene, since = self._scene_after(swap, beat)
+        score = self._edited(swap, beat, scene, since)
+        entering = {robot for robot in score.parts if not self._plays_on(robot, score)}
+        goes_on = self._state == "playing" and score.tempo == old.tempo and not self._shifts(swap)
         leaving = old.parts.keys() - score.parts.keys()
         self._drop({*entering, *leaving} if goes_on else {*old.parts, *score.parts})
         self._send_due(swap.at)
         self._leave_topics(score, swap.at)
         self._sink.prepare(score, False)
         self._listeners.begin(score, entering)
-        self._score, self._generation = score, swap.generation
+        self._score = self._begun = score
+        self._generation, self._scene = swap.generation, scene
+        for robot in {*entering, *leaving}:
+            self._open.pop(robot, None)
+            self._over.pop(robot, None)
         for robot in entering:
             self._met.setdefault(robot, now)
         for robot in leaving:
@@ -410,6 +562,96 @@ class Player:
         else:
             self._play_from(beat, swap.at, now)
         self._look_at(entering)
+
+    def _scene_after(self, swap: Swap, beat: Exact) -> tuple[int, Exact]:
+        """The scene with which a score takes over, and the beat at which it began. After the end, all begins again."""
+        if swap.entry:
+            return _scene_of(swap.entry)
+        if self._is_over(beat):
+            return 0, beat
+        scene = min(self._scene, max(swap.score.scenes - 1, 0))
+        return scene, self._score.scene_begins[scene - self._score.scene] if scene == self._scene else beat
+
+    def _is_over(self, beat: Exact) -> bool:
+        """Whether the whole score is over at a beat."""
+        end = self._scene_end
+        return not self._has_next and not isinstance(end, float) and beat >= near(float(end))
+
+    def _edited(self, swap: Swap, beat: Exact, scene: int, since: Exact) -> Score:
+        """The score that takes over at a beat, with the beats at which its parts of this scene began."""
+        old, is_over = self._score, self._is_over(beat)
+        decided = None if swap.entry is None else swap.entry.get("begins", {})
+        poses = self._sink.poses() if old.open else {}
+        parts = {}
+        for robot, part in swap.score.parts.items():
+            before, begins = old.parts.get(robot), beat
+            if decided is not None:
+                begins = near(decided.get(robot, 0))
+            elif before and not is_over and scene == self._scene and _are_alike(before, part, scene):
+                begins = old.begins(robot, scene)
+            part, entered = replace(part, begins=begins, scene=scene), None
+            if before and scene == self._scene and _are_alike(before, part, scene) and self._begins(robot) == begins:
+                if before.scene == scene:
+                    entered = before.entered or before.start
+                else:
+                    entered = None if self._sink.real else pose_at(before, begins)
+            elif before and not self._sink.real:
+                entered = poses.get(robot) or pose_at(before, beat)
+            parts[robot] = replace(part, entered=entered)
+        return replace(swap.score, parts=parts, scene=scene, since=since)
+
+    def _begins(self, robot: str) -> Exact:
+        """The beat at which a robot's part of this scene began."""
+        return self._score.begins(robot, self._scene)
+
+    def _plays_on(self, robot: str, score: Score) -> bool:
+        """Whether a robot's part of a score is the one that it plays already."""
+        before, part = self._score.parts.get(robot), score.parts[robot]
+        if before is None or part.scene != self._scene or not _are_alike(before, part, part.scene):
+            return False
+        return self._begins(robot) == part.begins
+
+    def _shifts(self, swap: Swap) -> bool:
+        """Whether the stage that leads counts its beats from another moment than we do."""
+        if not swap.entry or self._state != "playing":
+            return False
+        ours = self._transport.clock(self._transport.end(near(swap.entry["beat"])))
+        return abs(ours - swap.entry["monotonic"]) > SAME_MOMENT
+
+    def _enter(self, beat: Exact) -> None:
+        """Get ready to play from a beat on as if no sense had held before."""
+        self._scene, _ = self._score.scene_at(beat)
+        self._open, self._over, self._asked = {}, {}, ()
+        self._foreseen.clear()
+
+    def _end(self, end: float, now: float) -> None:
+        """The scene is over: the next one begins, or another score, or nothing."""
+        beat = self._scene_ends
+        assert not isinstance(beat, float)
+        if self._has_next:
+            self._begin_scene(self._scene + 1, beat, end, now)
+            return
+        if self._next and self._next.at == math.inf:
+            swap, self._next = replace(self._next, at=end), None
+            self._take_over(swap, now)
+            return
+        self._transport = replace(self._transport, since=end, origin=beat)
+        self._state = "ended"
+        if not self._sink.real:
+            self._look_at(self._score.parts)  # for bumps in the last second
+        self._tell_transport(now)
+
+    def _begin_scene(self, scene: int, beat: Exact, performed: float, now: float) -> None:
+        """Begin a scene for all robots. If its beat was not known ahead, tell it, and count from there."""
+        self._scene, self._open, self._over = scene, {}, {}
+        if self._score.open:
+            poses = self._sink.poses()
+            parts = {
+                robot: replace(part, begins=beat, scene=scene, scene_begins=(), entered=poses.get(robot))
+                for robot, part in self._score.parts.items()
+            }
+            self._score = replace(self._score, parts=parts, scene=scene, since=beat)
+        self._begin(self._score.parts, beat, performed, now, tells=self._score is not self._begun)
 
     def _beat_of(self, swap: Swap) -> Exact:
         """The beat at which a score takes over."""
@@ -436,19 +678,132 @@ class Player:
             return
         self._state, self._continues = "playing", False
         if swap := self._next:
-            at = self._transport.switch_time(swap.when, performed, self._score.beats, swap.beats_per_bar)
-            self._next = replace(swap, at=at)
+            self._next = replace(swap, at=self._switch_time(swap.when, performed, swap.beats_per_bar))
         self._begin(self._score.parts, beat, performed, now)
 
-    def _begin(self, robots: Collection[str], beat: Exact, performed: float, now: float) -> None:
-        """Have robots play their parts from a beat on, starting at this performance time."""
+    def _begin(self, robots: Collection[str], beat: Exact, performed: float, now: float, *, tells: bool = True) -> None:
+        """Have robots play their parts of this scene from a beat on, starting at this performance time."""
         self._drop(robots)
         for robot in robots:
             self._zeros_left[robot] = LAST_ZEROS if self._is_silent(robot) else 0
-            self._enqueue(robot, _told(self._score.parts[robot], self._tempo, beat), performed)
+            self._cast(robot, beat, performed)
+        self._find_end()
+        self._asked = tuple(
+            RobotSense(robot, sense) for robot in self._open for sense in self._score.parts[robot].senses
+        )
         self._listeners.wait(now)
-        self._tell_transport(now, self._transport.clock(performed))
+        if tells:
+            self._tell_transport(now, self._transport.clock(performed))
+        for what in self._asked if tells else ():
+            if not self._follows and self._senses.get(what) is not None:
+                value = self._value(what)
+                self._tell_sensed(what, value, beat, performed, now)
         self.advance(now)
+
+    def _cast(self, robot: str, beat: Exact, performed: float) -> None:
+        """Have a robot play its part of this scene from a beat on, if that is still to begin or not yet over."""
+        part, begins = self._score.parts[robot], self._begins(robot)
+        movement = part.of_scene(self._scene)
+        if not movement.open:
+            self._over[robot] = begins + movement.duration
+            self._enqueue(robot, _told(part, movement, begins, self._tempo, beat), performed)
+            return
+        if robot not in self._open:
+            self._open[robot] = OpenPart(movement, begins, lambda sense: self._value(RobotSense(robot, sense)))
+            if begins < beat:
+                self._open[robot].skip(beat)
+        self._over[robot] = ENDLESS
+        self._wanted.pop(robot, None)
+        self._open[robot].due = max(beat, begins)
+        heappush(self._queue, _Due(self._transport.end(max(beat, begins)), robot, None, True, iter(()), 0.0))
+
+    def _find_end(self) -> None:
+        self._scene_end = max(self._over.values(), default=0)
+
+    def _value(self, what: RobotSense) -> bool | None:
+        """What a robot senses now; None if that is not known."""
+        if what in self._forced:
+            return self._forced[what]
+        part = self._score.parts.get(what.robot)
+        source = part.senses.get(what.sense) if part else None
+        if what.sense == CUE and isinstance(source, BuiltIn):
+            return self._cued
+        if isinstance(source, Key) and not self._follows:
+            return source.key in self._keys
+        return self._senses.get(what)
+
+    def _sense(self, what: RobotSense, value: bool | None, at: float, now: float) -> None:
+        """A robot senses something since a time on the clock: have it react."""
+        self._senses[what] = value
+        if what not in self._forced:
+            self._react(what, at, now)
+
+    def _react(self, what: RobotSense, at: float, now: float) -> None:
+        """Have a robot react to what it senses since a time on the clock. What has been performed can't be changed."""
+        part = self._score.parts.get(what.robot)
+        if self._follows or not part or what.sense not in part.senses:
+            return
+        performed = max(min(self._transport.performed(min(at, now)), self._transport.performed(now)), 0.0)
+        playing = self._state == "playing"
+        beat = (
+            self._transport.beat(self._transport.clock(performed), self._beats) if playing else self._transport.origin
+        )
+        open_part = self._open.get(what.robot)
+        if playing and open_part:
+            beat = open_part.next_after(beat)
+        self._cued = what.sense == CUE
+        value = self._value(what)
+        self._tell_sensed(what, value, beat, performed, now)
+        if playing and open_part and open_part.has_begun:
+            self._perform(what.robot, beat, max(performed, self._advanced))
+        self._cued = False
+
+    def _take_foreseen(self, at: float) -> None:
+        """Take the edges that were announced and are due."""
+        beat, robots = self._foreseen[0].beat, {}
+        while self._foreseen and self._foreseen[0].beat == beat:
+            _, what, value = self._foreseen.popleft()
+            self._senses[what] = value
+            if self._replays and what.robot in self._score.parts:
+                self._tell_sensed(what, value, beat, at, self._transport.clock(at))
+            robots[what.robot] = what.sense == CUE
+        for robot, self._cued in robots.items():
+            if (open_part := self._open.get(robot)) and open_part.has_begun:
+                self._perform(robot, beat, max(at, self._advanced))
+        self._cued = False
+
+    def _perform(self, robot: str, beat: Exact, at: float) -> None:
+        """Perform a robot's open part up to a beat, and tell it what to do from this performance time on."""
+        open_part, part = self._open[robot], self._score.parts[robot]
+        is_over = False
+        try:
+            for decision in open_part.perform(beat):
+                self._tell_decided(robot, decision, at)
+        except TooManyChangesError:
+            line = f"{robot} stops: its part changes more often than it can be performed"
+            self._tell({"type": "error", "message": line})
+            is_over = True
+        self._queue = [due for due in self._queue if due.robot != robot]
+        heapify(self._queue)
+        if is_over or open_part.is_over:
+            del self._open[robot]
+            self._repeats.release(robot)
+            self._over[robot] = open_part.beat
+            self._find_end()
+            self._enqueue(robot, zeros(0.0, 1 / part.profile.command_rate), at)
+            return
+        moving = twist(open_part.velocity, part.profile, self._tempo)
+        if moving != self._wanted.get(robot):
+            self._send(robot, moving, at)
+            self._repeats.hold(robot, part.profile.command_rate, at)
+        until = open_part.until
+        assert not isinstance(until, float)
+        due = self._transport.end(until)
+        if due < at + float(SHORTEST):
+            due = at + float(SHORTEST)
+            until = max(until, self._transport.beat(self._transport.clock(due), ENDLESS))
+        open_part.due = until
+        heappush(self._queue, _Due(due, robot, None, True, iter(()), 0.0))
 
     def _stop_of(self, score: Score) -> str | None:
         """The emergency stop of a score, if it is on."""
@@ -515,7 +870,7 @@ class Player:
         self._state, self.reached = state, now
         if problems:
             raise problems[0]
-        self._sink.advance(performed)
+        self._advance_sink(performed)
         self._tell_transport(now)
 
     def _drop(self, robots: Collection[str]) -> None:
@@ -537,26 +892,60 @@ class Player:
 
     def _send_due(self, performed: float) -> None:
         """Send every change that is due, and then the repeats of one slot, so that a change never waits for more."""
-        while self._queue and self._queue[0].at <= performed:
+        asked = performed
+        while True:
+            performed = min(asked, self._before_next_scene)
+            queued = self._queue[0].at if self._queue else math.inf
+            first = min(queued, self._foreseen_at)
+            if self._feel(min(first, performed)):
+                continue
+            if first > performed:
+                break
+            if self._foreseen_at <= queued:
+                self._take_foreseen(first)
+                continue
             due = []
-            while self._queue and self._queue[0].at <= performed:
+            while self._queue and self._queue[0].at <= (first if self._asked else performed):
                 due.append(heappop(self._queue))
             self._send_all(due)
         if self._repeats.due <= performed:
             for robot in self._repeats.take(performed):
                 self._send(robot, self._wanted[robot], performed)
+        self._advance_sink(performed)
+
+    def _feel(self, performed: float) -> bool:
+        """Have the sink advance, and take the first edges that it finds until then. Whether it found any."""
+        if not self._asked or self._follows or self._state != "playing" or performed < self._advanced:
+            return False
+        edges = self._sink.sensed(self._asked, performed)
+        for edge in edges:
+            assert isinstance(edge.what, RobotSense)
+            self._advanced = max(self._advanced, edge.at)
+            at = self._transport.clock(edge.at)
+            self._sense(edge.what, edge.value, at, at)
+        if not edges:
+            self._advanced = max(self._advanced, performed)
+        return bool(edges)
+
+    def _advance_sink(self, performed: float) -> None:
         self._sink.advance(performed)
+        self._advanced = max(self._advanced, performed)
 
     def _send_all(self, due: Sequence[_Due]) -> None:
         """Send these setpoints, and only then compute the next ones."""
         sent = 0
         try:
-            for at, robot, moving, *_ in due:
+            for each in due:
                 sent += 1
-                self._send(robot, moving, at)
+                if each.twist is None:
+                    self._perform(each.robot, self._open[each.robot].due, each.at)
+                else:
+                    self._send(each.robot, each.twist, each.at)
         finally:
             # Also if a robot can't be reached: it must not come first again and hold up the zeros of the others.
-            for at, robot, _, held, rest, offset in due[:sent]:
+            for at, robot, moving, held, rest, offset in due[:sent]:
+                if moving is None:
+                    continue
                 if held:
                     self._repeats.hold(robot, self._score.parts[robot].profile.command_rate, at)
                 else:
@@ -583,19 +972,41 @@ class Player:
         for line in self._listeners.news():
             self._tell({"type": "warning", "message": line})
 
+    def _moment(self, robot: str, beat: Exact, performed: float, now: float) -> Moment:
+        """What is told of every edge and decision; `now` is when `_wall` is asked."""
+        at = self._transport.clock(performed)
+        return {
+            "generation": self._generation,
+            "robot": robot,
+            "beat": float(beat),
+            "performed": performed,
+            "wall": round((self._wall() - (now - at)) * 1e9),
+        }
+
     def whereabouts(self) -> Poses:
         """The poses of simulated robots at beat 0 and now; empty for real robots."""
         poses = _as_json(self._sink.poses())
         return {"start": self._start_poses, "poses": poses} if poses else {}
 
+    def _tell_sensed(self, what: RobotSense, value: bool | None, beat: Exact, performed: float, now: float) -> None:
+        robot, sense = what
+        self._tell({"type": "sensed", "sense": sense, "value": value, **self._moment(robot, beat, performed, now)})
+
+    def _tell_decided(self, robot: str, decision: Decision, performed: float) -> None:
+        sources = [[source.statement, *source.span] for source in decision.sources]
+        moment = self._moment(robot, decision.beat, performed, self._transport.clock(performed))
+        self._tell({"type": "decided", "sources": sources, "held": decision.held, **moment})
+
     def _tell_transport(self, now: float, at: float | None = None) -> None:
         """Report the position and poses at a time on the clock (default: now). The sink must have advanced to it."""
         at = now if at is None else at
-        beats = self._score.beats
+        beats = self._score.beats if self._state == "waiting" and not self._score.open else self._beats
         waits = self._waits_for() if self._state in ("paused", "stopped") else []
         waiting: Waiting = {"waits_for": waits} if waits else {}
         begins = {robot: float(part.begins) for robot, part in self._score.parts.items() if part.begins}
         began: Begins = {"begins": begins} if begins else {}
+        if self._score.scene or self._score.since:
+            began["scene"] = {"index": self._score.scene, "begins": float(self._score.since)}
         message: TransportMessage = {
             "type": "transport",
             "generation": self._generation,
@@ -618,47 +1029,29 @@ class Player:
         self._tell(message)
 
 
-def _edited(old: Score, swap: Swap, beat: Exact, *, simulated: bool) -> Score:
-    """The score that takes over from another at a beat, with the beats at which its parts began.
-
-    What has ended as a whole begins again.
-    """
-    is_over = old.beats != ENDLESS and beat >= near(float(old.beats))
-    decided = None if swap.entry is None else swap.entry.get("begins", {})
-    parts = {}
-    for robot, part in swap.score.parts.items():
-        before = old.parts.get(robot)
-        begins = beat
-        if decided is not None:
-            begins = near(decided.get(robot, 0))
-        elif before and not is_over and _are_alike(before, part):
-            begins = before.begins
-        part, entered = replace(part, begins=begins), None
-        if before and _continues(before, part):
-            entered = before.entered or before.start
-        elif before and simulated:
-            entered = pose_at(before, beat)
-        parts[robot] = replace(part, entered=entered)
-    return replace(swap.score, parts=parts)
+def never_ends(score: Score) -> bool:
+    """Whether a score goes on forever, whatever is sensed."""
+    return any(lengths(part.scenes[-1]).shortest == ENDLESS for part in score.parts.values() if part.scenes)
 
 
-def _are_alike(before: Part, part: Part) -> bool:
-    """Whether two parts of a robot move it alike."""
-    return before.edition == part.edition != UNNUMBERED
+def _scene_of(entry: Entry) -> tuple[int, Exact]:
+    """The scene with which a score took over, and the beat at which it began."""
+    scene = entry.get("scene")
+    return (scene["index"], near(scene["begins"])) if scene else (0, 0)
 
 
-def _continues(before: Part | None, part: Part) -> bool:
-    """Whether a part is the one that its robot plays already."""
-    return before is not None and _are_alike(before, part) and before.begins == part.begins
+def _are_alike(before: Part, part: Part, scene: int) -> bool:
+    """Whether two parts of a robot move it alike in a scene."""
+    return before.edition(scene) == part.edition(scene) != UNNUMBERED
 
 
-def _told(part: Part, tempo: Fraction, beat: Exact) -> Iterator[Setpoint]:
-    """A part's setpoints from a beat of the performance on. Its robot stands until the part begins."""
-    if beat >= part.begins:
-        return setpoints(part, tempo, beat - part.begins)
-    until = float((part.begins - beat) * 60 / tempo)
+def _told(part: Part, movement: Movement, begins: Exact, tempo: Fraction, beat: Exact) -> Iterator[Setpoint]:
+    """The setpoints of a movement that begins at a beat, from another on. Its robot stands until it begins."""
+    if beat >= begins:
+        return setpoints(part.profile, movement, tempo, beat - begins)
+    until = float((begins - beat) * 60 / tempo)
     standing = takewhile(lambda each: each.at < until, zeros(0.0, 1 / part.profile.command_rate))
-    return chain(standing, (each._replace(at=until + each.at) for each in setpoints(part, tempo)))
+    return chain(standing, (each._replace(at=until + each.at) for each in setpoints(part.profile, movement, tempo)))
 
 
 def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:

@@ -60,6 +60,24 @@ class _Timed(TypedDict, total=False):
     at: float
 
 
+class Moment(TypedDict):
+    """What a robot senses or decides in a score: at this beat, so many seconds after beat 0, at this Unix time (ns)."""
+
+    generation: int
+    robot: str
+    beat: float
+    performed: float
+    wall: int
+
+
+class Sensed(Moment):
+    """A sense of a robot has become true or false, or silent (null)."""
+
+    type: Literal["sensed"]
+    sense: str
+    value: bool | None
+
+
 class _Load(TypedDict):
     type: Literal["load"]
     generation: int
@@ -93,10 +111,14 @@ class Entry(Begins):
 
 
 class Load(_Load, _Timed, total=False):
-    """Play a score: what `score.to_json` makes. `entry` is what the stage that leads has decided."""
+    """Play a score: what `score.to_json` makes. `entry` is what the stage that leads has decided.
+
+    With `senses`, those of a recording, robots sense this and nothing else.
+    """
 
     beats_per_bar: int
     entry: Entry
+    senses: Sequence[Sensed]
 
 
 class Hush(_Timed):
@@ -162,25 +184,7 @@ class Force(_Timed):
     value: bool | None
 
 
-class _OfRobot(TypedDict):
-    """What a robot senses or decides in a score: at this beat, so many seconds after beat 0, at this Unix time (ns)."""
-
-    generation: int
-    robot: str
-    beat: float
-    performed: float
-    wall: int
-
-
-class Sensed(_OfRobot):
-    """A sense of a robot has become true or false, or silent (null)."""
-
-    type: Literal["sensed"]
-    sense: str
-    value: bool | None
-
-
-class Decided(_OfRobot):
+class Decided(Moment):
     """A word of senses has decided something: `sources` (statement, start, and end of each) ends with that word.
 
     `held` tells whether its condition did.
@@ -462,8 +466,7 @@ class DrawnTrails(TypedDict):
 class ShownRobot(TypedDict):
     """What a robot of a score is like: `start_pose` is x, y, z and heading, and `near` is how far ahead that reaches.
 
-    Its part `begins` and `ends` at a beat, and so do its `scenes`. `senses` are those that its part reads, with their
-    sources as in a score.
+    Its part `begins` and `ends` at a beat. `senses` are those that its part reads, with their sources as in a score.
     """
 
     profile: str
@@ -473,7 +476,6 @@ class ShownRobot(TypedDict):
     start_pose: Sequence[float]
     begins: float
     ends: float | None
-    scenes: Sequence[float]
     senses: Mapping[str, Mapping[str, Any]]
     near: float
 
@@ -485,11 +487,13 @@ class Deadman(TypedDict):
 
 
 class ShownScore(TypedDict):
-    """A score for those who watch."""
+    """A score for those who watch: from scene `scene` on, counted from 0, its `scenes` begin at these beats."""
 
     type: Literal["score"]
     generation: int
     tempo: float
+    scene: int
+    scenes: Sequence[float]
     beats: float | None
     world: Mapping[str, Any] | None
     text: str

@@ -7,8 +7,9 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.score.motion import STILL, Twist
-from improv_core.score.movement import Exact
-from improv_core.score.score import Part, twist
+from improv_core.score.movement import Exact, Movement
+from improv_core.score.profiles import Profile
+from improv_core.score.score import twist
 from improv_core.score.walk import walk
 
 LAST_ZEROS = 3
@@ -25,24 +26,24 @@ class Setpoint(NamedTuple):
     held: bool
 
 
-def setpoints(part: Part, tempo: Fraction, start: Exact = 0) -> Iterator[Setpoint]:
-    """All setpoints from beat `start` on, with times counted from there: each change, then zeros."""
-    period = 1 / part.profile.command_rate
+def setpoints(profile: Profile, movement: Movement, tempo: Fraction, start: Exact = 0) -> Iterator[Setpoint]:
+    """All setpoints of a movement from its beat `start` on, with times counted from there: each change, then zeros."""
+    period = 1 / profile.command_rate
     seconds = 60 / tempo
     shortest = SHORTEST / seconds
-    duration = part.movement.duration
+    duration = movement.duration
     if start >= duration:
         yield from zeros(0.0, period)
         return
-    moments = walk(part.movement, start, merge=True)
+    moments = walk(movement, start, merge=True)
     while moment := next(moments, None):
         if moment.duration < shortest:
             end = moment.start + shortest
             if end >= duration:
                 end = Fraction(duration)
-            moments = walk(part.movement, end, merge=True)
+            moments = walk(movement, end, merge=True)
         # Compute each time from the start instead of adding up, so no error grows however long it plays.
-        yield Setpoint(float((moment.start - start) * seconds), twist(moment.velocity, part.profile, tempo), True)
+        yield Setpoint(float((moment.start - start) * seconds), twist(moment.velocity, profile, tempo), True)
     yield from zeros(float((duration - start) * seconds), period)
 
 

@@ -44,6 +44,11 @@ def resume(ls: Session, *arguments: Any) -> None:
     ls.performance.resume(ls.arrival.stops)
 
 
+def cue(ls: Session, *arguments: Any) -> None:
+    """Give the cue that robots wait for."""
+    ls.performance.conduct({"type": "cue"})
+
+
 def seek(ls: Session, *arguments: Any) -> None:
     """Continue from the beat that is the argument, counted from 0."""
     if len(arguments) == 1 and _is_beat(arguments[0]):

@@ -22,6 +22,8 @@ from tests.stage.test_player import score
 CROWD = 100
 SELDOM = 10
 """Scans of a scanner after which something changes, if that is not each time."""
+REACTION = 4
+"""Scans after which something changes for a robot that reacts: its beats are shorter than that."""
 P50, P99 = 3.0, 10.0
 """The goal from a scan to its edge, in ms."""
 MOST = 1.2
@@ -32,8 +34,35 @@ def run(quick: bool) -> None:
     """Measure and print; `quick` measures the same for a few seconds each."""
     seconds, rounds = (4, 1) if quick else (20, 3)
     print(f"{len(os.sched_getaffinity(0))} cores, load average {os.getloadavg()[0]:.2f}\n")
+    _print_reactions(seconds)
     _print_edges(seconds)
     _print_commands(seconds, rounds)
+
+
+def _print_reactions(seconds: int) -> None:
+    print(f"From a scan published, {RATE} a second, to the changed Twist at a subscriber, milliseconds\n")
+    print_row("reactions", "missing", "p50", "p99", "max", "goal", "")
+    print_row("---:", *["---:"] * 4, "---", "---")
+    changes, late = _reactions(seconds)
+    met = median(late) <= P50 and p99(late) <= P99
+    figures = (f"{value:.2f}" for value in (median(late), p99(late), max(late)))
+    verdict = "met" if met else "not met"
+    print_row(f"{len(late)}", f"{changes - len(late)}", *figures, f"p50 ≤ {P50:g}, p99 ≤ {P99:g}", verdict)
+    print()
+
+
+def _reactions(seconds: int) -> tuple[int, list[float]]:
+    """How many scans changed something, and how long it took until the robot heard that it has to stand, in ms."""
+    text = "beat 1200\nr0 $ repeat (until near (repeat forward) until not near (repeat left))\n"
+    with Listener("spin", ["/r0/cmd_vel"]) as listener, _stage() as stage:
+        _load(stage, _with_senses(score(text)))
+        published = _told(_python("ros_scanner.py", f"{seconds}", f"{REACTION}", "r0"))
+        stage.communicate(timeout=LIMIT)
+        heard = listener.end()["/r0/cmd_vel"]
+    edges = [at for _, _, at in published[::REACTION]][1:]  # the first says what has been so all along
+    stops = [next((each.received for each in heard if each.still and each.received >= at), None) for at in edges]
+    late = [(stop - at) * 1000 for stop, at in zip(stops, edges, strict=True) if stop and stop < at + REACTION / RATE]
+    return len(edges), late
 
 
 def _print_edges(seconds: int) -> None:
@@ -139,12 +168,9 @@ def _with_senses(program: Score) -> Score:
 
 def _play(program: Score) -> float:
     """Play a score on a stage of its own until it ends; when beat 0 was."""
-    command = [PYTHON, str(FOLDER), "--sink", "ros"]
-    with subprocess.Popen(command, env=ENV, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as stage:
-        assert stage.stdin
+    with _stage() as stage:
+        _load(stage, program)
         assert stage.stdout
-        load = {"type": "load", "generation": 1, "score": to_json(program), "when": "restart", "backend": "ROS 2"}
-        print(json.dumps(load), file=stage.stdin, flush=True)
         zero = 0.0
         for line in stage.stdout:
             message = json.loads(line)
@@ -157,6 +183,17 @@ def _play(program: Score) -> float:
         time.sleep(0.5)  # for the last zeros
         stage.communicate(timeout=LIMIT)
     return zero
+
+
+def _stage() -> subprocess.Popen[str]:
+    command = [PYTHON, str(FOLDER), "--sink", "ros"]
+    return subprocess.Popen(command, env=ENV, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def _load(stage: subprocess.Popen[str], program: Score) -> None:
+    assert stage.stdin
+    load = {"type": "load", "generation": 1, "score": to_json(program), "when": "restart", "backend": "ROS 2"}
+    print(json.dumps(load), file=stage.stdin, flush=True)
 
 
 def _python(script: str, *arguments: str) -> subprocess.Popen[str]:

@@ -40,6 +40,24 @@ def test_compile_merges_equal_neighbors_and_ends_whatever_the_program() -> None:
         assert done.returncode == 0
 
 
+def test_compile_assumes_that_nothing_is_sensed_or_what_a_script_says(tmp_path: Path) -> None:
+    program, script = tmp_path / "dance.improv", tmp_path / "senses.json"
+    program.write_text("r $ (until not near repeat forward) until bump repeat left\nbo $ left\n")
+    script.write_text('[{"sense": "near", "robot": "r", "from": 0, "to": 2.25}, {"sense": "bump", "from": 5}]')
+    robots = json.loads(run("compile", program).stdout)["robots"]
+    assert (robots["r"]["open"], robots["r"]["beats"], robots["r"]["endless"]) == (True, None, True)
+    assert [segment[0] for segment in robots["r"]["segments"]] == [0, 1]
+    assert (robots["bo"]["open"], robots["bo"]["beats"]) == (False, "1")
+    done = run("compile", program, "--senses", script)
+    robots = json.loads(done.stdout)["robots"]
+    assert [segment[:3] for segment in robots["r"]["segments"]] == [[0, 2.25, 2], [2.25, 0.75, 0], [3, 2, 0], [5, 1, 0]]
+    assert (robots["r"]["beats"], robots["r"]["endless"], robots["r"]["truncated"]) == ("6", False, False)
+    script.write_text('[{"sense": "near"}]')
+    done = run("compile", program, "--senses", script)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"improv: {script}: entry 1: write `sense`, `from`")
+
+
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_are_right(path: Path) -> None:
     done = run("compile", path)

@@ -49,7 +49,7 @@ def test_a_program_is_recorded_at_once(program: Path, tmp_path: Path) -> None:
     before = time.time_ns()
     done = run("record", program, "-o", path)
     assert (done.returncode, done.stderr) == (0, "")
-    assert re.fullmatch(rf"{path}: 2 robots, 86 messages, 2\.1 s \(computed in \d+\.\d\d s\)\n", done.stdout)
+    assert re.fullmatch(rf"{path}: 2 robots, 88 messages, 2\.1 s \(computed in \d+\.\d\d s\)\n", done.stdout)
     messages = read(path)
     start = messages[0].time
     assert before <= start <= time.time_ns()

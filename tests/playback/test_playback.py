@@ -523,7 +523,9 @@ def test_a_save_sends_each_stage_only_what_it_lacks() -> None:
         )
         bert = twin.loads[-1]["score"]["parts"]["bert"]
         assert len(twin.loads[-1]["score"]["movements"]) < 6
-        assert bert["edition"] not in (twin.loads[0]["score"]["parts"][robot]["edition"] for robot in ("anna", "bert"))
+        assert bert["editions"] not in [
+            twin.loads[0]["score"]["parts"][robot]["editions"] for robot in ("anna", "bert")
+        ]
 
     check(performs)
 

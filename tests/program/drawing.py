@@ -7,19 +7,20 @@ from textwrap import dedent
 
 from improv_core.diagnostics import Severity
 from improv_core.program.analysis import Analysis, analyze
+from improv_core.robots.config import read_robots
 
 _LOUD = (Severity.ERROR, Severity.WARNING)
 _CARETS = re.compile(r" *\^+ [a-z-]+: ")
 
 
-def check(expected: str, *, hints: bool = False) -> Analysis:
-    """Analyze the lines without carets; what is drawn under them must be the lines with carets.
+def check(expected: str, *, hints: bool = False, robots: str = "") -> Analysis:
+    """Analyze the lines without carets, for the robots of an `improv.toml`; what is drawn must be all lines.
 
     Errors and warnings, and with `hints` all else too.
     """
     expected = dedent(expected).strip("\n")
     source = "\n".join(line for line in expected.split("\n") if not _CARETS.match(line))
-    analysis = analyze(source)
+    analysis = analyze(source, read_robots(robots))
     assert drawn(analysis, hints=hints) == expected
     return analysis
 

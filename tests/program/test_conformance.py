@@ -10,6 +10,7 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import compiled, score_of
+from improv_core.program.script import read_script
 from improv_core.score.score import from_json, to_json
 
 CASES: list[dict[str, Any]] = json.loads((Path(__file__).parent.parent / "conformance.json").read_text())["cases"]
@@ -17,7 +18,8 @@ CASES: list[dict[str, Any]] = json.loads((Path(__file__).parent.parent / "confor
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case["program"])
 def test_program_compiles_to_its_segments(case: dict[str, Any]) -> None:
-    robots = compiled(analyze(case["program"]))["robots"]
+    script = read_script(json.dumps(case.get("senses", [])))
+    robots = compiled(analyze(case["program"]), script=script)["robots"]
     assert list(robots) == list(case["robots"])
     for name, expected in case["robots"].items():
         segments = robots[name]["segments"]

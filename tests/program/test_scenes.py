@@ -160,19 +160,3 @@ def test_the_items_of_a_choice_are_equally_long() -> None:
             ^^^^^^ uneven-choice: the items of `choose` differ in length (1 beat, ∞): give them one length with `fit`
         r $ choose (left [up up] ease down)
     """)
-
-
-def test_senses_are_not_there_yet() -> None:
-    check("""
-        r $ until cue repeat left
-            ^^^^^ syntax: `until` needs a sense, and robots can't sense yet: remove it
-        r $ pause not near left if near left else right
-            ^^^^^ syntax: `pause` needs a sense, and robots can't sense yet: remove it
-                                ^^ syntax: `if` needs a sense, and robots can't sense yet: remove it
-        r $ until left
-                  ^^^^ syntax: write a sense after `until`, such as `cue`
-        r $ if near left
-                    ^^^^ syntax: write `else` and another movement after `left`
-        near = left
-        r $ near
-    """)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import queue
 import subprocess
@@ -14,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from improv_core.score.senses import Message
 from tests.needs import lacking
 
 LIMIT = 60.0
@@ -21,6 +23,7 @@ LIMIT = 60.0
 
 DRIVER = Path(__file__).parent / "driver.py"
 LISTENER = Path(__file__).parent / "listener.py"
+SENSOR = Path(__file__).parent / "sensor.py"
 OWN = Path(__file__).parents[2] / ".cache" / "ros" / "bin" / "python"
 
 
@@ -171,3 +174,44 @@ def start(ros_python: str, ros_env: dict[str, str]) -> Iterator[Callable[..., Si
 @pytest.fixture
 def sink(start: Callable[..., Sink]) -> Sink:
     return start()
+
+
+SCAN = {"angle_min": -math.pi, "angle_max": math.pi, "angle_increment": math.pi / 180, "range_min": 0.1}
+SCAN |= {"range_max": 10.0}
+
+
+def scan(ahead: float) -> dict[str, Any]:
+    """A scan in which something is straight ahead, and nothing else."""
+    return {**SCAN, "ranges": [math.inf] * 175 + [ahead] * 10 + [math.inf] * 175}
+
+
+class Sensor:
+    """A publisher in a process of its own."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self.process = process
+
+    def __call__(self, fields: dict[str, Any] | None, **more: Any) -> None:
+        print(json.dumps(fields and {**fields, **more}), file=self.process.stdin, flush=True)
+
+
+Sense = Callable[[str, Message], Sensor]
+
+
+@pytest.fixture
+def sensor(ros_python: str, ros_env: dict[str, str]) -> Iterator[Sense]:
+    started: list[subprocess.Popen[str]] = []
+
+    def start(topic: str, message: Message) -> Sensor:
+        pipe = subprocess.PIPE
+        process = subprocess.Popen(
+            [ros_python, SENSOR, topic, message], env=ros_env, stdin=pipe, stdout=pipe, text=True
+        )
+        started.append(process)
+        assert process.stdout
+        process.stdout.readline()
+        return Sensor(process)
+
+    yield start
+    for process in started:
+        process.communicate(timeout=LIMIT)

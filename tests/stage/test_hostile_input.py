@@ -75,6 +75,7 @@ def test_no_wrong_value_keeps_a_robot_moving() -> None:
     assert seen[Unreadable] > 4 * seen[Play] > 0  # some values are right in some places
 
 
+HELD = ["hold", [1, 0, 0, 0], 1, None]
 VOICES = [["hold", [1, 0, 0, 0], 1, None], ["hold", [0, 0, 0, 1], 1, None]]
 
 
@@ -88,6 +89,16 @@ VOICES = [["hold", [1, 0, 0, 0], 1, None], ["hold", [0, 0, 0, 1], 1, None]]
         {"movements": [["hold", [1, 0, 0, 0], -1, None]]},
         {"movements": [["hold", [1, 0, 0, 0], 1, None], ["series", [-1]]]},
         {"movements": [["series", [0]]]},
+        {"movements": [HELD, ["until", [0], 3, True, None]]},
+        {"movements": [HELD, ["until", [0], "near", 1, None]]},
+        {"movements": [HELD, ["until", [0, 0], "near", True, None]]},
+        {"movements": [HELD, ["if", [0], "near", True, None]]},
+        {"movements": [HELD, ["pause", [0], "near", True]]},
+        {"movements": [HELD, ["until", [0], "near", True, None], ["reverse", 1]]},
+        {"movements": [HELD, ["until", [0], "near", True, None], ["ease", 1]]},
+        {"movements": [HELD, ["until", [0], "near", True, None], ["chance", 1, "1/2", None]]},
+        {"movements": [HELD, ["until", [0], "near", True, None], ["choose", [0, 1]]]},
+        {"movements": [HELD, *(["until", [place], "near", True, None] for place in range(300))]},
         {"movements": [["hold", [1, 0, 0, 0], 1, None], ["pace", 0, "-1"]]},
         {"movements": [*VOICES, *(["parallel", [place, place + 1]] for place in range(300))]},
     ],

@@ -15,6 +15,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Deadman, Safety, Score
+from improv_core.score.senses import RobotSense
 from improv_core.stage.listeners import LOOK_AT, MOST_LINES
 from improv_core.stage.player import PATIENCE, Player, Told
 from improv_core.stage.protocol import TransportMessage, When
@@ -63,6 +64,10 @@ class Memory:
         self.placed = poses
 
     def advance(self, to: float) -> None: ...
+
+    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
+        self.advance(to)
+        return []
 
     def coasting(self) -> bool:
         return False
@@ -118,7 +123,7 @@ class Stage:
     @property
     def lines(self) -> list[str]:
         """What is said to people."""
-        return [message["message"] for message in self.told if message["type"] != "transport"]
+        return [message["message"] for message in self.told if message["type"] in ("warning", "error")]
 
 
 QUARTER = math.pi / 2

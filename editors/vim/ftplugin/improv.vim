@@ -23,4 +23,5 @@ endfunction
 
 command! -buffer -bar ImprovPlay call s:Execute('improv.play', [ale#util#ToURI(expand('%:p'))])
 command! -buffer -bar ImprovHush call s:Execute('improv.hush', [])
+command! -buffer -bar ImprovCue call s:Execute('improv.cue', [])
 command! -buffer -bar ImprovPage call s:Execute('improv.page', [])

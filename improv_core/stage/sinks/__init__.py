@@ -68,6 +68,10 @@ class Sink(Protocol):
     def advance(self, to: float) -> None:
         """Advance to performance time `to` (seconds since beat 0). Every twist up to then has been sent."""
 
+    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
+        """Like `advance`, but a simulator goes only until senses change that are asked for: these edges, sorted; none
+        once it is at `to`. Real robots' sensors are heard without being asked."""
+
     def coasting(self) -> bool:
         """Whether robots that were told to stop still move. While they do, `advance` is called."""
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
+import struct
 from collections.abc import Collection, Mapping
 from typing import IO
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Score
-from improv_core.stage.sinks.cdr import SECOND, stamped, twist_message
+from improv_core.score.senses import RobotSense
+from improv_core.stage.protocol import Decided, Sensed, read_from_stage
+from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks.cdr import SECOND, stamped, string_message, string_of, twist_message
 
 _VECTOR3 = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z"
 _TWIST = "Vector3 linear\nVector3 angular"
@@ -17,6 +22,7 @@ _HEADER = "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id"
 _TIME = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec"
 _BETWEEN = f"\n{'=' * 80}\n"
 SCHEMAS = {
+    "String": "string data",
     "Twist": _BETWEEN.join([_TWIST, _VECTOR3]),
     "TwistStamped": _BETWEEN.join(
         ["std_msgs/Header header\nTwist twist", f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME]
@@ -38,6 +44,27 @@ OFFERED_QOS_PROFILES = f"""\
   liveliness_lease_duration: {_ENDLESS}
   avoid_ros_namespace_conventions: false
 """
+
+
+CHANNELS = {"sensed": "/improv/sensed", "decided": "/improv/decided"}
+"""The topics of what was sensed and what was decided: JSON in a `std_msgs/String`, so that ROS 2 can play it too."""
+
+
+def sensed_in(file: IO[bytes]) -> list[Sensed]:
+    """What was sensed in a recording, up to the first restart. Raises ValueError if it can't be read."""
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+
+    try:
+        messages = [message for *_, message in make_reader(file).iter_messages(topics=[CHANNELS["sensed"]])]
+    except (McapError, struct.error):
+        raise ValueError("it is not a recording") from None
+    sensed: list[Sensed] = []
+    for message in messages:
+        edge = read_from_stage(string_of(message.data).encode())
+        if edge["type"] == "sensed" and edge["generation"] == (sensed[0] if sensed else edge)["generation"]:
+            sensed.append(edge)
+    return sensed
 
 
 class Recorder:
@@ -89,7 +116,7 @@ class Recorder:
         return {}
 
     def send(self, robot: str, twist: Twist, at: float) -> None:
-        self.record(robot, twist, self._start + round(at * SECOND))
+        self.record(robot, twist, self.time(at))
 
     def record(self, robot: str, twist: Twist, time: int) -> None:
         """Record a command at a Unix time in nanoseconds. Raises ValueError if it is not finite, and OSError."""
@@ -104,11 +131,25 @@ class Recorder:
         self._times = min(first, time), max(last, time)
         self.setpoints += 1
 
+    def time(self, at: float) -> int:
+        """The Unix time in nanoseconds of a performance time."""
+        return self._start + round(at * SECOND)
+
+    def note(self, message: Sensed | Decided, time: int) -> None:
+        """Record what was sensed or decided, as JSON, at a Unix time in nanoseconds. Raises OSError."""
+        channel = self._channel(CHANNELS[message["type"]], "String")
+        data = string_message(json.dumps(message))
+        self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
+
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: a recording contains only velocities."""
 
     def advance(self, to: float) -> None:
         """Does nothing: a recording contains only what is sent."""
+
+    def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
+        self.advance(to)
+        return []
 
     def coasting(self) -> bool:
         return False
@@ -125,7 +166,7 @@ class Recorder:
 
     def _channel(self, topic: str, kind: str) -> int:
         if kind not in self._schemas:
-            name = f"geometry_msgs/msg/{kind}"
+            name = f"std_msgs/msg/{kind}" if kind == "String" else f"geometry_msgs/msg/{kind}"
             self._schemas[kind] = self._writer.register_schema(name, "ros2msg", SCHEMAS[kind].encode())
         if (topic, kind) not in self._channels:
             offered = {"offered_qos_profiles": OFFERED_QOS_PROFILES}

@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 import io
+import json
 import math
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from improv_core.commands.record import RecordError, recording
+from improv_core.commands.record import RecordError, note, recording
 from improv_core.commands.rehearsal import perform
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Twist
+from improv_core.score.world import World
+from improv_core.stage.player import foreseen
 from improv_core.stage.sinks.cdr import SECOND
-from improv_core.stage.sinks.recorder import SCHEMAS, Recorder
+from improv_core.stage.sinks.recorded_simulator import RecordedSimulator
+from improv_core.stage.sinks.recorder import SCHEMAS, Recorder, sensed_in
 from tests.recordings import ROS, changes, read, topics
 
 START = 1_700_000_000_123_456_789
@@ -127,7 +134,7 @@ def test_ros2_bag_and_foxglove_find_what_they_need(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", SCHEMAS)
 def test_the_schemas_are_those_of_ros(kind: str) -> None:
-    name = f"geometry_msgs/msg/{kind}"
+    name = f"{'std_msgs' if kind == 'String' else 'geometry_msgs'}/msg/{kind}"
     own = get_typestore(Stores.EMPTY)
     own.register(get_types_from_msg(SCHEMAS[kind], name))
     assert own.hash_rihs01(name) == ROS.hash_rihs01(name)
@@ -213,3 +220,51 @@ def test_what_can_not_be_written_is_said_before_anything_plays(tmp_path: Path, m
         with pytest.raises(RecordError) as raised, recording(tmp_path / name):
             pytest.fail("it plays")
         assert str(raised.value) == f"{tmp_path}/{problem}"
+
+
+REACTING = """beat 97
+anna $ repeat (until near (repeat forward) [left left])
+bert $ repeat (pause near (repeat 3 forward) if near (right right) else left)
+"""
+
+
+def test_what_was_sensed_makes_the_same_performance_again(tmp_path: Path) -> None:
+    first, again = tmp_path / "first.mcap", tmp_path / "again.mcap"
+    score = replace(score_of(analyzed(REACTING)), world=World((9, 7)))
+    with recording(first) as recorder:
+        perform(score, RecordedSimulator(recorder), 30.0, lambda told: note(recorder, told))
+    with first.open("rb") as file:
+        sensed = sensed_in(file)
+    assert len(sensed) > 20
+    with recording(again) as recorder:  # nothing can be sensed here but what the recording has
+        perform(score, recorder, 30.0, lambda told: note(recorder, told), map(foreseen, sensed))
+    for topic in ("/anna/cmd_vel", "/bert/cmd_vel"):
+        before, after = (changes(read(path), topic) for path in (first, again))
+        starts = [min(message.time for message in read(path)) for path in (first, again)]
+        assert [velocity for _, velocity in after] == [velocity for _, velocity in before]
+        assert [time - starts[1] for time, _ in after] == pytest.approx(
+            [time - starts[0] for time, _ in before], abs=SECOND / 1000
+        )
+    assert told_in(again, "sensed") == told_in(first, "sensed")
+    assert told_in(again, "decided") == told_in(first, "decided")
+
+
+def told_in(path: Path, kind: str) -> list[tuple[object, ...]]:
+    """What a recording says was sensed or decided: of which robot, at which beat, what."""
+    with AnyReader([path], default_typestore=ROS) as reader:
+        connections = [each for each in reader.connections if each.topic == f"/improv/{kind}"]
+        assert [each.msgtype for each in connections] == ["std_msgs/msg/String"]
+        messages: list[Any] = [reader.deserialize(raw, each.msgtype) for each, _, raw in reader.messages(connections)]
+    lines = [json.loads(message.data) for message in messages]
+    told = [
+        (round(line["beat"], 5), line["robot"], line.get("sense"), line.get("value", line.get("held")))
+        for line in lines
+    ]
+    return sorted(told, key=str)
+
+
+def test_what_is_no_recording_is_said_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "dance.mcap"
+    path.write_bytes(b"nothing")
+    with path.open("rb") as file, pytest.raises(ValueError, match="it is not a recording"):
+        sensed_in(file)

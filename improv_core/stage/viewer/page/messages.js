@@ -70,6 +70,8 @@ const MESSAGES = {
   score: shape({
     generation: count,
     tempo: positive,
+    scene: count,
+    scenes: listOf(number),
     beats: nullOr(number),
     text,
     takes_start_poses: flag,
@@ -85,7 +87,6 @@ const MESSAGES = {
         start_pose: numbers(4),
         begins: number,
         ends: nullOr(number),
-        scenes: listOf(number),
         senses: mapOf(object),
         near: number,
       }),

@@ -49,6 +49,7 @@ export class TimelineSheet {
   #marks = []
   /** @type {Messages["score"]["offsets"]} */
   #offsets = {}
+  #scenes = { first: 0, beats: /** @type {number[]} */ ([]) }
   #colors = readColors()
 
   /**
@@ -74,6 +75,7 @@ export class TimelineSheet {
     this.#beats = score.beats
     this.#robots = score.robots
     this.#offsets = score.offsets
+    this.#scenes = { first: score.scene, beats: score.scenes }
     this.#cast = cast
     this.#reader = new Reader(score.text, score.words)
     this.forget()
@@ -196,18 +198,18 @@ export class TimelineSheet {
   }
 
   /**
-   * Names the scenes on the ruler, if they begin together for all robots.
+   * Names the scenes on the ruler.
    * @param {Pen} pen
    * @param {Pick<TimelineView, "left" | "scale" | "head" | "letter">} view
    */
   #paintSceneNames(pen, { left, scale, head, letter }) {
-    const [scenes = [], ...others] = this.#cast.map(({ name }) => this.#robots[name].scenes)
-    if (scenes.length < 2 || others.some((each) => each.join() !== scenes.join())) return
-    scenes.forEach((beat, index) => {
+    const { first, beats } = this.#scenes
+    if (first + beats.length < 2) return
+    beats.forEach((beat, index) => {
       const x = (beat - left) * scale
-      const name = `${beat + 1} · scene ${index + 1}`
+      const name = `${beat + 1} · scene ${first + index + 1}`
       const wide = pen.measureText(name).width + letter * 0.8
-      if (wide > ((scenes[index + 1] ?? Infinity) - beat) * scale) return
+      if (wide > ((beats[index + 1] ?? Infinity) - beat) * scale) return
       pen.fillStyle = this.#colors.panel
       pen.fillRect(x, 0, wide, head - 1)
       pen.fillStyle = this.#colors.ink
@@ -269,7 +271,7 @@ export class TimelineSheet {
    * @param {Robot} robot
    */
   #paintScenes(pen, { left, scale, row }, y, robot) {
-    const { begins, scenes } = this.#robots[robot.name]
+    const { begins } = this.#robots[robot.name]
     if (begins > left) {
       const end = (begins - left) * scale
       pen.fillStyle = this.#colors.ground
@@ -278,7 +280,7 @@ export class TimelineSheet {
       pen.fillRect(end - 1.5, y + row * 0.1, 3, row * 0.8)
     }
     pen.fillStyle = this.#colors.ink
-    for (const beat of scenes.slice(1)) pen.fillRect((beat - left) * scale - 1, y, 2, row)
+    for (const beat of this.#scenes.beats.slice(1)) pen.fillRect((beat - left) * scale - 1, y, 2, row)
   }
 
   /**

@@ -1,0 +1,71 @@
+"""Checks the senses that a program reads against `improv.toml`: which there are, and where they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from difflib import get_close_matches
+from itertools import islice
+
+from improv_core.diagnostics import Diagnostic, replace
+from improv_core.program.conditions import conditions
+from improv_core.program.meaning import Meaning, movement_of
+from improv_core.robots.config import Robots
+from improv_core.score.movement import Movement
+from improv_core.score.reactions import senses_read
+from improv_core.score.senses import NEAR
+from improv_core.score.walk import walk
+from improv_core.syntax.nodes import Apply, Condition, Statement
+from improv_core.text import Span
+
+MOST_MOMENTS = 1_000
+"""How many moments of a movement are searched for one that goes forward."""
+
+
+def check_senses(statement: Statement, meaning: Meaning, robots: Robots) -> Iterator[Diagnostic]:
+    """What is wrong with the senses that a statement reads, also by names. Spans count from its start."""
+    written: dict[str, Span] = {}
+    for node, condition in conditions(meaning.body) if statement.has_senses and meaning.body else ():
+        name = condition.sense.text
+        written.setdefault(name, condition.sense.span)
+        if name not in robots.sense_names:
+            yield _unknown(condition, robots)
+        elif isinstance(node, Apply) and name == NEAR and name not in robots.senses and not statement.parameters:
+            scope = dict(zip(statement.uses, meaning.scope, strict=True))
+            yield from _behind(condition, movement_of(node.body, scope, len(meaning.robots)))
+    lacking: dict[str, list[str]] = {}
+    for robot, part in meaning.parts if robots.robots else ():
+        for name in sorted(senses_read(part)):
+            if name in robots.sense_names and robots.lacks(robot, name):
+                lacking.setdefault(name, []).append(robot)
+    heads = {head.text: head.span for head in statement.heads}
+    for name, without in lacking.items():
+        yield _missing(name, without, written.get(name, heads[without[0]]))
+
+
+def _unknown(condition: Condition, robots: Robots) -> Diagnostic:
+    name, span = condition.sense.text, condition.sense.span
+    near = get_close_matches(name, robots.sense_names, n=1)
+    hint = f"did you mean `{near[0]}`?" if near else f"add `[senses.{name}]` to improv.toml"
+    fixes = replace(f"Change to {near[0]}", span, near[0]) if near else ()
+    return Diagnostic("unknown-sense", span, f"`{name}` is not a sense: {hint}", fixes)
+
+
+def _missing(name: str, without: list[str], span: Span) -> Diagnostic:
+    who = f"`{without[0]}`" if len(without) == 1 else f"`{without[0]}` and {len(without) - 1} more"
+    advice = f"add `[senses.{name}]` to improv.toml" + (", or set `near` in its profile" if name == NEAR else "")
+    return Diagnostic("missing-sense", span, f"nothing tells {who} about `{name}`, except in the simulator: {advice}")
+
+
+def _behind(condition: Condition, body: Movement) -> Iterator[Diagnostic]:
+    """Report a robot that relies on `near`, which looks ahead, where it only goes backward or sideways."""
+    if condition.is_negated or body.open or not (body.peak.x or body.peak.y):
+        return
+    moments = list(islice(walk(body, merge=True), MOST_MOMENTS))
+    if len(moments) == MOST_MOMENTS and not isinstance(body.duration, float):
+        return
+    if any(moment.velocity.x > 0 for moment in moments):
+        return
+    backward = any(moment.velocity.x < 0 for moment in moments)
+    way = "backward" if backward else "sideways"
+    message = f"`near` looks only ahead, and this goes {way}: declare a sense that looks there in improv.toml"
+    yield Diagnostic("looks-ahead", condition.span, message)

@@ -1,0 +1,91 @@
+"""How long an open movement may last: at least and at most. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+from improv_core.score.movement import ENDLESS, NORMAL, Duration, Movement, Pace, Parallel, Repeat, parts
+from improv_core.score.reactions import If, Pause, Until
+
+
+class Lengths(NamedTuple):
+    """The shortest and the longest that a movement lasts, in beats.
+
+    What senses cut short has no shortest length, so `shortest` is 0 then. Only if it `may_be_empty` can it take no time
+    at all, as one side of an `if` may.
+    """
+
+    shortest: Duration
+    longest: Duration
+    may_be_empty: bool
+
+    @property
+    def is_fixed(self) -> bool:
+        return self.shortest == self.longest
+
+
+def lengths(movement: Movement, rate: Fraction = NORMAL) -> Lengths:
+    """How long a movement may last at a rate. Of a closed one, the two are the same, and exact.
+
+    Without recursion: names may be chained. Standing still until a whole beat takes as long at any rate.
+    """
+    if not movement.open:
+        return _closed(movement, rate)
+    known: dict[tuple[int, Fraction], Lengths] = {}
+    waiting = [(movement, rate)]
+    while waiting:
+        part, at = waiting[-1]
+        faster = at * part.rate if isinstance(part, Pace) else at
+        inner = [(each, faster) for each in parts(part) if each.open and (id(each), faster) not in known]
+        if inner:
+            waiting += inner
+            continue
+        waiting.pop()
+        found = [known[id(each), faster] if each.open else _closed(each, faster) for each in parts(part)]
+        known[id(part), at] = _of(part, found)
+    return known[id(movement), rate]
+
+
+def one_after_another(items: Sequence[Lengths]) -> Lengths:
+    """How long movements last in series."""
+    return Lengths(
+        sum(each.shortest for each in items),
+        sum(each.longest for each in items),
+        all(each.may_be_empty for each in items),
+    )
+
+
+def _closed(movement: Movement, rate: Fraction) -> Lengths:
+    lasts = movement.duration if isinstance(movement.duration, float) else movement.duration / rate
+    return Lengths(lasts, lasts, not lasts)
+
+
+def _of(part: Movement, items: Sequence[Lengths]) -> Lengths:
+    """How long an open movement lasts, of which the parts last so long."""
+    body = items[0]
+    if isinstance(part, Until):
+        # In a movement that is open itself, the robot stands until the next whole beat, which is up to a beat later.
+        return Lengths(0, body.longest + (1 if part.body.open else 0), body.may_be_empty)
+    if isinstance(part, Pause):
+        return body._replace(longest=ENDLESS if body.longest else 0)
+    if isinstance(part, If):
+        return Lengths(
+            min(each.shortest for each in items),
+            max(each.longest for each in items),
+            any(each.may_be_empty for each in items),
+        )
+    if isinstance(part, Repeat):
+        if part.times is None:
+            return Lengths(ENDLESS, ENDLESS, False)
+        longest = body.longest * part.times if part.times else 0
+        return Lengths(body.shortest * part.times if part.times else 0, longest, body.may_be_empty or not longest)
+    if isinstance(part, Parallel):
+        ending = [each.longest for each in items if not each.may_be_empty]
+        return Lengths(
+            min(each.shortest for each in items),
+            min(ending) if ending else max(each.longest for each in items),
+            not ending,
+        )
+    return one_after_another(items)

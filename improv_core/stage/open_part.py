@@ -1,0 +1,95 @@
+"""One robot's part of a scene that senses decide, as it is performed. It never reads a clock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+
+from improv_core.score.movement import FINEST, STILL, Duration, Exact, Movement, Velocity, exact
+from improv_core.score.performer import Decision, Performer
+
+MOST_CHANGES = 10_000
+"""How often a part may change before time passes: more would make all robots late."""
+
+
+class TooManyChangesError(Exception):
+    """A part changes too often to be performed."""
+
+
+class OpenPart:
+    """A movement that began at a beat. `sensed` is asked for the present value of a sense; None if it is silent.
+
+    Where a sense is read that is silent, nothing is decided, and the robot stands while its beats go on.
+    """
+
+    def __init__(self, movement: Movement, begins: Exact, sensed: Callable[[str], bool | None]) -> None:
+        self._performer = Performer(movement, begins)
+        self._sensed = sensed
+        self._missed: set[str] = set()  # senses that were silent when something had to be decided by them
+        self.due = begins
+        """The beat at which to perform it next."""
+        self.has_begun = False
+        """Whether it has been performed at all."""
+
+    @property
+    def beat(self) -> Exact:
+        """The beat up to which it has been performed."""
+        return self._performer.beat
+
+    @property
+    def until(self) -> Duration:
+        """The beat of the next change, if what is sensed does not change before."""
+        return self._performer.until
+
+    @property
+    def is_over(self) -> bool:
+        return self._performer.is_over
+
+    @property
+    def velocity(self) -> Velocity:
+        """What is performed until then."""
+        self._missed = {sense for sense in self._missed if self._sensed(sense) is None}
+        waits = self._missed or any(self._sensed(sense) is None for sense in self._performer.watched())
+        return STILL if waits else self._performer.velocity()[0]
+
+    def next_after(self, beat: Exact) -> Exact:
+        """The beat at which an edge is taken that came at `beat`: what has been performed can't be changed."""
+        if not self.has_begun:
+            return max(beat, self.due)
+        return max(beat, exact(Fraction(math.floor(self.beat * FINEST) + 1, FINEST)))
+
+    def perform(self, beat: Exact) -> list[Decision]:
+        """Perform up to a beat by what is sensed. Raises TooManyChangesError."""
+        return self._perform(beat, self._sensed)
+
+    def skip(self, beat: Exact) -> None:
+        """Perform up to a beat as if no sense held; not all of the way if that takes too many changes."""
+        try:
+            self._perform(beat, lambda sense: False)
+        except TooManyChangesError:
+            return
+
+    def _perform(self, beat: Exact, sensed: Callable[[str], bool | None]) -> list[Decision]:
+        decisions: list[Decision] = []
+        for _ in range(MOST_CHANGES):
+            if self.has_begun and self.beat < beat:
+                until = min(self._performer.until, beat)
+                assert not isinstance(until, float)
+                self._performer.advance(until)
+            self.has_begun = True
+            unheard: set[str] = set()
+
+            def ask(sense: str) -> bool | None:
+                value = sensed(sense)
+                if value is None:
+                    unheard.add(sense)  # noqa: B023 (asked before the next round)
+                return value
+
+            new = self._performer.settle(ask)
+            if any(not decision.held for decision in new):
+                self._missed |= unheard
+            decisions += new
+            if self.is_over or self.beat >= beat:
+                return decisions
+        raise TooManyChangesError

@@ -1,0 +1,192 @@
+"""Programs that react: what is reported about their senses, and which senses their robots read."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.program.script import ScriptError, read_script
+from improv_core.robots.config import read_robots
+from improv_core.score.performer import Performer
+from improv_core.score.score import from_json, to_json
+from improv_core.score.senses import BuiltIn, Topic
+from tests.program.drawing import check
+
+TWO_ROBOTS = """
+[robots.anna]
+profile = "turtlebot3_burger"
+[robots.bo]
+profile = "sensing"
+[profiles.sensing]
+base = "turtlebot3_burger"
+near = 0.5
+"""
+BUMPER = """
+[senses.bump]
+topic = "bumper"
+message = "std_msgs/Bool"
+"""
+
+
+def test_right_reactions_have_no_diagnostics() -> None:
+    check(
+        """
+        roam = repeat ((until near repeat forward) [left left])
+        dodge (m) = pause near m
+        r $ until cue roam
+        ---
+        r $ dodge (forward left) if bump backward else ()
+        r $ (until not near repeat left) until near (repeat backward || repeat scale 2 forward)
+        near = left
+        r $ near
+        """
+    )
+
+
+def test_conditions_name_senses() -> None:
+    check("""
+        r $ until left
+                  ^^^^ syntax: write a sense after `until`, such as `cue`
+        r $ until naer repeat left
+                  ^^^^ unknown-sense: `naer` is not a sense: did you mean `near`?
+        x = if fire left else right
+               ^^^^ unknown-sense: `fire` is not a sense: add `[senses.fire]` to improv.toml
+        r $ x
+    """)
+
+
+def test_a_cue_is_true_for_an_instant() -> None:
+    check("""
+        r $ if cue left else right
+               ^^^ instant-sense: `cue` is true for an instant only: write `until cue`
+        r $ pause cue (left right)
+                  ^^^ instant-sense: `cue` is true for an instant only: write `until cue`
+        r $ until not cue repeat left
+                  ^^^^^^^ instant-sense: `cue` is true for an instant only: write `until cue`
+    """)
+
+
+def test_words_that_need_a_fixed_length() -> None:
+    needs = "needs a fixed length, but senses decide how long"
+    check(f"""
+        r $ reverse until near repeat forward
+            ^^^^^^^ open-length: `reverse` {needs} `until` lasts: move `reverse` inside `until`
+        r $ fit 4 (if near left else right)
+            ^^^ open-length: `fit` {needs} `if` lasts: move `fit` inside `if`
+        d = pause near (left left)
+        r $ chance 1/2 d ease d
+            ^^^^^^ open-length: `chance` {needs} `d` lasts: move `chance` inside `d`
+                         ^^^^ open-length: `ease` {needs} `d` lasts: move `ease` inside `d`
+        r $ choose (d left)
+            ^^^^^^ open-length: `choose` {needs} `d` lasts: choose among others
+        back (m) = retrograde m
+        r $ back (left d)
+                 ^^^^^^^^ open-length: in `back`: `retrograde` {needs} `m` lasts: move `retrograde` inside `m`
+    """)
+
+
+def test_an_until_that_watches_one_word() -> None:
+    check(
+        """
+        r $ until near forward left
+            ^^^^^^^^^^^^^^^^^^ short-reach: `until` watches `forward` alone, for one beat at most: write `repeat` before it, or brackets around all that it should watch
+        r $ repeat 3 until near forward
+                     ^^^^^^^^^^^^^^^^^^ short-reach: `until` watches `forward` alone, for one beat at most: write `repeat` before it
+        r $ (until near forward) left until near (forward left)
+        """,  # noqa: E501
+        hints=True,
+    )
+
+
+def test_near_looks_ahead() -> None:
+    check("""
+        x = repeat backward
+        r $ until near x
+                  ^^^^ looks-ahead: `near` looks only ahead, and this goes backward: declare a sense that looks there in improv.toml
+        r $ pause near repeat 4 (strafeleft left)
+                  ^^^^ looks-ahead: `near` looks only ahead, and this goes sideways: declare a sense that looks there in improv.toml
+        r $ until near repeat 4 left until not near repeat 4 backward until near repeat (backward forward)
+    """)  # noqa: E501
+
+
+def test_where_senses_come_from() -> None:
+    check(
+        """
+        x = until near repeat left
+        anna $ x until bump repeat left
+        ^^^^ missing-sense: nothing tells `anna` about `near`, except in the simulator: add `[senses.near]` to improv.toml, or set `near` in its profile
+                       ^^^^ missing-sense: nothing tells `anna` about `bump`, except in the simulator: add `[senses.bump]` to improv.toml
+        bo $ x until cue repeat left
+        bo anna $ if bump left else right
+                     ^^^^ missing-sense: nothing tells `bo` and 1 more about `bump`, except in the simulator: add `[senses.bump]` to improv.toml
+        """,  # noqa: E501
+        robots=TWO_ROBOTS,
+    )
+    check("anna bo $ until bump repeat left", robots=TWO_ROBOTS + BUMPER)
+
+
+def test_what_is_reached_while_senses_decide() -> None:
+    """Only what can never be reached is marked."""
+    check(
+        """
+        r $ (until near repeat forward) left (if near repeat left else right) forward
+        r $ (until near (forward forward)) || (left left left)
+                                                         ^^^^ never-performed: 1 of these 3 beats is never performed: make what plays alongside longer, or remove this
+        r $ repeat (until near (forward left)) (left right)
+                                               ^^^^^^^^^^^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
+        """,  # noqa: E501
+        hints=True,
+    )
+    check("r $ until cue repeat left\n---\nr $ pause near repeat 4 left\n---\nr $ left", hints=True)
+
+
+def test_a_part_lists_the_senses_it_reads() -> None:
+    program = "x = until near repeat left\nanna $ x\n---\nanna $ if bump left else (until fire right)\nbo $ left"
+    parts = score_of(analyze(program, read_robots(TWO_ROBOTS + BUMPER))).parts
+    assert parts["anna"].senses == {"near": BuiltIn("near"), "bump": Topic("/anna/bumper", "std_msgs/Bool")}
+    assert parts["bo"].senses == {}
+
+
+DEEP = 249
+
+
+def test_the_deepest_open_movement_is_performed() -> None:
+    chain = "".join(f"x{level + 1} = x{level} left\n" for level in range(DEEP - 1))
+    text = "x0 = until near repeat forward\n" + chain + f"r $ (x{DEEP - 1})\n"
+    analysis = analyze(text)
+    assert [each.code for each in analysis.diagnostics] == []
+    score = from_json(json.loads(json.dumps(to_json(score_of(analysis)))))
+    performer = Performer(score.parts["r"].movement)
+    performer.settle(lambda sense: True)
+    performer.advance(1)
+    performer.settle(lambda sense: True)
+    assert performer.velocity()[0].yaw == 1
+    too_deep = analyze(text + f"y = x{DEEP - 1} left left\nr $ y left")
+    assert [each.code for each in too_deep.diagnostics] == ["too-deep"]
+
+
+@pytest.mark.parametrize(
+    ("script", "message"),
+    [
+        ("[", "this is not JSON: Expecting value: line 1 column 2 (char 1)"),
+        ("[" * 100_000, "this is not JSON: "),
+        ("{}", "write a list, such as"),
+        ('[{"sense": "near"}]', "entry 1: write `sense`, `from`, and perhaps `to` and `robot`, and nothing else"),
+        ('[{"sense": "near", "from": 0, "untill": 3}]', "entry 1: write `sense`, `from`"),
+        ('[{"sense": "near", "from": 0}, 3]', "entry 2: write `sense`, `from`"),
+        ('[{"sense": 3, "from": 0}]', "entry 1: write `sense` as a text"),
+        ('[{"sense": "near", "from": "0"}]', "entry 1: write `from` as a number of beats from 0 to 1,000,000,000"),
+        ('[{"sense": "near", "from": NaN}]', "entry 1: write `from` as a number"),
+        ('[{"sense": "near", "from": true}]', "entry 1: write `from` as a number"),
+        ('[{"sense": "near", "from": 0, "to": 1e400}]', "entry 1: write `to` as a number"),
+        ('[{"sense": "near", "from": 2, "to": 1}]', "entry 1: `to` is before `from`: swap them"),
+    ],
+)
+def test_errors_in_scripts(script: str, message: str) -> None:
+    with pytest.raises(ScriptError) as error:
+        read_script(script)
+    assert str(error.value).startswith(message)
+    assert "\n" not in str(error.value)

@@ -1,0 +1,92 @@
+"""Robots that react in the real simulator, faster than real time."""
+
+from __future__ import annotations
+
+import cmath
+import json
+import math
+import random
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from improv_core.commands.rehearsal import perform
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.motion import Pose
+from improv_core.score.score import Score
+from improv_core.score.world import Box, Circle, Wall, World
+from improv_core.stage.player import Told
+from improv_core.stage.sinks.simulator import Simulator
+from tests.commands.command_line import run
+
+ROAMER = "anna $ repeat (until near (repeat forward) [left left])\n"
+RADIUS = 0.3
+ORIGIN = Pose()
+
+
+def score(program: str, world: World, start: Pose = ORIGIN) -> Score:
+    analysis = analyze(program)
+    assert analysis.ok
+    made = score_of(analysis)
+    return replace(made, world=world, parts={name: replace(part, start=start) for name, part in made.parts.items()})
+
+
+def walled(dice: random.Random) -> World:
+    """A world with things in it that leave room for a robot in the middle."""
+
+    def away() -> complex:
+        return cmath.rect(dice.uniform(1.5, 6), dice.uniform(-math.pi, math.pi))
+
+    def wall() -> Wall:
+        middle, along = away(), away() / 8
+        return Wall((middle - along).real, (middle - along).imag, (middle + along).real, (middle + along).imag)
+
+    return World(
+        (dice.uniform(4, 12), dice.uniform(4, 12)),
+        tuple(wall() for _ in range(dice.randrange(4))),
+        tuple(Circle(at.real, at.imag, dice.uniform(0.1, 0.8)) for at in (away() for _ in range(dice.randrange(4)))),
+        tuple(
+            Box(at.real, at.imag, dice.uniform(0.1, 0.8), dice.uniform(0.1, 0.8), dice.uniform(0, 3))
+            for at in (away() for _ in range(dice.randrange(4)))
+        ),
+    )
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_a_roamer_never_hits_a_wall(seed: int) -> None:
+    dice = random.Random(seed)
+    simulator, told = Simulator(period=None), list[Told]()
+    start = Pose(heading=dice.uniform(-math.pi, math.pi))
+    perform(score(ROAMER, walled(dice), start), simulator, 20.0, told.append)
+    assert simulator.warnings() == {}
+    decided = [each for each in told if each["type"] == "decided"]
+    assert decided
+    assert all((each["robot"], each["held"]) == ("anna", True) for each in decided)
+
+
+def test_it_would_hit_a_wall_if_it_did_not_look() -> None:
+    simulator = Simulator(period=None)
+    perform(score("anna $ repeat forward\n", World((6, 6))), simulator, 20.0)
+    assert simulator.warnings()
+
+
+def test_an_edge_has_the_time_of_a_step() -> None:
+    simulator, told = Simulator(period=None), list[Told]()
+    perform(score(ROAMER, World((6, 6))), simulator, 1.0, told.append)
+    near = next(each for each in told if each["type"] == "sensed" and each["sense"] == "near" and each["value"])
+    # 3 m to the wall; it sees 2 m from its rim, and goes 2 m a second.
+    assert near["performed"] == pytest.approx((3 - 2 - RADIUS) / 2, abs=2 / 240)
+    assert near["performed"] * 240 == round(near["performed"] * 240)
+
+
+def test_the_report_of_a_fast_performance_is_the_same_every_time(tmp_path: Path) -> None:
+    (tmp_path / "roam.improv").write_text(ROAMER + "bert $ repeat (until near (repeat forward) left)\n")
+    (tmp_path / "improv.toml").write_text("[world]\nsize = [9, 7]\n")
+    reports = [
+        json.loads(run("play", str(tmp_path / "roam.improv"), "--fast", "--for", "30", "--report", "json").stdout)
+        for _ in range(2)
+    ]
+    assert reports[0] == reports[1]
+    assert reports[0]["robots"]["anna"]["x"] < 4.5

@@ -1,0 +1,121 @@
+"""Scenes in the player: barriers on whole beats, and saves that edit the scene that plays."""
+
+from __future__ import annotations
+
+import pytest
+
+from improv_core.stage.protocol import When
+from tests.stage.test_continuing import Continuing, changes
+from tests.stage.test_player import QUARTER
+
+LEFT, RIGHT = (0, QUARTER), (0, -QUARTER)
+FORWARD, STANDS = (2, 0), (0, 0)
+
+TWO = "anna $ repeat 4 forward\nbert $ repeat 4 left\n---\nanna $ repeat 4 right\nbert $ repeat 4 forward\n"
+
+
+def check_moves(stage: Continuing, robot: str, moves: list[tuple[float, tuple[float, float]]]) -> None:
+    assert changes(stage, robot) == [(beat, *move) for beat, move in moves]
+
+
+def test_a_scene_begins_on_the_first_whole_beat_on_which_all_before_is_over() -> None:
+    stage = Continuing()
+    stage.save("anna $ scale 5/2 forward\nbert $ slow 5/2 forward\n---\nanna bert $ left\n", "restart")
+    stage.run(20)
+    assert changes(stage, "anna")[-2:] == [(3, *LEFT), (4, *STANDS)]
+    assert changes(stage, "bert")[-2:] == [(3, *LEFT), (4, *STANDS)]
+    assert (stage.states, stage.transport["beat"]) == (["playing", "ended"], 4)
+
+
+def test_a_save_edits_the_scene_that_plays_and_the_next_one_shifts() -> None:
+    stage = Continuing()
+    stage.save(TWO, "restart")
+    stage.run(1.5)
+    stage.save(TWO.replace("bert $ repeat 4 left", "bert $ repeat 4 right"))
+    stage.run(20)
+    check_moves(stage, "anna", [(0, FORWARD), (4, STANDS), (6, RIGHT), (10, STANDS)])
+    check_moves(stage, "bert", [(0, LEFT), (2, RIGHT), (6, FORWARD), (10, STANDS)])
+
+
+def test_a_change_of_a_later_scene_touches_nobody_before_that_scene() -> None:
+    alone, edited = Continuing(), Continuing()
+    for stage in (alone, edited):
+        stage.save(TWO, "restart")
+        stage.run(1.5)
+    edited.save(TWO.replace("bert $ repeat 4 forward", "bert $ repeat 2 right"))
+    for stage in (alone, edited):
+        stage.run(2.49)
+        assert "begins" not in stage.transport
+    assert edited.sink.sent == alone.sink.sent
+    edited.run(20)
+    check_moves(edited, "anna", [(0, FORWARD), (4, RIGHT), (8, STANDS)])
+    check_moves(edited, "bert", [(0, LEFT), (4, RIGHT), (6, STANDS)])
+
+
+def test_a_change_of_an_earlier_scene_touches_nobody() -> None:
+    alone, edited = Continuing(), Continuing()
+    for stage in (alone, edited):
+        stage.save(TWO, "restart")
+        stage.run(5.5)
+    edited.save(TWO.replace("repeat 4 forward\nbert", "repeat 9 left\nbert"))
+    for stage in (alone, edited):
+        stage.run(20)
+    assert edited.sink.sent == alone.sink.sent
+
+
+def test_a_changed_part_begins_at_its_own_beat_0_of_the_scene_that_plays() -> None:
+    stage = Continuing()
+    stage.save(TWO, "restart")
+    stage.run(5.5)
+    stage.save(TWO.replace("bert $ repeat 4 forward", "bert $ left repeat 2 right"))
+    stage.run(20)
+    check_moves(stage, "anna", [(0, FORWARD), (4, RIGHT), (8, STANDS)])
+    check_moves(stage, "bert", [(0, LEFT), (4, FORWARD), (6, LEFT), (7, RIGHT), (9, STANDS)])
+    assert stage.transports[1]["begins"] == {"anna": 4, "bert": 6}
+    assert stage.transports[1]["scene"] == {"index": 1, "begins": 4}
+
+
+def test_dice_of_a_scene_that_begin_at_another_throw_are_a_change() -> None:
+    dance = "anna $ {}\n---\nanna $ repeat 4 choose (forward left right)\nbert $ repeat 9 left\n"
+    stage = Continuing()
+    stage.save(dance.format("forward"), "restart")
+    stage.run(2.5)
+    same = stage.save(dance.format("left"))
+    stage.run(1)
+    assert stage.transport["begins"] == {"anna": 1, "bert": 1}
+    thrown = stage.save(dance.format("choose (forward left)"))
+    stage.run(1)
+    assert same.parts["anna"].editions[1] != thrown.parts["anna"].editions[1]
+    assert stage.transport["begins"] == {"anna": 4, "bert": 1}
+
+
+@pytest.mark.parametrize(("when", "beat"), [("now", 5.5), ("beat", 6), ("bar", 8), ("end", 8)])
+def test_changes_take_effect_when_they_are_to(when: When, beat: float) -> None:
+    stage = Continuing()
+    stage.save(TWO, "restart")
+    stage.run(5.5)
+    stage.save(TWO.replace("anna $ repeat 4 right", "anna $ repeat 4 left"), when)
+    stage.run(beat - 5.5 + 0.1)
+    # At the end, all of it begins again.
+    assert changes(stage, "anna", beat) == [(beat, *(FORWARD if beat == 8 else LEFT))]
+    assert stage.transport["begins"] == {"anna": beat, "bert": 8 if beat == 8 else 4}
+
+
+def test_a_scene_that_is_deleted_while_it_plays_gives_way_to_the_one_above() -> None:
+    stage = Continuing()
+    stage.save(TWO, "restart")
+    stage.run(5.5)
+    stage.save("anna $ repeat 4 forward\nbert $ repeat 4 left\n")
+    stage.run(20)
+    check_moves(stage, "anna", [(0, FORWARD), (4, RIGHT), (6, FORWARD), (10, STANDS)])
+
+
+def test_seeking_goes_to_any_scene_also_back() -> None:
+    stage = Continuing()
+    stage.save(TWO, "restart")
+    stage.run(1)
+    stage.player.seek(5, stage.now)
+    stage.run(1.5)
+    stage.player.seek(3, stage.now)
+    stage.run(20)
+    check_moves(stage, "anna", [(0, FORWARD), (1, RIGHT), (2.5, FORWARD), (3.5, RIGHT), (7.5, STANDS)])

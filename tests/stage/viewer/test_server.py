@@ -244,7 +244,7 @@ def test_nothing_is_sent_while_nothing_changes(viewer: Viewer, simulator: Simula
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
-            await until(socket, lambda message: message["type"] == "poses")
+            await until(socket, lambda message: message["type"] == "trails")
             simulator.send("ada", STILL, 0.0)
             simulator.advance(1.0)
             with pytest.raises(asyncio.TimeoutError):

@@ -65,7 +65,7 @@ function take(message) {
   else if (message.type === "window") program.takeWindow(message)
   else if (message.type === "bumps") bumps.take(message)
   else if (message.type === "sensed") senses.take(message)
-  else if (message.type === "decided") timeline.mark(message)
+  else if (message.type === "decided") takeDecision(message)
   else notices.end(message)
   view.touch()
 }
@@ -80,6 +80,12 @@ function takeScore(message) {
 function takeProgram(message) {
   invitation.take(message)
   showTransport()
+}
+
+/** @param {Messages["decided"]} message */
+function takeDecision(message) {
+  timeline.mark(message)
+  if (message.generation === program.current?.score.generation) program.current.renew(message.beat)
 }
 
 /** @param {Messages["poses"]} message */

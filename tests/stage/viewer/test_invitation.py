@@ -57,7 +57,7 @@ def test_a_program_without_robots_says_what_is_missing(page: Page, show: Show) -
     expect(page.locator("#hint")).to_be_hidden()
 
 
-def test_escape_closes_a_card_and_only_then_stops(page: Page, show: Show) -> None:
+def test_escape_closes_help_without_a_stop(page: Page, show: Show) -> None:
     show.play("ada $ repeat forward\n")
     watch(page, show)
     page.keyboard.press("?")

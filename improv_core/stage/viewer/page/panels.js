@@ -91,9 +91,8 @@ export class Panels {
       touch()
     }
     const stop = (/** @type {KeyboardEvent} */ event) => {
-      const open = Object.keys(CARDS).filter((card) => this.#card(card).open)
-      if (event.key !== "Escape" || !open.length) controls.stop()
-      else for (const card of open) this.#shut(card)
+      if (event.key !== "Escape" || !this.#card("help").open) controls.stop()
+      if (event.key === "Escape") for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
     }
     const keys = {
       p: () => controls.playOrPause(),

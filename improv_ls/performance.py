@@ -8,6 +8,7 @@ import sys
 import webbrowser
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
@@ -20,12 +21,13 @@ from improv_core.playback.playback import Change, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
-from improv_core.program.report import summary
+from improv_core.program.report import Mistake, mistakes, summary
+from improv_core.robots.config import FILE_NAME
 from improv_core.score.movement import near
 from improv_core.score.performance import SenseEdge
 from improv_core.stage.protocol import SceneJson, State, TransportMessage, When
 from improv_ls import live
-from improv_ls.documents import Document, RobotsFile, moved, name_of
+from improv_ls.documents import Document, RobotsFile, moved, name_of, path_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
 from improv_ls.placing import Placing
 
@@ -74,6 +76,7 @@ class Performance:
 
         `asked` is the count of stops when somebody asked for it: after a stop since then, it does not begin.
         """
+        self._present(document)
         if refusal := _refusal(document):
             keeps = "; the previous dance keeps playing" if self._playback and self._playback.is_on else ""
             self._editor.warn(f"✗ {refusal}{keeps}")
@@ -126,8 +129,19 @@ class Performance:
         if not playback.page:
             self._editor.warn("improv.page: there is no page; set improv.backend to auto, sim or both")
             return None
+        if not self._sent and self._documents:
+            self._present([*self._documents.values()][-1])  # the last one that was opened
         self._show(playback)
         return playback.link()
+
+    def _present(self, document: Document) -> None:
+        """Have pages show which program is to be played, and what keeps it from being played."""
+        path, analysis = path_of(document.uri) or Path(name_of(document.uri)), document.analysis
+        found = mistakes(path, analysis)
+        if not found and not analysis.cast.ok:  # its text could not be read
+            found = [Mistake(FILE_NAME, 0, 0, "", analysis.cast.diagnostics[0].message)]
+        folder = str(path.parent) if path.is_absolute() else ""
+        self._stages().present(path.name, folder, found)
 
     def moments(self, start: float) -> Mapping[str, Any]:
         """What plays from a beat on, and where that is in the text as it is now; empty if nothing was played."""

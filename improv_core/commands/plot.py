@@ -39,4 +39,4 @@ def command(file: Path, output: Path, timeline: bool) -> None:
 def _png(picture: str) -> bytes:
     import resvg_py
 
-    return bytes(resvg_py.svg_to_bytes(svg_string=picture, background="white", zoom=PIXELS))
+    return bytes(resvg_py.svg_to_bytes(svg_string=picture, zoom=PIXELS))

@@ -7,7 +7,7 @@ import contextlib
 import signal
 import sys
 import webbrowser
-from collections.abc import AsyncIterator, Awaitable, Coroutine, Sequence
+from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import click
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.keys import pressed
 from improv_core.plain import printable
-from improv_core.playback.playback import News, Playback, each_beat
+from improv_core.playback.playback import Mistake, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.playback.stops import Stops
@@ -111,6 +111,7 @@ class Performance:
         """Play a program, unless a stop has come since the count of stops was `asked`; `senses` are of a recording."""
         if self.interrupted.is_set():
             return
+        self.present(path)
         self.finished.clear()
         score = score_of(analysis)
         if self._recorder:
@@ -120,6 +121,10 @@ class Performance:
         else:
             self.say(f"■ {path.name} was stopped before it began")
             self.finished.set()
+
+    def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
+        """Have the page show which program is to be played, and what keeps it from being played."""
+        self._playback.present(path.name, str(path.absolute().parent), mistakes)
 
     def cue(self) -> None:
         """Give the cue that robots wait for."""

@@ -18,7 +18,7 @@ from improv_core.commands.terminal import Performance, first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
 from improv_core.program.files import ReadError, read_program, robots_near
-from improv_core.program.report import as_lines
+from improv_core.program.report import Mistake, as_lines, mistakes
 from improv_core.robots.config import find_robots_file
 from improv_core.stage.protocol import When
 
@@ -58,6 +58,7 @@ async def watch(path: Path, options: Options, when: When, *, browser: bool) -> i
 
 async def _follow(performing: Performance, path: Path, saved: _Saved, when: When) -> None:
     if saved.text is None:
+        performing.present(path)
         performing.say(f"waiting for {path.name}: save it to play it")
     else:
         await _play(performing, path, saved, 0, when)
@@ -78,12 +79,14 @@ async def _play(performing: Performance, path: Path, saved: _Saved, asked: int, 
         analysis = analyze(saved.text, robots_near(path.parent))
     except ReadError as problem:
         performing.complain(f"improv: {problem}")
+        performing.present(path, [Mistake(path.name, 0, 0, "", str(problem))])
     else:
         for line in as_lines(path, analysis):
             performing.complain(line)
         if analysis.ok:
             await performing.play(analysis, path, asked, when)
             return
+        performing.present(path, mistakes(path, analysis))
     if performing.is_playing:
         performing.say("✗ the previous dance keeps playing")
     else:

@@ -27,6 +27,8 @@ from improv_core.stage.protocol import (
     Load,
     PageRequest,
     Place,
+    Problem,
+    Program,
     Ready,
     Released,
     Seek,
@@ -51,6 +53,8 @@ HALT_LIMIT = 8.0
 
 Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How a person changes what plays, apart from stopping, pausing and resuming it."""
+Mistake = tuple[str, int, int, str, str]
+"""What keeps a program from being played: the file, the line and the column from 1, the word there, and a message."""
 News = Heard | Place
 """What a listener gets: a message from a stage, its end, or new start poses of robots that were dragged."""
 
@@ -135,7 +139,7 @@ class Playback:
         self._latest: Asked | None = None
         self._behind = 0.0  # how many seconds the twin plays behind the leading stage
         self._entered: TransportMessage | None = None  # the first message of the latest score's playing
-        self._kept: dict[str, Speed | Silence] = {}  # also sent to new stages
+        self._kept: dict[str, Speed | Silence | Program] = {}  # also sent to new stages
         self._opening = asyncio.Lock()
         self._ends = 0  # how often everything had to end
         self._reviving: set[asyncio.Task[None]] = set()
@@ -179,6 +183,17 @@ class Playback:
     @property
     def _stages(self) -> list[RunningStage]:
         return [stage for stage in (self._leader, self._twin) if stage]
+
+    def present(self, name: str, folder: str, mistakes: Iterable[Mistake] = ()) -> None:
+        """Have pages show which program is to be played, and what keeps it from being played."""
+        problems: list[Problem] = [
+            {"file": file, "line": line, "column": column, "word": word, "message": message}
+            for file, line, column, word, message in mistakes
+        ]
+        program: Program = {"type": "program", "name": name, "folder": folder, "problems": problems}
+        self._kept["program"] = program
+        for stage in self._stages:
+            stage.send(program)
 
     async def open(self) -> None:
         """Start the stages unless they are running. Raises StageError."""

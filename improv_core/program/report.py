@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from improv_core.diagnostics import Diagnostic
+from improv_core.diagnostics import Diagnostic, Severity
+from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
 from improv_core.program.timing import in_beats, lasting
 from improv_core.score.lengths import Lengths
@@ -26,6 +28,33 @@ def problems(path: Path, analysis: Analysis) -> Iterator[tuple[Path, LineIndex, 
     if robots.path and robots.diagnostics:
         toml = LineIndex(robots.text)
         yield from ((robots.path, toml, diagnostic) for diagnostic in robots.diagnostics)
+
+
+class Mistake(NamedTuple):
+    """An error: its file, its line and column counted from 1, the text there, and what is wrong."""
+
+    file: str
+    line: int
+    column: int
+    word: str
+    message: str
+
+
+MOST_MISTAKES = 20
+LONGEST_MISTAKE = 80
+"""Characters of the text that has a mistake."""
+
+
+def mistakes(path: Path, analysis: Analysis) -> list[Mistake]:
+    """The first errors of a program and of its `improv.toml`; none if it can be played."""
+    errors = (each for each in problems(path, analysis) if each[2].severity is Severity.ERROR)
+    return [_mistake(*each) for each in islice(errors, MOST_MISTAKES)]
+
+
+def _mistake(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> Mistake:
+    at, end = lines.position(diagnostic.span.start), lines.position(diagnostic.span.end)
+    word = lines.line(at.line)[at.column : end.column if end.line == at.line else None][:LONGEST_MISTAKE]
+    return Mistake(path.name, at.line + 1, at.column + 1, printable(word), diagnostic.message)
 
 
 def as_line(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> str:

@@ -72,20 +72,21 @@ def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) 
 
 
 def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS) -> str:
-    """A large SVG of the paths, the world, names, and a scale, with the timeline below if asked for."""
+    """A large SVG of the paths, the world, names, and a scale on white, with the timeline below if asked for."""
     drawn = paths(score, most_moments)
     points = [point for path in drawn for point in _points(path)]
     frame = _Frame.around([*points, *_outline(score.world)], LARGE)
     parts = _obstacles(score.world, frame)
     parts += [_drawn(path, frame, place) for place, path in enumerate(drawn)]
-    parts += [_named(path, frame, place) for place, path in enumerate(drawn)]
+    parts += _named(drawn, frame)
     parts.append(_scale(frame))
     height = frame.height + 28
     if timeline:
         rows, rows_height = _timeline(score, frame.width, height)
         parts.append(rows)
         height += rows_height
-    return _svg(frame.width, height, "The ideal paths", parts)
+    ground = f'<path d="M0 0H{_number(frame.width)}V{_number(height)}H0Z" fill="{_GROUND}"/>'
+    return _svg(frame.width, height, "The ideal paths", [ground, *parts])
 
 
 def _as_pictured(score: Score) -> Score:
@@ -178,8 +179,11 @@ class _Frame:
             height,
         )
 
+    def pixel(self, x: float, y: float) -> tuple[float, float]:
+        return (x - self.left) * self.scale + _MARGIN, (self.top - y) * self.scale + _MARGIN
+
     def place(self, x: float, y: float) -> str:
-        return f"{_number((x - self.left) * self.scale + _MARGIN)} {_number((self.top - y) * self.scale + _MARGIN)}"
+        return " ".join(map(_number, self.pixel(x, y)))
 
 
 def _points(path: Path) -> Iterator[tuple[float, float]]:
@@ -233,7 +237,7 @@ def _drawn(path: Path, frame: _Frame, place: int) -> str:
     color = COLORS[place % len(COLORS)]
     drawn = _line(path.strokes[: path.certain], frame) + _line(path.strokes[path.certain :], frame, _DASHES)
     x, y = frame.place(path.start.x, path.start.y).split()
-    begin = f'<circle cx="{x}" cy="{y}" r="3.5"/>'
+    begin = f'<circle cx="{x}" cy="{y}" r="{_RING:g}"/>'  # an arrow that ends here still shows it
     arrow = f'<path d="{_arrow(path.end, frame)}" fill="{color}" stroke="none"/>'
     dashes = "" if path.whole else _DASHES
     joined = 'stroke-linejoin="round" stroke-linecap="round"'
@@ -268,10 +272,64 @@ def _arrow(pose: Pose, frame: _Frame) -> str:
     return f"M{corners[0]}L{corners[1]}L{corners[2]}Z"
 
 
-def _named(path: Path, frame: _Frame, place: int) -> str:
-    x, y = (float(value) for value in frame.place(path.start.x, path.start.y).split())
-    color = COLORS[place % len(COLORS)]
-    return f'<text x="{_number(x + 7)}" y="{_number(y - 7)}" fill="{color}">{escape(path.robot)}</text>'
+class _Box(NamedTuple):
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    def overlaps(self, other: _Box) -> bool:
+        beside = self.right < other.left or other.right < self.left
+        return not beside and not (self.bottom < other.top or other.bottom < self.top)
+
+
+def _named(drawn: Sequence[Path], frame: _Frame) -> list[str]:
+    """The name of each robot near its start: inside the picture, off the paths and the other names if possible."""
+    marks = [_Box(x - 2, y - 2, x + 2, y + 2) for path in drawn for x, y in _pixels(path, frame)]
+    names = []
+    for place, path in enumerate(drawn):
+        x, y = frame.pixel(path.start.x, path.start.y)
+        wide = _LETTER * len(path.robot)
+        boxes = [box for far in _DISTANCES for box in _around(x, y, wide, far)]
+        inside = [box for box in boxes if box.left >= 0 and box.top >= 0 and box.right <= frame.width]
+        best = min(inside or boxes, key=lambda box: sum(map(box.overlaps, marks)))
+        marks += [best] * _OF_A_NAME
+        at = f'x="{_number(best.left)}" y="{_number(best.bottom - 3)}"'
+        names.append(f'<text {at} fill="{COLORS[place % len(COLORS)]}">{escape(path.robot)}</text>')
+    return names
+
+
+def _around(x: float, y: float, wide: float, far: float) -> Iterator[_Box]:
+    """Where a text of this width may stand around a point, the most usual place first."""
+    near = far * 0.7
+    for left, top in (
+        (x + near, y - near - _LINE),
+        (x + near, y + near),
+        (x - near - wide, y - near - _LINE),
+        (x - near - wide, y + near),
+        (x + far, y - _LINE / 2),
+        (x - far - wide, y - _LINE / 2),
+        (x - wide / 2, y - far - _LINE),
+        (x - wide / 2, y + far),
+    ):
+        yield _Box(left, top, left + wide, top + _LINE)
+
+
+def _pixels(path: Path, frame: _Frame) -> Iterator[tuple[float, float]]:
+    """Points along a path, a few pixels apart."""
+    yield frame.pixel(path.start.x, path.start.y)
+    yield frame.pixel(path.end.x, path.end.y)
+    for stroke in path.strokes:
+        (x0, y0), (x1, y1) = frame.pixel(stroke.start.x, stroke.start.y), frame.pixel(stroke.end.x, stroke.end.y)
+        middle = frame.pixel(*_middle(stroke)) if stroke.radius else ((x0 + x1) / 2, (y0 + y1) / 2)
+        count = max(math.ceil(math.dist((x0, y0), (x1, y1)) / 4), 4)
+        for share in (number / count for number in range(count + 1)):
+            # The parabola through both ends and the middle is close enough to the arc.
+            across = 4 * share * (1 - share)
+            yield (
+                x0 + (x1 - x0) * share + (middle[0] - (x0 + x1) / 2) * across,
+                y0 + (y1 - y0) * share + (middle[1] - (y0 + y1) / 2) * across,
+            )
 
 
 def _scale(frame: _Frame) -> str:
@@ -285,6 +343,17 @@ def _scale(frame: _Frame) -> str:
 
 
 _QUIET = "#808080"
+_FONTS = "Arial, Helvetica, Liberation Sans, DejaVu Sans, Noto Sans, sans-serif"
+"""By name: what draws PNGs doesn't look for another font if it has none that is called sans-serif."""
+_GROUND = "#ffffff"
+_RING = 6.0
+"""The radius of the ring at a start, in pixels."""
+_LETTER, _LINE = 7.5, 15.0
+"""About how wide a letter of a name is, and how high a line."""
+_DISTANCES = (9.0, 16.0, 26.0)
+"""Pixels between a start and a name."""
+_OF_A_NAME = 50
+"""How many points of a path count as much as a name."""
 _ROW = 30.0
 
 
@@ -322,7 +391,7 @@ def _words(score: Score, sources: Sequence[Source]) -> list[str]:
 def _svg(width: float, height: float, title: str, parts: Sequence[str]) -> str:
     wide, high = _number(width), _number(height)
     head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" viewBox="0 0 {wide} {high}"'
-    return f'{head} role="img" font-family="sans-serif" font-size="12"><title>{title}</title>{"".join(parts)}</svg>\n'
+    return f'{head} role="img" font-family="{_FONTS}" font-size="12"><title>{title}</title>{"".join(parts)}</svg>\n'
 
 
 def _number(value: float) -> str:

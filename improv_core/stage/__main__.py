@@ -126,7 +126,7 @@ def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None
         put(message)
 
     ready = {"type": "ready", "protocol": VERSION, "sink": simulator.name, "real": False, "page": viewer.address}
-    return Opened(simulator, tell, viewer.show), ready
+    return Opened(simulator, tell, viewer.show, viewer.publish), ready
 
 
 class _SystemClock:

@@ -23,6 +23,7 @@ from improv_core.stage.protocol import (
     Decided,
     FromStage,
     Load,
+    Program,
     Sensed,
     Stopped,
     ToStage,
@@ -93,11 +94,12 @@ class Clock(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A sink, a function that sends a message to the parent, and one that shows a score on the page."""
+    """A sink, and functions that send a message to the parent and show a score or a program on the page."""
 
     sink: Sink
     tell: Callable[[FromStage], None]
     show: Callable[[Score, int], None] = lambda score, generation: None
+    present: Callable[[Program], None] = lambda program: None
 
 
 def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
@@ -226,6 +228,9 @@ class _Loop:
     def _obey(self, message: ToStage, now: float) -> None:
         if message["type"] == "ping":
             self._tell({"type": "pong", "number": message["number"]})
+            return
+        if message["type"] == "program":
+            self._opened.present(message)
             return
         if message["type"] == "sensed" or message["type"] == "decided":
             self._follow(message, now)

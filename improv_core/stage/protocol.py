@@ -195,6 +195,25 @@ class Decided(Moment):
     held: bool
 
 
+class Problem(TypedDict):
+    """What is wrong in a file: at a line and a column, counted from 1, or as a whole, at line 0; and the word there."""
+
+    file: str
+    line: int
+    column: int
+    word: str
+    message: str
+
+
+class Program(TypedDict):
+    """The program that is to be played, and what keeps it from being played."""
+
+    type: Literal["program"]
+    name: str
+    folder: str
+    problems: Sequence[Problem]
+
+
 class Ping(TypedDict):
     type: Literal["ping"]
     number: int
@@ -202,7 +221,7 @@ class Ping(TypedDict):
 
 Conduct = Hush | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How somebody, at an editor or at the page, has a say in what plays."""
-ToStage = Load | Conduct | Sensed | Decided | Ping
+ToStage = Load | Conduct | Sensed | Decided | Program | Ping
 
 
 class Restart(TypedDict):
@@ -435,10 +454,19 @@ class DrawnPoses(TypedDict):
     poses: Sequence[Sequence[float]]
 
 
+DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[float]]})
+"""Further places of a robot's trail: seconds after beat 0, x, y, and heading. `from` counts the places before them."""
+
+
+class DrawnTrails(TypedDict):
+    type: Literal["trails"]
+    robots: Mapping[str, DrawnTrail]
+
+
 class ShownRobot(TypedDict):
     """What a robot of a score is like: `start_pose` is x, y, z and heading, and `near` is how far ahead that reaches.
 
-    `senses` are those that its part reads, with their sources as in a score.
+    Its part `begins` and `ends` at a beat. `senses` are those that its part reads, with their sources as in a score.
     """
 
     profile: str
@@ -446,6 +474,7 @@ class ShownRobot(TypedDict):
     radius: float
     motions: Sequence[str]
     start_pose: Sequence[float]
+    begins: float
     ends: float | None
     senses: Mapping[str, Mapping[str, Any]]
     near: float
@@ -458,11 +487,13 @@ class Deadman(TypedDict):
 
 
 class ShownScore(TypedDict):
-    """A score for those who watch."""
+    """A score for those who watch: from scene `scene` on, counted from 0, its `scenes` begin at these beats."""
 
     type: Literal["score"]
     generation: int
     tempo: float
+    scene: int
+    scenes: Sequence[float]
     beats: float | None
     world: Mapping[str, Any] | None
     text: str
@@ -509,7 +540,19 @@ Window = TypedDict(
     },
 )
 
-ToPage = DrawnRobots | DrawnPoses | TransportMessage | Stopped | ShownScore | Bumps | Window | Sensed | Decided
+ToPage = (
+    DrawnRobots
+    | DrawnPoses
+    | DrawnTrails
+    | TransportMessage
+    | Stopped
+    | Program
+    | ShownScore
+    | Bumps
+    | Window
+    | Sensed
+    | Decided
+)
 FromPage = PageRequest | AskWindow
 
 

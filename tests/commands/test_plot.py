@@ -39,3 +39,11 @@ def test_what_can_not_be_drawn(tmp_path: Path, program: str, output: str, code: 
     got, told = run(tmp_path, program, output)
     assert (got, told.strip()) == (code, line)
     assert not (tmp_path / output).exists()
+
+
+def test_a_png_has_the_names_of_the_robots(tmp_path: Path) -> None:
+    pictures = []
+    for name in ("anna", "otto"):
+        assert run(tmp_path, f"{name} $ forward left\n", "dance.png") == (0, "")
+        pictures.append((tmp_path / "dance.png").read_bytes())
+    assert pictures[0] != pictures[1]

@@ -450,6 +450,29 @@ def test_who_stands_still_and_how_fast_the_others_are_is_told_to_every_new_stage
     check(performs)
 
 
+def test_pages_are_told_what_keeps_a_program_from_being_played_also_those_of_a_new_stage() -> None:
+    async def performs(show: Show) -> None:
+        await show.play()
+        show.playback.present("dance.improv", "/dances", [("dance.improv", 1, 5, "forwrd", "it is not defined")])
+        problem = {
+            "file": "dance.improv",
+            "line": 1,
+            "column": 5,
+            "word": "forwrd",
+            "message": "it is not defined",
+        }
+        message = {"type": "program", "name": "dance.improv", "folder": "/dances", "problems": [problem]}
+        old = show.latest("simulator")
+        assert old.sent[-1] == message
+        old.die()
+        await show.until(lambda: show.latest("simulator") is not old)
+        assert message in show.latest("simulator").sent
+        show.playback.present("dance.improv", "/dances")
+        assert show.latest("simulator").sent[-1] == {**message, "problems": []}
+
+    check(performs)
+
+
 def test_one_stage_alone_has_no_twin() -> None:
     async def performs(show: Show) -> None:
         assert await show.begin()

@@ -100,7 +100,7 @@ def test_a_plot_has_room_for_what_stands_around() -> None:
     world = World((8, 4), (Wall(0, 1, 1, 1),), (Circle(-2, 0, 0.5),), (Box(2, -1, 2, 1, math.pi / 2),))
     drawn = ElementTree.fromstring(plot(replace(score_of(analyze("r $ forward")), world=world)))
     wide, high = (float(drawn.attrib[name]) for name in ("width", "height"))
-    _, walls, circle, box, *_ = drawn
+    _, _, walls, circle, box, *_ = drawn
     # The floor's 8 m are as wide as there is room: 720 less two margins of 26.
     assert (wide, high) == (720, 52 + 668 / 2 + 28)
     metre = 668 / 8
@@ -142,3 +142,42 @@ def test_dice_fall_in_pictures_as_they_do_if_nothing_is_sensed() -> None:
     assert dashed(program) == (len(path(program).strokes), 0)
     for reaction in ("until near repeat", "if near left else repeat 3"):
         assert dashed(f"r $ {reaction} choose (forward left right)")[1] == 0
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "anna $ forward left forward left forward left forward\n",
+        "ada $ repeat 4 (backward halfleft)\n",
+        "a_robot_with_a_long_name $ forward\n",
+        "anna $ forward left forward\nbert $ right forward\ncarla $ backward\ndora $ left forward\n",
+    ],
+)
+def test_names_are_inside_a_plot_and_off_the_paths_and_each_other(program: str) -> None:
+    drawn = ElementTree.fromstring(plot(score_of(analyze(program))))
+    wide = float(drawn.attrib["width"])
+    names = [each for each in drawn.iter(f"{SVG}text") if each.text in program.split()]
+    boxes = [
+        (float(name.attrib["x"]), float(name.attrib["y"]) - 9, float(name.attrib["x"]) + 6 * len(name.text or ""))
+        for name in names
+    ]
+    assert all(left >= 0 and top >= 0 and right <= wide for left, top, right in boxes)
+    ends = [tuple(map(float, end.split())) for end in re.findall(r"[ML]([\d.]+ [\d.]+)", lines(drawn))]
+    for left, top, right in boxes:
+        assert not [(x, y) for x, y in ends if left < x < right and top < y < top + 9]
+    for place, (left, top, right) in enumerate(boxes):
+        for other_left, other_top, other_right in boxes[:place]:
+            assert right <= other_left or other_right <= left or abs(top - other_top) >= 9
+
+
+def lines(drawn: ElementTree.Element) -> str:
+    """The data of all paths but the ground and the scale."""
+    return "".join(each.attrib["d"] for group in drawn.iter(f"{SVG}g") for each in group.iter(f"{SVG}path"))
+
+
+def test_a_plot_has_a_ground_and_a_start_that_shows_under_an_end() -> None:
+    drawn = ElementTree.fromstring(plot(score_of(analyze("r $ repeat 4 (forward left)"))))
+    _, ground, *_ = drawn
+    assert ground.attrib == {"d": f"M0 0H{drawn.attrib['width']}V{drawn.attrib['height']}H0Z", "fill": "#ffffff"}
+    (ring,) = drawn.iter(f"{SVG}circle")
+    assert float(ring.attrib["r"]) > 5

@@ -1,4 +1,4 @@
-"""A simulated robot: its motion so far, and the setpoints that it has yet to follow. Standard library only."""
+"""A simulated robot: its motion, its trail, and the setpoints that it has yet to follow. Standard library only."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part
 from improv_core.stage.sinks.collisions import Disc, Pushed
 from improv_core.stage.sinks.dynamics import Motion, Motors, follow
+from improv_core.stage.sinks.trails import Trail
 
 
 @dataclass(slots=True)
@@ -20,6 +21,7 @@ class Robot:
     disc: Disc
     motors: Motors | None
     motion: Motion
+    trail: Trail
     setpoints: deque[tuple[float, Twist]] = field(default_factory=deque)
     commanded: Twist = STILL
     """The last twist it was sent."""
@@ -32,10 +34,28 @@ class Robot:
         return follow(self.motion, self.setpoints, to, self.motors)
 
     def settle(self, to: float) -> None:
-        """Drop the history up to `to`."""
+        """Drop the history up to `to`, of which only the trail is kept."""
+        self.leave_trail(to)
         self.motion = self.ahead(to)
         while self.setpoints and self.setpoints[0][0] <= to:
             self.setpoints.popleft()
+
+    def leave_trail(self, to: float) -> None:
+        """Add to the trail where the robot has been told to move differently, up to `to`."""
+        for at, _ in self.setpoints:
+            if at > to:
+                break
+            if at > self.trail.until:
+                self.trail.add(at, self.pose_at(at))
+
+    def mark(self, at: float) -> None:
+        """Add to the trail where the robot is, unless it is on the arc that it was on before."""
+        self.leave_trail(at)
+        if self.motors or self.pushed:
+            self.trail.add(at, self.pose_at(at))
+        else:
+            self.trail.bend(at, self.pose_at(at))
+        self.trail = self.trail.renewed()
 
     def speed_at(self, time: float) -> float:
         if self.pushed:

@@ -18,6 +18,7 @@ from improv_core.stage.sinks.collisions import Bump, Collisions, Disc, Pushed
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, motors_of, moving
 from improv_core.stage.sinks.simulated_robot import Robot
 from improv_core.stage.sinks.simulated_senses import Senses
+from improv_core.stage.sinks.trails import Trail
 
 LOOK = 24
 """Steps between two searches for robots near something: 0.1 s. A robot that can't touch anything before the next search
@@ -31,7 +32,7 @@ BUMPS_KEPT = 200
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """What the page draws: poses at performance time `at` (seconds), radii in meters, and the latest bumps.
+    """What the page draws: poses at performance time `at` (seconds), radii in meters, trails, and the latest bumps.
 
     `placed` counts how often robots were moved by hand or by a seek: between two snapshots in which it differs, robots
     jumped.
@@ -41,6 +42,7 @@ class Snapshot:
     placed: int = 0
     poses: Mapping[str, Pose] = field(default_factory=dict)
     radii: Mapping[str, float] = field(default_factory=dict)
+    trails: Mapping[str, Trail] = field(default_factory=dict)
     bumps: tuple[Bump, ...] = ()
 
 
@@ -127,7 +129,7 @@ class Simulator:
             for name, pose in poses.items():
                 robot = self._robots[name]
                 # Setpoints from before no longer apply.
-                robot.motion, robot.commanded = Motion(self._now, pose), STILL
+                robot.motion, robot.commanded, robot.trail = Motion(self._now, pose), STILL, Trail(self._now, pose)
                 robot.pushed, robot.bumped = None, False
                 robot.setpoints.clear()
             self._placed += 1
@@ -159,11 +161,14 @@ class Simulator:
     def snapshot(self) -> Snapshot:
         """The state after the latest `advance` or `prepare`; may be called from any thread."""
         with self._lock:
+            for robot in self._robots.values():
+                robot.leave_trail(self._now)
             return Snapshot(
                 self._now,
                 self._placed,
                 {name: robot.pose_at(self._now) for name, robot in self._robots.items()},
                 {name: robot.disc.radius for name, robot in self._robots.items()},
+                {name: robot.trail for name, robot in self._robots.items()},
                 tuple(self._bumps),
             )
 
@@ -199,7 +204,7 @@ class Simulator:
         if known:
             known.part, known.disc, known.motors = part, disc, motors
         else:
-            self._robots[name] = Robot(part, disc, motors, Motion(self._now, part.start))
+            self._robots[name] = Robot(part, disc, motors, Motion(self._now, part.start), Trail(self._now, part.start))
 
     def _next_rise(self) -> int:
         """The step in which a robot becomes faster than all robots so far."""
@@ -220,6 +225,7 @@ class Simulator:
         self._senses.look(reach)
         circles = {}
         for name, robot in self._robots.items():
+            robot.mark(now)
             robot.settle(now)
             pose = robot.pose_at(now)
             circles[name] = (pose.x, pose.y, robot.disc.radius + reach)
@@ -268,7 +274,9 @@ class Simulator:
         pushed = self._collisions.push(ways, start, end)
         for name in ways:
             robot = self._robots[name]
-            robot.pushed = pushed.get(name)
+            before, robot.pushed = robot.pushed, pushed.get(name)
+            if bool(before) != bool(robot.pushed):
+                robot.trail.add(start, ways[name][0])
             if robot.pushed:
                 robot.settle(end)
                 robot.motion = _after_push(robot.motion, robot.pushed, end, robot.motors)

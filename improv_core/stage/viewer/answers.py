@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
-from improv_core.stage.protocol import AskWindow, Window
+from improv_core.stage.protocol import AskWindow, Sensed, Window
 from improv_core.stage.viewer.lookahead import MOST_MOMENTS, window
 
 MOST_BEATS = 256
@@ -28,10 +28,12 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """The score on the pages and its generation: one value, because it is set on one thread and read on another."""
+    """The score on the pages, its generation, and what was sensed in it: one value, because it is set on one thread and
+    read on another."""
 
     score: Score
     generation: int
+    sensed: tuple[Sensed, ...] = ()
 
 
 class Answers:
@@ -92,7 +94,7 @@ def _settle(computed: asyncio.Future[Answer | None], text: Answer | None) -> Non
 
 @lru_cache(WINDOWS_KEPT)
 def _window(shown: Shown, start: float, end: float) -> str:
-    robots = window(shown.score, start, end)
+    robots = window(shown.score, start, end, shown.sensed)
     message: Window = {"type": "window", "generation": shown.generation, "from": start, "to": end, "robots": robots}
     return json.dumps(message)
 

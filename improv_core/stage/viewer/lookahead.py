@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict, deque
+from collections.abc import Sequence
 from dataclasses import astuple
 from typing import Any
 
@@ -9,10 +11,11 @@ from improv_core.score import senses
 from improv_core.score import world as worlds
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
+from improv_core.score.performer import Performer
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.walk import walk
-from improv_core.stage.protocol import ShownScore, Stretch
+from improv_core.stage.protocol import Sensed, ShownScore, Stretch
 
 MOST_MOMENTS = 20_000
 """Moments of all robots together in one window."""
@@ -25,6 +28,8 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
         "type": "score",
         "generation": generation,
         "tempo": float(score.tempo),
+        "scene": score.scene,
+        "scenes": list(map(float, score.scene_begins)),
         "beats": None if beats == ENDLESS else float(beats),
         "world": worlds.to_json(score.world),
         "text": score.text,
@@ -39,6 +44,7 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
                 "radius": part.profile.radius,
                 "motions": list(part.profile.motions),
                 "start_pose": list(astuple(part.start)),
+                "begins": float(part.begins),
                 "ends": None if part.ends == ENDLESS else float(part.ends),
                 "senses": senses.to_json(part.senses),
                 "near": part.profile.reach,
@@ -48,16 +54,55 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
     }
 
 
-def window(score: Score, start: float, end: float) -> dict[str, Stretch]:
+def window(score: Score, start: float, end: float, sensed: Sequence[Sensed] = ()) -> dict[str, Stretch]:
     """What each robot does from beat `start` to beat `end`, up to `MOST_MOMENTS`.
 
     `pose` is the robot's ideal pose at `start` (x, y, z, heading), or None if that can't be known. `moments` are lists
     of start and duration in beats, velocity at the score's own tempo (m/s, rad/s), and the words that play: statement,
-    and span in it. `until` is the beat they reach.
+    and span in it. `until` is the beat they reach. What senses decide is as `sensed` has it (in order of time), and
+    after the last of these, no condition holds.
     """
     most = MOST_MOMENTS // max(len(score.parts), 1)
     begin = near(max(start, 0.0))
-    return {name: _stretch(score, part, begin, end, most) for name, part in score.parts.items()}
+    return {
+        name: _performed(score, part, begin, end, most, [each for each in sensed if each["robot"] == name])
+        if part.senses
+        else _stretch(score, part, begin, end, most)
+        for name, part in score.parts.items()
+    }
+
+
+def _performed(score: Score, part: Part, begin: Exact, end: float, most: int, sensed: Sequence[Sensed]) -> Stretch:
+    """A stretch of a part that depends on senses: what they decided is performed again, from where it began."""
+    performer = Performer(part.movement, part.begins)
+    values: defaultdict[str, bool | None] = defaultdict(bool)
+    edges = deque((near(max(each["beat"], float(part.begins))), each["sense"], each["value"]) for each in sensed)
+    pose, first = part.entered or part.start, None
+    moments: list[list[Any]] = []
+    for _ in range(MOST_MOMENTS):
+        while edges and edges[0][0] <= performer.beat:
+            _, sense, value = edges.popleft()
+            values[sense] = value
+            performer.settle(values.__getitem__)  # a cue holds for an instant
+        performer.settle(values.__getitem__)
+        if not edges:
+            values.clear()
+        if performer.is_over or performer.beat >= end or len(moments) == most:
+            break
+        until = min(performer.until, edges[0][0] if edges else ENDLESS)
+        if until == ENDLESS:
+            break
+        assert not isinstance(until, float)
+        velocity, sources = performer.velocity()
+        moving = twist(velocity, part.profile, score.tempo)
+        if until > begin:
+            first = first or pose.after(moving, score.seconds(max(begin - performer.beat, 0)))
+            start = max(performer.beat, begin)
+            words = [[source.statement, *source.span] for source in sources]
+            moments.append([float(start), float(until - start), *astuple(moving), words])
+        pose = pose.after(moving, score.seconds(until - performer.beat))
+        performer.advance(until)
+    return {"pose": list(astuple(first or pose)), "moments": moments, "until": float(performer.beat)}
 
 
 def _stretch(score: Score, part: Part, begin: Exact, end: float, most: int) -> Stretch:

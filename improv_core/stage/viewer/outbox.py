@@ -5,26 +5,29 @@ from __future__ import annotations
 import asyncio
 import json
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from improv_core.stage.protocol import AskWindow, BumpJson, Bumps
+from improv_core.stage.protocol import AskWindow, BumpJson, Bumps, DrawnTrail, DrawnTrails
 
 if TYPE_CHECKING:
     from aiohttp import web
 
     from improv_core.stage.sinks.collisions import Bump
+    from improv_core.stage.sinks.trails import Trail
 
 MOST_BUMPS = 200
 
 
 class Outbox:
-    """The latest message of each kind, all bumps, and the latest question that the page has asked."""
+    """The latest message of each kind, all bumps and trails, and the latest question that the page has asked."""
 
     def __init__(self) -> None:
         self._waiting: dict[str, str] = {}
         self._bumps: deque[Bump] = deque(maxlen=MOST_BUMPS)
+        self._trails: Mapping[str, Trail] = {}
+        self._sent: dict[str, tuple[Trail, int]] = {}  # how many places of which trail
         self._filled = asyncio.Event()
         self._empty = asyncio.Event()
         self._question: AskWindow | None = None
@@ -41,6 +44,11 @@ class Outbox:
         """Send bumps, together with those that still wait."""
         self._bumps.extend(bumps)
         self.put("bumps", "")
+
+    def show_trails(self, trails: Mapping[str, Trail]) -> None:
+        """Send what the page lacks of these trails."""
+        self._trails = trails
+        self.put("trails", "")
 
     def ask(self, question: AskWindow) -> None:
         """Ask for a window, instead of one that nobody has looked at yet."""
@@ -68,8 +76,20 @@ class Outbox:
                 kind = next(iter(self._waiting))
                 text = self._waiting.pop(kind)
                 with suppress(ConnectionError):  # the page is gone: the reading side ends the session
-                    await page.send_str(text or self._take_bumps())
+                    await page.send_str(text or (self._take_trails() if kind == "trails" else self._take_bumps()))
             self._empty.set()
+
+    def _take_trails(self) -> str:
+        robots: dict[str, DrawnTrail] = {}
+        for name, trail in self._trails.items():
+            known, sent = self._sent.get(name, (trail, 0))
+            begin = sent if known is trail else 0
+            places = trail.places[begin:]
+            self._sent[name] = trail, begin + len(places)
+            if places:
+                robots[name] = {"from": begin, "places": [[round(value, 4) for value in place] for place in places]}
+        message: DrawnTrails = {"type": "trails", "robots": robots}
+        return json.dumps(message, separators=(",", ":"))
 
     def _take_bumps(self) -> str:
         bumps = list(self._bumps)

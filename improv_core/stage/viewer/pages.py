@@ -14,6 +14,7 @@ from improv_core.stage.viewer.outbox import Outbox, bumps_message
 if TYPE_CHECKING:
     from improv_core.stage.sinks.collisions import Bump
     from improv_core.stage.sinks.simulator import Snapshot
+    from improv_core.stage.sinks.trails import Trail
 
 FRAME = 1 / 60
 
@@ -28,6 +29,7 @@ class Pages:
         self._latest: dict[str, str] = {}
         self._drawn: dict[str, object] = {}
         self._bumps: tuple[Bump, ...] = ()
+        self._trails: dict[str, tuple[Trail, int]] = {}  # with their lengths
         self._problem = ""
 
     def __len__(self) -> int:
@@ -41,6 +43,8 @@ class Pages:
             outbox.put(kind, text)
         if self._bumps:
             outbox.put("past", bumps_message(self._bumps, past=True))
+        if self._trails:
+            outbox.show_trails({name: trail for name, (trail, _) in self._trails.items()})
         self._outboxes.add(outbox)
         self._watched.set()
         return outbox
@@ -79,7 +83,7 @@ class Pages:
             self._problem = repr(problem)
 
     def _send(self, snapshot: Snapshot) -> None:
-        """Send the robots, their poses in the same order, and bumps, if any of these is new."""
+        """Send the robots, their poses in the same order, trails, and bumps, if any of these is new."""
         robots: dict[str, DrawnRobot] = {name: {"radius": radius} for name, radius in snapshot.radii.items()}
         poses = [
             [round(pose.x, 4), round(pose.y, 4), round(pose.z, 4), round(pose.heading, 4)]
@@ -97,6 +101,11 @@ class Pages:
             }
             self.put("poses", json.dumps(message, separators=(",", ":")))
         self._drawn = {"robots": robots, "poses": poses}
+        trails = {name: (trail, len(trail.places)) for name, trail in snapshot.trails.items()}
+        if trails != self._trails:
+            self._trails = trails
+            for outbox in self._outboxes:
+                outbox.show_trails(snapshot.trails)
         known = set(map(id, self._bumps))  # a dance that is played again may have equal bumps
         new = [bump for bump in snapshot.bumps if id(bump) not in known]
         self._bumps = snapshot.bumps

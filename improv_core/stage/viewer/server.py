@@ -10,12 +10,14 @@ import socket
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from improv_core.score.score import Score
 from improv_core.stage.protocol import (
     Decided,
     PageRequest,
+    Program,
     Sensed,
     ShownScore,
     Stopped,
@@ -29,6 +31,10 @@ from improv_core.stage.viewer.pages import Pages
 
 if TYPE_CHECKING:
     from improv_core.stage.sinks.simulator import Snapshot
+
+
+MOST_SENSED = 1000
+"""Changes of senses that are kept, to know what they have decided."""
 
 
 class Viewer:
@@ -67,18 +73,26 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | ShownScore | Sensed | Decided) -> None:
+    def publish(self, message: TransportMessage | Stopped | Program | ShownScore | Sensed | Decided) -> None:
         """Send a message to every page, and to later ones until another of its type, about the same, replaces it."""
-        about = [str(message["type"])]
+        shown = self._answers.shown
+        if message["type"] == "sensed" and shown and message["generation"] == shown.generation:
+            about = message["robot"], message["sense"]
+            before = (each for each in reversed(shown.sensed) if (each["robot"], each["sense"]) == about)
+            if next((each["value"] for each in before), None) != message["value"]:
+                self._answers.shown = replace(shown, sensed=(*shown.sensed, message)[-MOST_SENSED:])
+        kind = [str(message["type"])]
         if message["type"] == "sensed":
-            about += message["robot"], message["sense"]
+            kind += message["robot"], message["sense"]
         elif message["type"] == "decided":
-            about += [message["robot"]]
-        self._soon(self._pages.put, " ".join(about), json.dumps(message))
+            kind += [message["robot"]]
+        self._soon(self._pages.put, " ".join(kind), json.dumps(message))
 
     def show(self, score: Score, generation: int) -> None:
         """Show what will be played, once the player's messages have this generation."""
-        self._answers.shown = Shown(score, generation)
+        before = self._answers.shown
+        sensed = before.sensed if before and before.generation == generation else ()
+        self._answers.shown = Shown(score, generation, sensed)
         self.publish(about(score, generation, takes_start_poses=self._takes_start_poses))
 
     def close(self) -> None:

@@ -31,8 +31,8 @@ def still(page: Page, show: Show, program: str = "beat 60\nada $ forward left fo
     """A page of a program that stands at its first beat."""
     show.play(program)
     watch(page, show)
-    page.keyboard.press("p")
-    wait(page, "['paused', 'ended'].includes(improv.transport.state)")  # a short dance may be over already
+    page.keyboard.press("n")  # which pauses, also a short dance that is over already
+    wait(page, "improv.transport.state === 'paused'")
     page.keyboard.press("Home")
     wait(page, "improv.transport.state === 'paused' && improv.beat === 0")
     return page

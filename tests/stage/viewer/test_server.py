@@ -205,13 +205,37 @@ def test_a_new_page_gets_what_was_published_and_who_is_there(viewer: Viewer, sim
     async def check() -> dict[str, dict[str, Any]]:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
-            messages = [await socket.receive_json(timeout=LIMIT) for _ in range(3)]
+            messages = [await socket.receive_json(timeout=LIMIT) for _ in range(4)]
             return {message["type"]: message for message in messages}
 
     messages = asyncio.run(check())
     assert messages["transport"]["generation"] == 2
     assert messages["robots"] == {"type": "robots", "robots": {"ada": {"radius": 0.3}}}
     assert messages["poses"] == {"type": "poses", "at": 1.0, "placed": 1, "poses": [[1.0, 2.3333, 0.0, 0.0]]}
+    assert messages["trails"] == {"type": "trails", "robots": {"ada": {"from": 0, "places": [[0.0, 1.0, 2.0, 0.0]]}}}
+
+
+def test_each_page_gets_each_place_of_a_trail_once(viewer: Viewer, simulator: Simulator) -> None:
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose())}), restart=True)
+
+    async def check() -> None:
+        async def trail(socket: aiohttp.ClientWebSocketResponse) -> tuple[int, list[float]]:
+            message = await until(socket, lambda message: message["type"] == "trails")
+            drawn = message["robots"]["ada"]
+            return drawn["from"], [place[0] for place in drawn["places"]]
+
+        async with aiohttp.ClientSession() as session:
+            first = await connected(viewer, session)
+            assert await trail(first) == (0, [0.0])
+            simulator.send("ada", Twist(1.0), 0.5)
+            simulator.advance(1.0)
+            assert await trail(first) == (1, [0.5])
+            second = await connected(viewer, session)
+            assert await trail(second) == (0, [0.0, 0.5])
+            simulator.place({"ada": Pose(5.0)})
+            assert await trail(first) == await trail(second) == (0, [1.0])
+
+    asyncio.run(check())
 
 
 def test_nothing_is_sent_while_nothing_changes(viewer: Viewer, simulator: Simulator) -> None:
@@ -220,7 +244,7 @@ def test_nothing_is_sent_while_nothing_changes(viewer: Viewer, simulator: Simula
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
-            await until(socket, lambda message: message["type"] == "poses")
+            await until(socket, lambda message: message["type"] == "trails")
             simulator.send("ada", STILL, 0.0)
             simulator.advance(1.0)
             with pytest.raises(asyncio.TimeoutError):
@@ -229,7 +253,7 @@ def test_nothing_is_sent_while_nothing_changes(viewer: Viewer, simulator: Simula
             simulator.advance(2.0)
             assert (await socket.receive_json(timeout=LIMIT))["poses"] == [[0.0, 0.0, 1.0, 0.0]]
             viewer.publish(transport(1, "playing"))
-            assert (await socket.receive_json(timeout=LIMIT))["type"] == "transport"
+            await until(socket, lambda message: message["type"] == "transport")
 
     asyncio.run(check())
 

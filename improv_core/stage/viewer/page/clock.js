@@ -8,7 +8,7 @@
 
 export class Clock {
   /** @type {Transport} */
-  transport = { generation: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", poses: undefined, muted: [], soloed: [] }
+  transport = { generation: 0, restarted: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", poses: undefined, muted: [], soloed: [] }
 
   /**
    * Takes a transport message. Whether playback jumped to another place, such as by a seek or a restart.

@@ -7,10 +7,12 @@ import { withToken } from "./token.js"
 /** @import { Message } from "./messages.js" */
 /** @typedef {{ x: number, y: number, heading: number }} StartPose in meters and degrees */
 /**
- * @typedef {{ type: "hush" | "pause" | "resume" | "restart" | "held" | "released" }
+ * @typedef {{ type: "hush" | "pause" | "resume" | "restart" | "held" | "released" | "cue" }
  *   | { type: "seek", beat: number }
  *   | { type: "speed", factor: number }
  *   | { type: "silence", muted: string[], soloed: string[] }
+ *   | { type: "key", key: string, held: boolean }
+ *   | { type: "force", robot: string, sense: string, value: boolean | null }
  *   | { type: "place", start_poses: Record<string, StartPose> }
  *   | { type: "window", generation: number, from: number, to: number }} Request what a page may ask for
  */

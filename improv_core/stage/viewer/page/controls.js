@@ -101,7 +101,6 @@ export class Controls {
     document.body.dataset.state = state
     const playing = state === "playing"
     find("state-word").textContent = open || connection === "over" ? (played ? WORDS[state] : "ready") : "offline"
-    find("hint").hidden = played || !open
     find("beat").hidden = !played
     find("beat-end").textContent = beats === null ? "· ∞" : `/ ${whole(this.#clock.lastBeat)}`
     find("tempo").textContent = played ? `${round(tempo)} beats/min` : ""

@@ -10,10 +10,8 @@ import { paintWorld } from "./world.js"
 
 /** @import { Point, Sight } from "./camera.js" */
 /** @import { Drawn, GroundScene } from "./stage.js" */
-/** @import { TrailPoint } from "./motion.js" */
 /** @import { Pen } from "./pen.js" */
-/** @typedef {{ at: number, placed: number }} Time */
-/** @typedef {Time & { place: Point }} Reached how far a trail is painted */
+/** @typedef {{ at: number, version: number }} Reached how far a trail is painted, and which version of it */
 /** @typedef {GroundScene & { view: Sight, middle: Point, size: { width: number, height: number } }} SheetScene */
 /**
  * @typedef {object} Sheet
@@ -117,7 +115,7 @@ export class Ground {
     pen.drawImage(image, 0, 0)
     pen.setTransform(ratio, 0, 0, ratio, 0, 0)
     for (const robot of scene.cast) paintTail(pen, scene, robot, painted.get(robot.name))
-    const now = new Map(scene.cast.map(({ name, pose }) => [name, reached(scene, pose)]))
+    const now = new Map(scene.cast.map(({ name }) => [name, reached(scene)]))
     this.#show({ ...shown, painted: now, since: performance.now() })
   }
 
@@ -265,75 +263,71 @@ function paintAhead(pen, { view, colors, beat, until }, { path, moved, color }) 
  * @returns {Reached}
  */
 function paintTrail(pen, scene, { name, color, pose }) {
-  const { at, colors, view } = scene
-  const points = visible(scene.trails.get(name) ?? [], scene)
-  const width = trailWidth(view)
-  const place = onSheet(scene, pose)
-  if (!points.length) return reached(scene, pose)
-  const oldest = points[0].at
-  const shade = (/** @type {number} */ time) => Math.min(Math.floor(((time - oldest) / (at - oldest || 1)) * SHADES), SHADES - 1)
-  pen.lineWidth = width
+  const { at, colors, view, trail, trails } = scene
+  const pieces = trail > 0 ? [...trails.pieces(name, at - trail, at, pose)] : []
+  if (!pieces.length) return reached(scene)
+  const oldest = pieces[0].at
+  const shade = (at - oldest) / SHADES || 1 // seconds
   let now = -1
-  let begun = false
   const finish = () => {
     if (now < 0) return
     pen.strokeStyle = mix(colors.ground, color, FADED + ((1 - FADED) * now) / (SHADES - 1))
     pen.stroke()
   }
-  for (const point of [...points, { ...pose, at, first: false }]) {
-    const { x, y } = onSheet(scene, point)
-    if (point.first || shade(point.at) !== now) {
-      if (!point.first && begun) pen.lineTo(x, y)
-      finish()
-      now = shade(point.at)
-      pen.beginPath()
-      pen.moveTo(x, y)
-    } else {
-      pen.lineTo(x, y)
+  inWorld(pen, scene)
+  pen.lineWidth = trailWidth(view) / view.scale
+  for (const { pose: from, velocity, at: start, end } of pieces) {
+    const long = Math.max(end - start, 1e-9)
+    for (let time = start; time < end; ) {
+      const step = Math.min(Math.floor((time - oldest) / shade + 1e-9), SHADES - 1)
+      const until = step === SHADES - 1 ? end : Math.min(oldest + (step + 1) * shade, end)
+      const here = after(from, velocity, (time - start) / long)
+      if (step !== now) {
+        finish()
+        now = step
+        pen.beginPath()
+        pen.moveTo(here.x, here.y)
+      }
+      trace(pen, here, velocity, (until - time) / long)
+      time = until
     }
-    begun = true
   }
-  pen.lineTo(place.x, place.y)
   finish()
-  if (scene.trail === Infinity) paintStart(pen, onSheet(scene, points[0]), width, colors.ground, mix(colors.ground, color, 0.7))
-  return reached(scene, pose)
+  pen.setTransform(scene.ratio, 0, 0, scene.ratio, 0, 0)
+  if (trail === Infinity) paintStart(pen, onSheet(scene, pieces[0].pose), trailWidth(view), colors.ground, mix(colors.ground, color, 0.7))
+  return reached(scene)
 }
 
 /**
- * How far a trail is painted.
- * @param {Time} time
- * @param {Point} place
+ * How far trails are painted.
+ * @param {Pick<GroundScene, "at" | "trails">} scene
  * @returns {Reached}
  */
-function reached({ at, placed }, place) {
-  return { at, placed, place }
+function reached({ at, trails }) {
+  return { at, version: trails.version }
 }
 
 /**
- * Paints the part of a trail that is too new to be on the sheet: since `from`.
+ * Paints the part of a trail that is too new to be on the sheet.
  * @param {Pen} pen
- * @param {Pick<GroundScene, "camera" | "trails" | "at" | "placed">} scene
+ * @param {Pick<GroundScene, "camera" | "ratio" | "trails" | "at">} scene
  * @param {Drawn} robot
  * @param {Reached | undefined} from
  */
-export function paintTail(pen, scene, { name, place, color }, from) {
-  const { camera } = scene
-  const trail = scene.trails.get(name) ?? []
-  if (!from || isLater(from, scene) || !trail.length) return
-  const start = camera.toScreen(from.place)
-  let index = trail.length
-  while (index > 0 && isLater(trail[index - 1], from)) index--
+export function paintTail(pen, { camera, ratio, trails, at }, { name, pose, color }, from) {
+  if (!from || from.version !== trails.version || from.at >= at) return
+  const origin = camera.toScreen({ x: 0, y: 0 })
+  const scale = camera.sight.scale * ratio
+  pen.setTransform(scale, 0, 0, -scale, origin.x * ratio, origin.y * ratio)
   pen.beginPath()
-  pen.moveTo(start.x, start.y)
-  for (; index < trail.length && !isLater(trail[index], scene); index++) {
-    const point = camera.toScreen(trail[index])
-    if (trail[index].first) pen.moveTo(point.x, point.y)
-    else pen.lineTo(point.x, point.y)
+  for (const piece of trails.pieces(name, from.at, at, pose)) {
+    pen.moveTo(piece.pose.x, piece.pose.y)
+    trace(pen, piece.pose, piece.velocity, 1)
   }
-  pen.lineTo(place.x, place.y)
   pen.strokeStyle = color
-  pen.lineWidth = trailWidth(camera.sight)
+  pen.lineWidth = trailWidth(camera.sight) / camera.sight.scale
   pen.stroke()
+  pen.setTransform(ratio, 0, 0, ratio, 0, 0)
 }
 
 /**
@@ -351,33 +345,6 @@ function paintStart(pen, { x, y }, width, ground, color) {
   pen.strokeStyle = color
   pen.lineWidth = width * 0.75
   pen.stroke()
-}
-
-/**
- * Compares `placed` too: while nothing plays no time passes, however often robots are put elsewhere.
- * @param {Time} one
- * @param {Time} other
- */
-function isLater(one, other) {
-  return one.placed > other.placed || one.at > other.at
-}
-
-/**
- * The visible points of a trail; the first is interpolated, exactly as old as the trail is long.
- * @param {TrailPoint[]} trail
- * @param {SheetScene} scene
- */
-function visible(trail, scene) {
-  const points = trail.filter((point) => !isLater(point, scene))
-  if (scene.trail === Infinity) return points
-  const since = scene.at - scene.trail
-  const first = points.findIndex((point) => point.at > since)
-  if (first < 0 || scene.trail === 0) return []
-  const [before, next] = [points[first - 1], points[first]]
-  if (!before || next.first) return points.slice(first)
-  const part = (since - before.at) / (next.at - before.at)
-  const cut = { ...before, at: since, x: before.x + (next.x - before.x) * part, y: before.y + (next.y - before.y) * part, first: true }
-  return [cut, ...points.slice(first)]
 }
 
 /**

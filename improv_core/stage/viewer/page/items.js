@@ -11,6 +11,7 @@
 const SIGNS = { x: ["↑", "↓"], y: ["←", "→"], z: ["⤒", "⤓"], yaw: ["↰", "↱"] }
 const HALF_TURNS = ["↖", "↗"]
 const REST = "·"
+const CHANCE = "chance" // in the place of what dice have left out
 const AXES = /** @type {const} */ (["x", "y", "z", "yaw"])
 
 /** Reads a program's text by code points, as the server counts. */
@@ -50,7 +51,10 @@ export class Reader {
       let names = []
       for (const span of stretch.words) {
         const word = this.word(span)
-        if (Object.hasOwn(this.#words, word)) {
+        if (word === CHANCE) {
+          voices.push({ word, sign: REST, rests: true, at: span[0], names })
+          names = []
+        } else if (Object.hasOwn(this.#words, word)) {
           const [x, y, z, yaw] = this.#words[word]
           voices.push({ word, ...drawn({ x, y, z, yaw }, stretch.velocity), at: span[0], names })
           names = []

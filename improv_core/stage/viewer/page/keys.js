@@ -1,5 +1,5 @@
 // @ts-check
-// The keyboard. Space and Escape stop the robots wherever the focus is; other keys do nothing in input fields.
+// The keyboard. Space stops the robots wherever the focus is, and so does Escape unless it closes Help; other keys do nothing in input fields.
 
 /**
  * Calls functions for keys: `keys` by `event.key`, `stop` for Space and Escape, `shifted` for arrows with Shift.

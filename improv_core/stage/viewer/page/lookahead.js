@@ -68,6 +68,15 @@ export class Lookahead {
     this.#ask(this.#known, Math.min(this.#known + piece, end))
   }
 
+  /**
+   * Asks again for everything from shortly before a beat on: senses have decided what is played.
+   * @param {number} beat
+   */
+  renew(beat) {
+    this.#asked = null
+    this.#forget(Math.max(Math.floor(beat) - BEHIND, 0))
+  }
+
   /** Asks again: the connection was lost, and the answer with it. */
   askAgain() {
     this.#asked = null
@@ -142,11 +151,12 @@ export class Lookahead {
   }
 
   /**
-   * Points that show how much room all paths take, up to a beat.
+   * Points that show how much room all paths take, up to a beat; without paths that senses will end before.
    * @param {number} until
    */
   *points(until) {
-    for (const stretches of this.robots.values()) {
+    for (const [name, stretches] of this.robots) {
+      if (Object.keys(this.score.robots[name].senses).length) continue
       if (stretches[0]?.pose) yield stretches[0].pose
       for (const { start, pose, velocity, seconds } of stretches) {
         if (pose && start < until) yield* along(pose, velocity, seconds)

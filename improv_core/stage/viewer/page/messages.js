@@ -45,9 +45,16 @@ const moment = (value) =>
 
 const MESSAGES = {
   robots: shape({ robots: mapOf(shape({ radius: number })) }),
+  trails: shape({ robots: mapOf(shape({ from: count, places: listOf(numbers(4)) })) }),
+  program: shape({
+    name: text,
+    folder: text,
+    problems: listOf(shape({ file: text, line: count, column: count, word: text, message: text })),
+  }),
   poses: shape({ at: number, placed: count, poses: listOf(numbers(4)) }),
   transport: shape({
     generation: count,
+    restarted: count,
     state: oneOf("stopped", "waiting", "playing", "paused", "ended"),
     tempo: positive,
     beats: nullOr(number),
@@ -63,6 +70,8 @@ const MESSAGES = {
   score: shape({
     generation: count,
     tempo: positive,
+    scene: count,
+    scenes: listOf(number),
     beats: nullOr(number),
     text,
     takes_start_poses: flag,
@@ -76,7 +85,10 @@ const MESSAGES = {
         radius: number,
         motions: listOf(text),
         start_pose: numbers(4),
+        begins: number,
         ends: nullOr(number),
+        senses: mapOf(object),
+        near: number,
       }),
     ),
     world: nullOr(
@@ -95,6 +107,8 @@ const MESSAGES = {
     robots: mapOf(shape({ pose: nullOr(numbers(4)), moments: listOf(moment), until: number })),
   }),
   bumps: shape({ past: flag, bumps: listOf(shape({ at: number, x: number, y: number, robots: listOf(text) })) }),
+  sensed: shape({ generation: count, robot: text, sense: text, value: nullOr(flag), beat: number }),
+  decided: shape({ generation: count, robot: text, sources: listOf(word), held: flag, beat: number }),
   stopped: shape({ message: maybe(text) }),
 }
 

@@ -1,66 +1,22 @@
 // @ts-check
-// The latest poses of the robots in performance time, and their trails.
+// The latest poses of the robots in performance time.
 
-import { bounds } from "./camera.js"
-
-/** @import { Point } from "./camera.js" */
 /** @import { Pose } from "./path.js" */
 /** @typedef {{ at: number, placed: number, poses: Record<string, number[]> }} Frame */
-/** @typedef {{ at: number, placed: number, x: number, y: number, first: boolean }} TrailPoint `first` where a stroke begins */
 
 const DELAY = 0.05 // seconds the page shows behind the newest poses, to have a pose on either side of its own time
-const ROUNDING = 0.0001 // seconds by which the time of poses may be rounded
 const FRAMES_KEPT = 30
-const TRAIL_POINTS = 4000
-const TRAIL_STEP = 0.01 // meters between two samples of a trail
-const TOLERANCE = 0.003 // meters that a trail may be off
-const SAMPLES = 32 // between two points of a trail, at most
 
 export class Motion {
   /** @type {Frame[]} */
   #frames = []
   #offset = -Infinity // performance time minus the page's clock
   #shown = -Infinity // the latest performance time presented: a page that was held up never goes back
-  /** @type {Map<string, TrailPoint[]>} */
-  #samples = new Map() // places since the last point of a trail, all close to a straight line
-  /** @type {Map<string, TrailPoint[]>} */
-  trails = new Map() // by robot
-  /** @type {Point[]} */
-  room = [] // corners around the trails
 
   clear() {
     this.#frames = []
     this.#offset = -Infinity
     this.#shown = -Infinity
-    this.clearTrails()
-  }
-
-  clearTrails() {
-    this.trails.clear()
-    this.#samples.clear()
-    this.room = []
-  }
-
-  /**
-   * Forgets trails from before a performance time: those of an earlier program.
-   * @param {number} since
-   */
-  forgetTrails(since) {
-    for (const [name, trail] of [...this.trails]) {
-      const kept = [...trail, ...(this.#samples.get(name) ?? [])].filter(({ at }) => at >= since - ROUNDING)
-      this.#forget(name)
-      if (kept.length) this.trails.set(name, [{ ...kept[0], first: true }, ...kept.slice(1)])
-    }
-    this.#measure()
-  }
-
-  /**
-   * Forgets robots that are not in `names`.
-   * @param {Set<string>} names
-   */
-  keep(names) {
-    for (const name of [...this.trails.keys()]) if (!names.has(name)) this.#forget(name)
-    this.#measure()
   }
 
   /**
@@ -79,56 +35,7 @@ export class Motion {
     if (at === last?.at) this.#frames.pop() // the cast has changed, or a robot was put elsewhere
     this.#frames.push({ at, placed, poses })
     if (this.#frames.length > FRAMES_KEPT) this.#frames.shift()
-    for (const [name, [x, y]] of Object.entries(poses)) this.#draw(name, { at, placed, x, y, first: placed !== last?.placed })
     return anew
-  }
-
-  #measure() {
-    this.room = this.trails.size ? bounds(this.trails.values()) : []
-  }
-
-  /** @param {Point} place */
-  #widen(place) {
-    const [low, high] = this.room
-    if (low && low.x <= place.x && low.y <= place.y && high.x >= place.x && high.y >= place.y) return
-    this.room = bounds([this.room, [place]])
-  }
-
-  /** @param {string} name */
-  #forget(name) {
-    this.trails.delete(name)
-    this.#samples.delete(name)
-  }
-
-  /**
-   * @param {string} name
-   * @param {TrailPoint} place
-   */
-  #draw(name, place) {
-    const trail = this.trails.get(name)
-    const samples = this.#samples.get(name) ?? []
-    if (!trail || place.first) this.#widen(place)
-    if (!trail) {
-      this.trails.set(name, [{ ...place, first: true }])
-      return
-    }
-    const corner = trail[trail.length - 1]
-    const last = samples.at(-1) ?? corner
-    if (place.first) {
-      trail.push(...samples.slice(-1), place)
-      this.#samples.set(name, [])
-      return
-    }
-    if (Math.hypot(place.x - last.x, place.y - last.y) < TRAIL_STEP) return
-    if (samples.length && (samples.length === SAMPLES || !straight(corner, place, samples))) {
-      trail.push(last)
-      this.#widen(last)
-      if (trail.length > TRAIL_POINTS) trail.splice(0, 2, { ...trail[1], first: true })
-      this.#samples.set(name, [place])
-      return
-    }
-    samples.push(place)
-    this.#samples.set(name, samples)
   }
 
   /** The latest poses, or undefined. */
@@ -160,22 +67,4 @@ export class Motion {
     }
     return { at, placed: after.placed, robots, moving: at < newest.at }
   }
-}
-
-/**
- * Whether all places are close to the line between two others.
- * @param {Point} from
- * @param {Point} to
- * @param {Point[]} places
- */
-function straight(from, to, places) {
-  const x = to.x - from.x
-  const y = to.y - from.y
-  const length = Math.hypot(x, y)
-  if (length < TRAIL_STEP) return false // there and back
-  return places.every((place) => {
-    const forward = ((place.x - from.x) * x + (place.y - from.y) * y) / length
-    const aside = Math.abs((place.x - from.x) * y - (place.y - from.y) * x) / length
-    return aside < TOLERANCE && forward >= 0 && forward <= length
-  })
 }

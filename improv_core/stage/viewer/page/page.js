@@ -9,30 +9,36 @@ import { Controls } from "./controls.js"
 import { Deadman } from "./deadman.js"
 import { find, findA } from "./elements.js"
 import { hold } from "./hands.js"
+import { Invitation } from "./invitation.js"
 import { Motion } from "./motion.js"
 import { Notices } from "./notices.js"
 import { Panels } from "./panels.js"
 import { Program } from "./program.js"
 import { Lights, Score } from "./score.js"
+import { Senses } from "./senses.js"
 import { Stage } from "./stage.js"
 import { StartPoses } from "./start-poses.js"
 import { Timeline } from "./timeline.js"
+import { Trails } from "./trails.js"
 import { View } from "./view.js"
 
 /** @import { Message, Messages } from "./messages.js" */
 
 const clock = new Clock()
 const motion = new Motion()
+const trails = new Trails()
 const bumps = new Bumps(find("bumps"))
 const cast = new Cast()
 const notices = new Notices()
 const stage = new Stage(findA("stage", HTMLCanvasElement))
+const invitation = new Invitation()
 const lights = new Lights(new Score(find("score-text")), clock)
 const send = connect(take, change)
 const program = new Program(clock, send)
 const controls = new Controls(clock, send)
 const deadman = new Deadman(send)
 const timeline = new Timeline(clock, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
+const senses = new Senses(clock, send, () => view.touch())
 const startPoses = new StartPoses(send, () => view.touch())
 const panels = new Panels({
   touch: () => view.touch(),
@@ -40,20 +46,26 @@ const panels = new Panels({
   announce: (text) => notices.announce(text),
   getPicture: () => program.getPicture(),
   clearTrails: () => view.clearTrails(),
+  cue: () => senses.cue(),
+  getStem: () => invitation.stem,
   controls,
   camera: stage.camera,
   canvas: findA("stage", HTMLCanvasElement),
 })
-const view = new View({ clock, motion, bumps, cast, program, stage, panels, startPoses })
+const view = new View({ clock, motion, trails, bumps, cast, program, stage, panels, startPoses, senses })
 
 /** @param {Message} message */
 function take(message) {
   if (message.type === "poses") takePoses(message)
+  else if (message.type === "trails") trails.take(message)
+  else if (message.type === "program") takeProgram(message)
   else if (message.type === "robots") takeRobots(message)
   else if (message.type === "transport") takeTransport(message)
   else if (message.type === "score") takeScore(message)
   else if (message.type === "window") program.takeWindow(message)
   else if (message.type === "bumps") bumps.take(message)
+  else if (message.type === "sensed") senses.take(message)
+  else if (message.type === "decided") takeDecision(message)
   else notices.end(message)
   view.touch()
 }
@@ -62,6 +74,18 @@ function take(message) {
 function takeScore(message) {
   deadman.require(message.deadman)
   if (program.takeScore(message)) showProgram()
+}
+
+/** @param {Messages["program"]} message */
+function takeProgram(message) {
+  invitation.take(message)
+  showTransport()
+}
+
+/** @param {Messages["decided"]} message */
+function takeDecision(message) {
+  timeline.mark(message)
+  if (message.generation === program.current?.score.generation) program.current.renew(message.beat)
 }
 
 /** @param {Messages["poses"]} message */
@@ -73,18 +97,23 @@ function takePoses({ at, placed, poses }) {
 /** @param {Messages["robots"]} message */
 function takeRobots(message) {
   cast.take(message)
-  motion.keep(new Set(cast.names))
+  trails.keep(new Set(cast.names))
   const names = cast.names.join(", ")
   find("stage").setAttribute("aria-label", `The stage, seen from above${names && `, with ${names}`}`)
 }
 
 /** @param {Messages["transport"]} message */
 function takeTransport(message) {
-  const { generation, state } = clock.transport
+  const { generation, restarted, state } = clock.transport
   const jumped = clock.take(message)
   const begins = message.generation !== generation
   if (begins) bumps.clear()
-  if (begins) motion.forgetTrails(message.performed - (message.beat * 60) / message.tempo)
+  if (message.restarted !== restarted) {
+    trails.restart()
+    senses.restart()
+    timeline.forgetMarks()
+  }
+  if (jumped && !begins) trails.seek(message.beat)
   if (program.takeTransport(message, jumped || message.state !== state)) showProgram()
   if (begins || message.state !== state) notices.announce(controls.spoken())
   if (message.state === "ended" || message.state === "stopped") panels.finish()
@@ -118,6 +147,7 @@ function showCast() {
     .filter(({ name }) => Object.hasOwn(score.robots, name))
   timeline.show(score, playing)
   startPoses.show(score, playing)
+  senses.show(score, playing)
 }
 
 /**
@@ -132,6 +162,9 @@ function dynamics(robots) {
 
 function showTransport() {
   controls.show(notices.connection)
+  const { robots = {} } = program.current?.score ?? {}
+  const played = clock.transport.generation > 0
+  invitation.show(notices.connection === "open", played, !program.current || Object.keys(robots).length > 0)
   find("next").hidden = !program.next || notices.connection !== "open" || !clock.playing
   timeline.showSilence()
   timeline.showPosition()
@@ -203,6 +236,15 @@ const improv = Object.freeze({
   /** For each robot, the beat up to which its path is known. */
   get known() {
     return Object.fromEntries([...(program.current?.robots ?? [])].map(([name, path]) => [name, path.at(-1)?.end ?? 0]))
+  },
+  /** The points of each robot's trail at which one arc ends and the next begins: x, y, and seconds. */
+  get trails() {
+    return Object.fromEntries(
+      Object.entries(view.robots).map(([name, pose]) => {
+        const pieces = trails.pieces(name, -Infinity, motion.present(seconds()).at, pose)
+        return [name, [...pieces].map(({ pose: { x, y }, at }) => [x, y, at])]
+      }),
+    )
   },
   /** How paths are moved that do not begin at their start poses. */
   get moved() {

@@ -15,6 +15,8 @@ import { find, findA } from "./elements.js"
  * @property {(text: string) => void} announce
  * @property {() => Promise<string | null>} getPicture the paths as SVG
  * @property {() => void} clearTrails
+ * @property {() => void} cue
+ * @property {() => string} getStem what to call files that are saved, without an ending
  * @property {Controls} controls
  * @property {Camera} camera
  * @property {HTMLCanvasElement} canvas
@@ -57,8 +59,8 @@ export class Panels {
       ahead: () => this.#turnAhead(),
       fit: () => this.#fit(),
       record: () => this.#record(),
-      "save-svg": () => this.#save("improv.svg", (svg) => new Blob([svg], { type: "image/svg+xml" })),
-      "save-png": () => this.#save("improv.png", drawPng),
+      "save-svg": () => this.#save(".svg", (svg) => new Blob([svg], { type: "image/svg+xml" })),
+      "save-png": () => this.#save(".png", drawPng),
     }
     for (const [id, action] of Object.entries(press)) find(id).addEventListener("click", action)
     this.#trails.addEventListener("change", () => this.#setTrail(Number(this.#trails.value)))
@@ -76,7 +78,7 @@ export class Panels {
   }
 
   #listen() {
-    const { controls, clearTrails, camera, touch } = this.#page
+    const { controls, clearTrails, cue, camera, touch } = this.#page
     const letters = find("letters")
     letters.setAttribute("aria-pressed", String(settings.get("letters", true)))
     letters.addEventListener("click", () => {
@@ -89,7 +91,7 @@ export class Panels {
       touch()
     }
     const stop = (/** @type {KeyboardEvent} */ event) => {
-      controls.stop()
+      if (event.key !== "Escape" || !this.#card("help").open) controls.stop()
       if (event.key === "Escape") for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
     }
     const keys = {
@@ -103,7 +105,8 @@ export class Panels {
       "-": () => this.#zoom(1 / ZOOM),
       f: () => this.#fit(),
       t: () => this.#setTrail(this.trail ? 0 : Infinity),
-      c: clearTrails,
+      x: clearTrails,
+      c: cue,
       a: () => this.#turnAhead(),
       l: () => this.#toggle("timeline"),
       s: () => this.#toggle("score"),
@@ -192,12 +195,12 @@ export class Panels {
   }
 
   /**
-   * @param {string} name
+   * @param {string} ending
    * @param {(svg: string) => Blob | Promise<Blob>} make
    */
-  async #save(name, make) {
+  async #save(ending, make) {
     const svg = await this.#page.getPicture()
-    if (svg) download(name, await make(svg))
+    if (svg) download(`${this.#page.getStem()}${ending}`, await make(svg))
     else this.#page.announce("No picture yet. Save a program first.")
   }
 
@@ -217,6 +220,6 @@ export class Panels {
     const end = this.#recording
     this.#recording = null
     show("Record a video", false)
-    download("improv.webm", await end())
+    download(`${this.#page.getStem()}.webm`, await end())
   }
 }

@@ -62,6 +62,21 @@ export function shift(from, to) {
 }
 
 /**
+ * The velocity that takes one pose to another in one second, along an arc. Between them there is less than half a turn.
+ * @param {Pose} from
+ * @param {Pose} to
+ * @returns {Velocity}
+ */
+export function between(from, to) {
+  const yaw = to.heading - from.heading
+  const longer = Math.abs(yaw) < STRAIGHT ? 1 : yaw / 2 / Math.sin(yaw / 2) // an arc than its chord
+  const cos = Math.cos(from.heading + yaw / 2) * longer
+  const sin = Math.sin(from.heading + yaw / 2) * longer
+  const [x, y] = [to.x - from.x, to.y - from.y]
+  return { x: cos * x + sin * y, y: cos * y - sin * x, z: to.z - from.z, yaw }
+}
+
+/**
  * Draws one stretch from a pose, with a pen that has canvas's `lineTo(x, y)` and `arc(x, y, radius, from, to, clockwise)`.
  * The pen is at the pose already.
  * @param {Pick<Pen, "lineTo" | "arc">} pen

@@ -32,7 +32,7 @@ export async function fetchPicture() {
 }
 
 /**
- * An SVG as a PNG, on white.
+ * An SVG as a PNG.
  * @param {string} svg
  */
 export async function drawPng(svg) {
@@ -42,8 +42,6 @@ export async function drawPng(svg) {
   const scale = PNG_WIDTH / Math.max(image.naturalWidth, image.naturalHeight)
   const canvas = new OffscreenCanvas(Math.round(image.naturalWidth * scale), Math.round(image.naturalHeight * scale))
   const pen = penOn(canvas)
-  pen.fillStyle = "#ffffff"
-  pen.fillRect(0, 0, canvas.width, canvas.height)
   pen.drawImage(image, 0, 0, canvas.width, canvas.height)
   return canvas.convertToBlob({ type: "image/png" })
 }

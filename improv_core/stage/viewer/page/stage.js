@@ -91,14 +91,46 @@ export class Stage {
     const painted = this.#ground.draw(pen, camera, this.colors)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     pen.lineJoin = pen.lineCap = "round"
-    if (scene.trail > 0) for (const robot of cast) paintTail(pen, { ...scene, camera }, robot, painted.get(robot.name))
+    if (scene.trail > 0) for (const robot of cast) paintTail(pen, { ...scene, camera, ratio: this.#ratio }, robot, painted.get(robot.name))
     cast.sort((one, other) => one.pose.z - other.pose.z)
+    for (const robot of cast) this.#drawFields(robot)
     for (const robot of cast) this.#drawRobot(robot)
     for (const robot of cast) this.#drawName(robot)
     for (const ring of scene.rings) this.#drawRing(ring)
     this.#drawBumps(scene)
     this.#drawScale()
     return turning || painting
+  }
+
+  /**
+   * Draws where a robot looks, lit if something is there.
+   * @param {Drawn} robot
+   */
+  #drawFields({ fields, pose, place, color }) {
+    const pen = this.#pen
+    const { scale } = this.camera.sight
+    for (const { field, on } of fields) {
+      const reach = field.reach * scale
+      pen.save()
+      pen.translate(place.x, place.y)
+      pen.rotate(-pose.heading)
+      pen.beginPath()
+      if ("radius" in field) {
+        const wide = field.radius * scale
+        pen.roundRect(-wide, -wide, reach + 2 * wide, 2 * wide, wide)
+      } else {
+        pen.moveTo(0, 0)
+        pen.arc(0, 0, reach, -field.end, -field.start)
+        pen.closePath()
+      }
+      pen.fillStyle = pen.strokeStyle = color
+      pen.globalAlpha = on ? 0.45 : 0.1
+      pen.fill()
+      pen.globalAlpha = on ? 1 : 0.4
+      pen.lineWidth = on ? 3 : 1.5
+      pen.stroke()
+      pen.restore()
+    }
   }
 
   /** @param {Drawn} robot */

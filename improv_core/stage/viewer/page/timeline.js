@@ -61,6 +61,20 @@ export class Timeline {
     this.#sheet.forget()
   }
 
+  /**
+   * Marks in a robot's row what its senses have decided.
+   * @param {Messages["decided"]} decision
+   */
+  mark(decision) {
+    this.#sheet.mark(decision)
+    this.touch()
+  }
+
+  forgetMarks() {
+    this.#sheet.forgetMarks()
+    this.touch()
+  }
+
   /** @param {Colors} colors */
   set colors(colors) {
     this.#sheet.colors = colors

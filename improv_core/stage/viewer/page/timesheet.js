@@ -28,6 +28,7 @@ import { penOn } from "./pen.js"
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 const SPARE = 0.5 // of the view's width is drawn beyond its right edge
 const MOST_ITEMS = 600 // per row: more would be finer than pixels
+const MOST_MARKS = 500
 
 export class TimelineSheet {
   #canvas
@@ -44,6 +45,11 @@ export class TimelineSheet {
   /** @type {Messages["score"]["robots"]} */
   #robots = {}
   #reader = new Reader("", {})
+  /** @type {Messages["decided"][]} */
+  #marks = []
+  /** @type {Messages["score"]["offsets"]} */
+  #offsets = {}
+  #scenes = { first: 0, beats: /** @type {number[]} */ ([]) }
   #colors = readColors()
 
   /**
@@ -68,6 +74,8 @@ export class TimelineSheet {
   show(score, cast) {
     this.#beats = score.beats
     this.#robots = score.robots
+    this.#offsets = score.offsets
+    this.#scenes = { first: score.scene, beats: score.scenes }
     this.#cast = cast
     this.#reader = new Reader(score.text, score.words)
     this.forget()
@@ -75,6 +83,15 @@ export class TimelineSheet {
 
   forget() {
     this.#sheet = null
+  }
+
+  /** @param {Messages["decided"]} decision */
+  mark(decision) {
+    this.#marks = [...this.#marks, decision].slice(-MOST_MARKS)
+  }
+
+  forgetMarks() {
+    this.#marks = []
   }
 
   /**
@@ -177,6 +194,28 @@ export class TimelineSheet {
       pen.fillStyle = this.#colors.quiet
       if (beat >= 0 && beat < last) pen.fillText(String(beat + 1), x + letter * 0.3, head * 0.5)
     }
+    this.#paintSceneNames(pen, { left, scale, head, letter })
+  }
+
+  /**
+   * Names the scenes on the ruler.
+   * @param {Pen} pen
+   * @param {Pick<TimelineView, "left" | "scale" | "head" | "letter">} view
+   */
+  #paintSceneNames(pen, { left, scale, head, letter }) {
+    const { first, beats } = this.#scenes
+    if (first + beats.length < 2) return
+    beats.forEach((beat, index) => {
+      const x = (beat - left) * scale
+      const name = `${beat + 1} · scene ${first + index + 1}`
+      const wide = pen.measureText(name).width + letter * 0.8
+      if (wide > ((beats[index + 1] ?? Infinity) - beat) * scale) return
+      pen.fillStyle = this.#colors.panel
+      pen.fillRect(x, 0, wide, head - 1)
+      pen.fillStyle = this.#colors.ink
+      if (index) pen.fillRect(x - 1, head * 0.2, 2, head)
+      pen.fillText(name, x + letter * 0.3, head * 0.5)
+    })
   }
 
   /**
@@ -220,6 +259,51 @@ export class TimelineSheet {
     }
     pen.stroke()
     this.#paintEnd(pen, view, y, robot)
+    this.#paintScenes(pen, view, y, robot)
+    this.#paintMarks(pen, view, y, robot)
+  }
+
+  /**
+   * Divides a row into its scenes, and dims what came before its part began.
+   * @param {Pen} pen
+   * @param {TimelineView} view
+   * @param {number} y
+   * @param {Robot} robot
+   */
+  #paintScenes(pen, { left, scale, row }, y, robot) {
+    const { begins } = this.#robots[robot.name]
+    if (begins > left) {
+      const end = (begins - left) * scale
+      pen.fillStyle = this.#colors.ground
+      pen.fillRect(0, y, end, row - 1)
+      pen.fillStyle = robot.color
+      pen.fillRect(end - 1.5, y + row * 0.1, 3, row * 0.8)
+    }
+    pen.fillStyle = this.#colors.ink
+    for (const beat of this.#scenes.beats.slice(1)) pen.fillRect((beat - left) * scale - 1, y, 2, row)
+  }
+
+  /**
+   * Marks what senses have decided, with the word that asked.
+   * @param {Pen} pen
+   * @param {TimelineView} view
+   * @param {number} y
+   * @param {Robot} robot
+   */
+  #paintMarks(pen, { left, scale, row, letter }, y, robot) {
+    pen.font = `700 ${letter * 0.7}px ${FONT}`
+    pen.textAlign = "left"
+    pen.textBaseline = "middle"
+    for (const { robot: name, beat, sources, held } of this.#marks) {
+      const x = (beat - left) * scale
+      if (name !== robot.name || x < 0) continue
+      const [statement, start, end] = sources.at(-1) ?? [-1, 0, 0]
+      const offset = this.#offsets[statement]
+      const word = offset === undefined ? "" : this.#reader.word([offset + start, offset + end])
+      pen.fillStyle = this.#colors.ink
+      pen.fillRect(x - 1, y + row * 0.05, 2, row * 0.85)
+      pen.fillText(`${held ? "✓" : "✗"} ${word}`, x + 4, y + row * 0.9)
+    }
   }
 
   /**

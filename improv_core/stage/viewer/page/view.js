@@ -12,8 +12,10 @@ import { outline } from "./world.js"
 /** @import { Panels } from "./panels.js" */
 /** @import { Pose } from "./path.js" */
 /** @import { Program } from "./program.js" */
+/** @import { Senses } from "./senses.js" */
 /** @import { Stage } from "./stage.js" */
 /** @import { StartPoses } from "./start-poses.js" */
+/** @import { Trails } from "./trails.js" */
 /** @typedef {ReturnType<View["scene"]>} Scene */
 
 const LONGEST_STEP = 0.1 // seconds by which the camera moves in one frame
@@ -23,7 +25,6 @@ export class View {
   #parts
   #stale = true // something has changed since the last drawing
   #drawn = 0
-  #cleared = 0 // how often trails were
   #known = "" // what is known of the paths, in short
   /** @type {Point[]} */
   #room = [] // corners of what should be in view
@@ -33,8 +34,8 @@ export class View {
   frames = 0
 
   /**
-   * @param {{ clock: Clock, motion: Motion, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
-   *   startPoses: StartPoses }} parts
+   * @param {{ clock: Clock, motion: Motion, trails: Trails, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
+   *   startPoses: StartPoses, senses: Senses }} parts
    */
   constructor(parts) {
     this.#parts = parts
@@ -50,8 +51,7 @@ export class View {
   }
 
   clearTrails() {
-    this.#parts.motion.clearTrails()
-    this.#cleared++
+    this.#parts.trails.clear(this.#parts.motion.present(performance.now() / 1000).at)
     this.touch()
   }
 
@@ -61,10 +61,11 @@ export class View {
    * @param {number} beat
    */
   draw(now, beat) {
-    const { motion, bumps, program, stage } = this.#parts
+    const { motion, trails, bumps, program, stage } = this.#parts
     this.frames++
     const present = motion.present(now)
     this.robots = present.robots
+    trails.complete(program.current)
     const until = program.current?.horizon(beat) ?? 0
     this.#lookAtPaths(until)
     const bumping = bumps.show(present.at, now)
@@ -78,9 +79,9 @@ export class View {
 
   /** @param {number} until the beat up to which paths are shown */
   #lookAtPaths(until) {
-    const { program, stage } = this.#parts
+    const { program, stage, trails } = this.#parts
     const { current, anchor } = program
-    const known = [current?.score.generation, current?.version, anchor.version, this.#cleared, until].join()
+    const known = [current?.score.generation, current?.version, anchor.version, trails.version, until].join()
     if (known === this.#known) return
     this.#known = known
     this.touch()
@@ -100,7 +101,7 @@ export class View {
    * @param {ReturnType<Bumps["show"]>} bumps
    */
   scene({ at, placed, moving }, beat, until, bumps) {
-    const { clock, motion, cast, program, stage, panels, startPoses } = this.#parts
+    const { clock, trails, cast, program, stage, panels, startPoses, senses } = this.#parts
     const { muted, soloed } = clock.transport
     return {
       at,
@@ -109,8 +110,8 @@ export class View {
       beat,
       until,
       bumps,
-      room: [...this.#room, ...motion.room],
-      trails: motion.trails,
+      room: [...this.#room, ...trails.room],
+      trails,
       trail: panels.trail,
       ahead: panels.ahead,
       world: program.current?.score.world ?? null,
@@ -121,6 +122,7 @@ export class View {
         ...robot,
         pose: this.robots[robot.name],
         moved: program.anchor.of(robot.name),
+        fields: senses.fields(robot.name),
         silent: clock.isSilent(robot.name),
         path: clock.isSilent(robot.name) ? null : robot.path,
       })),

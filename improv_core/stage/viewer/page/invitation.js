@@ -1,0 +1,63 @@
+// @ts-check
+// What to do so that something plays: which file to save, what it lacks, and what is wrong in it.
+
+import { find } from "./elements.js"
+
+/** @import { Messages } from "./messages.js" */
+
+const SHOWN = 4 // problems
+
+export class Invitation {
+  #name = ""
+  #folder = ""
+
+  /** @param {Messages["program"]} message */
+  take({ name, folder, problems }) {
+    this.#name = name
+    this.#folder = folder
+    find("problems").hidden = !problems.length
+    const count = problems.length === 1 ? "an error" : `${problems.length} errors`
+    find("problems-title").textContent = `${name} can't play: fix ${count} and save it again`
+    find("problems-list").replaceChildren(...problems.slice(0, SHOWN).map((problem) => row(problem, name)))
+  }
+
+  /** What to call files that are saved, without an ending. */
+  get stem() {
+    return this.#name.replace(/\.[^.]*$/, "") || "improv"
+  }
+
+  /**
+   * Shows what is missing: a program, or robots in it.
+   * @param {boolean} open whether the page is connected
+   * @param {boolean} played whether there is a program
+   * @param {boolean} robots whether it has robots
+   */
+  show(open, played, robots) {
+    find("hint").hidden = !open || (played && robots)
+    find("hint-title").textContent = played
+      ? `${this.#name || "This program"} has no robots`
+      : this.#name
+        ? `Save ${this.#name} to see it dance`
+        : "Save a program to see it dance"
+    find("hint-text").textContent = played
+      ? "Write the name of a robot, a dollar sign, and what it does. For example:"
+      : this.#folder && `It is in ${this.#folder}`
+    document.body.classList.toggle("empty", !played || !robots)
+  }
+}
+
+/**
+ * @param {Messages["program"]["problems"][number]} problem
+ * @param {string} program
+ */
+function row({ file, line, word, message }, program) {
+  const item = document.createElement("li")
+  const where = document.createElement("b")
+  where.textContent = [file !== program && file, line && `line ${line}`].filter(Boolean).join(", ")
+  const code = document.createElement("code")
+  code.textContent = word
+  if (where.textContent) item.append(where)
+  if (word) item.append(code)
+  item.append(message)
+  return item
+}

@@ -1,0 +1,116 @@
+"""What robots sense, on the page: chips, the cue, keys, and where they look."""
+
+from __future__ import annotations
+
+import queue
+from dataclasses import replace
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.senses import BuiltIn, Key, Senses, Topic
+from improv_core.stage.protocol import PageRequest, Watched
+from improv_core.stage.sinks.simulator import Simulator
+from improv_core.stage.viewer.server import Viewer
+from tests.stage.viewer.conftest import LIMIT, link, transport, wait
+from tests.stage.viewer.looks import PIXEL
+
+AHEAD = f"({PIXEL})(2.12, 0.15)"  # the color of the ground where only `near` looks
+
+
+@pytest.fixture
+def senses() -> Senses:
+    wall = Topic("/ada/scan", "sensor_msgs/LaserScan", below=1.5, start=-0.5, end=0.5)
+    return {"near": BuiltIn("near"), "cue": BuiltIn("cue"), "wall": wall, "drop": Key("l")}
+
+
+@pytest.fixture
+def sensing(page: Page, viewer: Viewer, simulator: Simulator, senses: Senses) -> Page:
+    """A page of a robot that reads all kinds of senses."""
+    score = score_of(analyze("ada $ repeat (forward left)\n"))
+    score = replace(score, parts={"ada": replace(score.parts["ada"], senses=senses)})
+    simulator.prepare(score, restart=True)
+    viewer.show(score, 1)
+    viewer.publish(transport(1, "playing", beats=None))
+    page.goto(link(viewer))
+    wait(page, "window.improv?.known.ada > 0 && improv.robots.ada")
+    return page
+
+
+def sensed(viewer: Viewer, sense: str, value: bool | None) -> None:
+    viewer.publish(
+        {
+            "type": "sensed",
+            "generation": 1,
+            "robot": "ada",
+            "sense": sense,
+            "value": value,
+            "beat": 1.0,
+            "performed": 1.0,
+            "wall": 1,
+        }
+    )
+
+
+def asked(commands: queue.SimpleQueue[PageRequest | Watched]) -> PageRequest | Watched:
+    """What the page asks for next."""
+    while (command := commands.get(timeout=LIMIT)) == {"type": "watched"}:
+        pass
+    return command
+
+
+def test_a_chip_shows_what_is_sensed_and_where_lights_up(sensing: Page, viewer: Viewer) -> None:
+    chip = sensing.locator(".chip", has_text="near")
+    expect(chip).to_have_attribute("data-value", "silent")
+    dark = sensing.evaluate(AHEAD)
+    sensed(viewer, "near", True)
+    expect(chip).to_have_attribute("data-value", "on")
+    expect(chip).to_have_accessible_name("ada near: true")
+    wait(sensing, f"{AHEAD} !== '{dark}'")
+    sensed(viewer, "near", False)
+    expect(chip).to_have_attribute("data-value", "off")
+    wait(sensing, f"{AHEAD} === '{dark}'")
+    sensed(viewer, "near", None)
+    expect(chip).to_have_attribute("data-value", "silent")
+
+
+def test_shift_and_click_force_a_sense_until_the_next_time(
+    sensing: Page, commands: queue.SimpleQueue[PageRequest | Watched]
+) -> None:
+    chip = sensing.locator(".chip", has_text="wall")
+    chip.click()  # without shift, nothing
+    for value in (True, None):
+        chip.click(modifiers=["Shift"])
+        assert asked(commands) == {"type": "force", "robot": "ada", "sense": "wall", "value": value}
+        expect(chip).to_have_attribute("data-forced", str(value is not None).lower())
+
+
+def test_the_cue_has_a_button_and_a_key(sensing: Page, commands: queue.SimpleQueue[PageRequest | Watched]) -> None:
+    sensing.get_by_role("button", name="Cue").click()
+    assert asked(commands) == {"type": "cue"}
+    sensing.keyboard.press("c")
+    assert asked(commands) == {"type": "cue"}
+
+
+def test_a_key_that_is_a_sense_does_nothing_else(
+    sensing: Page, commands: queue.SimpleQueue[PageRequest | Watched]
+) -> None:
+    sensing.keyboard.down("l")
+    for _ in range(3):  # repeated while it is held
+        assert asked(commands) == {"type": "key", "key": "l", "held": True}
+    sensing.keyboard.up("l")
+    while (command := asked(commands)) == {"type": "key", "key": "l", "held": True}:
+        pass
+    assert command == {"type": "key", "key": "l", "held": False}
+    expect(sensing.locator("#timeline")).to_be_visible()  # which the key L hides otherwise
+
+
+def test_without_senses_there_is_nothing_to_see(page: Page, viewer: Viewer) -> None:
+    viewer.show(score_of(analyze("ada $ forward\n")), 1)
+    viewer.publish(transport(1, "playing"))
+    page.goto(link(viewer))
+    wait(page, "window.improv?.known.ada > 0")
+    expect(page.locator("#senses")).to_be_hidden()
+    expect(page.get_by_role("button", name="Cue")).to_be_hidden()

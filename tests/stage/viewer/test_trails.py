@@ -1,0 +1,71 @@
+"""Trails on the page: the arcs from the start of the performance, whenever the page was opened, and after a seek."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from playwright.sync_api import Page
+
+from improv_core.stage.sinks.simulator import Simulator
+from improv_core.stage.viewer.server import Viewer
+from tests.stage.viewer.conftest import Show, link, wait, watch
+
+CORNERS = "beat 240\nada $ forward left forward left forward left slow 40 forward\n"
+
+
+def trail(page: Page) -> list[tuple[float, float]]:
+    """The corners of ada's trail, beginning with its start."""
+    points = [(round(x, 2) + 0.0, round(y, 2) + 0.0) for x, y, _ in page.evaluate("improv.trails.ada")]
+    return [point for point, before in zip(points, [None, *points], strict=False) if point != before]
+
+
+SQUARE = [(0, 0), (2, 0), (2, 2), (0, 2)]
+
+
+def test_a_page_that_is_opened_late_shows_the_trail_from_the_start(page: Page, show: Show) -> None:
+    show.play(CORNERS)
+    watch(page, show)
+    wait(page, "improv.beat > 8")
+    page.reload()
+    wait(page, "window.improv?.robots.ada && improv.trails.ada.length > 6")
+    assert trail(page) == SQUARE
+
+
+def test_a_seek_shows_the_trail_that_leads_there(page: Page, show: Show) -> None:
+    show.play(CORNERS)
+    watch(page, show)
+    page.keyboard.press("p")
+    wait(page, "improv.transport.state === 'paused'")
+    page.keyboard.press("Home")
+    wait(page, "improv.beat === 0 && improv.trails.ada.length === 1")
+    for beat in range(1, 5):
+        page.keyboard.press("ArrowRight")
+        wait(page, f"improv.transport.beat === {beat} && improv.trails.ada.length > {beat}")
+    assert trail(page) == SQUARE[:3]
+    page.keyboard.press("Home")
+    wait(page, "improv.beat === 0 && improv.trails.ada.length === 1")
+
+
+def test_a_page_that_is_held_up_misses_no_corner(page: Page, show: Show) -> None:
+    show.play(CORNERS)
+    watch(page, show)
+    page.evaluate("() => { const end = performance.now() + 1500; while (performance.now() < end); }")
+    wait(page, "improv.beat > 8 && improv.trails.ada.length > 6")
+    assert trail(page) == SQUARE
+
+
+def test_the_arc_between_two_poses(page: Page, viewer: Viewer, simulator: Simulator) -> None:
+    page.goto(link(viewer))
+    poses = page.evaluate(
+        """async () => {
+          const { after, between } = await import("/path.js")
+          const from = { x: 1, y: 2, z: 0, heading: 0.5 }
+          return [-3, -0.5, -1e-6, 0, 1e-6, 0.5, 3].map((yaw) => {
+            const to = after(from, { x: 1, y: 0.5, z: 0, yaw }, 1)
+            const { x, y, heading } = after(from, between(from, to), 1)
+            return [x - to.x, y - to.y, heading - to.heading]
+          })
+        }"""
+    )
+    assert math.hypot(*(value for pose in poses for value in pose)) == pytest.approx(0, abs=1e-9)

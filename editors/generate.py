@@ -1,6 +1,7 @@
 """Writes the language's words into the files that color them without a server: `python editors/generate.py`.
 
-The words come from `improv_core/syntax/vocabulary.py`. `--check` writes nothing, and fails if a file is out of date.
+The words come from `improv_core/syntax/vocabulary.py`. It also writes the JSON schema of `improv.toml`, for TOML tools,
+from `improv_core/robots/schema.py`. `--check` writes nothing, and fails if a file is out of date.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from pathlib import Path
 EDITORS = Path(__file__).resolve().parent
 sys.path.insert(0, str(EDITORS.parent))
 
+from improv_core.robots.schema import json_schema  # noqa: E402
 from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind  # noqa: E402
 
 GROUPS = {
@@ -42,8 +44,9 @@ def main() -> None:
 
 
 def files() -> Iterator[tuple[Path, str]]:
-    """Each file that contains the words, and its text."""
+    """Each file that is written, and its text."""
     yield EDITORS / "tree-sitter-improv" / "words.json", _tree_sitter()
+    yield EDITORS.parent / "docs" / "improv.schema.json", json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
     yield EDITORS / "emacs" / "improv-words.el", _emacs()
     yield _rewritten("vscode/syntaxes/improv.tmLanguage.json", _text_mate())
     yield _rewritten("neovim/syntax/improv.vim", _vim())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote, urlsplit
 
@@ -16,6 +16,9 @@ from improv_core.program.files import ReadError, robots_near
 from improv_core.robots.config import FILE_NAME, Robots, find_robots_file
 from improv_core.text import LineIndex, Span, difference
 from improv_ls.positions import Encoding, to_span
+
+AT_ONCE = 300
+"""How many statements are understood before the next key can be read: about 10 ms."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,15 +89,32 @@ def changed(
     changes: Sequence[types.TextDocumentContentChangeEvent],
     encoding: Encoding,
 ) -> Document:
-    """The document after the editor's changes, each of which applies to the result of the one before."""
+    """The document after the editor's changes, each of which applies to the result of the one before.
+
+    If more than `AT_ONCE` statements depend on them, the others wait for `settled`.
+    """
     analysis = document.analysis
     for change in changes:
         if isinstance(change, types.TextDocumentContentChangePartial):
             start, end = to_span(analysis.lines, change.range, encoding)
-            analysis = analysis.edited(start, end, change.text)
+            analysis = analysis.edited(start, end, change.text, AT_ONCE)
         else:
-            analysis = analysis.edited(*difference(analysis.text, change.text))  # what didn't change keeps its analysis
+            analysis = analysis.edited(
+                *difference(analysis.text, change.text), AT_ONCE
+            )  # what didn't change keeps its analysis
     return Document(document.uri, version, analysis)
+
+
+def settled(document: Document, until: int | None = None) -> Document:
+    """The document in which all statements are up to date, or those up to a line (counted from 0)."""
+    analysis = document.analysis
+    end = None if until is None else analysis.lines.start(until + 1)
+    return replace(document, analysis=analysis.settled(until=end))
+
+
+def settled_further(document: Document) -> Document:
+    """The document in which `AT_ONCE` more of the statements that wait are up to date."""
+    return replace(document, analysis=document.analysis.settled(AT_ONCE))
 
 
 def changed_file(

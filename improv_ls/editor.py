@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import math
+import time
 from collections.abc import Coroutine
 from functools import cached_property
 from pathlib import Path
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 
 ANSWER_LIMIT = 2.0
 """Seconds to wait for a client's answer: some never answer."""
+READING = 5.0
+"""Seconds for which nothing should overwrite a warning, in editors that show messages and progress in one line."""
 _REFRESHES = {
     "code_lens": types.WORKSPACE_CODE_LENS_REFRESH,
     "diagnostics": types.WORKSPACE_DIAGNOSTIC_REFRESH,
@@ -37,6 +41,7 @@ class Editor:
         self.settings = Settings()
         self.wrong_settings: list[str] = []
         """What is wrong with the settings as they were last given."""
+        self._read = -math.inf  # when a person has read the last warning, on the clock of `time.monotonic`
         self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps none of them alive
 
     @property
@@ -100,6 +105,11 @@ class Editor:
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
+    @property
+    def is_read(self) -> bool:
+        """Whether a person has had the time to read the last warning or error."""
+        return time.monotonic() >= self._read
+
     def say(self, message: str) -> None:
         """Show one line to the person at the editor; several lines would block Neovim until a key is pressed."""
         self._show(message, types.MessageType.Info)
@@ -111,4 +121,5 @@ class Editor:
         self._show(error, types.MessageType.Error)
 
     def _show(self, message: str, kind: types.MessageType) -> None:
+        self._read = -math.inf if kind is types.MessageType.Info else time.monotonic() + READING
         self.server.window_show_message(types.ShowMessageParams(kind, message_without_links(message)))

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from typing import Any
 
-from improv_core.ide.moments import playing
+from improv_core.ide.moments import SoFar, playing
 from improv_core.program.analysis import Analysis
 from improv_core.stage.protocol import TransportMessage
 from improv_core.text import Span
@@ -18,13 +17,8 @@ TRANSPORT = "improv/transport"
 MOMENTS = "improv/moments"
 
 
-def moments(
-    document: Document, played: Analysis, encoding: Encoding, start: float, begins: Mapping[str, float]
-) -> dict[str, Any]:
-    """What plays from a beat on: ranges in the document as it is now, and for each robot when each of them plays.
-
-    `begins` has the beats at which the robots' parts began, if not at beat 0.
-    """
+def moments(document: Document, played: Analysis, encoding: Encoding, start: float, so_far: SoFar) -> dict[str, Any]:
+    """What plays from a beat on: ranges in the document as it is now, and for each robot when each of them plays."""
     indices: dict[Span, int] = {}
     robots = {
         robot: {
@@ -34,7 +28,7 @@ def moments(
             ],
             "until": stretch.until,
         }
-        for robot, stretch in playing(played, document.analysis, start, begins).items()
+        for robot, stretch in playing(played, document.analysis, start, so_far).items()
     }
     ranges = [[value for offset in span for value in _position(document, offset, encoding)] for span in indices]
     return {"uri": document.uri, "version": document.version, "from": start, "ranges": ranges, "robots": robots}

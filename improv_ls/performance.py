@@ -16,13 +16,16 @@ from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 
 from improv_core.diagnostics import Severity
-from improv_core.playback.playback import Change, News, Playback, each_beat, whole_beats
+from improv_core.ide.moments import SoFar
+from improv_core.playback.playback import Change, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, mistakes, summary
 from improv_core.robots.config import FILE_NAME
-from improv_core.stage.protocol import State, TransportMessage, When
+from improv_core.score.movement import near
+from improv_core.score.performance import SenseEdge
+from improv_core.stage.protocol import SceneJson, State, TransportMessage, When
 from improv_ls import live
 from improv_ls.documents import Document, RobotsFile, moved, name_of, path_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
@@ -30,6 +33,8 @@ from improv_ls.placing import Placing
 
 TRANSPORT_PERIOD = 1.0
 """Seconds between two messages that tell which beat is playing."""
+DECIDED_PERIOD = 0.03
+"""Seconds in which what senses decide is collected before the editor is told."""
 HINT = "this save started the dance over; with the setting improv.onSave at continue, robots you don't edit dance on"
 
 
@@ -46,7 +51,9 @@ class Performance:
         self._latest: Document | None = None  # of them
         self._node: str | None = None  # as the improv.toml of the latest dance names it
         self._generation = 0  # of the one that plays
-        self._begins: Mapping[str, float] = {}  # the beats at which its parts began, if not at beat 0
+        self._edges: list[SenseEdge] = []  # what has been sensed since this scene began
+        self._so_far = SoFar(edges=self._edges)  # how it has been performed
+        self._changed: asyncio.TimerHandle | None = None  # what was decided is about to be told
         self._state: State = "stopped"
         self._hinted = False
         self._refused = 0  # the count of stops when the editor was last told that something did not begin
@@ -142,7 +149,7 @@ class Performance:
         if not played:
             return {}
         now = self._documents.get(played.uri, played)
-        found = live.moments(now, played.analysis, self._editor.encoding, start, self._begins)
+        found = live.moments(now, played.analysis, self._editor.encoding, start, self._so_far)
         return {"generation": self._generation, **found}
 
     def resume(self, asked: int) -> None:
@@ -218,6 +225,11 @@ class Performance:
                 self._editor.refresh("code_lens")
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
+        elif message["type"] == "sensed" and message["generation"] == self._generation:
+            edge = SenseEdge(near(message["beat"]), message["robot"], message["sense"], message["value"])
+            self._edges.append(edge)
+        elif message["type"] == "decided" and message["generation"] == self._generation:
+            self._tell_soon(message["beat"])
         elif message["type"] == "place" and self._latest:
             self._editor.soon(self._placing.offer(self._latest, message["start_poses"]))
         elif message["type"] == "warning":
@@ -230,13 +242,32 @@ class Performance:
     def _follow(self, message: TransportMessage) -> None:
         """Note what plays, and tell the editor of a program that has taken over."""
         generation, before = message["generation"], self._generation
-        self._state, self._generation, self._begins = message["state"], generation, message.get("begins", {})
-        if generation == before or not self._latest:
+        self._state, self._generation = message["state"], generation
+        scene = message.get("scene") or SceneJson(index=0, begins=0.0)
+        so_far = SoFar(message.get("begins", {}), scene["index"], scene["begins"], self._edges)
+        if generation == before and self._so_far == so_far and message["beat"]:
+            return  # it goes on from there
+        self._edges = []
+        self._so_far = replace(so_far, edges=self._edges)
+        if generation == before:
+            self._tell_soon(message["beat"])
+            return
+        if not self._latest:
             return
         self._sent.setdefault(generation, self._latest)  # the page restarts it
         self._sent = {number: document for number, document in self._sent.items() if number >= generation}
         if self._editor.takes_own_messages:
             self._editor.server.protocol.notify(live.EVALUATED, self.moments(message["beat"]))
+
+    def _tell_soon(self, beat: float) -> None:
+        """Tell the editor what plays from a beat on, now that senses have decided something."""
+        if self._editor.takes_own_messages and not self._changed:
+            self._changed = asyncio.get_running_loop().call_later(DECIDED_PERIOD, self._tell_decided, beat)
+
+    def _tell_decided(self, beat: float) -> None:
+        self._changed = None
+        if found := self.moments(beat):
+            self._editor.server.protocol.notify(live.EVALUATED, found)
 
     def _tell_transport(self, message: TransportMessage) -> None:
         """Tell which beat is playing, again every second: clocks of editors drift, and clients join late."""
@@ -257,6 +288,9 @@ class Performance:
 
     def _stop_telling(self) -> None:
         self._stop_progress()
+        if self._changed:
+            self._changed.cancel()
+            self._changed = None
         if self._telling:
             self._telling.cancel()
 
@@ -276,13 +310,19 @@ class Performance:
             await asyncio.wait_for(asyncio.shield(create), ANSWER_LIMIT)
         except Exception:  # no answer or a refusal: this client shows no progress
             return
-        first = f"beat 1/{whole_beats(transport)}"
-        self._report(token, types.WorkDoneProgressBegin(title="Improv", message=first, cancellable=False))
+        begun = False
         try:
             async for beat in each_beat(transport):
-                self._report(token, types.WorkDoneProgressReport(message=beat))
+                if not self._editor.is_read:  # Helix shows the beat in the line of the message
+                    continue
+                if begun:
+                    self._report(token, types.WorkDoneProgressReport(message=beat))
+                else:
+                    begun = True
+                    self._report(token, types.WorkDoneProgressBegin(title="Improv", message=beat, cancellable=False))
         finally:
-            self._report(token, types.WorkDoneProgressEnd())
+            if begun:
+                self._report(token, types.WorkDoneProgressEnd())
 
     def _report(
         self,
@@ -305,19 +345,27 @@ class Performance:
             return
         if self._editor.can("window.show_document.support"):
             params = types.ShowDocumentParams(uri=url, external=True)
+            answer = self._editor.server.window_show_document_async(params)
             try:
-                # Not limited in time: an editor may ask the person first.
-                shown = (await self._editor.server.window_show_document_async(params)).success
-            except JsonRpcException:
+                # Shielded: an editor may ask the person first, and pygls fails on an answer to a cancelled request.
+                shown = (await asyncio.wait_for(asyncio.shield(answer), ANSWER_LIMIT)).success
+            except (JsonRpcException, TimeoutError):
                 shown = False
-        elif sys.platform in ("darwin", "win32") or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ:
-            # Without a screen, a browser would be one for the terminal, on top of the editor.
-            shown = await asyncio.to_thread(webbrowser.open, url)
+            # Helix says that it has shown the page before it looks for a browser.
+            shown = shown and (self._editor.takes_own_messages or _has_screen())
         else:
-            shown = False
+            # Without a screen, a browser would be one for the terminal, on top of the editor.
+            shown = _has_screen() and await asyncio.to_thread(webbrowser.open, url)
         if not shown:
-            # Another URL, as the first one may have been seen by others.
-            self._editor.say(f"the simulator's page is at {playback.link()}")
+            # Another URL, as the first one may have been seen by others. A warning, so that it can be read.
+            self._editor.warn(f"page: {playback.link()}")
+
+
+def _has_screen() -> bool:
+    """Whether a browser can open where the server runs, which it can't over SSH."""
+    if sys.platform in ("darwin", "win32"):
+        return "SSH_CONNECTION" not in os.environ
+    return "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
 
 
 def _refusal(document: Document) -> str | None:

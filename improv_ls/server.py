@@ -62,7 +62,7 @@ OPTIONS: Mapping[str, Any] = {
         inter_file_dependencies=True, workspace_diagnostics=False, identifier="improv"
     ),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: types.SemanticTokensLegend(TYPES, MODIFIERS),
-    types.TEXT_DOCUMENT_COMPLETION: types.CompletionOptions(trigger_characters=[" "], resolve_provider=True),
+    types.TEXT_DOCUMENT_COMPLETION: types.CompletionOptions(trigger_characters=[" ", '"'], resolve_provider=True),
     types.TEXT_DOCUMENT_CODE_ACTION: types.CodeActionOptions(
         [
             types.CodeActionKind.QuickFix,
@@ -78,6 +78,8 @@ COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
     for name in ("play", "restart", "hush", "pause", "resume", "cue", "seek", "speed", "mute", "solo", "page")
 }
+_NOT_SETTLED = {types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DIAGNOSTIC}
+"""Messages that need not wait until every statement is up to date: they come with every key."""
 _ASYNCHRONOUS = {FEATURES[types.WORKSPACE_SYMBOL], COMMANDS["improv.page"]}
 
 
@@ -85,7 +87,7 @@ def create_server() -> Session:
     """A server with every feature; it waits for a client."""
     server = Session()
     for method, handler in FEATURES.items():
-        server.feature(method, OPTIONS.get(method))(_loaded_later(handler))
+        server.feature(method, OPTIONS.get(method))(_loaded_later(handler, method not in _NOT_SETTLED))
     for name, handler in COMMANDS.items():
         server.command(name)(_loaded_later(handler))
     return server
@@ -98,11 +100,13 @@ def serve() -> int:
     return create_server().serve()
 
 
-def _loaded_later(handler: str) -> Callable[..., Any]:
+def _loaded_later(handler: str, settles: bool = True) -> Callable[..., Any]:
     """A handler whose module is imported when it is first needed: an editor waits for nothing but `initialize`."""
     module, name = handler.split(".")
 
     def handle(ls: Session, *arguments: Any) -> Any:
+        if settles:
+            ls.settle(arguments[0] if arguments else None)
         return getattr(import_module(f"improv_ls.handlers.{module}"), name)(ls, *arguments)
 
     async def handle_later(ls: Session, *arguments: Any) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from lsprotocol import types
 from pygls.exceptions import FeatureRequestError
@@ -59,6 +59,15 @@ class Session(StdioServer):
 
         self.obey_while_busy()
         return Performance(self.editor, self.documents, self.robots_files)
+
+    def settle(self, params: Any) -> None:
+        """Bring the statements up to date that a request may be about: all up to its place, if it names one."""
+        place = getattr(params, "position", None) or getattr(getattr(params, "range", None), "end", None)
+        for uri, document in self.documents.items():
+            if document.analysis.waiting:
+                from improv_ls.documents import settled
+
+                self.documents[uri] = settled(document, place.line if place else None)
 
     def report_server_error(self, error: Exception, source: type[Exception]) -> None:
         """Show an internal error, unless it happened in a request: that is answered with the error."""

@@ -13,7 +13,6 @@ from improv_core.ide.hover import Hover
 from improv_core.ide.signature_help import Signature
 from improv_core.plain import message_without_links
 from improv_core.text import LineIndex
-from improv_ls.documents import Document
 from improv_ls.positions import Encoding, to_range
 
 _SEVERITIES = {
@@ -31,7 +30,11 @@ _KINDS = {
     "parameter": types.CompletionItemKind.Variable,
     "robot": types.CompletionItemKind.Class,
     "plane": types.CompletionItemKind.Enum,  # LSP 3.0 has no EnumMember
+    "sense": types.CompletionItemKind.Property,
     "number": types.CompletionItemKind.Value,
+    "section": types.CompletionItemKind.Module,
+    "key": types.CompletionItemKind.Property,
+    "value": types.CompletionItemKind.Value,
 }
 
 
@@ -69,9 +72,11 @@ def markup(found: Hover, formats: Sequence[str] | None) -> types.MarkupContent:
     return types.MarkupContent(types.MarkupKind.PlainText, found.plain)
 
 
-def completion(document: Document, found: Completion, snippets: bool, encoding: Encoding) -> types.CompletionList:
+def completion(
+    uri: str, lines: LineIndex, found: Completion, snippets: bool, encoding: Encoding
+) -> types.CompletionList:
     """What is offered, in our order; as snippets for clients that take them."""
-    replaced = to_range(document.lines, found.span, encoding)
+    replaced = to_range(lines, found.span, encoding)
     items = []
     for number, item in enumerate(found.items):
         snippet = snippets and item.snippet
@@ -84,7 +89,7 @@ def completion(document: Document, found: Completion, snippets: bool, encoding: 
                 filter_text=item.label,
                 text_edit=types.TextEdit(replaced, item.snippet if snippet else item.label),
                 insert_text_format=types.InsertTextFormat.Snippet if snippet else None,
-                data=[document.uri, found.statement, item.kind],
+                data=[uri, found.statement, item.kind],
             )
         )
     return types.CompletionList(is_incomplete=not found.whole, items=items)

@@ -49,6 +49,8 @@ LIBRARIES = {
     "aiohttp": ["stage/viewer/application.py"],
     "mcap": ["stage/sinks/recorder.py"],
     "resvg_py": ["commands/plot.py"],
+    "tree_sitter": ["robots/toml_positions.py"],
+    "tree_sitter_toml": ["robots/toml_positions.py"],
 }
 MESSAGES_OF_ROS = {"geometry_msgs", "rcl_interfaces", "sensor_msgs", "std_msgs", "std_srvs"}
 

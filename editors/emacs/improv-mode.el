@@ -16,6 +16,7 @@
 ;;
 ;;     (require 'improv-mode)
 ;;     (add-hook 'improv-mode-hook #'eglot-ensure)
+;;     (add-hook 'improv-robots-mode-hook #'eglot-ensure)
 ;;
 ;; Saving a program plays it.  \\[improv-hush] stops all robots immediately.  The words that are playing are
 ;; highlighted, and the mode line shows the beat.
@@ -31,7 +32,8 @@
   :group 'improv)
 
 (add-to-list 'eglot-server-programs
-             (cons 'improv-mode (lambda (_interactive) (cons 'improv-eglot-server improv-server-command))))
+             (cons '(improv-mode (improv-robots-mode :language-id "toml"))
+                   (lambda (_interactive) (cons 'improv-eglot-server improv-server-command))))
 
 
 ;;; The mode
@@ -119,10 +121,19 @@ Font lock ignores an end at point, so that is one more if there are none."
               electric-indent-chars (append ")]" electric-indent-chars)
               imenu-generic-expression `((nil ,(concat "^[ \t]*\\(" improv-mode--name "\\)" improv-mode--parameters "[ \t]*=") 1))
               mode-line-process '(:eval (improv-playing-status)))
+  (add-hook 'after-save-hook #'improv-playing-saved nil t)
+  (add-hook 'eglot-managed-mode-hook #'improv-playing-managed nil t)
   (add-hook 'eglot-managed-mode-hook #'improv-playing-leave nil t))
 
 ;;;###autoload
 (add-to-list 'auto-mode-alist '("\\.improv\\'" . improv-mode))
+
+;;;###autoload
+(define-derived-mode improv-robots-mode conf-toml-mode "Improv Robots"
+  "Major mode for improv.toml, so that the server is started for no other TOML file.")
+
+;;;###autoload
+(add-to-list 'auto-mode-alist '("/improv\\.toml\\'" . improv-robots-mode))
 
 (defun improv-mode-indent-line ()
   "Indent by two spaces for each open bracket, as the formatter does.
@@ -158,13 +169,16 @@ Only lines of the statement at point count."
 (defun improv-play ()
   "Play the program in this buffer from the beginning, saved or not."
   (interactive nil improv-mode)
-  (improv--execute "improv.play" (eglot-path-to-uri (or buffer-file-name (user-error "Save this buffer to a file first")))))
+  (let ((file (or buffer-file-name (user-error "Save this buffer to a file first"))))
+    (unless (improv-playing-wait)
+      (improv--execute "improv.play" (eglot-path-to-uri file)))))
 
 ;;;###autoload
 (defun improv-hush ()
   "Stop all robots immediately.  This works in every buffer."
   (interactive)
-  (dolist (server (or (improv-playing-servers) (user-error "Improv's language server is not running")))
+  (dolist (server (or (improv-playing-servers)
+                      (unless (improv-playing-forget) (user-error "Improv's language server is not running"))))
     (jsonrpc-async-request server :workspace/executeCommand '(:command "improv.hush" :arguments []))))
 
 (defun improv-pause ()

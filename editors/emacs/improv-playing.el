@@ -43,11 +43,24 @@ The server reports its clock each second.")
 (defvar improv-playing--servers nil
   "The language servers that were started.")
 
+(defvar improv-playing--starting nil
+  "The language servers that were started and have not answered yet.")
+
+(defvar-local improv-playing--waits nil
+  "Whether this program is to play as soon as its server has started.")
+
+(defun improv-playing--launched (server)
+  "Remember that SERVER is starting."
+  (when (improv-eglot-server-p server)
+    (push server improv-playing--starting)))
+
 (defun improv-playing--connected (server)
   "Remember SERVER, so that `improv-hush' reaches it from every buffer."
+  (setq improv-playing--starting (delq server improv-playing--starting))
   (when (improv-eglot-server-p server)
     (push server improv-playing--servers)))
 
+(add-hook 'eglot-server-initialized-hook #'improv-playing--launched)
 (add-hook 'eglot-connect-hook #'improv-playing--connected)
 
 (cl-defstruct improv-playing--words
@@ -154,6 +167,34 @@ If the text changes meanwhile, the answer is dropped; we ask again soon."
   "Return the language server of this buffer, or nil."
   (let ((server (and (eglot-managed-p) (eglot-current-server))))
     (and (improv-eglot-server-p server) server)))
+
+(defun improv-playing-wait ()
+  "Have this program play as soon as its server has started.
+Return nil if no server is starting."
+  (setq improv-playing--starting (cl-remove-if-not #'jsonrpc-running-p improv-playing--starting))
+  (when (and improv-playing--starting (not (eglot-managed-p)))
+    (message "Improv is starting; then this program plays")
+    (setq improv-playing--waits t)))
+
+(defun improv-playing-saved ()
+  "A save: the server hears of it itself, unless it is still starting."
+  (unless (and (consp eglot-workspace-configuration)
+               (equal (plist-get (plist-get eglot-workspace-configuration :improv) :onSave) "off"))
+    (improv-playing-wait)))
+
+(defun improv-playing-managed ()
+  "Play this program if it waits for the server, which has its text now."
+  (when (and improv-playing--waits (improv-playing-server))
+    (setq improv-playing--waits nil)
+    (jsonrpc-async-request (improv-playing-server) :workspace/executeCommand
+                           (list :command "improv.play" :arguments (vector (eglot-path-to-uri buffer-file-name))))))
+
+(defun improv-playing-forget ()
+  "Play no program that waits for its server.  Return whether one did."
+  (let (any)
+    (dolist (buffer (buffer-list) any)
+      (when (buffer-local-value 'improv-playing--waits buffer)
+        (with-current-buffer buffer (setq improv-playing--waits nil any t))))))
 
 (defun improv-playing-servers ()
   "Return all running language servers, even if their buffers are gone."

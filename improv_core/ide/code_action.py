@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix
-from improv_core.program.analysis import Analysis
 from improv_core.text import Span
 
 SAFE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
@@ -28,20 +27,20 @@ class Action:
     preferred: bool = False
 
 
-def fixes(analysis: Analysis, span: Span) -> list[Action]:
+def fixes(diagnostics: Sequence[Diagnostic], span: Span) -> list[Action]:
     """The fixes for all diagnostics at a cursor or in a selection, and for all others of the same kind."""
-    here = [each for each in analysis.diagnostics if each.span.start <= span.end and span.start <= each.span.end]
+    here = [each for each in diagnostics if each.span.start <= span.end and span.start <= each.span.end]
     found = [
         Action(fix.title, "quickfix", _ordered(fix.edits), (each,), len(each.fixes) == 1)
         for each in here
         for fix in each.fixes
     ]
     fixable = {each.code: each for each in here if each.code in SAFE and _removal(each)}
-    return [*found, *(action for each in fixable.values() for action in _everywhere(analysis, each))]
+    return [*found, *(action for each in fixable.values() for action in _everywhere(diagnostics, each))]
 
 
-def _everywhere(analysis: Analysis, problem: Diagnostic) -> Iterator[Action]:
-    removals = [fix for each in analysis.diagnostics if each.code == problem.code and (fix := _removal(each))]
+def _everywhere(diagnostics: Sequence[Diagnostic], problem: Diagnostic) -> Iterator[Action]:
+    removals = [fix for each in diagnostics if each.code == problem.code and (fix := _removal(each))]
     if len(removals) > 1:
         edits = _apart(edit for fix in removals for edit in fix.edits)
         others = "the other one" if len(removals) == 2 else f"all {len(removals) - 1} others"

@@ -8,6 +8,7 @@ from itertools import islice
 
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.timing import in_beats, in_seconds
+from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS
 from improv_core.text import Span
 
@@ -19,7 +20,10 @@ MOST_ROBOTS = 3
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """A few words above the line of `span`. Clicking them runs `command`: play, hush, or mute or solo a robot."""
+    """A few words above the line of `span`. Clicking them runs `command`: play, hush, or mute or solo a robot.
+
+    Each lens of a line starts at a column of its own, because Neovim sorts them by column and mixes up equal ones.
+    """
 
     span: Span
     text: str
@@ -30,21 +34,33 @@ class Lens:
 def lenses(analysis: Analysis, muted: Collection[str] = (), soloed: Collection[str] = ()) -> list[Lens]:
     """The lenses of the lines that robots play, in the order of the text, given who is muted and soloed."""
     playing = (index for index, meaning in enumerate(analysis.meanings) if meaning.robots)
+    placed = [analysis.placed(index) for index in islice(playing, MOST_LINES)]
     return [
-        lens for index in islice(playing, MOST_LINES) for lens in _of(analysis, analysis.placed(index), muted, soloed)
+        Lens(_column(line, place), *lens)
+        for line in placed
+        for place, lens in enumerate(_of(analysis, line, muted, soloed))
     ]
 
 
-def _of(analysis: Analysis, placed: Placed, muted: Collection[str], soloed: Collection[str]) -> Iterator[Lens]:
-    robots, duration = placed.meaning.robots, placed.meaning.movement.duration
-    span = Span(placed.start, placed.start + placed.statement.heads[-1].end)
-    lasts = f" · {in_beats(duration)}" if placed.meaning.ok else ""
-    if lasts and duration != ENDLESS:
-        lasts += f", {in_seconds(duration, analysis.tempo)}"
-    yield Lens(span, f"▶ play{lasts}", "play")
-    yield Lens(span, "■ hush", "hush")
+def _column(placed: Placed, place: int) -> Span:
+    """The end of a line's head, from the column for the lens at this place."""
+    sign = placed.statement.sign
+    assert sign
+    end = placed.start + sign.span.end
+    return Span(min(placed.start + place, end), end)
+
+
+def _of(
+    analysis: Analysis, placed: Placed, muted: Collection[str], soloed: Collection[str]
+) -> Iterator[tuple[str, str] | tuple[str, str, str]]:
+    robots, length = placed.meaning.robots, lengths(placed.meaning.movement)
+    lasts = f" · {in_beats(length)}" if placed.meaning.ok else ""
+    if lasts and length.longest != ENDLESS:
+        lasts += f", {in_seconds(length, analysis.tempo)}"
+    yield f"▶ play{lasts}", "play"
+    yield "■ hush", "hush"
     if len(analysis.robots) > 1:
         for robot in robots[:MOST_ROBOTS]:
             of = f" {robot}" if len(robots) > 1 else ""
-            yield Lens(span, f"{'unmute' if robot in muted else 'mute'}{of}", "mute", robot)
-            yield Lens(span, f"{'unsolo' if robot in soloed else 'solo'}{of}", "solo", robot)
+            yield f"{'unmute' if robot in muted else 'mute'}{of}", "mute", robot
+            yield f"{'unsolo' if robot in soloed else 'solo'}{of}", "solo", robot

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from itertools import islice, pairwise
 
 from improv_core.ide.cursor import Before, before
-from improv_core.ide.hover import Hover, name_at, robot_at
+from improv_core.ide.hover import Hover, name_at, robot_at, sense_at
 from improv_core.ide.phrases import label, movements, parameters
+from improv_core.ide.senses import source
 from improv_core.program.analysis import Analysis
 from improv_core.program.reader import Definition
 from improv_core.program.timing import in_beats
+from improv_core.score.lengths import lengths
 from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.nodes import Parameter
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, Kind, Word
@@ -32,15 +34,14 @@ FACTORS = ("2", "3", "3/2")
 UNITS = {"beat": "beats per minute", "repeat": "times", "fit": "beats", "canon": "beats", "chance": "probability"}
 
 _NUMBERS = frozenset({"NUMBER", "PARAM"})
-_SENSES = frozenset({Kind.GUARD, Kind.IF, Kind.ELSE, Kind.NOT})  # reserved: no program with them plays yet
 
 _NOTHING_AFTER = re.compile(r"\w*[ \t\ufeff]*(?:[)\]|#\r\n]|$)")
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A word to offer. `kind` is keyword, movement, name, phrase, parameter, robot, plane, or
-    number.
+    """A word to offer. `kind` is keyword, movement, name, phrase, parameter, robot, plane, sense, or number; in
+    `improv.toml` section, key, value, or robot.
 
     `snippet` is what to insert if the editor supports snippets and it is more than the word.
     """
@@ -92,7 +93,8 @@ def _movement(analysis: Analysis, found: Before, bare: bool) -> tuple[list[Item]
         for each in found.parameters
         if ("PARAM" if each.is_number else "NAME") in accepted
     )
-    return [*parameters, *offered, *_words(accepted, found, bare)], whole
+    senses = [Item(name, "sense", source(analysis.cast, name)) for name in analysis.cast.sense_names]
+    return [*parameters, *offered, *(senses if "SENSE" in accepted else ()), *_words(accepted, found, bare)], whole
 
 
 def _number_wanted(analysis: Analysis, found: Before) -> bool | None:
@@ -116,6 +118,8 @@ def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> 
         return name_at(analysis, item.label, min(statement, len(analysis.statements) - 1), pictures)
     if item.kind == "robot":
         return robot_at(analysis, item.label, pictures)
+    if item.kind == "sense":
+        return sense_at(analysis, item.label)
     word = WORDS.get(item.label)
     return Hover(Span(0, 0), word.usage, f": {word.about}") if word else None
 
@@ -129,16 +133,16 @@ def _heads(analysis: Analysis, found: Before) -> Iterator[Item]:
     if not heads:
         yield Item("beat", "keyword", WORDS["beat"].about, "beat ${1:60}")
     if all(token.type == "NAME" for token in found.heads):
-        plays = analysis.robots
+        plays = analysis.lengths
         for robot in dict.fromkeys([*analysis.cast.robots, *plays]):
             if robot not in heads:
-                yield Item(robot, "robot", in_beats(plays[robot].duration) if robot in plays else "in improv.toml")
+                yield Item(robot, "robot", in_beats(plays[robot]) if robot in plays else "in improv.toml")
 
 
 def _words(accepted: frozenset[str], found: Before, bare: bool) -> Iterator[Item]:
     """The words of these terminals; `bare` if what they apply to already follows the cursor."""
     for word in WORDS.values():
-        if word.kind.value in accepted and word.kind not in (Kind.BEAT, *_SENSES):
+        if word.kind.value in accepted and word.kind is not Kind.BEAT:
             kind = {Kind.PRIMITIVE: "movement", Kind.PLANE: "plane"}.get(word.kind, "keyword")
             yield Item(word.text, kind, word.about, _snippet(word, bare))
     if "NUMBER" in accepted and found.tokens:
@@ -152,6 +156,8 @@ def _numbers(word: str) -> Iterator[Item]:
 
 def _snippet(word: Word, bare: bool) -> str:
     """A transformer with places for its arguments: those of its usage, such as `ramp 1/2 2 movement`."""
+    if word.kind is Kind.IF and not bare:
+        return "if ${1:near} ($2) else ($0)"
     if word.kind not in TRANSFORMERS:
         return ""
     text = word.text
@@ -163,7 +169,7 @@ def _snippet(word: Word, bare: bool) -> str:
 def _name(name: Definition, taken: Sequence[Parameter], bare: bool) -> Item:
     """A name, with places for its arguments if it is a phrase."""
     if not taken:
-        return Item(name.name, "name", in_beats(name.movement.duration))
+        return Item(name.name, "name", in_beats(lengths(name.movement)))
     last = len(taken) - 1
     text = name.name
     for place, each in enumerate(taken):

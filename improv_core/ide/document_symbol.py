@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.timing import in_beats
-from improv_core.score.movement import Exact
+from improv_core.score.lengths import lengths
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -36,15 +36,14 @@ def outline(analysis: Analysis) -> list[Entry]:
         if statement.sign and statement.sign.type == "SCENE":
             scenes.append((analysis.placed(index), []))
             continue
-        detail = in_beats(meaning.movement.duration) if statement.heads and not statement.parameters else ""
+        detail = in_beats(lengths(meaning.movement)) if statement.heads and not statement.parameters else ""
         scenes[-1][1].extend(_entries(start, statement, detail))
     first = scenes[0][1]
     if len(scenes) == 1:
         return first
-    begins = analysis.begins
     return [
-        *([_scene(1, first[0].name_span, first, begins)] if first else []),
-        *(_scene(number, line.span, parts, begins) for number, (line, parts) in enumerate(scenes[1:], 2) if line),
+        *([_scene(analysis, 1, first[0].name_span, first)] if first else []),
+        *(_scene(analysis, number, line.span, parts) for number, (line, parts) in enumerate(scenes[1:], 2) if line),
     ]
 
 
@@ -62,9 +61,11 @@ def names_in(text: str) -> Iterator[Entry]:
                 yield entry
 
 
-def _scene(number: int, line: Span, parts: Sequence[Entry], begins: Sequence[Exact]) -> Entry:
+def _scene(analysis: Analysis, number: int, line: Span, parts: Sequence[Entry]) -> Entry:
     span = Span(line.start, parts[-1].span.end if parts else line.end)
-    detail = f"from beat {begins[number - 1]}" if number <= len(begins) else "never performed"
+    begin = analysis.scene_begin(number - 1)
+    later = "" if begin and begin.is_fixed else " or later"
+    detail = f"from beat {begin.shortest}{later}" if begin else "never performed"
     return Entry(f"scene {number}", "scene", detail if number > 1 else "", span, line, tuple(parts))
 
 

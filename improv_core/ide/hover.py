@@ -4,18 +4,32 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import chain, islice
 
 from improv_core.ide.cursor import Cursor, cursor
 from improv_core.ide.phrases import comment, label, parameters
+from improv_core.ide.senses import about as about_sense
+from improv_core.ide.senses import source
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis, Placed
 from improv_core.program.compiler import score_of
 from improv_core.program.numbers import value_of
-from improv_core.program.timing import ends, fastest, in_beats, in_seconds, path_length, times_as_fast, timing, written
+from improv_core.program.timing import (
+    deciding,
+    ends,
+    fastest,
+    in_beats,
+    in_seconds,
+    path_length,
+    times_as_fast,
+    timing,
+    written,
+)
 from improv_core.score import movement as algebra
+from improv_core.score.lengths import lengths
 from improv_core.score.motion import Pose
 from improv_core.score.movement import NORMAL, Movement
 from improv_core.score.profiles import DEFAULT, Profile
@@ -30,8 +44,11 @@ from improv_core.text import LINE_END, Span
 LONGEST_SOURCE = 500
 """The most characters of a definition that are shown."""
 LONGEST_NAME = 100
+MOST_ROBOTS, MOST_USERS = 100, 1_000
+"""Robots, and statements that use a definition, that are looked at to find whose distances are shown."""
 MOST_HEADS = 20
 """Of a line that are listed."""
+_NOWHERE = Span(0, 0)
 _BARE = re.compile(r"[\w…-]+")
 MOST_MOMENTS = 150
 """The most moments of a path that is drawn: more would take too long."""
@@ -92,8 +109,16 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
     if not part:
         return None
     about = f" (robot, profile {_code(part.profile.name)}): everything it plays"
-    whole = timing(part.movement, analysis.tempo)
-    return Hover(Span(0, 0), _code(name), about, (whole,), "", _drawn(part, analysis.tempo) if pictures else "")
+    whole = timing(analysis.lengths[name], analysis.tempo)
+    why = (deciding(algebra.series(part.scenes)),) if part.senses else ()
+    return Hover(Span(0, 0), _code(name), about, (whole, *why), "", _drawn(part, analysis.tempo) if pictures else "")
+
+
+def sense_at(analysis: Analysis, name: str, span: Span = _NOWHERE) -> Hover | None:
+    """The hover for a sense; None if there is no such sense."""
+    if name not in analysis.cast.sense_names:
+        return None
+    return Hover(span, _code(name), f" (sense): {about_sense(name)}", (source(analysis.cast, name),))
 
 
 def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
@@ -103,13 +128,16 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         lasts = f"1 beat lasts {in_seconds(1, analysis.tempo)}"
         return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
     if token.type == "SCENE":
-        return _scene(analysis, placed)
+        return _scene(analysis, placed) if token == statement.sign else None
     if parameter := _parameter(at):
         kind = "a number" if parameter.is_number else "a movement"
         head, _ = label(statement.heads[0].text, statement.parameters)
         return Hover(token.span, _code(parameter.name), f" (parameter of {_code(head)}): {kind}")
     if node is None:
         return _head_or_sign(analysis, placed, token, pictures)
+    condition = node.condition if isinstance(node, nodes.Apply | nodes.Choice) else None
+    if condition and token.span == condition.sense.span:
+        return sense_at(analysis, token.text, token.span)
     around = at.around
     if len(around) > 1 and isinstance(around[-2], nodes.Call) and node is around[-2].name:
         around, node = around[:-1], around[-2]
@@ -128,12 +156,13 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         word, about = "||", ": these movements play at the same time, until the shortest one ends"
     elif isinstance(node, nodes.Apply):
         arguments = [each.text for each in (*node.numbers, node.across) if each]
-        word = " ".join([node.word.text, *arguments])
+        word = " ".join([node.word.text, *arguments, *(_condition(condition) if condition else ())])
         about = f": {(node.plane or WORDS[node.word.text]).about}"
     elif isinstance(node, nodes.Primitive):
         word, about = node.word.text, f": {node.word.about}"
     elif isinstance(node, nodes.Choice):
-        word, about = node.word.text, f": {WORDS[node.word.text].about}"
+        word = " ".join([node.word.text, *_condition(node.condition)])
+        about = f": {WORDS[node.word.text].about}"
     else:
         return None
     if not meaning:
@@ -142,11 +171,15 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
     return Hover(node.span, word, about, facts, "", _shape(analysis, placed, meaning) if pictures else "")
 
 
+def _condition(condition: nodes.Condition) -> Sequence[str]:
+    return ["not"] * condition.is_negated + [condition.sense.text]
+
+
 def _scene(analysis: Analysis, placed: Placed) -> Hover:
     number, starts = analysis.scenes.index(placed.index) + 1, "never begins"
-    if number < len(analysis.begins):
-        begin = analysis.begins[number]
-        starts = f"begins at beat {begin}, {in_seconds(begin, analysis.tempo)}"
+    if begin := analysis.scene_begin(number):
+        later = "" if begin.is_fixed else " or later"
+        starts = f"begins at beat {begin.shortest}{later}, {in_seconds(begin.shortest, analysis.tempo)}{later}"
     about = ": a new scene, for all robots, when everything above has ended"
     return Hover(Span(0, len(placed.statement.text)), "---", about, (starts,))
 
@@ -243,10 +276,15 @@ def _voices(bracket: nodes.Bracket) -> Sequence[Node]:
 
 def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool = False) -> tuple[str, ...]:
     """How long, how far, and where it ends (not if it is `plain`)."""
-    profile = _profile(analysis, placed)
-    first = f"{timing(meaning, analysis.tempo)} · {path_length(meaning, profile)}"
-    leads = "" if plain else ends(meaning, profile)
-    return (first, leads) if leads else (first,)
+    lasts, goes = timing(lengths(meaning), analysis.tempo), {}
+    if meaning.open:
+        return lasts, deciding(meaning)
+    for profile, robot in _performers(analysis, placed).items():
+        goes[robot] = path_length(meaning, profile), "" if plain else ends(meaning, profile)
+    if len(set(goes.values())) == 1:
+        far, leads = next(iter(goes.values()))
+        return (f"{lasts} · {far}", leads) if leads else (f"{lasts} · {far}",)
+    return (lasts, *(f"{robot}: {', '.join(filter(None, way))}" for robot, way in goes.items()))
 
 
 def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tuple[str, ...]:
@@ -264,7 +302,7 @@ def _here(around: Sequence[Node], meaning: Movement, tempo: Fraction) -> tuple[s
     if rate == 1:
         return ()
     where = "in this bracket" if brackets == 1 and not others else "here"
-    lasts = algebra.pace(meaning, rate).duration
+    lasts = lengths(meaning, rate)
     return (f"{times_as_fast(rate)} {where}: {in_beats(lasts)}, {in_seconds(lasts, tempo)}",)
 
 
@@ -285,10 +323,31 @@ def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
     return rate, brackets, others
 
 
+def _performers(analysis: Analysis, placed: Placed) -> dict[Profile, str]:
+    """The profiles of the robots that play a statement, or of all robots if none does, and the first robot of each."""
+    robots = dict.fromkeys(chain.from_iterable(_players(analysis, placed.index))) or analysis.cast.robots
+    found: dict[Profile, str] = {}
+    for robot in islice(robots, MOST_ROBOTS):
+        found.setdefault(analysis.cast.robot(robot).profile, printable(robot))
+    return found or {DEFAULT: ""}
+
+
+def _players(analysis: Analysis, index: int) -> Iterator[Sequence[str]]:
+    """The robots of each line that plays a statement, itself or by the names that are defined with it."""
+    reached, waiting = {index}, [index]
+    while waiting:
+        index = waiting.pop(0)
+        if robots := analysis.meanings[index].robots:
+            yield robots
+        name = analysis.statements[index].defines
+        following = analysis.bindings.users(name, index)[:MOST_USERS] if name else ()
+        waiting += [each for each in following if each not in reached and len(reached) < MOST_USERS]
+        reached.update(waiting)
+
+
 def _profile(analysis: Analysis, placed: Placed) -> Profile:
-    """The profile of the first robot of a statement."""
-    robots = placed.meaning.robots
-    return analysis.cast.robot(robots[0]).profile if robots else DEFAULT
+    """The profile of the first robot that plays a statement."""
+    return next(iter(_performers(analysis, placed)))
 
 
 def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:

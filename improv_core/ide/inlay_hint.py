@@ -9,7 +9,8 @@ from improv_core.ide.cursor import touching
 from improv_core.ide.hover import pace_in
 from improv_core.ide.phrases import arguments, label, parameters, tree
 from improv_core.program.analysis import Analysis, Placed
-from improv_core.program.timing import in_beats, lasting, times_as_fast, written
+from improv_core.program.timing import deciding, in_beats, lasting, times_as_fast, written
+from improv_core.score.lengths import lengths
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
 from improv_core.text import Span
@@ -38,7 +39,9 @@ def _hints(analysis: Analysis, placed: Placed) -> Iterator[Hint]:
         yield Hint(placed.start + hint.offset, hint.text, hint.about, hint.before)
     end = placed.start + body.span.end
     if not placed.statement.parameters:  # otherwise it depends on the arguments
-        yield Hint(end, in_beats(meaning.movement.duration), lasting(meaning.movement, analysis.tempo))
+        lasts = lengths(meaning.movement)
+        about = lasting(lasts, analysis.tempo) if lasts.is_fixed else deciding(meaning.movement)
+        yield Hint(end, in_beats(lasts), about)
 
 
 def _nested(node: Node, outside: tuple[Node, ...]) -> Iterator[Hint]:

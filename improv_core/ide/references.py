@@ -103,7 +103,7 @@ def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
 
 def sections(robots: Robots, name: str) -> Sequence[Span]:
     """The spans that name a robot in the text of `improv.toml`."""
-    return read_toml(robots.text).named.get(("robots", name), ())
+    return read_toml(robots.text).positions.named.get(("robots", name), ())
 
 
 def _heads(statement: Statement) -> list[Token]:

@@ -61,9 +61,9 @@ def rename_section(robots: Robots, old: str, new: str) -> list[Edit]:
     toml = read_toml(robots.text)
     if toml.diagnostics:
         raise RefusalError("improv.toml can't be read and may have a section for this robot: fix it first")
-    if new != old and ("robots", new) in toml.named:
+    if new != old and ("robots", new) in toml.positions.named:
         raise RefusalError(f"`{new}` is already a robot, in improv.toml: choose another name")
-    return [Edit(span, new) for span in toml.named.get(("robots", old), ()) if new != old]
+    return [Edit(span, new) for span in toml.positions.named.get(("robots", old), ()) if new != old]
 
 
 def _refuse_words(new: str) -> None:

@@ -10,7 +10,7 @@ from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.lexer import NAME, NUMBER
 from improv_core.syntax.parser import parse_statement
-from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, Kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, Kind, of_kind
 
 _COMMENT = re.compile(r"#[^\r\n]*")
 _WORD = re.compile(rf"({_COMMENT.pattern})|({NAME})|({NUMBER})|\|\||-{{3,}}|[=$*/]")
@@ -21,8 +21,8 @@ Colored: TypeAlias = tuple[int, int, int, int]
 as in the legend."""
 
 Piece: TypeAlias = tuple[int, str, tuple[str, ...], tuple[str, ...]]
-"""The offset and the text of a statement or a comment line, and the undefined names and unknown robots in it, which get
-no color."""
+"""The offset and the text of a statement or a comment line, and the undefined names in it, and the unknown robots and
+senses, which get no color."""
 
 
 def pieces(analysis: Analysis, first: int = 0, last: int | None = None) -> Iterator[Piece]:
@@ -56,8 +56,9 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
     head = _DEFINITION if sign and sign.type == "EQUAL" else _ROBOT
     named = sign.start if sign and sign.type != "BEAT" else 0  # before this offset, names are definitions or robots
     found = []
+    before, word = "", ""
     for match in _WORD.finditer(text):
-        word = match[0]
+        before, word = word if match[0][0] != "#" else before, match[0]
         start, end = match.span()
         kind = _KINDS.get(word) or _KINDS_BY_FORM[match.lastindex or 0]
         if kind is _USE:
@@ -67,6 +68,10 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
                 if (start, end) not in heads:  # only part of a name, as in `my-robot`
                     continue
                 kind = head
+            elif before in _BEFORE_SENSES:
+                if word in strange:
+                    continue
+                kind = _SENSE
             elif word in unknown:
                 continue
         found.append((start, end, *kind))
@@ -74,11 +79,11 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
 
 
 def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The undefined names and the unknown robots of a statement."""
+    """The undefined names, and the unknown robots and senses of a statement."""
     statement, scope = analysis.statements[index], analysis.meanings[index].scope
     names = tuple(name for name, found in zip(statement.uses, scope, strict=True) if found is None)
-    said = {each.span for each in analysis.infeasible.get(index, ()) if each.code == "unknown-robot"}
-    return names, tuple(head.text for head in statement.heads if head.span in said)
+    said = [each.span for each in analysis.infeasible.get(index, ()) if each.code in ("unknown-robot", "unknown-sense")]
+    return names, tuple(statement.text[span.start : span.end] for span in said)
 
 
 def _comment_lines(text: str, start: int, end: int, first: int, last: int) -> Iterator[Piece]:
@@ -97,6 +102,8 @@ _USE = _kind("variable")
 _ROBOT = _kind("class")
 _DECLARATION = _kind("parameter", "definition")
 _PARAMETER = _kind("parameter")
+_SENSE = _kind("property")
+_BEFORE_SENSES = frozenset(of_kind(Kind.GUARD, Kind.IF, Kind.NOT))
 _KINDS_OF_WORDS = {
     Kind.BEAT: _kind("modifier"),
     **dict.fromkeys((*TRANSFORMERS, Kind.IF, Kind.ELSE, Kind.NOT), _kind("keyword")),

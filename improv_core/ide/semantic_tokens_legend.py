@@ -11,5 +11,6 @@ TYPES = (
     "operator",
     "modifier",
     "parameter",
+    "property",
 )
 MODIFIERS = ("definition", "defaultLibrary")

@@ -11,7 +11,15 @@ from improv_core.syntax.lexer import Token
 from improv_core.syntax.vocabulary import WORDS, Kind
 from improv_core.text import Span
 
-_ARGUMENTS = {Kind.REPEAT: ("n",), Kind.REFLECT: ("PLANE",), Kind.FACTOR: ("k",), Kind.PLAIN: (), Kind.RAMP: ("a", "b")}
+_ARGUMENTS = {
+    Kind.REPEAT: ("n",),
+    Kind.REFLECT: ("PLANE",),
+    Kind.FACTOR: ("k",),
+    Kind.PLAIN: (),
+    Kind.RAMP: ("a", "b"),
+    Kind.GUARD: ("sense",),
+    Kind.IF: ("sense",),
+}
 _OWN = {"fit": ("beats",), "canon": ("beats",), "chance": ("p",), "seed": ("n",)}
 _TRANSFORMERS = {kind.value for kind in _ARGUMENTS}
 
@@ -59,10 +67,10 @@ def _open(analysis: Analysis, found: Before) -> _Use | None:
     last: Token | None = None
     for token in found.tokens:
         waiting = levels[-1]
-        if token.type in ("NUMBER", "PARAM", "PLANE"):
+        if token.type in ("NUMBER", "PARAM", "PLANE", "SENSE"):
             if waiting and waiting[-1].given < waiting[-1].numbers and not (last and last.type == "OPERATOR"):
                 waiting[-1].given += 1
-        elif token.type != "OPERATOR":
+        elif token.type not in ("OPERATOR", "NOT", "ELSE"):
             _settle(waiting)
             if waiting:  # `repeat` needs no number
                 waiting[-1].given = max(waiting[-1].given, waiting[-1].numbers)
@@ -109,8 +117,9 @@ def _use(analysis: Analysis, found: Before, token: Token) -> _Use | None:
         word = WORDS[token.text]
         names = _OWN.get(word.text, _ARGUMENTS[word.kind])
         text, spans = word.text, []
-        for name in (*names, "movement"):
-            spans.append(Span(len(text) + 1, len(text) + 1 + len(name)))
+        for name in (*names, "movement", *(("else", "movement") if word.kind is Kind.IF else ())):
+            if name != "else":
+                spans.append(Span(len(text) + 1, len(text) + 1 + len(name)))
             text = f"{text} {name}"
         return _Use(token, text, word.about, tuple(spans), len(names))
     if token.type != "NAME" or any(each.name == token.text for each in found.parameters):

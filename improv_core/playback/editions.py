@@ -12,6 +12,9 @@ from improv_core.score.equality import same
 from improv_core.score.movement import Movement
 from improv_core.score.score import UNNUMBERED, Part, Score
 
+MOST_SENT = 100
+"""Scores to compare with. Hundreds of saves may wait for the end of a long dance, of which only the last will play."""
+
 
 class Editions:
     """Numbers the parts of the scores that are sent, so that stages need not compare them.
@@ -28,6 +31,8 @@ class Editions:
         """The same score with the editions of its parts; `generation` counts scores."""
         numbered = {robot: replace(part, editions=self._editions(part)) for robot, part in score.parts.items()}
         self._sent[generation] = replace(score, parts=numbered)
+        if len(self._sent) > MOST_SENT:
+            del self._sent[list(self._sent)[1]]  # the first one plays
         return self._sent[generation]
 
     def plays(self, generation: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -15,12 +15,12 @@ from itertools import count, islice, pairwise
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.feasibility import check_casting
-from improv_core.program.meaning import Meaning, movement_of, understand
+from improv_core.program.meaning import Meaning, is_valid_robot, movement_of, understand
 from improv_core.program.reader import Definition, Scope
 from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score import dice, movement
-from improv_core.score.lengths import lengths
+from improv_core.score.lengths import Lengths, lengths, scene_lengths
 from improv_core.score.movement import Exact, Movement
 from improv_core.score.scenes import performance, scene_begins
 from improv_core.syntax import nodes
@@ -66,7 +66,8 @@ class Analysis:
     indices of the statements that set a tempo, `scenes` those of the statements that begin a scene, `faulty` those of
     the statements whose meaning has diagnostics or names that are undefined or have wrong arguments, and `uneven` those
     that play something whose length has a denominator over `EVEN`. `infeasible` lists, by index, what the robots of a
-    statement can't do.
+    statement can't do. `waiting` is a heap of statements that may use what has changed and that `settled` has not come
+    to yet: until then, they mean what they meant before.
     """
 
     lines: LineIndex
@@ -81,6 +82,7 @@ class Analysis:
     uneven: frozenset[int]
     cast: Robots  # from improv.toml
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
+    waiting: Sequence[int] = ()
 
     @property
     def text(self) -> str:
@@ -130,6 +132,16 @@ class Analysis:
         return scene_begins(self.parts.values())
 
     @cached_property
+    def lengths(self) -> Mapping[str, Lengths]:
+        """How long the parts of the robots last, with all scenes."""
+        return dict(zip(self.parts, self._scene_lengths[1], strict=True))
+
+    def scene_begin(self, scene: int) -> Lengths | None:
+        """The beat at which a scene begins, at the earliest and at the latest; None if it never begins."""
+        begins = self._scene_lengths[0]
+        return begins[scene] if scene < len(begins) and begins[scene].shortest < movement.ENDLESS else None
+
+    @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All diagnostics of the program, in the order of the text."""
         if len(self.text) > LONGEST_PROGRAM:
@@ -160,8 +172,11 @@ class Analysis:
         """The movement of a node of a statement, as its first robot plays it."""
         return movement_of(node, self._scope(placed.index), len(placed.meaning.robots))
 
-    def edited(self, start: int, end: int, text: str) -> Analysis:
-        """The analysis after `text` has replaced the text from `start` to `end`. Costs what the edit touches."""
+    def edited(self, start: int, end: int, text: str, at_once: int | None = None) -> Analysis:
+        """The analysis after `text` has replaced the text from `start` to `end`. Costs what the edit touches.
+
+        If more than `at_once` other statements depend on the edit, the rest of them wait for `settled`.
+        """
         lines = self.lines.edited(start, end, text)
         if max(len(self.text), len(lines.text)) > LONGEST_PROGRAM:
             return analyze(lines.text, self.cast)
@@ -189,7 +204,7 @@ class Analysis:
             del statements[-1]
             after -= 1
         if len(statements) == after - first:
-            return _with_others(self, lines, all_offsets, first, statements)
+            return _with_others(self, lines, all_offsets, first, statements).settled(at_once)
         # Statements came or went. All indices change, but unchanged statements keep their meanings.
         return _assembled(
             lines,
@@ -200,11 +215,56 @@ class Analysis:
             self,
         )
 
+    def settled(self, most: int | None = None, until: int | None = None) -> Analysis:
+        """The analysis in which statements that wait are understood: up to `most` of them, up to the offset `until`.
+
+        They are taken in the order of the text, so that those near an edit come first.
+        """
+        last = len(self.offsets) if until is None else bisect_right(self.offsets, until) - 1
+        if not self.waiting or self.waiting[0] > last:
+            return self
+        meanings, waiting = list(self.meanings), list(self.waiting)
+        again: list[int] = []
+        while waiting and waiting[0] <= last and (most is None or len(again) < most):
+            index = heappop(waiting)
+            scope = _scope(self.statements[index], index, self.bindings, meanings)
+            if meanings[index].scope != tuple(scope.values()):
+                for user in self._understand(index, scope, meanings):
+                    heappush(waiting, user)
+                again.append(index)
+        return self._with_meanings(meanings, again, waiting, self.tempo)
+
+    def _understand(self, index: int, scope: Scope, meanings: list[Meaning]) -> Iterator[int]:
+        """Put what a statement means now into `meanings`. Yields the statements that use what it defines or defined."""
+        before = meanings[index]
+        now = meanings[index] = understand(self.statements[index], self.statement_ids[index], scope)
+        for name in {each.name for each in (before.definition, now.definition) if each}:
+            yield from self.bindings.users(name, index)
+
+    def _with_meanings(
+        self, meanings: Sequence[Meaning], again: Sequence[int], waiting: Sequence[int], tempo_before: Fraction
+    ) -> Analysis:
+        """The analysis with other meanings of the statements `again`."""
+        tempo = _tempo(self.tempos, meanings)
+        known, doubtful = (self.infeasible, again) if tempo == tempo_before else ({}, range(len(meanings)))
+        return dataclasses.replace(
+            self,
+            meanings=meanings,
+            faulty=self.faulty.difference(again).union(index for index in again if _is_faulty(meanings[index])),
+            uneven=self.uneven.difference(again).union(index for index in again if _is_uneven(meanings[index])),
+            infeasible=_infeasible(meanings, self.statements, self.cast, tempo, known, doubtful),
+            waiting=waiting,
+        )
+
     def with_robots(self, robots: Robots) -> Analysis:
         """The same program for other robots."""
         return dataclasses.replace(
             self, cast=robots, infeasible=_infeasible(self.meanings, self.statements, robots, self.tempo)
         )
+
+    @cached_property
+    def _scene_lengths(self) -> tuple[Sequence[Lengths], Sequence[Lengths]]:
+        return scene_lengths(list(self.parts.values()))
 
     @cached_property
     def _too_uneven(self) -> frozenset[int]:
@@ -329,6 +389,9 @@ class Analysis:
         takes = _counted(len(found.phrase.numbers), len(found.phrase.movements))
         given = f", not {_counted(len(numbers), len(movements))}" if numbers or movements else ""
         message = f"`{name.text}` takes {takes}{given}: write `{found.head}`"
+        if len(numbers) > len(found.phrase.numbers) and len(movements) < len(found.phrase.movements):
+            first = found.phrase.movements[0].name
+            message = f"`{name.text}` takes {takes}{given}: for a number, write `{first}` without brackets in its head"
         definer = self.bindings.definer(name.text, index)
         assert definer is not None
         head = self.statements[definer].heads[0].span.shifted(self.offsets[definer])
@@ -341,7 +404,7 @@ class Analysis:
         assert sign
         message = f"nothing uses `{head.text}`: use it below or remove this line"
         fixes = [Fix("Remove the definition", (Edit(self._whole_line(index), ""),))]
-        if statement.parameters:
+        if statement.parameters or not is_valid_robot(head.text):
             return Diagnostic("unused-name", head.span, message, tuple(fixes))
         fixes += replace(f"Play it: {head.text} $ …", sign.span, "$")
         if self._plays_nothing or head.text in self.cast.robots or is_like_a_robot(head.text):
@@ -433,66 +496,28 @@ def _assembled(
 def _with_others(
     old: Analysis, lines: LineIndex, offsets: Sequence[int], first: int, others: Sequence[Statement]
 ) -> Analysis:
-    """The analysis with these statements replaced from `first` on. Indices stay; only dependents are redone."""
+    """The analysis with these statements replaced from `first` on. Indices stay, and what depends on them waits."""
     changed = dict(enumerate(others, first))
     statements, statement_ids = list(old.statements), list(old.statement_ids)
     statements[first : first + len(others)] = others
     statement_ids[first : first + len(others)] = [next(_new_ids) for _ in others]
-    bindings = old.bindings.edited({index: old.statements[index] for index in changed}, changed)
-    meanings = list(old.meanings)
-    again = _understand_again(meanings, statements, statement_ids, bindings, changed)
-    tempos, scenes = old.tempos, old.scenes
     signs = {_sign(each) for index, statement in changed.items() for each in (statement, old.statements[index])}
-    if "BEAT" in signs:
-        tempos = _signed("BEAT", statements)
-    if "SCENE" in signs:
-        scenes = _signed("SCENE", statements)
-    tempo = _tempo(tempos, meanings)
-    known, doubtful = (old.infeasible, again) if tempo == old.tempo else ({}, range(len(statements)))
-    return dataclasses.replace(
+    replaced = dataclasses.replace(
         old,
         lines=lines,
         offsets=offsets,
         statements=statements,
         statement_ids=statement_ids,
-        meanings=meanings,
-        bindings=bindings,
-        tempos=tempos,
-        scenes=scenes,
-        faulty=old.faulty.difference(again).union(index for index in again if _is_faulty(meanings[index])),
-        uneven=old.uneven.difference(again).union(index for index in again if _is_uneven(meanings[index])),
-        infeasible=_infeasible(meanings, statements, old.cast, tempo, known, doubtful),
+        bindings=old.bindings.edited({index: old.statements[index] for index in changed}, changed),
+        tempos=_signed("BEAT", statements) if "BEAT" in signs else old.tempos,
+        scenes=_signed("SCENE", statements) if "SCENE" in signs else old.scenes,
     )
-
-
-def _understand_again(
-    meanings: list[Meaning],
-    statements: Sequence[Statement],
-    statement_ids: Sequence[int],
-    bindings: Bindings,
-    changed: Collection[int],
-) -> list[int]:
-    """Update the meanings of changed statements and all that depend on them, in text order. Returns their indices."""
-    again = []
-    waiting = list(changed)
+    meanings, waiting = list(old.meanings), [*old.waiting]
+    for index, statement in changed.items():
+        scope = _scope(statement, index, replaced.bindings, meanings)
+        waiting += replaced._understand(index, scope, meanings)
     heapify(waiting)
-    done = -1
-    while waiting:
-        index = heappop(waiting)
-        if index == done:
-            continue
-        done = index
-        before = meanings[index]
-        scope = _scope(statements[index], index, bindings, meanings)
-        if index not in changed and before.scope == tuple(scope.values()):
-            continue
-        meaning = meanings[index] = understand(statements[index], statement_ids[index], scope)
-        again.append(index)
-        for definition in (before.definition, meaning.definition):
-            if definition:
-                for user in bindings.users(definition.name, index):
-                    heappush(waiting, user)
-    return again
+    return replaced._with_meanings(meanings, [*changed], waiting, old.tempo)
 
 
 def _infeasible(

@@ -13,6 +13,7 @@ from improv_core.robots.config import Robots
 from improv_core.robots.limits import excess, unsupported
 from improv_core.score.movement import Movement, Peak
 from improv_core.score.profiles import Profile
+from improv_core.score.suppositions import with_all_sides
 from improv_core.score.walk import Moment, walk
 from improv_core.syntax.nodes import Statement
 from improv_core.text import Span
@@ -64,7 +65,7 @@ def _too_much(
     robot: str, statement: Statement, part: Movement, profile: Profile, tempo: Fraction
 ) -> Iterator[Diagnostic]:
     told: set[str] = set()  # report only the first item of each kind
-    for moment in islice(walk(part), MOST_MOMENTS):
+    for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
         if not moment.sources:
             continue  # a robot that waits in a canon
         for diagnostic in _about(moment, robot, statement, profile, tempo):

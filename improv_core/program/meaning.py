@@ -93,7 +93,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if body:
         if None in bound:
             unresolved = tuple(each for each in nodes.names(body) if each.text in scope and scope[each.text] is None)
-        if uses_phrases or statement.has_arguments:
+        if (uses_phrases or statement.has_arguments) and not statement.diagnostics:  # else they follow from the first
             misused = tuple(_misused(body, scope, statement.parameters))
         if sign.type == "EQUAL" and statement.has_canon:
             diagnostics += _misplaced(body)
@@ -102,6 +102,11 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     reader.reading.expansions.clear()  # a cycle of references: without it, memory is free at once
     found = tuple(diagnostics)
     return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
+
+
+def is_valid_robot(name: str) -> bool:
+    """Whether ROS 2 accepts a robot of this name."""
+    return bool(_ROBOT_NAME.fullmatch(name))
 
 
 def movement_of(node: Node, scope: Scope, robots: int) -> Movement:
@@ -133,7 +138,7 @@ def _robots(heads: Sequence[Token], diagnostics: list[Diagnostic]) -> tuple[str,
     for head in heads:
         if not head.text or _is_reserved(head, diagnostics):
             continue
-        if _ROBOT_NAME.fullmatch(head.text):
+        if is_valid_robot(head.text):
             robots[head.text] = None
             continue
         message = f"`{head.text}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
@@ -176,12 +181,13 @@ def _phrase(statement: Statement, body: Node | None, reader: Reader, diagnostics
             if parameter.name not in mentioned and parameter.name not in WORDS:
                 message = f"the movement does not use `{parameter.name}`: use it or remove it here"
                 diagnostics.append(Diagnostic("unused-name", parameter.token.span, message))
-    diagnostics += _settled(body, movements, reader)
-    return Phrase(parameters, body, reader.scope, reader)
+    dependent = _dependent(body, movements)
+    diagnostics += _settled(body, dependent, reader)
+    return Phrase(parameters, body, reader.scope, reader, len(dependent))
 
 
-def _settled(body: Node, movements: set[str], reader: Reader) -> Iterator[Diagnostic]:
-    """Read what mentions no parameter. Yields the hints about it."""
+def _dependent(body: Node, movements: set[str]) -> set[int]:
+    """The nodes that mention a parameter, by `id`."""
     dependent: set[int] = set()
 
     def depends(node: Node) -> bool:
@@ -192,17 +198,19 @@ def _settled(body: Node, movements: set[str], reader: Reader) -> Iterator[Diagno
             return True
         return False
 
-    def settle(node: Node) -> Iterator[Diagnostic]:
-        if id(node) not in dependent:
-            reader.movement(node)
-            yield from unperformed(node, reader)
-            return
-        reader.numbers(node)
-        for child in nodes.children(node):
-            yield from settle(child)
-
     depends(body)
-    yield from settle(body)
+    return dependent
+
+
+def _settled(node: Node, dependent: set[int], reader: Reader) -> Iterator[Diagnostic]:
+    """Read what mentions no parameter. Yields the hints about it."""
+    if id(node) not in dependent:
+        reader.movement(node)
+        yield from unperformed(node, reader)
+        return
+    reader.numbers(node)
+    for child in nodes.children(node):
+        yield from _settled(child, dependent, reader)
 
 
 def _misused(body: Node, scope: Scope, parameters: Sequence[Parameter]) -> Iterator[Name | Call]:

@@ -33,6 +33,8 @@ from improv_core.text import Span
 NOTHING = movement.series(())
 MOST_EXPANDED = 10_000
 """The most pairs of a phrase and its arguments that one statement may need."""
+MOST_READ = 100_000
+"""The most nodes that one statement may read in bodies of phrases."""
 MOST_KNOWN = 1_000
 """The most expansions of one phrase that are kept for other statements."""
 
@@ -40,13 +42,15 @@ MOST_KNOWN = 1_000
 @dataclass(frozen=True, slots=True, eq=False)
 class Phrase:
     """What a use of a phrase with parameters needs. `settled` has read the nodes in the body that mention no parameter:
-    they are the same in every use. `known` are expansions that need no arguments but numbers and no other phrases.
+    they are the same in every use, and `size` counts the others. `known` are expansions that need no arguments but
+    numbers and no other phrases.
     """
 
     parameters: tuple[Parameter, ...]
     body: Node
     scope: Scope
     settled: Reader
+    size: int
     known: dict[tuple[Fraction, ...], Expansion] = field(default_factory=dict)
 
     @property
@@ -133,12 +137,14 @@ class Reading:
     """What all readers of one statement share.
 
     `robot` is the place of the robot that plays among the `robots` of the line, for `canon`. `too_much` is
-    set to a code and a message once phrases need too much, and then none is expanded any more.
+    set to a code and a message once phrases need too much, and then none is expanded any more. `read` counts the nodes
+    that were read in bodies of phrases.
     """
 
     robot: int = 0
     robots: int = 0
     too_much: tuple[str, str] | None = None
+    read: int = 0
     expansions: dict[tuple[object, ...], Expansion] = field(default_factory=dict)
 
 
@@ -148,7 +154,8 @@ class Reader:
 
     `made` holds the movements of all nodes except primitives, by `id`. `found` are the diagnostics in the statement,
     and `faults` those that depend on the arguments of the phrase. `level` is how deeply the node being read is nested,
-    through phrases, and `deepest` the deepest level so far.
+    through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, without which
+    the statement can still be read.
     """
 
     scope: Scope
@@ -160,6 +167,7 @@ class Reader:
     deepest: int = 0
     made: dict[int, Movement] = field(default_factory=dict)
     calls: dict[int, Expansion] = field(default_factory=dict)
+    removable: set[int] = field(default_factory=set)
     found: list[Diagnostic] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
 
@@ -262,7 +270,7 @@ class Reader:
                 self.deepest = self.level
             made = self._too_deep() if self.deepest > DEEPEST else self._made(node)
             self.level -= 1
-        if made.open and made.depth > MOST_DEPTH:
+        if made.bounds.open and made.depth > MOST_DEPTH:
             message = f"what senses decide is nested more than {MOST_DEPTH} levels deep here: use fewer"
             self.report(Diagnostic("too-deep", node.span, message), node)
             return NOTHING
@@ -279,6 +287,7 @@ class Reader:
 
     def _made(self, node: Node) -> Movement:
         if isinstance(node, nodes.Series):
+            self.removable.update(id(each) for each in node.items if isinstance(each, nodes.Bracket) and not each.body)
             items = [self.movement(item) for item in node.items]
             return movement.series(items) if len(items) < FEW or self._add_up(node, items) else NOTHING
         if isinstance(node, nodes.Apply):
@@ -339,6 +348,9 @@ class Reader:
         made = self.movement(node)
         height = self.deepest - self.level
         self.deepest = max(before, self.deepest)
+        passed_on = self.given.movements.get(node.text) if isinstance(node, Name) else None
+        if passed_on:  # as it is: wherever a parameter is passed on, it is the same argument, and expanded once
+            return passed_on
         return Argument(made, self.items(node), self.statement, height)
 
     def _expanded(
@@ -357,6 +369,10 @@ class Reader:
             return known
         if len(reading.expansions) >= MOST_EXPANDED:
             message = f"phrases within phrases need more than {MOST_EXPANDED:,} parts here: use fewer"
+            reading.too_much = ("too-large", message)
+        reading.read += phrase.size
+        if reading.read > MOST_READ:
+            message = f"the phrases used here have more than {MOST_READ:,} words together: use fewer or shorter ones"
             reading.too_much = ("too-large", message)
         named_numbers = {each.name: value for each, value in zip(phrase.numbers, numbers, strict=True)}
         named_movements = {each.name: argument for each, argument in zip(phrase.movements, arguments, strict=True)}
@@ -402,14 +418,16 @@ class Reader:
     def _bracketed(self, node: nodes.Bracket) -> Movement:
         if node.body is None:
             message = f"`{'[]' if node.squeezes else '()'}` is empty: write a movement in it or remove it"
-            self.report(Diagnostic("empty-group", node.span, message, replace("Remove it", node.span, "")), node)
+            fixes = replace("Remove it", node.span, "") if id(node) in self.removable else ()
+            self.report(Diagnostic("empty-group", node.span, message, fixes), node)
             return NOTHING
         if not node.squeezes:
             return self.movement(node.body)
         voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
         paced = [movement.pace(self.movement(voice), Fraction(nodes.items(voice))) for voice in voices]
         made = self._together(node, paced)
-        if made.duration not in (0, 1) and not made.open:
+        is_a_beat = made.open or made.duration in (0, 1)
+        if not is_a_beat and all(self.scope.get(each.text, self) for each in nodes.names(node)):
             long = "never ends" if made.duration == ENDLESS else f"takes {made.duration} beats, not one"
             self.report(Diagnostic("bracket-not-a-beat", node.span, f"this bracket {long}"), node)
         return made

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
-from improv_core.program.compiler import score_of
 from improv_core.program.timing import in_beats, lasting
+from improv_core.score.lengths import Lengths
 from improv_core.text import LineIndex, Position
 
 
@@ -71,12 +71,12 @@ def as_json(analysis: Analysis) -> list[Mapping[str, Any]]:
 
 def summary(analysis: Analysis) -> str:
     """A one-line summary of what plays: `turtle1 8 beats · turtle2 ∞, 16.0 s at beat 30`."""
-    score = score_of(analysis)
-    robots = " · ".join(f"{name} {in_beats(part.movement.duration)}" for name, part in score.parts.items())
-    whole = max((part.movement for part in score.parts.values()), key=lambda part: part.duration, default=None)
-    if whole is None:
+    parts = analysis.lengths
+    robots = " · ".join(f"{name} {in_beats(length)}" for name, length in parts.items())
+    if not parts:
         return "no robot plays"
-    return f"{robots}, {lasting(whole, analysis.tempo)}"
+    shortest, longest = (max(each[place] for each in parts.values()) for place in (0, 1))
+    return f"{robots}, {lasting(Lengths(shortest, longest, False), analysis.tempo)}"
 
 
 def outcome(transport: Mapping[str, Any] | None, poses: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,21 +3,39 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
+from itertools import islice
 
 from improv_core.robots.limits import top_speed
+from improv_core.score.lengths import Lengths
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Movement, brief
 from improv_core.score.path import MOST_MEASURED_THROWS, extent, pose_at
 from improv_core.score.profiles import Profile
+from improv_core.score.reactions import reactions
 from improv_core.score.score import Part
 
 
-def in_beats(duration: Duration) -> str:
-    """`1 beat`, `3.5 beats`, `7/3 beats`, `∞`."""
-    if duration == ENDLESS:
+def in_beats(length: Duration | Lengths) -> str:
+    """`1 beat`, `3.5 beats`, `∞`; if senses decide: `2 to 5 beats`, `at most 8 beats`, `4 beats or more`."""
+    if isinstance(length, Lengths):
+        return _ranged(length, in_beats) or "any number of beats"
+    if length == ENDLESS:
         return "∞"
-    return f"{written(Fraction(duration))} beat{'' if duration == 1 else 's'}"
+    return f"{written(Fraction(length))} beat{'' if length == 1 else 's'}"
+
+
+def _ranged(length: Lengths, write: Callable[[Duration], str]) -> str:
+    """`2 to 5 beats`; empty if everything is possible."""
+    shortest, longest = length.shortest, length.longest
+    if shortest == longest:
+        return write(longest)
+    if longest == ENDLESS:
+        return f"{write(shortest)} or more" if shortest else ""
+    if not shortest:
+        return f"at most {write(longest)}"
+    return f"{write(shortest).split()[0]} to {write(longest)}"
 
 
 def written(value: Fraction) -> str:
@@ -27,8 +45,13 @@ def written(value: Fraction) -> str:
     return f"{float(value):.3f}".rstrip("0").rstrip(".") if value.denominator > 1 else str(value.numerator)
 
 
-def in_seconds(duration: Duration, tempo: Fraction) -> str:
-    """`4.0 s`, or a longer unit if that reads better."""
+def in_seconds(length: Duration | Lengths, tempo: Fraction) -> str:
+    """`4.0 s`, or a longer unit if that reads better; `endless`; if senses decide: `2.0 to 5.0 s`."""
+    if isinstance(length, Lengths):
+        return _ranged(length, lambda each: in_seconds(each, tempo)) or "any time"
+    if length == ENDLESS:
+        return "endless"
+    duration = length
     total = float(duration * 60 / tempo)
     if total < 120:
         return f"{total:.1f} s" if total >= 1 or total == 0 else f"{total:.2f} s"
@@ -39,15 +62,29 @@ def in_seconds(duration: Duration, tempo: Fraction) -> str:
     return f"{total / 86_400:,.0f} days"
 
 
-def lasting(movement: Movement, tempo: Fraction) -> str:
+def lasting(length: Lengths, tempo: Fraction) -> str:
     """`16.0 s at beat 30`, `endless at beat 30`."""
-    length = "endless" if movement.duration == ENDLESS else in_seconds(movement.duration, tempo)
-    return f"{length} at beat {written(tempo)}"
+    return f"{in_seconds(length, tempo)} at beat {written(tempo)}"
 
 
-def timing(movement: Movement, tempo: Fraction) -> str:
+def timing(length: Lengths, tempo: Fraction) -> str:
     """`8 beats, 16.0 s at beat 30`."""
-    return f"{in_beats(movement.duration)}, {lasting(movement, tempo)}"
+    if not length.shortest and length.longest == ENDLESS:
+        return in_beats(length)
+    return f"{in_beats(length)}, {lasting(length, tempo)}"
+
+
+MOST_CONDITIONS = 3
+"""The most words of senses that are listed."""
+
+
+def deciding(movement: Movement) -> str:
+    """Which words decide how long an open movement lasts: `until near and pause bump decide`; empty if it is closed."""
+    words = dict.fromkeys(str(each) for each in islice(reactions(movement), MOST_MOMENTS))
+    shown = [f"`{word}`" for word in list(words)[:MOST_CONDITIONS]]
+    if len(words) > MOST_CONDITIONS:
+        shown.append("others")
+    return f"{' and '.join(shown)} decide{'s' if len(shown) == 1 else ''}" if shown else ""
 
 
 MOST_MOMENTS = 1_000

@@ -103,7 +103,7 @@ def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counte
 
 def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node, _Window, bool]]:
     """The nodes directly in a node that are reached, the part of each that plays, and whether its items are counted."""
-    if reader.movement_made(node).open:
+    if window.start and reader.movement_made(node).bounds.open:
         window = window.part(0, window.end)  # nobody knows what is over at its start
     if isinstance(node, nodes.Series):
         for item, begin, end in _timed(node, reader):
@@ -190,21 +190,26 @@ def _timed(node: nodes.Series, reader: Reader) -> Iterator[tuple[Node, Duration,
     begin: Duration = 0
     latest: Duration = 0
     for item in node.items:
-        latest += _latest(item, reader)
-        yield item, begin, latest
-        begin += _earliest(item, reader)
+        made = reader.movement_made(item)
+        if made.bounds.open:
+            earliest, longest, _ = lengths(made)
+        else:
+            earliest = longest = made.duration
+        end = latest + longest
+        yield item, begin, end
+        begin, latest = end if begin is latest and earliest is longest else begin + earliest, end
 
 
 def _earliest(node: Node, reader: Reader) -> Duration:
     """How many beats a node lasts at least."""
     made = reader.movement_made(node)
-    return lengths(made).shortest if made.open else made.duration
+    return lengths(made).shortest if made.bounds.open else made.duration
 
 
 def _latest(node: Node, reader: Reader) -> Duration:
     """How many beats a node lasts at most."""
     made = reader.movement_made(node)
-    return lengths(made).longest if made.open else made.duration
+    return lengths(made).longest if made.bounds.open else made.duration
 
 
 def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:
@@ -222,7 +227,7 @@ def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | Non
         return None
     end = min(window.end, whole)
     word = node.word.text
-    if reader.movement_made(node).open:
+    if reader.movement_made(node).bounds.open:
         return window if node.condition else window.part(0, ENDLESS)
     if word in ("reverse", "retrograde"):
         return window.part(whole - end, whole - window.start)

@@ -7,16 +7,18 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import Any, cast
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.robots.ros_names import full_name, node_name, ros_name
+from improv_core.robots.schema import known
 from improv_core.robots.senses import read_senses
-from improv_core.robots.toml_reading import Range, TomlReading, listed
-from improv_core.robots.toml_text import Keys, read_toml
+from improv_core.robots.toml_positions import Keys
+from improv_core.robots.toml_reading import TomlReading, listed
+from improv_core.robots.toml_text import read_toml
 from improv_core.robots.world import read_world
 from improv_core.score.motion import Pose
-from improv_core.score.profiles import BUILT_IN, DEFAULT, DYNAMICS, MESSAGES, MOTIONS, Profile
+from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, Profile
 from improv_core.score.score import Deadman, Rejoin, Safety
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
 from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
@@ -94,10 +96,10 @@ class Robots:
 def read_robots(text: str, path: Path | None = None) -> Robots:
     """Read the text of an `improv.toml`. Never raises; errors are in `diagnostics`, in the order of the text."""
     toml = read_toml(text)
-    reading = _RobotsReading(toml.entries, list(toml.diagnostics))
-    sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.data, _SECTIONS).items()}
+    reading = _RobotsReading(toml, list(toml.diagnostics))
+    sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.data).items()}
     profiles = reading.profiles(sections.get("profiles", {}))
-    ros = reading.table(("ros",), sections.get("ros", {}), _ROS_KEYS)
+    ros = reading.table(("ros",), sections.get("ros", {}))
     namespace = ros_name(reading, ("ros", "namespace"), ros, "") or ""
     use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
     safety = reading.safety(ros, namespace)
@@ -141,32 +143,7 @@ def _topic(namespace: str, robot: str) -> str:
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # a token of a ROS 2 topic
 
-# The ranges catch typical errors: 0, millimeters, an angle in radians.
-_START: Mapping[str, Range] = {
-    "x": ("meters", -1000, 1000),
-    "y": ("meters", -1000, 1000),
-    "heading": ("degrees", -360, 360),
-}
-_MEASURES: Mapping[str, Range] = {
-    "step": ("meters", 0.001, 100),
-    "quarter_turn": ("degrees", 45, 135),
-    "max_linear": ("m/s", 0.001, 100),
-    "max_angular": ("rad/s", 0.001, 100),
-    "max_linear_acceleration": ("m/s²", 0.001, 1000),
-    "max_angular_acceleration": ("rad/s²", 0.001, 1000),
-    "command_rate": ("Hz", 1, 200),
-    "radius": ("meters", 0.001, 100),
-    "noise": ("shares of the speed", 0, 0.5),
-    "near": ("meters", 0.001, 100),
-}
-_WHEEL_ERROR = (0.5, 1.5)
 _MOTORS_ONLY = ("wheel_error", "noise")
-_SECTIONS = ("robots", "profiles", "ros", "world", "senses")
-_ROS_KEYS = ("namespace", "node", "use_sim_time", "stop", "deadman", "rejoin")
-_DEADMAN_KEYS = ("topic", "button")
-_MOST_BUTTON = 99
-_ROBOT_KEYS = ("profile", "start", "topic", "message", "reset")
-_PROFILE_KEYS = ("base", *_MEASURES, "motions", "message", "dynamics", "wheel_error")
 
 
 class _RobotsReading(TomlReading):
@@ -177,7 +154,7 @@ class _RobotsReading(TomlReading):
     ) -> dict[str, Robot]:
         made = {}
         for name, value in tables.items():
-            robot = self.robot(name, self.table(("robots", name), value, _ROBOT_KEYS), profiles, namespace)
+            robot = self.robot(name, self.table(("robots", name), value), profiles, namespace)
             if not _NAME.fullmatch(name):
                 message = f"`{name}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
                 self.at_key(("robots", name), message)
@@ -197,37 +174,35 @@ class _RobotsReading(TomlReading):
         kind = self.one_of((*keys, "profile"), table, profiles)
         profile = profiles[kind] if kind else DEFAULT
         start = self.start((*keys, "start"), table["start"]) if "start" in table else None
-        message = self.one_of((*keys, "message"), table, MESSAGES) or profile.message
+        message = self.one_of((*keys, "message"), table) or profile.message
         topic = ros_name(self, (*keys, "topic"), table, namespace) or _topic(namespace, name)
         return Robot(profile, start, topic, message, ros_name(self, (*keys, "reset"), table, namespace))
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
-        rejoin = self.one_of(("ros", "rejoin"), ros, get_args(Rejoin)) or Safety().rejoin
+        rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin
         deadman = self.deadman(ros["deadman"], namespace) if "deadman" in ros else None
         return Safety(ros_name(self, ("ros", "stop"), ros, namespace), deadman, cast(Rejoin, rejoin))
 
     def deadman(self, value: Any, namespace: str) -> Deadman | None:
         keys = ("ros", "deadman")
-        if not isinstance(value, dict) or not value.keys() >= {*_DEADMAN_KEYS}:
+        if not isinstance(value, dict) or not value.keys() >= {"topic", "button"}:
             self.at_value(keys, 'write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`')
             return None
-        table = self.table(keys, value, _DEADMAN_KEYS)
-        topic, button = ros_name(self, (*keys, "topic"), table, namespace), table["button"]
-        if type(button) is not int or not 0 <= button <= _MOST_BUTTON:
-            self.at_value((*keys, "button"), f"write `button` as a whole number from 0 to {_MOST_BUTTON}")
-            return None
-        return Deadman(topic, button) if topic else None
+        table = self.table(keys, value)
+        topic = ros_name(self, (*keys, "topic"), table, namespace)
+        button = self.integer((*keys, "button"), table["button"])
+        return Deadman(topic, button) if topic and button is not None else None
 
     def start(self, keys: Keys, value: Any) -> Pose | None:
         if not isinstance(value, dict):
             self.at_value(keys, "write `start` in meters and degrees: `{ x = 1.5, y = 0, heading = 90 }`")
             return None
-        found = self.numbers(keys, self.table(keys, value, tuple(_START)), _START)
+        found = self.numbers(keys, self.table(keys, value))
         return Pose(found.get("x", 0.0), found.get("y", 0.0), heading=math.radians(found.get("heading", 0.0)))
 
     def profiles(self, tables: Mapping[str, Any]) -> dict[str, Profile]:
         """All profiles, including the built-in ones. Each is made after its base."""
-        own = {name: self.table(("profiles", name), value, _PROFILE_KEYS) for name, value in tables.items()}
+        own = {name: self.table(("profiles", name), value) for name, value in tables.items()}
         known = dict.fromkeys([*BUILT_IN, *own])
         made = dict(BUILT_IN)
         for first in own:
@@ -256,12 +231,12 @@ class _RobotsReading(TomlReading):
 
     def profile(self, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
         keys = ("profiles", name)
-        changes: dict[str, Any] = self.numbers(keys, table, _MEASURES)
+        changes: dict[str, Any] = self.numbers(keys, table)
         if "quarter_turn" in changes:
             changes["quarter_turn"] = math.radians(changes["quarter_turn"])
         motions = self.motions((*keys, "motions"), table["motions"]) if "motions" in table else ()
-        for word, known in (("message", MESSAGES), ("dynamics", DYNAMICS)):
-            if written := self.one_of((*keys, word), table, known):
+        for word in ("message", "dynamics"):
+            if written := self.one_of((*keys, word), table):
                 changes[word] = written
         if "wheel_error" in table:
             changes["wheel_error"] = self.wheel_error((*keys, "wheel_error"), table["wheel_error"])
@@ -273,7 +248,8 @@ class _RobotsReading(TomlReading):
         return profile
 
     def wheel_error(self, keys: Keys, value: Any) -> tuple[float, float]:
-        least, most = _WHEEL_ERROR
+        key = known(keys)
+        least, most = key.least, key.most
         if isinstance(value, list) and len(value) == 2:
             left, right = value
             if all(type(wheel) in (int, float) and least <= wheel <= most for wheel in value):

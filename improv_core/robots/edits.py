@@ -1,4 +1,4 @@
-"""Writes start poses into the text of an `improv.toml` and leaves everything else unchanged."""
+"""Writes start poses and robots into the text of an `improv.toml` and leaves everything else unchanged."""
 
 from __future__ import annotations
 
@@ -30,10 +30,30 @@ def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | 
         made = made[: edit.span.start] + edit.text + made[edit.span.end :]
     missing = [name for name in dict.fromkeys([*(() if robots else cast), *starts]) if name not in robots]
     if missing:
-        made += "" if not made else line_end if made.endswith("\n") else 2 * line_end
+        made += _gap(made, line_end)
         made += line_end.join(_section(name, starts.get(name), line_end) for name in missing)
     # TOML has many ways to write the same thing, so check that the new text means what it should.
     return made if read_toml(made).data == _expected(toml.data, robots, missing, starts) else None
+
+
+def add(text: str, robot: str) -> Edit | None:
+    """The edit that adds a robot at the end, of the profile that all listed ones have, if they have one.
+
+    None if the file can't be read or has the robot already.
+    """
+    toml = read_toml(text)
+    robots = toml.data.get("robots", {})
+    if toml.diagnostics or not isinstance(robots, dict) or robot in robots:
+        return None
+    line_end = "\r\n" if "\r\n" in text else "\n"
+    kinds = {table.get("profile") if isinstance(table, dict) else None for table in robots.values()}
+    profile = kinds.pop() if len(kinds) == 1 else None
+    line = f'profile = "{profile}"{line_end}' if isinstance(profile, str) and profile.isidentifier() else ""
+    written = _gap(text, line_end) + _section(robot, None, line_end) + line
+    # The section may not be possible after what is there, such as `robots = {}`.
+    if read_toml(text + written).diagnostics:
+        return None
+    return Edit(Span(len(text), len(text)), written)
 
 
 def inline(start: Start) -> str:
@@ -44,11 +64,16 @@ def inline(start: Start) -> str:
 
 def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) -> Edit | None:
     """The edit that sets the start pose of a listed robot."""
-    if known := toml.entries.get(("robots", robot, "start")):
+    if known := toml.positions.entries.get(("robots", robot, "start")):
         return Edit(known.value, inline(start)) if text[known.value.start] == "{" else None
-    end = text.find("\n", toml.entries["robots", robot].key.end)
+    end = text.find("\n", toml.positions.entries["robots", robot].key.end)
     line = f"start = {inline(start)}{line_end}"
     return Edit(Span(end + 1, end + 1), line) if end >= 0 else Edit(Span(len(text), len(text)), f"{line_end}{line}")
+
+
+def _gap(text: str, line_end: str) -> str:
+    """What separates a new section from the text before it."""
+    return "" if not text else line_end if text.endswith("\n") else 2 * line_end
 
 
 def _section(robot: str, start: Start | None, line_end: str) -> str:

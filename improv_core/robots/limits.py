@@ -12,6 +12,7 @@ from improv_core.score import movement as algebra
 from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import MOTIONS, Profile
 from improv_core.score.ramps import Ramp
+from improv_core.score.suppositions import with_all_sides
 from improv_core.score.walk import walk
 
 _LONGEST_FRACTION = 4
@@ -52,9 +53,10 @@ def speed(velocity: Velocity, profile: Profile, tempo: Fraction) -> Speed:
 def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) -> Speed | None:
     """The largest speeds in a movement; None if it has voices or ramps with more moments than `most`.
 
-    What dice may choose counts, whether they do or not. As in `path.extent`, each part is visited once, no matter how
-    often it repeats.
+    What dice and senses may choose counts, whether they do or not. As in `path.extent`, each part is visited once, no
+    matter how often it repeats.
     """
+    movement = with_all_sides(movement)
     known: dict[int, Speed | None] = {}
     waiting = [movement]
     while waiting:

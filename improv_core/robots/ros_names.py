@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading
-from improv_core.robots.toml_text import Keys
 
 _NODE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # as in rmw's validate_node_name.c
 _LONGEST_NODE_NAME = 200  # there 255, but the names of services come after it

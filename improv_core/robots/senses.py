@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Mapping
-from typing import Any, cast, get_args
+from typing import Any, cast
 
 from improv_core.robots.ros_names import ros_name
+from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import Range, TomlReading
-from improv_core.robots.toml_text import Keys
 from improv_core.score.senses import CUE, Key, Message, Source, Topic
 from improv_core.syntax.vocabulary import WORDS
 
 _NAME = re.compile(r"[^\W\d]\w*")
-KEYS = ("topic", "message", "below", "above", "from", "to", "button", "timeout", "key")
 _LIMITS: Mapping[str, Range] = {
     "sensor_msgs/LaserScan": ("meters", 0, 1000),
     "sensor_msgs/Range": ("meters", 0, 1000),
@@ -31,9 +30,6 @@ _ONLY: Mapping[str, Collection[str]] = {
 }
 """The messages that a key is for, if not for all."""
 _ON_CHANGE = ("std_msgs/Bool", "sensor_msgs/Joy")  # often published only when something changes
-_SECTOR: Mapping[str, Range] = {"from": ("degrees", -360, 360), "to": ("degrees", -360, 360)}
-_TIMEOUT: Range = ("seconds", 0.05, 60)
-_MOST_BUTTON = 99
 
 
 def read_senses(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, Source]:
@@ -41,7 +37,7 @@ def read_senses(reading: TomlReading, tables: Mapping[str, Any]) -> dict[str, So
     made: dict[str, Source] = {}
     for name, value in tables.items():
         keys = ("senses", name)
-        table = reading.table(keys, value, KEYS)
+        table = reading.table(keys, value)
         if not _NAME.fullmatch(name) or name in WORDS:
             reading.at_key(keys, f"`{name}` can't be the name of a sense: use a word of your own")
         elif name == CUE:
@@ -63,7 +59,7 @@ def _source(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> Sourc
         reading.at_key((*keys, "topic"), "add `message`, the type on this topic, such as `std_msgs/Bool`")
         return None
     topic = ros_name(reading, (*keys, "topic"), table, "")
-    message = reading.one_of((*keys, "message"), table, get_args(Message))
+    message = reading.one_of((*keys, "message"), table)
     return _topic(reading, keys, table, cast(Message, message)) if topic and message else None
 
 
@@ -81,35 +77,29 @@ def _topic(reading: TomlReading, keys: Keys, table: Mapping[str, Any], message: 
     allowed = {name: value for name, value in table.items() if message in _ONLY.get(name, (message,))}
     limits: Mapping[str, float] = {}
     if message in _LIMITS:
-        unit, least, most = _LIMITS[message]
-        limits = reading.numbers(keys, allowed, dict.fromkeys(("below", "above"), (unit, least, most)))
         written = [name for name in ("below", "above") if name in allowed]
+        numbers = {name: reading.number((*keys, name), allowed[name], _LIMITS[message]) for name in written}
+        limits = {name: number for name, number in numbers.items() if number is not None}
         if not written:
-            reading.at_value((*keys, "message"), f"add `below` or `above`, a limit in {unit}")
+            reading.at_value((*keys, "message"), f"add `below` or `above`, a limit in {_LIMITS[message][0]}")
         elif len(written) == 2:
             reading.at_key((*keys, "above"), "write `below` or `above`, not both")
         if len(written) != 1 or not limits:
             return None
     sector = _sector(reading, keys, allowed)
-    button, timeout = _button(reading, keys, allowed), _timeout(reading, keys, allowed, message)
+    button = reading.integer((*keys, "button"), allowed["button"]) if "button" in allowed else None
+    timeout = _timeout(reading, keys, allowed, message)
     return Topic(allowed["topic"], message, limits.get("below"), limits.get("above"), *sector, button, timeout)
 
 
 def _sector(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> tuple[float, float]:
-    found = {"from": -180.0, "to": 180.0, **reading.numbers(keys, table, _SECTOR)}
+    numbers = reading.numbers(keys, {name: table[name] for name in ("from", "to") if name in table})
+    found = {"from": -180.0, "to": 180.0, **numbers}
     start, end = found["from"], found["to"]
     if not start <= end <= start + 360:
         name = "from" if "from" in table else "to"
         reading.at_value((*keys, name), "`from` must be less than `to`, by at most 360: degrees count counterclockwise")
     return math.radians(start), math.radians(end)
-
-
-def _button(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> int | None:
-    button = table.get("button")
-    if button is None or (type(button) is int and 0 <= button <= _MOST_BUTTON):
-        return button
-    reading.at_value((*keys, "button"), f"write `button` as a whole number from 0 to {_MOST_BUTTON}")
-    return None
 
 
 def _timeout(reading: TomlReading, keys: Keys, table: Mapping[str, Any], message: Message) -> float:
@@ -118,5 +108,5 @@ def _timeout(reading: TomlReading, keys: Keys, table: Mapping[str, Any], message
         return default
     if table["timeout"] == 0 and message in _ON_CHANGE and not isinstance(table["timeout"], bool):
         return 0.0
-    found = reading.number((*keys, "timeout"), table["timeout"], _TIMEOUT)
+    found = reading.number((*keys, "timeout"), table["timeout"])
     return default if found is None else found

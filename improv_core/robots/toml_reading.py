@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
-from improv_core.diagnostics import Diagnostic
-from improv_core.robots.toml_text import Entry, Keys
+from improv_core.diagnostics import Diagnostic, Fix, replace
+from improv_core.robots.schema import find, known
+from improv_core.robots.toml_positions import Keys
+from improv_core.robots.toml_text import TomlText
 from improv_core.text import Span
 
 Range = tuple[str, float, float]
@@ -17,9 +19,9 @@ Range = tuple[str, float, float]
 
 @dataclass(frozen=True, slots=True)
 class TomlReading:
-    """Reads values by their keys. The public methods never raise; they add to `diagnostics`."""
+    """Reads values by their keys, as the schema says. The public methods never raise; they add to `diagnostics`."""
 
-    entries: Mapping[Keys, Entry]
+    toml: TomlText
     diagnostics: list[Diagnostic]
 
     def flag(self, keys: Keys, table: Mapping[str, Any]) -> bool:
@@ -29,25 +31,36 @@ class TomlReading:
         self.at_value(keys, f"write `{keys[-1]}` as `true` or `false`")
         return False
 
-    def number(self, keys: Keys, value: Any, allowed: Range) -> float | None:
-        unit, least, most = allowed
+    def number(self, keys: Keys, value: Any, allowed: Range | None = None) -> float | None:
+        """A number in the range that is `allowed`, by default the schema's."""
+        unit, least, most = allowed or _range(keys)
         if isinstance(value, int | float) and not isinstance(value, bool) and least <= value <= most:
             return float(value)
         what = "this" if isinstance(keys[-1], int) else f"`{keys[-1]}`"
         self.at_value(keys, f"write {what} in {unit}, from {least} to {most}")
         return None
 
-    def numbers(self, keys: Keys, table: Mapping[str, Any], ranges: Mapping[str, Range]) -> dict[str, float]:
+    def numbers(self, keys: Keys, table: Mapping[str, Any]) -> dict[str, float]:
         """The valid numbers in a table."""
-        names = [name for name in table if name in ranges]
-        found = {name: self.number((*keys, name), table[name], ranges[name]) for name in names}
+        names = [name for name in table if (key := find((*keys, name))) and key.type == "number"]
+        found = {name: self.number((*keys, name), table[name]) for name in names}
         return {name: number for name, number in found.items() if number is not None}
 
-    def one_of(self, keys: Keys, table: Mapping[str, Any], known: Collection[str]) -> str | None:
+    def integer(self, keys: Keys, value: Any) -> int | None:
+        _, least, most = _range(keys)
+        if type(value) is int and least <= value <= most:
+            return value
+        self.at_value(keys, f"write `{keys[-1]}` as a whole number from {least} to {most}")
+        return None
+
+    def one_of(self, keys: Keys, table: Mapping[str, Any], among: Collection[str] = ()) -> str | None:
+        """One of these words, by default of the schema's choices."""
         word = self.text(keys, table)
-        if word is None or word in known:
+        words = among or known(keys).choices
+        if word is None or word in words:
             return word
-        self.at_value(keys, _unknown(word, known))
+        message, near = _unknown(word, words)
+        self.at_value(keys, message, near and f'"{near}"')
         return None
 
     def text(self, keys: Keys, table: Mapping[str, Any]) -> str | None:
@@ -57,30 +70,40 @@ class TomlReading:
         self.at_value(keys, f"write `{keys[-1]}` as text, in quotes")
         return None
 
-    def table(self, keys: Keys, value: Any, known: Collection[str] = ()) -> dict[str, Any]:
-        """The entries of a table with `known` keys, or all of them if `known` is empty."""
+    def table(self, keys: Keys, value: Any) -> dict[str, Any]:
+        """The entries of a table that the schema has, or all of them if people choose the names."""
         if not isinstance(value, dict):
             self.at_value(keys, f"write `{keys[-1]}` as a section: `[{'.'.join(map(str, keys))}]`")
             return {}
-        unknown = [key for key in value if known and key not in known]
-        for key in unknown:
-            self.at_key((*keys, key), _unknown(key, known))
-        return {key: inner for key, inner in value.items() if key not in unknown}
+        names = known(keys).keys
+        unknown = [name for name in value if names and name not in names]
+        for name in unknown:
+            self.at_key((*keys, name), *_unknown(name, names))
+        return {name: inner for name, inner in value.items() if name not in unknown}
 
-    def at_key(self, keys: Keys, message: str) -> None:
-        self._report(self.entries[keys].key, message)
+    def at_key(self, keys: Keys, message: str, fixed: str = "") -> None:
+        """Report a key; `fixed` is what it should probably be."""
+        self._report(self.toml.positions.nearest(keys).key, message, fixed)
 
-    def at_value(self, keys: Keys, message: str) -> None:
-        self._report(self.entries[keys].value, message)
+    def at_value(self, keys: Keys, message: str, fixed: str = "") -> None:
+        """Report a value; `fixed` is what it should probably be."""
+        self._report(self.toml.positions.nearest(keys).value, message, fixed)
 
-    def _report(self, span: Span, message: str) -> None:
-        self.diagnostics.append(Diagnostic("robots", span, message))
+    def _report(self, span: Span, message: str, fixed: str) -> None:
+        fixes: tuple[Fix, ...] = replace(f"Change to {fixed}", span, fixed) if fixed else ()
+        self.diagnostics.append(Diagnostic("robots", span, message, fixes))
 
 
-def _unknown(word: str, known: Collection[str]) -> str:
+def _range(keys: Keys) -> Range:
+    key = known(keys)
+    return key.unit, key.least, key.most
+
+
+def _unknown(word: str, known: Collection[str]) -> tuple[str, str]:
+    """What is wrong with a word, and the one that was probably meant, or an empty one."""
     near = get_close_matches(word, known, n=1) or get_close_matches(word.lower(), known, n=1)
     hint = f"did you mean `{near[0]}`?" if near else f"write one of {listed(known)}"
-    return f"`{word}` is not valid here: {hint}"
+    return f"`{word}` is not valid here: {hint}", near[0] if near else ""
 
 
 def listed(words: Collection[str]) -> str:

@@ -6,39 +6,19 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from improv_core.robots.toml_reading import Range, TomlReading
-from improv_core.robots.toml_text import Keys
+from improv_core.robots.schema import known
+from improv_core.robots.toml_positions import Keys
+from improv_core.robots.toml_reading import TomlReading
 from improv_core.score.world import Box, Circle, Wall, World
-
-_KEYS = ("size", "walls", "circles", "boxes")
-_PLACE: Range = ("meters", -1000, 1000)
-_LENGTH: Range = ("meters", 0.001, 1000)
-_CIRCLE: Mapping[str, Range] = {"x": _PLACE, "y": _PLACE, "radius": _LENGTH}
-_BOX: Mapping[str, Range] = {
-    "x": _PLACE,
-    "y": _PLACE,
-    "width": _LENGTH,
-    "height": _LENGTH,
-    "heading": ("degrees", -360, 360),
-}
 
 
 def read_world(reading: TomlReading, value: Any) -> World:
     """The valid content of the section as a world. Errors are reported."""
-    table = reading.table(("world",), value, _KEYS)
-    size = _numbers(reading, ("world", "size"), table["size"], 2, _LENGTH, "[6, 4]") if "size" in table else None
-    walls = [
-        _numbers(reading, keys, item, 4, _PLACE, "[0, 0, 2, 0]: from x, y to x, y")
-        for keys, item in _items(reading, table, "walls")
-    ]
-    circles = [
-        _obstacle(reading, keys, item, _CIRCLE, ("radius",), "{ x = 1, y = 0, radius = 0.3 }")
-        for keys, item in _items(reading, table, "circles")
-    ]
-    boxes = [
-        _obstacle(reading, keys, item, _BOX, ("width", "height"), "{ x = 1, y = 0, width = 0.5, height = 1 }")
-        for keys, item in _items(reading, table, "boxes")
-    ]
+    table = reading.table(("world",), value)
+    size = _numbers(reading, ("world", "size"), table["size"]) if "size" in table else None
+    walls = [_numbers(reading, keys, item, ": from x, y to x, y") for keys, item in _items(reading, table, "walls")]
+    circles = [_obstacle(reading, keys, item) for keys, item in _items(reading, table, "circles")]
+    boxes = [_obstacle(reading, keys, item) for keys, item in _items(reading, table, "boxes")]
     return World(
         (size[0], size[1]) if size else None,
         tuple(Wall(*wall) for wall in walls if wall),
@@ -55,30 +35,28 @@ def _items(reading: TomlReading, table: Mapping[str, Any], name: str) -> list[tu
     return []
 
 
-def _numbers(
-    reading: TomlReading, keys: Keys, value: Any, count: int, allowed: Range, example: str
-) -> list[float] | None:
-    if not isinstance(value, list) or len(value) != count:
-        reading.at_value(keys, f"write {count} numbers in meters, such as {example}")
+def _numbers(reading: TomlReading, keys: Keys, value: Any, note: str = "") -> list[float] | None:
+    key = known(keys)
+    if not isinstance(value, list) or len(value) != key.count:
+        reading.at_value(keys, f"write {key.count} numbers in meters, such as {key.example}{note}")
         return None
-    numbers = [reading.number((*keys, place), item, allowed) for place, item in enumerate(value)]
+    numbers = [reading.number((*keys, place), item) for place, item in enumerate(value)]
     right = [number for number in numbers if number is not None]
-    return right if len(right) == count else None
+    return right if len(right) == key.count else None
 
 
-def _obstacle(
-    reading: TomlReading, keys: Keys, value: Any, ranges: Mapping[str, Range], needed: tuple[str, ...], example: str
-) -> dict[str, float] | None:
+def _obstacle(reading: TomlReading, keys: Keys, value: Any) -> dict[str, float] | None:
     """All numbers of an obstacle. Position and heading default to 0."""
+    key = known(keys)
     if not isinstance(value, dict):
-        reading.at_value(keys, f"write it in meters: `{example}`")
+        reading.at_value(keys, f"write it in meters: `{key.example}`")
         return None
-    table = reading.table(keys, value, tuple(ranges))
-    missing = [name for name in needed if name not in value]
+    table = reading.table(keys, value)
+    missing = [name for name in key.required if name not in value]
     if missing:
         reading.at_value(keys, f"add `{missing[0]}`, in meters")
         return None
-    found = reading.numbers(keys, table, ranges)
-    if any(name not in found for name in needed):
+    found = reading.numbers(keys, table)
+    if any(name not in found for name in key.required):
         return None
-    return {name: found.get(name, 0.0) for name in ranges}
+    return {name: found.get(name, 0.0) for name in key.keys}

@@ -173,4 +173,4 @@ def at_turn(part: Repeat, dice: Dice, turn: int) -> Dice:
 
 def _any_of(items: Sequence[Movement]) -> Bounds:
     """The bounds of what one throw decides."""
-    return replace(in_series(frozenset(item.bounds for item in items)), dice=True, throws=1)
+    return replace(in_series(item.bounds for item in items), dice=True, throws=1)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import zip_longest
 from typing import NamedTuple
 
-from improv_core.score.movement import ENDLESS, NORMAL, Duration, Movement, Pace, Parallel, Repeat, parts
+from improv_core.score.movement import ENDLESS, NORMAL, Duration, Movement, Pace, Parallel, Repeat, parts, series
 from improv_core.score.reactions import If, Pause, Until
 
 
@@ -48,6 +50,28 @@ def lengths(movement: Movement, rate: Fraction = NORMAL) -> Lengths:
     return known[id(movement), rate]
 
 
+def scene_lengths(parts: Sequence[Sequence[Movement]]) -> tuple[list[Lengths], list[Lengths]]:
+    """The beats at which scenes begin, and those at which parts end: at the earliest and at the latest.
+
+    Of a scene that never begins, both are endless.
+    """
+    begin, begins = Lengths(0, 0, True), list[Lengths]()
+    ends = [begin] * len(parts)
+    for scene in zip_longest(*parts, fillvalue=series(())):
+        begins.append(begin)
+        if begin.shortest == ENDLESS:
+            continue
+        found = [lengths(movement) for movement in scene]
+        after = [one_after_another((begin, each)) for each in found]
+        for place, each in enumerate(found):
+            if not each.may_be_empty:
+                ends[place] = after[place]
+            elif each.longest:
+                ends[place] = ends[place]._replace(longest=after[place].longest)
+        begin = Lengths(_whole(max(each.shortest for each in after)), _whole(max(each.longest for each in after)), True)
+    return begins, ends
+
+
 def one_after_another(items: Sequence[Lengths]) -> Lengths:
     """How long movements last in series."""
     return Lengths(
@@ -58,8 +82,13 @@ def one_after_another(items: Sequence[Lengths]) -> Lengths:
 
 
 def _closed(movement: Movement, rate: Fraction) -> Lengths:
-    lasts = movement.duration if isinstance(movement.duration, float) else movement.duration / rate
+    is_plain = rate is NORMAL or isinstance(movement.duration, float)
+    lasts = movement.duration if is_plain else movement.duration / rate
     return Lengths(lasts, lasts, not lasts)
+
+
+def _whole(beat: Duration) -> Duration:
+    return beat if isinstance(beat, float) else math.ceil(beat)
 
 
 def _of(part: Movement, items: Sequence[Lengths]) -> Lengths:

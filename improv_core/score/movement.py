@@ -7,7 +7,7 @@ steps per beat and quarter turns per beat. Nothing here costs time or memory in 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -241,8 +241,7 @@ def series(items: Sequence[Movement]) -> Movement:
     end: Duration = 0
     ends = []
     uniform: Velocity | None = None
-    bounds = UNBOUNDED
-    kinds = set()
+    bounds = items[0].bounds if items else UNBOUNDED
     for item in items:  # a single loop, because most of the work at a keystroke goes through here
         if item.duration:
             if not end:
@@ -252,10 +251,7 @@ def series(items: Sequence[Movement]) -> Movement:
             end += item.duration
         ends.append(end)
         if item.bounds is not bounds:
-            bounds = item.bounds
-            kinds.add(bounds)
-    if len(kinds) > 1:
-        bounds = in_series(frozenset(kinds))
+            bounds = _either(bounds, item.bounds)
     if bounds.open:
         bounds = opened(bounds)
     first_throws: tuple[int, ...] = ()
@@ -298,7 +294,7 @@ def pace(body: Movement, rate: Fraction) -> Movement:
     """The same path, `rate` times as fast."""
     if not (body.duration or body.open):
         return body
-    duration = ENDLESS if isinstance(body.duration, float) else body.duration / rate
+    duration = ENDLESS if isinstance(body.duration, float) else exact(body.duration / rate)
     uniform = body.uniform and body.uniform.times(all_by(exact(rate)))
     return Pace(duration, uniform, _sped_up(body.bounds, rate), body, rate)
 
@@ -341,6 +337,7 @@ def use(body: Movement, span: Span | None, statement: int) -> Movement:
 
 
 _peak = lru_cache(maxsize=10_000)(Peak)
+_bounds = lru_cache(maxsize=10_000)(Bounds)  # a program has far fewer different bounds than movements
 UNBOUNDED = Bounds(Peak(0.0, 0.0, 0.0, 0.0, math.inf), 0, 0, 0, False, 0)
 """The bounds of nothing."""
 
@@ -350,20 +347,31 @@ def _held(x: float, y: float, z: float, yaw: float, shortest: float) -> Bounds:
     return Bounds(_peak(x, y, z, yaw, shortest), 1, 0, 0, False, 0)
 
 
-@lru_cache(maxsize=10_000)
-def in_series(kinds: frozenset[Bounds]) -> Bounds:
+def in_series(kinds: Iterable[Bounds]) -> Bounds:
     """The bounds of movements that play one after another, or of which one plays; but for the throws."""
-    if not kinds:
-        return UNBOUNDED
-    x, y, z, yaw, shortest = zip(*(each.peak for each in kinds), strict=True)
-    return Bounds(
-        _peak(max(x), max(y), max(z), max(yaw), min(shortest)),
-        max(each.width for each in kinds),
-        max(each.bits for each in kinds),
-        max(each.depth for each in kinds),
-        any(each.dice for each in kinds),
+    bounds = UNBOUNDED
+    for each in kinds:
+        bounds = _either(bounds, each)
+    return bounds
+
+
+@lru_cache(maxsize=10_000)
+def _either(one: Bounds, other: Bounds) -> Bounds:
+    mine, others = one.peak, other.peak
+    return _bounds(
+        _peak(
+            max(mine.x, others.x),
+            max(mine.y, others.y),
+            max(mine.z, others.z),
+            max(mine.yaw, others.yaw),
+            min(mine.shortest, others.shortest),
+        ),
+        max(one.width, other.width),
+        max(one.bits, other.bits),
+        max(one.depth, other.depth),
+        one.dice or other.dice,
         0,
-        any(each.open for each in kinds),
+        one.open or other.open,
     )
 
 
@@ -378,7 +386,7 @@ def _in_parallel(voices: tuple[Bounds, ...], dice: bool) -> Bounds:
     if not voices:
         return replace(UNBOUNDED, dice=dice, throws=1)
     x, y, z, yaw, shortest = zip(*(each.peak for each in voices), strict=True)
-    return Bounds(
+    return _bounds(
         _peak(sum(x), sum(y), sum(z), sum(yaw), min(shortest)),
         sum(each.width for each in voices),
         max(each.bits for each in voices),
@@ -391,7 +399,8 @@ def _in_parallel(voices: tuple[Bounds, ...], dice: bool) -> Bounds:
 
 @lru_cache(maxsize=10_000)
 def _sped_up(bounds: Bounds, rate: Fraction) -> Bounds:
-    return replace(bounds, peak=faster(bounds.peak, float(rate)), bits=bounds.bits + bits(rate))
+    peak, longer = faster(bounds.peak, float(rate)), bounds.bits + bits(rate)
+    return _bounds(peak, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open)
 
 
 def faster(peak: Peak, rate: float) -> Peak:
@@ -403,12 +412,9 @@ def faster(peak: Peak, rate: float) -> Peak:
 def _amplified(bounds: Bounds, factors: Velocity) -> Bounds:
     x, y, z, yaw = (abs(float(factor)) for factor in factors)
     peak = bounds.peak
-    longer = max(bits(factor) for factor in factors)
-    return replace(
-        bounds,
-        peak=_peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest),
-        bits=bounds.bits + longer,
-    )
+    amplified = _peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest)
+    longer = bounds.bits + max(bits(factor) for factor in factors)
+    return _bounds(amplified, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open)
 
 
 def is_too_fast(peak: Peak) -> bool:

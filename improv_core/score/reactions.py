@@ -6,7 +6,7 @@ Everything else (`duration`, `uniform`, the walk, paths) assumes that no sense e
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -36,6 +36,11 @@ class Reaction(Several):
     @property
     def body(self) -> Movement:
         return self.items[0]
+
+    def __str__(self) -> str:
+        """`until near`, `pause not near`."""
+        word = "if" if isinstance(self, If) else "until" if isinstance(self, Until) else "pause"
+        return f"{word}{'' if self.condition.wanted else ' not'} {self.condition.sense}"
 
     def dice_assumed(self, dice: Dice | None) -> Dice | None:
         """The dice of what is performed if no sense ever holds."""
@@ -78,24 +83,28 @@ def pause(body: Movement, condition: Condition, span: Span | None = None) -> Mov
 
 def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """One movement or the other: the condition decides when it begins."""
-    bounds = opened(in_series(frozenset((body.bounds, otherwise.bounds))))
+    bounds = opened(in_series((body.bounds, otherwise.bounds)))
     if bounds.dice:
         bounds = replace(bounds, throws=1)
     assumed = otherwise if condition.wanted else body
     return If(assumed.duration, None, bounds, (body, otherwise), condition, span, assumed)
 
 
-def senses_read(movement: Movement) -> frozenset[str]:
-    """The senses that a movement may read."""
-    found, seen, waiting = set(), set(), [movement]
+def reactions(movement: Movement) -> Iterator[Reaction]:
+    """The words of senses in a movement, each once."""
+    seen, waiting = set(), [movement]
     while waiting:
         part = waiting.pop()
         if part.open and id(part) not in seen:
             seen.add(id(part))
-            waiting += parts(part)
+            waiting += reversed(parts(part))
             if isinstance(part, Reaction):
-                found.add(part.condition.sense)
-    return frozenset(found)
+                yield part
+
+
+def senses_read(movement: Movement) -> frozenset[str]:
+    """The senses that a movement may read."""
+    return frozenset(each.condition.sense for each in reactions(movement))
 
 
 STANDING = repeat(stand(1))

@@ -198,8 +198,8 @@ class _Written(NamedTuple):
         one, two = self.part, other.part
         return (
             self.scenes == other.scenes
-            and (one.edition, one.topic, one.reset, one.use_sim_time)
-            == (two.edition, two.topic, two.reset, two.use_sim_time)
+            and (one.editions, one.topic, one.reset, one.use_sim_time)
+            == (two.editions, two.topic, two.reset, two.use_sim_time)
             and one.profile == two.profile
             and one.start == two.start
             and one.senses == two.senses
@@ -297,7 +297,8 @@ class _ScoreJson(TypedDict):
 
 
 def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
-    """The score that `to_json` wrote. `read` is what was read before it; a score that can't be read adds nothing.
+    """The score that `to_json` wrote. `read` is what was read before it, and is forgotten if this can't be read: its
+    writer counts on it.
 
     Raises `LackingError` if that is not what the writer counts on, and an exception on anything that is no score or is
     too much to play.
@@ -318,7 +319,7 @@ def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
         }
         score = _score(data, parts)
     except Exception:
-        del made[data["known"] :]
+        read.movements, read.parts = [], {}
         raise
     read.parts = parts
     return score

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from html import escape
 from typing import NamedTuple
 
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import ENDLESS, Exact
+from improv_core.score.movement import ENDLESS, Exact, Movement
 from improv_core.score.score import Part, Score, twist
+from improv_core.score.suppositions import as_pictured, certain_beats
 from improv_core.score.walk import Source, walk
 from improv_core.score.world import Box, World
 
@@ -41,18 +42,24 @@ class Stroke(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """One robot's path. `whole` is false if something had to be left out."""
+    """One robot's path. `whole` is false if something had to be left out.
+
+    Strokes from `certain` on are as they are pictured, but what is sensed may decide otherwise.
+    """
 
     robot: str
     start: Pose
     end: Pose
     strokes: Sequence[Stroke]
     whole: bool
+    certain: int
 
 
 def paths(score: Score, most_moments: int = MOST_MOMENTS) -> list[Path]:
     """The ideal path of each robot: only the first beats of an endless path, and repeated strokes only once."""
-    return [_path(score, part, most_moments) for part in score.parts.values()]
+    certain = {name: part.movement for name, part in score.parts.items()}
+    pictured = _as_pictured(score)
+    return [_path(pictured, part, certain[name], most_moments) for name, part in pictured.parts.items()]
 
 
 def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) -> str:
@@ -82,13 +89,28 @@ def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS)
     return _svg(frame.width, height, "The ideal paths", [ground, *parts])
 
 
-def _path(score: Score, part: Part, most_moments: int) -> Path:
+def _as_pictured(score: Score) -> Score:
+    """The score as it is pictured where senses decide."""
+    if not any(scene.open for part in score.parts.values() for scene in part.scenes):
+        return score
+    parts = {
+        name: replace(part, scenes=tuple(map(as_pictured, part.scenes)), scene_begins=())
+        for name, part in score.parts.items()
+    }
+    return replace(score, parts=parts)
+
+
+def _path(score: Score, part: Part, assumed: Movement, most_moments: int) -> Path:
     endless = part.movement.duration == ENDLESS
     pose = part.start
     strokes: dict[tuple[float, ...], Stroke] = {}
     latest: Exact = 0  # the last time something new was drawn
     whole = True
+    doubtful = certain_beats(assumed, part.movement, most_moments)
+    certain: int | None = None
     for walked, moment in enumerate(walk(part.movement, merge=True)):
+        if moment.start >= doubtful and certain is None:
+            certain = len(strokes)
         if endless and moment.start >= ENDLESS_BEATS:
             whole = latest < ENDLESS_BEATS / 2  # it only repeats itself
             break
@@ -104,7 +126,9 @@ def _path(score: Score, part: Part, most_moments: int) -> Path:
                 count = len(strokes)
                 strokes.setdefault(tuple(round(value, 6) for value in ends), stroke)
                 latest = moment.start if len(strokes) > count else latest
-    return Path(part.robot, part.start, pose, list(strokes.values()), whole)
+    return Path(
+        part.robot, part.start, pose, list(strokes.values()), whole, len(strokes) if certain is None else certain
+    )
 
 
 def _strokes(pose: Pose, moving: Twist, seconds: float) -> Iterator[Stroke]:
@@ -211,8 +235,21 @@ def _obstacles(world: World, frame: _Frame) -> list[str]:
 
 def _drawn(path: Path, frame: _Frame, place: int) -> str:
     color = COLORS[place % len(COLORS)]
+    drawn = _line(path.strokes[: path.certain], frame) + _line(path.strokes[path.certain :], frame, _DASHES)
+    x, y = frame.place(path.start.x, path.start.y).split()
+    begin = f'<circle cx="{x}" cy="{y}" r="{_RING:g}"/>'  # an arrow that ends here still shows it
+    arrow = f'<path d="{_arrow(path.end, frame)}" fill="{color}" stroke="none"/>'
+    dashes = "" if path.whole else _DASHES
+    joined = 'stroke-linejoin="round" stroke-linecap="round"'
+    return f'<g fill="none" stroke="{color}" stroke-width="2" {joined}{dashes}>{drawn}{begin}{arrow}</g>'
+
+
+_DASHES = ' stroke-dasharray="6 3"'
+
+
+def _line(strokes: Sequence[Stroke], frame: _Frame, style: str = "") -> str:
     line, at = [], None
-    for stroke in path.strokes:
+    for stroke in strokes:
         start, end = frame.place(stroke.start.x, stroke.start.y), frame.place(stroke.end.x, stroke.end.y)
         if start != at:
             line.append(f"M{start}")
@@ -222,13 +259,7 @@ def _drawn(path: Path, frame: _Frame, place: int) -> str:
         else:
             line.append(f"L{end}")
         at = end
-    drawn = f'<path d="{"".join(line)}"/>' if line else ""
-    x, y = frame.place(path.start.x, path.start.y).split()
-    begin = f'<circle cx="{x}" cy="{y}" r="{_RING:g}"/>'  # an arrow that ends here still shows it
-    arrow = f'<path d="{_arrow(path.end, frame)}" fill="{color}" stroke="none"/>'
-    dashes = "" if path.whole else ' stroke-dasharray="6 3"'
-    joined = 'stroke-linejoin="round" stroke-linecap="round"'
-    return f'<g fill="none" stroke="{color}" stroke-width="2" {joined}{dashes}>{drawn}{begin}{arrow}</g>'
+    return f'<path d="{"".join(line)}"{style}/>' if line else ""
 
 
 def _arrow(pose: Pose, frame: _Frame) -> str:
@@ -328,6 +359,7 @@ _ROW = 30.0
 
 def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
     """A row for each robot, with a bar for each moment as wide as it lasts, and the total height."""
+    assumed, score = score, _as_pictured(score)
     longest = score.beats
     beats = float(ENDLESS_BEATS if longest == ENDLESS else max(longest, 1))
     room = width - 2 * _MARGIN
@@ -336,16 +368,17 @@ def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
         y = top + 12 + place * _ROW
         color = COLORS[place % len(COLORS)]
         rows.append(f'<text x="{_MARGIN:g}" y="{_number(y)}" fill="{color}">{escape(name)}</text>')
+        doubtful = certain_beats(assumed.parts[name].movement, part.movement, MOST_STROKES)
         for count, moment in enumerate(walk(part.movement)):
             if moment.start >= beats or count == MOST_STROKES:
                 break
             left = _MARGIN + float(moment.start) / beats * room
             wide = max(min(float(moment.duration), beats - float(moment.start)) / beats * room - 1, 0.5)
-            still = not any(moment.velocity)
+            faint = 0.2 if not any(moment.velocity) else 0.8 if moment.start < doubtful else 0.4
             title = " || ".join(_words(score, moment.sources)) or "rest"
             rows.append(
                 f'<rect x="{_number(left)}" y="{_number(y + 3)}" width="{_number(wide)}" height="10" rx="2"'
-                f' fill="{color}" fill-opacity="{0.2 if still else 0.8}"><title>{escape(title)}</title></rect>'
+                f' fill="{color}" fill-opacity="{faint}"><title>{escape(title)}</title></rect>'
             )
     return "".join(rows), 12 + len(score.parts) * _ROW
 

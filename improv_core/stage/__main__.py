@@ -9,7 +9,6 @@ import argparse
 import errno
 import gc
 import os
-import queue
 import signal
 import sys
 import threading
@@ -26,7 +25,7 @@ if __name__ == "__main__":
 
 from improv_core.score.motion import Twist
 from improv_core.stage.loop import EARLY, Arrival, End, Opened, one_line, run
-from improv_core.stage.pipes import read_arrivals, write_messages
+from improv_core.stage.pipes import Outbox, read_arrivals, write_messages
 from improv_core.stage.protocol import VERSION, FromStage, PageRequest, Ready
 from improv_core.stage.sinks import Sink
 from improv_core.stage.urgent_queue import UrgentQueue
@@ -42,7 +41,7 @@ def main() -> int:
     options = _options()
     sys.setswitchinterval(SWITCH_INTERVAL)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
-    outbox: queue.SimpleQueue[FromStage | None] = queue.SimpleQueue()
+    outbox = Outbox()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: inbox.put(End()))
     writer = threading.Thread(target=write_messages, args=(outbox,), daemon=True)

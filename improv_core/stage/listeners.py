@@ -43,18 +43,21 @@ class Listeners:
         self._news: dict[str, list[str]] = {}  # for each line to tell, without its topic, the topics
 
     def begin(self, score: Score, entering: Collection[str]) -> None:
-        """Another score begins, and with it the parts of these robots."""
-        self._robots, self._looked_at = list(score.parts), 0
+        """Another score begins, and with it the parts of these robots. The others are looked at in their turn: scores
+        may come faster than all robots can be looked at."""
+        self._robots = list(score.parts)
         self._heard = self._heard.difference(entering)
         self.away, self.standing = self.away.difference(entering), set()
 
     def forget(self) -> None:
-        """Tell everything again, since somebody asked for a score."""
+        """Tell everything again, since somebody had all begin again."""
         self._warned, self._news = {}, {}
 
     def wait(self, now: float) -> None:
-        """Look around next after a whole period."""
-        self.next_look = now + LOOK_PERIOD
+        """Look around after a whole period, or as planned if a look is due: what is asked for again and again must not
+        put it off forever."""
+        if abs(self.next_look - now) > LOOK_PERIOD:
+            self.next_look = now + LOOK_PERIOD
 
     def look_around(self, score: Score, now: float) -> tuple[set[str], bool]:
         """Check the next few robots. Returns those that stand from now on, and whether all have been checked."""

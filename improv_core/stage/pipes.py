@@ -67,7 +67,30 @@ def arrival(line: bytes, read: Read) -> Arrival:
         return Unreadable(f"this program can't be played: {one_line(error)}", is_score=True)
 
 
-def write_messages(outbox: queue.SimpleQueue[FromStage | None]) -> None:
+class Outbox:
+    """Messages to the parent. Answers to pings overtake all others: a parent that is slow to read the velocities of a
+    thousand robots must not take their stage for hung. Any thread may put messages in; one gets them."""
+
+    def __init__(self) -> None:
+        self._messages: queue.SimpleQueue[FromStage | None] = queue.SimpleQueue()
+        self._pongs: queue.SimpleQueue[FromStage] = queue.SimpleQueue()
+
+    def put(self, message: FromStage | None) -> None:
+        """Add a message, or None after the last one."""
+        if message and message["type"] == "pong":
+            self._pongs.put(message)
+        self._messages.put(message)  # pongs too, to wake who waits
+
+    def get(self) -> FromStage | None:
+        """The next message, as soon as there is one."""
+        while self._pongs.empty():
+            message = self._messages.get()
+            if not message or message["type"] != "pong":
+                return message
+        return self._pongs.get()
+
+
+def write_messages(outbox: Outbox) -> None:
     """Write each message as a line, until None. On a thread of its own: a full pipe must not hold up the player."""
     while (message := outbox.get()) is not None:
         try:

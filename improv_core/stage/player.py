@@ -191,7 +191,6 @@ class Player:
             self._tell({"type": "error", "message": refused_by(stop)})
             self._tell_transport(now)
             return
-        self._listeners.forget()
         beats_per_bar, performed = max(beats_per_bar, 1), self._transport.performed(now)
         if when == "restart" or not (self._state in ("playing", "paused") or (self._state == "ended" and entry)):
             self._restart(score, generation, now, entry, senses)
@@ -207,6 +206,7 @@ class Player:
             self._next = None
             self._take_over(swap, now)
         else:
+            self._sink.meet(score)  # at the beat there is no time for that
             self._next = swap
             self.advance(now)
 
@@ -351,12 +351,13 @@ class Player:
         performed = self._performed(now)
         if self._asked:  # what is sensed until then decides when the scene ends
             swap_at = self._next.at if self._next else math.inf
-            self._send_due(min(performed, math.nextafter(swap_at, -math.inf)))
+            self._send_changes(min(performed, math.nextafter(swap_at, -math.inf)))
             performed = self._performed(now)
         if self._next and self._state != "paused" and performed >= self._next.at and not self._next_begins_first:
             swap, self._next = self._next, None
-            # At exactly this time, the new score's setpoints replace those of the old one.
-            self._send_due(math.nextafter(swap.at, -math.inf))
+            # At exactly this time, the new score's setpoints replace those of the old one. A repeat that is due waits
+            # for them: what it repeats may be about to change.
+            self._send_changes(math.nextafter(swap.at, -math.inf))
             self._take_over(swap, now)
         end = self._transport.end(self._scene_ends)
         if self._state == "playing" and performed >= end:
@@ -479,20 +480,24 @@ class Player:
     def _restart(
         self, score: Score, generation: int, now: float, entry: Entry | None, senses: Iterable[Foreseen] | None
     ) -> None:
-        old = self._score.parts
-        leaving = [robot for robot in old if robot not in score.parts]
+        old, performed = self._score.parts, self._transport.performed(now)
+        leaving = old.keys() - score.parts.keys()
         for robot in leaving:
-            self._sink.send(robot, STILL, self._transport.performed(now))
-        self._leave_topics(score, self._transport.performed(now))
+            self._sink.send(robot, STILL, performed)
+        self._leave_topics(score, performed)
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
-        self._queue, self._next, self._wanted, self._advanced = [], None, {}, 0.0
+        # Who left before still gets the last zeros.
+        left = [due for due in self._queue if due.robot not in old and due.robot not in score.parts]
+        self._queue = [due._replace(at=due.at - performed, offset=due.offset - performed) for due in left]
+        heapify(self._queue)
+        self._next, self._wanted, self._advanced = None, {}, 0.0
         self._follows, self._replays = entry is not None or senses is not None, senses is not None
         if self._follows:
             self._senses = {what: value for what, value in self._senses.items() if not isinstance(what, RobotSense)}
         self._repeats.restart()
-        for robot in leaving:
-            self._enqueue(robot, zeros(0.0, 1 / old[robot].profile.command_rate), 0.0)
+        self._stop_leaving(leaving, score, 0.0)
+        self._listeners.forget()
         self._listeners.begin(score, {*old, *score.parts})
         self._score = self._begun = score
         self._generation = self._restarted = generation
@@ -548,6 +553,7 @@ class Player:
         self._leave_topics(score, swap.at)
         self._sink.prepare(score, False)
         self._listeners.begin(score, entering)
+        self._stop_leaving(leaving, score, swap.at)
         self._score = self._begun = score
         self._generation, self._scene = swap.generation, scene
         for robot in {*entering, *leaving}:
@@ -555,8 +561,6 @@ class Player:
             self._over.pop(robot, None)
         for robot in entering:
             self._met.setdefault(robot, now)
-        for robot in leaving:
-            self._enqueue(robot, zeros(0.0, 1 / old.parts[robot].profile.command_rate), swap.at)
         if goes_on and not self._waits_for():
             self._begin(entering, beat, swap.at, now)
         else:
@@ -662,12 +666,22 @@ class Player:
         return self._transport.beat(self._transport.clock(swap.at), ENDLESS)
 
     def _leave_topics(self, score: Score, performed: float) -> None:
-        """Stop robots on topics that they had so far, and that a score no longer has for them."""
+        """Stop robots at once on topics that they had so far, and that a score has for none or another of them."""
+        taken = {part.topic for part in score.parts.values()}
         for robot, part in self._score.parts.items():
             later = score.parts.get(robot)
-            if later and (later.topic, later.profile.message) != (part.topic, part.profile.message):
+            moved = later and (later.topic, later.profile.message) != (part.topic, part.profile.message)
+            if moved or (not later and part.topic in taken):
                 for _ in range(LAST_ZEROS):
                     self._sink.send(robot, STILL, performed)
+
+    def _stop_leaving(self, robots: Collection[str], score: Score, performed: float) -> None:
+        """Send robots that a score no longer has their last zeros, unless another robot has their topic now."""
+        taken = {part.topic for part in score.parts.values()}
+        for robot in robots:
+            part = self._score.parts[robot]
+            if part.topic not in taken:
+                self._enqueue(robot, zeros(0.0, 1 / part.profile.command_rate), performed)
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, starting at this performance time."""
@@ -892,7 +906,15 @@ class Player:
 
     def _send_due(self, performed: float) -> None:
         """Send every change that is due, and then the repeats of one slot, so that a change never waits for more."""
-        asked = performed
+        performed = self._send_changes(performed)
+        if self._repeats.due <= performed:
+            for robot in self._repeats.take(performed):
+                self._send(robot, self._wanted[robot], performed)
+        self._advance_sink(performed)
+
+    def _send_changes(self, asked: float) -> float:
+        """Send every change that is due, or that what is sensed until then causes. Returns how far that got: what comes
+        after the end of a scene is not yet known."""
         while True:
             performed = min(asked, self._before_next_scene)
             queued = self._queue[0].at if self._queue else math.inf
@@ -900,7 +922,7 @@ class Player:
             if self._feel(min(first, performed)):
                 continue
             if first > performed:
-                break
+                return performed
             if self._foreseen_at <= queued:
                 self._take_foreseen(first)
                 continue
@@ -908,10 +930,6 @@ class Player:
             while self._queue and self._queue[0].at <= (first if self._asked else performed):
                 due.append(heappop(self._queue))
             self._send_all(due)
-        if self._repeats.due <= performed:
-            for robot in self._repeats.take(performed):
-                self._send(robot, self._wanted[robot], performed)
-        self._advance_sink(performed)
 
     def _feel(self, performed: float) -> bool:
         """Have the sink advance, and take the first edges that it finds until then. Whether it found any."""

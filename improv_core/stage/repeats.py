@@ -24,6 +24,9 @@ RESERVE = 1.1
 """How much slower than measured to repeat, so that the rate can be kept."""
 WINDOW = 1.0
 """Seconds over which the rate is measured. It is lowered only after two windows in a row, since one may be a hiccup."""
+MANY = 2_000
+"""Repeats a second that cost this machine something: a twentieth of a processor or more. If there are fewer and some
+are lost, others keep the processor busy, and to send fewer still would help nobody."""
 SURE = 3
 """Windows in a row after which a lowered rate counts as reached."""
 KEPT = 0.9
@@ -101,11 +104,13 @@ class Repeats:
         )
 
     def _measure(self) -> None:
-        """Lower the rate if repeats were lost in two windows in a row."""
+        """Lower the rate if many repeats are due and some were lost in two windows in a row."""
         share = self._served / (self._served + self._skipped)
         self._behind, self._kept = (self._behind + 1, 0) if share < KEPT else (0, self._kept + 1)
         if len(self._held) < self._lowered_for:
             self._set_stretch(1.0)
+        elif sum(wheel.rate * wheel.count for wheel in self._wheels.values()) < MANY:
+            self._behind = 0
         elif self._behind >= 2 and self._stretch < SLOWEST:
             self._set_stretch(min(self._stretch / share * RESERVE, SLOWEST))
             self._untold, self._behind = True, 0

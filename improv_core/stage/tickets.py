@@ -5,6 +5,7 @@ The parent issues tickets, and the page's server redeems them for the token that
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import hmac
 import os
@@ -17,7 +18,7 @@ ROOT = 0
 def issue(token: str, *, own: bool = False) -> str:
     """A new ticket, for a URL. One of its `own` opens the page only for this user, wherever connections have users."""
     owner = os.getuid() if own and hasattr(os, "getuid") else ""
-    about = f"{time.monotonic():.6f}-{secrets.token_hex(8)}-{owner}"
+    about = f"{time.monotonic():.6f}-{secrets.token_hex(2)}-{owner}"
     return f"{about}-{_sign(token, about)}"
 
 
@@ -44,4 +45,6 @@ class Tickets:
 
 
 def _sign(token: str, about: str) -> str:
-    return hmac.new(token.encode(), about.encode(), hashlib.sha256).hexdigest()
+    """96 bits, so that the URL fits into one line of a terminal with 80 columns: people copy it from there."""
+    digest = hmac.new(token.encode(), about.encode(), hashlib.sha256).digest()
+    return base64.b64encode(digest[:12], altchars=b"_~").decode()

@@ -5,13 +5,12 @@ from __future__ import annotations
 import sys
 from collections import OrderedDict
 from collections.abc import Sequence
-from functools import lru_cache
 from itertools import pairwise
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
-from improv_core.score.movement import hold
 from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.derivation import Branch, Leaf, Shape, derive
+from improv_core.syntax.descent import descend, descend_tempo, named, number_of, primitive, span
 from improv_core.syntax.heads import Head, classified, split_head
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import (
@@ -22,15 +21,13 @@ from improv_core.syntax.nodes import (
     Choice,
     Condition,
     Missing,
-    Name,
     Node,
     Number,
     Parallel,
-    Primitive,
     Series,
     Statement,
 )
-from improv_core.syntax.slips import misplaced_number
+from improv_core.syntax.slips import bracketed_number, misplaced_number
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
 from improv_core.text import Span
 
@@ -91,13 +88,14 @@ def _parsed(text: str) -> Statement:
     if len(rest) > DEEPEST and (too_deep := _too_deep(rest)):
         return Statement(text, (too_deep,), sign)
     diagnostics = list(head.diagnostics)
-    if not types.isdisjoint(BRACKETS):
-        rest, wrong_brackets = close_brackets(rest)
-        diagnostics += wrong_brackets
-    feed = [*head.names, sign, *rest] if sign and head.names else rest
-    body, tempo, wrong_form = _parse(feed, head)
-    if not diagnostics:  # one error, one message: a wrong bracket or head makes the rest look wrong too
-        diagnostics += wrong_form
+    body, tempo = (descend(rest), None) if head.names else (None, descend_tempo(rest))
+    if not body and not tempo and types != {"SCENE"}:
+        if not types.isdisjoint(BRACKETS):
+            rest, wrong_brackets = close_brackets(rest)
+            diagnostics += wrong_brackets
+        body, tempo, wrong_form = parse_and_repair(rest, head)
+        if not diagnostics:  # one error, one message: a wrong bracket or head makes the rest look wrong too
+            diagnostics += wrong_form
     name = head.names[0].text if sign and sign.type == "EQUAL" else None
     movements = {each.name for each in head.parameters if not each.is_number}
     return Statement(
@@ -134,7 +132,8 @@ def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
         elif kind in ("RPAR", "RSQB"):
             while opened and opened[-1][0] == "IF":
                 opened.pop()
-            level = opened.pop()[1] if opened else 0
+            del opened[-1:]
+            level = opened[-1][1] + 1 if opened else 0
         elif kind == "ELSE":
             if opened and opened[-1][0] == "IF":
                 level = opened.pop()[1] + 1
@@ -151,8 +150,12 @@ def _too_deep(tokens: Sequence[Token]) -> Diagnostic | None:
 _TRANSFORMERS = frozenset(kind.value for kind in TRANSFORMERS)
 
 
-def _parse(tokens: Sequence[Token], head: Head) -> tuple[Node | None, Number | None, list[Diagnostic]]:
-    """The movement or the tempo of a statement, and its first syntax error. Later ones may only follow from it."""
+def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Number | None, list[Diagnostic]]:
+    """The movement or the tempo of a statement, and its first syntax error. Later ones may only follow from it.
+
+    `rest` are the tokens after the head.
+    """
+    tokens = [*head.names, head.sign, *rest] if head.sign and head.names else rest
     derivation = derive(tuple(token.type for token in tokens))
     diagnostics = []
     if unexpected := derivation.unexpected:
@@ -160,7 +163,7 @@ def _parse(tokens: Sequence[Token], head: Head) -> tuple[Node | None, Number | N
         found = tokens[unexpected.at] if unexpected.at < len(tokens) else None
         if marked := found or last:
             wrong = _wrong_kind(found, unexpected.wanted, head) if found else None
-            wrong = wrong or misplaced_number(tokens, unexpected.at)
+            wrong = wrong or bracketed_number(tokens, unexpected.at) or misplaced_number(tokens, unexpected.at)
             diagnostics.append(
                 wrong or Diagnostic("syntax", marked.span, *_wanted(last, found, unexpected.wanted)),
             )
@@ -178,28 +181,30 @@ def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
     rule, parts = shape.rule, shape.parts
     if rule == "series":
         items = tuple([_node(part, tokens) for part in parts if isinstance(part, Branch)])
-        return items[0] if len(items) == 1 else Series(_span(items[0].span.start, items[-1].span.end), items)
+        return items[0] if len(items) == 1 else Series(span(items[0].span.start, items[-1].span.end), items)
     if rule == "movement":
         voices = tuple([_node(part, tokens) for part in parts if isinstance(part, Branch)])
-        return Parallel(_span(voices[0].span.start, voices[-1].span.end), voices)
+        return Parallel(span(voices[0].span.start, voices[-1].span.end), voices)
     first, last = parts[0], parts[-1]
     assert isinstance(first, Leaf)
     token = _token(first, tokens)
     if rule == "word":
-        return _primitive(token.text, token.start)
+        return primitive(token.text, token.start)
     if rule == "name":
-        name = _name(token.text, token.start)
+        name = named(token.text, token.start)
         if len(parts) == 1:
             return name
         numbers = _numbers(parts, tokens)
-        return Call(_span(token.start, numbers[-1].span.end), name, numbers)
+        return Call(span(token.start, numbers[-1].span.end), name, numbers)
     if rule == "missing":
         return Missing(token.span)
     if isinstance(last, Leaf):
         body = _node(parts[1], tokens) if isinstance(parts[1], Branch) else None
-        return Bracket(_span(token.start, _token(last, tokens).end), token.type == "LSQB", body)
+        if body is None and last.at > first.at + 1:  # something was skipped, and that is reported
+            body = Missing(span(token.end, token.end))
+        return Bracket(span(token.start, _token(last, tokens).end), token.type == "LSQB", body)
     term = _node(last, tokens)
-    whole = _span(token.start, term.span.end)
+    whole = span(token.start, term.span.end)
     if len(parts) == 2:
         return Apply(whole, token, term)
     second = parts[1]
@@ -220,37 +225,12 @@ def _numbers(parts: Sequence[Shape], tokens: Sequence[Token]) -> tuple[Number, .
 
 
 def _number(shape: Branch, tokens: Sequence[Token]) -> Number:
-    first = shape.parts[0]
-    if len(shape.parts) == 1 and isinstance(first, Leaf):
-        return _single(_token(first, tokens))
-    factors = tuple([_token(leaf, tokens) for leaf in shape.parts if isinstance(leaf, Leaf)])
-    text = "".join([token.text for token in factors])
-    return Number(_span(factors[0].start, factors[-1].end), text, factors)
+    return number_of([_token(leaf, tokens) for leaf in shape.parts if isinstance(leaf, Leaf)])
 
 
 def _condition(shape: Branch, tokens: Sequence[Token]) -> Condition:
     found = [_token(leaf, tokens) for leaf in shape.parts if isinstance(leaf, Leaf)]
-    return Condition(_span(found[0].start, found[-1].end), len(found) > 1, found[-1])
-
-
-_span = lru_cache(maxsize=20_000)(Span)
-
-
-@lru_cache(maxsize=20_000)
-def _primitive(text: str, start: int) -> Primitive:
-    """Shared by all statements that have this word at this offset: most nodes are primitives."""
-    span, word = _span(start, start + len(text)), WORDS[text]
-    return Primitive(span, word, hold(word.velocity, span=span))
-
-
-@lru_cache(maxsize=20_000)
-def _single(token: Token) -> Number:
-    return Number(token.span, token.text, (token,))
-
-
-@lru_cache(maxsize=20_000)
-def _name(text: str, start: int) -> Name:
-    return Name(_span(start, start + len(text)), text)
+    return Condition(span(found[0].start, found[-1].end), len(found) > 1, found[-1])
 
 
 def _token(leaf: Leaf, tokens: Sequence[Token]) -> Token:
@@ -283,6 +263,9 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         return f"write a plane{after}: YZ, XZ, or XY", ()
     if accepts <= _IN_CONDITIONS:
         return f"write a sense{after}, such as `cue`", ()
+    if found and found.text == ",":
+        items = "numbers" if accepts <= _IN_NUMBERS else "movements"
+        return f"remove `,`: separate {items} with spaces", replace("Remove ,", found.span, "")
     if accepts <= _IN_NUMBERS:
         example = f", such as `{WORDS[last.text].usage}`" if last and last.text in WORDS else ""
         return f"write a number{after}{example}", ()
@@ -294,6 +277,8 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         before = Span(found.start, found.start)
         return f"write `reflect` before `{found.text}`", replace("Insert reflect", before, "reflect ")
     remove = replace(f"Remove {found.text}", found.span, "")
+    if found.type == "NUMBER" and last and last.type == "EQUAL":
+        return f"names stand for movements only: write `{found.text}` where you need it", ()
     if found.type == "NUMBER":
         return f"remove `{found.text}`: a number can only follow a name or a word such as `repeat` or `scale`", remove
     if found.type == "OPERATOR":
@@ -306,8 +291,6 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         return "remove `not`: it can only follow `until`, `pause`, or `if`", remove
     if found.text == "|":
         return "write `||` between movements that play in parallel", replace("Change to ||", found.span, "||")
-    if found.text == ",":
-        return "remove `,`: separate movements with spaces", remove
     if found.type == "STRAY":
         return f"remove `{found.text}`: it is not part of the language", remove
     return f"remove `{found.text}` or start a new line before it", remove

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from difflib import get_close_matches
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.syntax.lexer import Token
+from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind
 from improv_core.text import Span
 
 MEANT: Mapping[str, tuple[str, ...]] = {
@@ -24,6 +26,10 @@ MEANT: Mapping[str, tuple[str, ...]] = {
 }
 """Words that people try, in lowercase, and the words of the language that do what they want."""
 
+_DASHES = "-–—"
+_MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS)
+_SIMILAR = 0.7
+"""How similar to a word of the language a line's first word must be to be taken for it, from 0 to 1."""
 _TEMPO = frozenset({"beat", "tempo", "bpm"})
 _WORDS = ("PRIMITIVE", "NAME")
 _OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
@@ -38,6 +44,9 @@ def without_sign(tokens: Sequence[Token]) -> Diagnostic:
     if second and first.type == "NAME" and first.text.lower() in _TEMPO and second.type == "NUMBER":
         message = f"write `beat {second.text}` to set the tempo"
         return Diagnostic("syntax", first.span, message, replace("Change to beat", first.span, "beat"))
+    if all(token.text in _DASHES for token in tokens):
+        span = Span(first.start, tokens[-1].end)
+        return Diagnostic("syntax", span, "write `---` to begin a new scene", replace("Change to ---", span, "---"))
     colon = next((token for token in tokens if token.type != "NAME"), first)
     if colon.text == ":" and colon is not first:
         return Diagnostic("syntax", colon.span, "write `$` instead of `:`", replace("Change to $", colon.span, " $"))
@@ -48,9 +57,14 @@ def without_sign(tokens: Sequence[Token]) -> Diagnostic:
     if first.type != "NAME":
         message = "write a robot or a name before the movement: `turtle1 $ …` or `name = …`"
         return Diagnostic("syntax", whole, message, (plays,))
-    if second is None or second.type in ("NAME", "STRAY", "NUMBER"):
-        return Diagnostic("syntax", whole, _FORMS, (plays,))
     insert = Fix("Insert $", (Edit(Span(first.end, first.end), " $"),))
+    forgot = second is not None and second.type not in ("NAME", "STRAY", "NUMBER")
+    if similar := get_close_matches(first.text.lower(), _MOVEMENTS, n=1, cutoff=_SIMILAR):
+        form = f"turtle1 $ {similar[0]}{' …' if second else ''}"
+        meant = Fix(f"Play it: {form}", (Edit(first.span, f"turtle1 $ {similar[0]}"),))
+        return Diagnostic("syntax", whole, f"write a robot first: `{form}`", (meant, insert) if forgot else (meant,))
+    if not forgot:
+        return Diagnostic("syntax", whole, _FORMS, (plays,))
     message = f"write `$` after the robot's name: `{first.text} $ …`"
     return Diagnostic("syntax", first.span, message, (insert, plays))
 
@@ -79,6 +93,10 @@ def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
         return None
     number = "".join(token.text for token in tokens[at:end])
     span = Span(tokens[at].start, tokens[end - 1].end)
+    before = tokens[at - 1] if at else None
+    if before and before.type in ("NUMBER", "PARAM") and number[0] in "+-":
+        message = "numbers can be multiplied and divided, but not added or subtracted: write the result"
+        return Diagnostic("syntax", span, message)
     start = _start_of_term(tokens, at - 1)
     if start is not None:
         last = tokens[at - 1]
@@ -88,6 +106,24 @@ def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     if end < len(tokens) and tokens[end].type in (*_WORDS, *_OPENERS.values()):
         return Diagnostic("syntax", span, *number_first(number, tokens[end], tokens[end].type in _WORDS, span))
     return None
+
+
+def bracketed_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
+    """The error about a number in brackets, as in `poly (3)`; None if it is another one."""
+    start = at if at < len(tokens) and tokens[at].text == "(" else at - 1
+    if start < 0 or tokens[start].text != "(":
+        return None
+    end = start + 1
+    while end < len(tokens) and tokens[end].type in ("NUMBER", "OPERATOR"):
+        end += 1
+    if end == start + 1 or end == len(tokens) or tokens[end].text != ")":
+        return None
+    number = "".join(token.text for token in tokens[start + 1 : end])
+    is_apart = start > 0 and tokens[start - 1].end < tokens[start].start
+    edits = (Edit(tokens[start].span, "" if is_apart else " "), Edit(tokens[end].span, ""))
+    message = f"write `{number}` without brackets: only movements can stand in them"
+    span = Span(tokens[start].start, tokens[end].end)
+    return Diagnostic("syntax", span, message, (Fix("Remove the brackets", edits),))
 
 
 def number_first(

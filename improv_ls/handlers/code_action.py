@@ -2,25 +2,62 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from lsprotocol import types
+from pygls.uris import from_fs_path
 
 from improv_core.ide.code_action import Action, fixes
 from improv_core.ide.code_action_refactor import refactorings
+from improv_core.robots.edits import add
+from improv_core.text import LineIndex, Span
 from improv_ls import to_lsp
-from improv_ls.documents import Document
+from improv_ls.documents import Document, RobotsFile
+from improv_ls.handlers import robots_file
 from improv_ls.positions import to_span
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import Changed, workspace_edit
 
 
 def code_action(ls: Session, params: types.CodeActionParams) -> list[types.CodeAction]:
-    document = ls.documents.get(params.text_document.uri)
+    uri = params.text_document.uri
+    document = ls.documents.get(uri) or ls.robots_files.get(uri)
     if not document:
         return []
     span = to_span(document.lines, params.range, ls.editor.encoding)
     only = [str(getattr(kind, "value", kind)) for kind in params.context.only or ()]
-    found = [*fixes(document.analysis, span), *refactorings(document.analysis, span)]
-    return [_converted(ls, document, action) for action in found if not only or _is_one_of(action.kind, only)]
+    return [
+        _converted(ls, document, action, changed)
+        for action, changed in _actions(ls, document, span)
+        if not only or _is_one_of(action.kind, only)
+    ]
+
+
+def _actions(ls: Session, document: Document | RobotsFile, span: Span) -> Iterator[tuple[Action, dict[str, Changed]]]:
+    """Actions, and the edits of each."""
+    if isinstance(document, RobotsFile):
+        found = robots_file.actions(document, span)
+    else:
+        found = [*fixes(document.analysis.diagnostics, span), *refactorings(document.analysis, span)]
+    for action in found:
+        yield action, {document.uri: Changed(document.version, document.lines, action.edits)}
+    if isinstance(document, Document):
+        yield from _additions(ls, document, span)
+
+
+def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, Changed]]]:
+    """Fixes that add a robot to `improv.toml`."""
+    robots, text = document.analysis.cast, document.analysis.text
+    uri = from_fs_path(str(robots.path)) if robots.path else None
+    if not uri:
+        return
+    file = ls.robots_files.get(uri) or RobotsFile(uri, None, LineIndex(robots.text))
+    for problem in document.analysis.diagnostics:
+        if problem.code == "unknown-robot" and problem.span.start <= span.end and span.start <= problem.span.end:
+            name = text[slice(*problem.span)]
+            if edit := add(file.lines.text, name):
+                action = Action(f"Add {name} to improv.toml", "quickfix", (edit,), (problem,))
+                yield action, {uri: Changed(file.version, file.lines, action.edits)}
 
 
 def _is_one_of(kind: str, wanted: list[str]) -> bool:
@@ -28,10 +65,11 @@ def _is_one_of(kind: str, wanted: list[str]) -> bool:
     return any(f"{kind}.".startswith(f"{each}.") for each in wanted if each) or "" in wanted
 
 
-def _converted(ls: Session, document: Document, action: Action) -> types.CodeAction:
+def _converted(
+    ls: Session, document: Document | RobotsFile, action: Action, changed: dict[str, Changed]
+) -> types.CodeAction:
     editor = ls.editor
     prefers = editor.can("text_document.code_action.is_preferred_support")
-    changed = {document.uri: Changed(document.version, document.lines, action.edits)}
     fixed = [
         to_lsp.diagnostic(document.uri, document.lines, each, editor.encoding, editor.diagnostic_support)
         for each in action.diagnostics

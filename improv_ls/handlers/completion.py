@@ -7,23 +7,27 @@ from lsprotocol import types
 from improv_core.ide.completion import Item, complete
 from improv_core.ide.completion import document as documentation_of
 from improv_ls import to_lsp
+from improv_ls.handlers import robots_file
 from improv_ls.handlers.hover import shows_pictures
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
 
 
 def completion(ls: Session, params: types.CompletionParams) -> types.CompletionList | None:
+    if file := ls.robots_files.get(params.text_document.uri):
+        return robots_file.completion(ls, file, params)
     document = ls.documents.get(params.text_document.uri)
     if not document:
         return None
     found = complete(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
     if not found:
         return None
-    # A space asks only where there is little to choose from, so that lists do not pop up between all words.
-    if params.context and params.context.trigger_character == " " and {item.kind for item in found.items} != {"plane"}:
+    # A trigger asks only where there is little to choose from, so that lists do not pop up between all words.
+    is_short = found.items and found.items[0].kind in ("plane", "sense")
+    if params.context and params.context.trigger_character and not is_short:
         return None
     snippets = ls.editor.can("text_document.completion.completion_item.snippet_support")
-    return to_lsp.completion(document, found, bool(snippets), ls.editor.encoding)
+    return to_lsp.completion(document.uri, document.lines, found, bool(snippets), ls.editor.encoding)
 
 
 def resolve(ls: Session, item: types.CompletionItem) -> types.CompletionItem:

@@ -8,11 +8,14 @@ from lsprotocol import types
 
 from improv_core.ide.hover import hover as hover_at
 from improv_ls import to_lsp
+from improv_ls.handlers import robots_file
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session
 
 
 def hover(ls: Session, params: types.HoverParams) -> types.Hover | None:
+    if file := ls.robots_files.get(params.text_document.uri):
+        return robots_file.hover(ls, file, params)
     document = ls.documents.get(params.text_document.uri)
     if not document:
         return None

@@ -9,12 +9,15 @@ from improv_core.ide import references as finding
 from improv_core.ide.references import Symbol, symbol_at
 from improv_core.text import LineIndex
 from improv_ls.documents import Document, robots_of
+from improv_ls.handlers import robots_file
 from improv_ls.positions import to_offset
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import location
 
 
 def references(ls: Session, params: types.ReferenceParams) -> list[types.Location]:
+    if file := ls.robots_files.get(params.text_document.uri):
+        return robots_file.references(ls, file, params)
     document, symbol = symbol_under(ls, params)
     if not document or not symbol:
         return []

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from random import Random
+from typing import Literal, TypeAlias
 
 SHARED = "motif"
 """The name that a third of the lines use in a document with a shared name; its definition is on line `SHARED_LINE`."""
@@ -21,7 +22,26 @@ _CHANGES = (
 )
 _NOUNS = ("wave", "spiral", "step", "turn", "bow", "sway", "leap", "circle", "phrase", "answer", "drift", "pulse")
 _ROBOTS = ("turtle1", "turtle2", "anna", "bruno", "clara", "drummer", "shaker", "walker")
+_PHRASES = (
+    "poly n = repeat n (forward fast n left)",
+    "spiral n k = repeat n (scale k forward left)",
+    "answer (m) = m reflect YZ m",
+    "times n (m) = repeat n (m halfleft)",
+    "there_and_back (m) = m retrograde m",
+    "sway n = repeat n [left right]",
+)
+_FUNCTIONS = (
+    "def poly(n): return n * math.pi",
+    "def spiral(n, k): return sum(range(n)) * k",
+    "def answer(m): return m, -m",
+    "def times(n, m): return n * (m + 1)",
+    "def there_and_back(m): return m, m",
+)
 _FORMS = ("{} * 2 + {}", "max({}, {}, 1)", "math.hypot({}, {})", "sum([{}, {}]) / 2", "({} - {}) ** 2")
+
+
+Uses: TypeAlias = Literal["", "name", "phrase"]
+"""What a third of the lines of a document use: nothing in particular, `SHARED`, or phrases with parameters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,25 +59,30 @@ class Language:
     """How to write a document of so many lines in a language, and what to do to its lines."""
 
     name: str
-    write: Callable[[int, bool], str]
+    write: Callable[[int, Uses], str]
     more: str
     mistakes: tuple[str, ...]
 
 
-def improv(lines: int, shared: bool = False, seed: int = 1) -> str:
-    """An Improv program of so many lines (100 or more give no hint either); with `shared`, a third use `SHARED`."""
+def improv(lines: int, uses: Uses = "", seed: int = 1) -> str:
+    """An Improv program of so many lines (100 or more give no hint either)."""
     dance = _Dance(Random(seed))
     made = ["# A dance for eight robots.", "beat 30", "", f"{SHARED} = forward [left right] scale 1/2 backward"]
-    made += _thirds(lines - len(made), shared, dance.lines, _improv_user)
+    if uses == "phrase":
+        made += _PHRASES
+    made += _thirds(lines - len(made), uses, dance.lines, _phrase_user if uses == "phrase" else _improv_user)
     return "".join(f"{line}\n" for line in made)
 
 
-def python(lines: int, shared: bool = False, seed: int = 1) -> str:
-    """A Python module of so many lines; with `shared`, a third use `SHARED`."""
+def python(lines: int, uses: Uses = "", seed: int = 1) -> str:
+    """A Python module of so many lines; phrases are functions."""
     random = Random(seed)
     names: list[str] = []
     made = ['"""Measures of a dance."""', "import math", "", f"{SHARED} = math.sqrt(2)"]
-    made += _thirds(lines - len(made), shared, lambda _, room: _python_lines(random, names, room), _python_user)
+    if uses == "phrase":
+        made += _FUNCTIONS
+    user = _function_user if uses == "phrase" else _python_user
+    made += _thirds(lines - len(made), uses, lambda _, room: _python_lines(random, names, room), user)
     return "".join(f"{line}\n" for line in made)
 
 
@@ -83,14 +108,14 @@ def edits(language: Language, text: str, only: int | None = None, seed: int = 1)
 
 
 def _thirds(
-    lines: int, shared: bool, write: Callable[[int, int], list[str]], user: Callable[[int], str]
+    lines: int, uses: Uses, write: Callable[[int, int], list[str]], user: Callable[[int], str]
 ) -> Iterator[str]:
-    """So many lines as `write` gives them, told how many are left and how many it may give at once; with `shared`,
-    every third is a `user` instead."""
+    """So many lines as `write` gives them, told how many are left and how many it may give at once. If they use
+    something, every third is a `user` instead."""
     number = 0
     while number < lines:
         left = lines - number
-        piece = [user(number)] if shared and number % 3 == 0 else write(left, min(left, 2) if shared else left)
+        piece = [user(number)] if uses and number % 3 == 0 else write(left, min(left, 2) if uses else left)
         number += len(piece)
         yield from piece
 
@@ -100,6 +125,22 @@ def _improv_user(number: int) -> str:
     if number % 2 == 0:
         return f"variation{number} = {_MOVES[number % len(_MOVES)]} {change} {SHARED}"
     return f"{_ROBOTS[number % len(_ROBOTS)]} $ variation{number - 3} {change} {SHARED}"
+
+
+def _phrase_user(number: int) -> str:
+    count, move = 2 + number % 11, _MOVES[number % len(_MOVES)]
+    forms = (
+        f"poly {count}",
+        f"{move} spiral {count} 3/2",
+        f"answer ({move} left) {move}",
+        f"times {count} {SHARED}",
+        f"there_and_back answer poly {count}",
+        f"sway {count} {move}",
+    )
+    movement = forms[number // 3 % len(forms)]
+    if number % 2 == 0:
+        return f"variation{number} = {movement}"
+    return f"{_ROBOTS[number % len(_ROBOTS)]} $ variation{number - 3} {movement}"
 
 
 class _Dance:
@@ -160,6 +201,12 @@ class _Dance:
 
 def _python_user(number: int) -> str:
     return f"variation{number} = {_FORMS[number % len(_FORMS)].format(SHARED, number)}"
+
+
+def _function_user(number: int) -> str:
+    count = 2 + number % 11
+    forms = (f"poly({count})", f"spiral({count}, 1.5)", f"answer({count})", f"times({count}, {SHARED})")
+    return f"variation{number} = {forms[number // 3 % len(forms)]}"
 
 
 def _python_lines(random: Random, names: list[str], room: int) -> list[str]:

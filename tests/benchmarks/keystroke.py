@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from itertools import islice
 from statistics import median
+from time import sleep
 
-from tests.benchmarks.documents import SHARED_LINE, edits
+from tests.benchmarks.documents import SHARED_LINE, Uses, edits
 from tests.benchmarks.servers import ALL, BARE, OURS, RUFF, Kind, Seen, Server
 from tests.benchmarks.tables import p99, print_row
 
@@ -19,6 +21,8 @@ Samples = dict[Kind, list[float]]
 """What was measured of each server: milliseconds, or MB."""
 
 LONG = 10_000
+IDLE = 20
+"""Seconds that an idle server is watched."""
 AT_ONCE = 20
 """How many edits one server gets before it is the next one's turn: what disturbs the machine disturbs all three."""
 
@@ -49,23 +53,34 @@ def run(quick: bool) -> None:
     print_row("lines", *(f"{kind.name} {part}" for kind in ALL for part in ("p50", "p99")), "ours / ruff", "goal", "")
     print_row(*["---:"] * 8, "---", "---")
     for lines, goal in ((100, 2), (1_000, 1), (LONG, 0.5)):
-        _print_keystrokes(f"{lines:,}", _keystrokes(lines, False, rounds), Goal(goal, RUFF))
-    _print_keystrokes(f"{LONG:,}, a third use one name", _keystrokes(LONG, True, rounds), Goal(0.5, RUFF))
+        _print_keystrokes(f"{lines:,}", _keystrokes(lines, "", rounds), Goal(goal, RUFF))
+    _print_keystrokes(f"{LONG:,}, a third use phrases", _keystrokes(LONG, "phrase", rounds), Goal(0.5, RUFF))
+    shared = f"{LONG:,}, a third use the name that is edited"
+    _print_keystrokes(shared, _keystrokes(LONG, "name", rounds), Goal(50, unit="ms"))
     print(f"\nOther medians; memory is the resident set with {LONG:,} lines open and after 50 edits\n")
     print_row("what", *(kind.name for kind in ALL), "goal", "")
     print_row("---", *["---:"] * 3, "---", "---")
-    _print_other(f"first diagnostics of {LONG:,} lines, ms", _repeated(opens, _first), Goal(1000, unit="ms"))
+    _print_other(
+        "all lines up to date after that name is edited, ms", {OURS: _all_settled(rounds)}, Goal(200, unit="ms")
+    )
+    first, with_phrases = _repeated(opens, partial(_first, "")), _repeated(opens, partial(_first, "phrase"))
+    _print_other(f"first diagnostics of {LONG:,} lines, ms", first, Goal(600, unit="ms"))
+    _print_other("with phrases, ms", with_phrases, Goal(1000, unit="ms"))
     _print_other("process start → `initialize` answered, ms", _repeated(starts, _start), Goal(1.1, BARE))
-    memories = {kind: _memory(kind) for kind in ALL}
-    _print_other("memory, MB", {kind: [now] for kind, (now, _) in memories.items()}, Goal(80, unit="MB"))
-    _print_other("memory at most, MB", {kind: [most] for kind, (_, most) in memories.items()}, None)
+    documents: Sequence[tuple[str, Uses, float]] = (("memory", "", 60), ("memory with phrases", "phrase", 80))
+    for what, uses, goal in documents:
+        memories = {kind: _memory(kind, uses) for kind in ALL}
+        now, most = ({kind: [each[place]] for kind, each in memories.items()} for place in (0, 1))
+        _print_other(f"{what}, MB", now, Goal(goal, unit="MB"))
+        _print_other(f"{what} at most, MB", most, None)
+    _print_other(f"processor time while idle for {IDLE} s, % of a core", _repeated(1, _idle), Goal(0.1, unit="%"))
 
 
-def _keystrokes(lines: int, shared: bool, rounds: int) -> Samples:
-    """Edits of a document of so many lines; with `shared`, of the definition that a third of them use."""
+def _keystrokes(lines: int, uses: Uses, rounds: int) -> Samples:
+    """Edits of a document of so many lines; if a third of them use one name, of its definition."""
     samples: Samples = {kind: [] for kind in ALL}
     with ExitStack() as stack:
-        change = {kind: _opened(stack.enter_context(Server(kind)), kind, lines, shared) for kind in ALL}
+        change = {kind: _opened(stack.enter_context(Server(kind)), kind, lines, uses) for kind in ALL}
         for turn in range(rounds + 1):
             for kind in ALL:
                 times = [seen.seconds * 1000 for seen in islice(change[kind], AT_ONCE)]
@@ -74,12 +89,12 @@ def _keystrokes(lines: int, shared: bool, rounds: int) -> Samples:
     return samples
 
 
-def _opened(server: Server, kind: Kind, lines: int, shared: bool = False) -> Iterator[Seen]:
+def _opened(server: Server, kind: Kind, lines: int, uses: Uses = "") -> Iterator[Seen]:
     """Opens a document and edits it once for every step. Raises if mistakes are not found, or others are."""
-    text = kind.language.write(lines, shared)
+    text = kind.language.write(lines, uses)
     if server.open(text).mistakes:
         raise RuntimeError(f"{kind.name} finds a mistake where none is")
-    for edit in edits(kind.language, text, SHARED_LINE if shared else None):
+    for edit in edits(kind.language, text, SHARED_LINE if uses == "name" else None):
         seen = server.change(edit)
         if kind.finds_mistakes and bool(seen.mistakes) != edit.wrong:
             raise RuntimeError(f"{kind.name} gives {seen.mistakes} mistakes after {edit}")
@@ -94,9 +109,26 @@ def _repeated(times: int, measure: Callable[[Kind], float]) -> Samples:
     return samples
 
 
-def _first(kind: Kind) -> float:
+def _all_settled(rounds: int) -> list[float]:
+    """Milliseconds from an edit of the name that a third of the lines use until all of them are up to date."""
+    with Server(OURS) as server:
+        change = _opened(server, OURS, LONG, "name")
+        return [server.settle() * 1000 for _ in islice(change, rounds * AT_ONCE)]
+
+
+def _first(uses: Uses, kind: Kind) -> float:
     with Server(kind) as server:
-        return server.open(kind.language.write(LONG, False)).seconds * 1000
+        return server.open(kind.language.write(LONG, uses)).seconds * 1000
+
+
+def _idle(kind: Kind) -> float:
+    """Percent of a core that a server uses while nobody types and nothing plays."""
+    with Server(kind) as server:
+        server.open(kind.language.write(LONG, ""))
+        sleep(1)  # what follows the first diagnostics
+        before = server.processor_time()
+        sleep(IDLE)
+        return (server.processor_time() - before) / IDLE * 100
 
 
 def _start(kind: Kind) -> float:
@@ -104,9 +136,9 @@ def _start(kind: Kind) -> float:
         return server.start_seconds * 1000
 
 
-def _memory(kind: Kind) -> tuple[float, float]:
+def _memory(kind: Kind, uses: Uses) -> tuple[float, float]:
     with Server(kind) as server:
-        for _ in islice(_opened(server, kind, LONG), 50):
+        for _ in islice(_opened(server, kind, LONG, uses), 50):
             pass
         return server.memory()
 
@@ -118,5 +150,5 @@ def _print_keystrokes(what: str, samples: Samples, goal: Goal) -> None:
 
 
 def _print_other(what: str, samples: Samples, goal: Goal | None) -> None:
-    values = (f"{median(samples[kind]):.1f}" for kind in ALL)
+    values = (f"{median(samples[kind]):.1f}" if kind in samples else "" for kind in ALL)
     print_row(what, *values, str(goal or ""), goal.verdict(samples) if goal else "")

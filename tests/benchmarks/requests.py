@@ -15,7 +15,7 @@ from statistics import median
 from typing import Any
 
 from tests.benchmarks.background import KEYS_A_SECOND, PLAYER, playing
-from tests.benchmarks.documents import IMPROV, SHARED, SHARED_LINE, Edit, edits, improv
+from tests.benchmarks.documents import IMPROV, SHARED, SHARED_LINE, Edit, Uses, edits, improv
 from tests.benchmarks.servers import OURS, Kind, Server
 from tests.benchmarks.tables import p99, print_row
 
@@ -74,7 +74,7 @@ def run(quick: bool) -> None:
 
 def _requests(rounds: int) -> Mapping[str, tuple[list[float], Goal | None]]:
     """The times of each request; every one comes right after an edit."""
-    text = improv(LINES, True)
+    text = improv(LINES, "name")
     random = Random(3)
     shared = {"position": _place(SHARED_LINE, len(SHARED)), "newName": "theme"}
     asked = {
@@ -89,7 +89,7 @@ def _requests(rounds: int) -> Mapping[str, tuple[list[float], Goal | None]]:
         "code actions": Request("codeAction", lambda edit: {"range": _whole(edit), "context": {"diagnostics": []}}),
     }
     found: dict[str, list[float]] = {what: [] for what in asked}
-    with _server(_ASKED, shared=True) as server:
+    with _server(_ASKED, uses="name") as server:
         if not server.capabilities.get("codeActionProvider"):
             del found["code actions"]
         changes = edits(IMPROV, text)
@@ -114,10 +114,10 @@ def _first_tokens() -> float:
 
 
 @contextmanager
-def _server(kind: Kind, shared: bool = False) -> Iterator[Server]:
+def _server(kind: Kind, uses: Uses = "") -> Iterator[Server]:
     """A server with the document open."""
     with Server(kind) as server:
-        if server.open(improv(LINES, shared)).mistakes:
+        if server.open(improv(LINES, uses)).mistakes:
             raise RuntimeError("there is a mistake where none is")
         yield server
 

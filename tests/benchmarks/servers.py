@@ -96,6 +96,7 @@ class Server:
     def __init__(self, kind: Kind, env: Mapping[str, str] | None = None) -> None:
         self._version = 0
         self._next_id = 0
+        self._changed = 0.0
         self._bytes = bytearray()
         self.page: str | None = None
         """The address that the server has asked to show."""
@@ -158,6 +159,16 @@ class Server:
         self._request("workspace/executeCommand", {"command": name})
         return begin
 
+    def settle(self) -> float:
+        """How many seconds after the latest change was written its diagnostics are published again, which our server
+        does once everything that depends on the change is up to date."""
+        return self._published(self._changed).seconds
+
+    def processor_time(self) -> float:
+        """Seconds of processor time that it has used (Linux)."""
+        fields = Path(f"/proc/{self.pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
     def ask(self, method: str, **params: Any) -> tuple[float, Any]:
         """How many seconds it takes until a request about the document is answered, and the answer."""
         return self._request(f"textDocument/{method}", {"textDocument": {"uri": self._uri}, **params})
@@ -173,8 +184,12 @@ class Server:
 
     def _see(self, method: str, params: Message) -> Seen:
         message = _framed({"method": method, "params": params})
-        begin = perf_counter()
+        self._changed = perf_counter()
         self._write(message)
+        return self._published(self._changed)
+
+    def _published(self, begin: float) -> Seen:
+        """The next diagnostics of the version that the server has now."""
         while True:
             body, end = self._read()
             found = self._take(body)

@@ -11,6 +11,8 @@ IMPROV = [sys.executable, "-u", "-m", "improv_core"]
 LIMIT = 60.0
 """Seconds to wait for anything on a busy machine."""
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.improv"))
+REACTING = sorted((Path(__file__).parents[2] / "examples" / "senses").glob("*.improv"))
+"""Examples in which robots react."""
 SQUARE = next(path for path in EXAMPLES if path.name == "square.improv")
 
 

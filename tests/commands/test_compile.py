@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands.command_line import EXAMPLES, IMPROV, LIMIT, SQUARE, run
+from tests.commands.command_line import EXAMPLES, IMPROV, LIMIT, REACTING, SQUARE, run
 
 
 def test_compile_prints_one_object_for_each_file(tmp_path: Path) -> None:
@@ -58,7 +58,7 @@ def test_compile_assumes_that_nothing_is_sensed_or_what_a_script_says(tmp_path: 
     assert done.stderr.startswith(f"improv: {script}: entry 1: write `sense`, `from`")
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [*EXAMPLES, *REACTING], ids=lambda path: path.stem)
 def test_examples_are_right(path: Path) -> None:
     done = run("compile", path)
     assert done.stdout
@@ -71,7 +71,7 @@ def test_in_examples_robots_meet_nobody(path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [*EXAMPLES, *REACTING], ids=lambda path: path.stem)
 def test_examples_say_first_what_they_show(path: Path) -> None:
     assert path.read_text(encoding="utf-8").startswith("# ")
 

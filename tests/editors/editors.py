@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -36,6 +37,15 @@ def nothing_left() -> Iterator[dict[str, str]]:
         with suppress(ProcessLookupError):
             processes[pid] = os.pidfd_open(pid)
     wait_until_gone(processes, END_LIMIT)
+
+
+def slow_server(folder: Path) -> tuple[Path, Path]:
+    """A server that starts only once a file is there, its gate: the paths of both."""
+    server, gate = folder / "slow-improv-ls", folder / "gate"
+    wait = f'while [ ! -e "{gate}" ]; do kill -0 $PPID || exit; sleep 0.1; done'
+    server.write_text(f'#!/bin/sh\n{wait}\nexec "{sys.executable}" -m improv_ls "$@"\n')
+    server.chmod(0o755)
+    return server, gate
 
 
 def started_from(env: Mapping[str, str]) -> dict[int, dict[str, str]]:

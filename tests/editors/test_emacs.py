@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.editors import colors
-from tests.editors.editors import LIMIT, ROOT, find, nothing_left
+from tests.editors.editors import LIMIT, ROOT, find, nothing_left, slow_server
 from tests.editors.terminal import Terminal, until
 
 PACKAGE = ROOT / "editors" / "emacs"
@@ -75,6 +75,24 @@ def emacs() -> str:
 def test_session(emacs: str, tmp_path: Path) -> None:
     with nothing_left() as env:
         run(command(emacs, "session.el"), tmp_path, surroundings(env, tmp_path, PROGRAM))
+
+
+@pytest.mark.parametrize("steps", ["save-buffer", "improv-play", "save-buffer improv-play improv-hush"])
+@pytest.mark.timeout(LIMIT + 60)
+def test_what_is_asked_for_while_the_server_starts(emacs: str, tmp_path: Path, steps: str) -> None:
+    server, gate = slow_server(tmp_path)
+    asked = {"IMPROV_SLOW": str(server), "IMPROV_GATE": str(gate), "IMPROV_STEPS": steps}
+    with nothing_left() as env:
+        environment = surroundings({**env, **asked}, tmp_path, PROGRAM.replace("lft", "left"))
+        run(command(emacs, "slow.el"), tmp_path, environment)
+
+
+@pytest.mark.timeout(LIMIT + 60)
+def test_improv_toml(emacs: str, tmp_path: Path) -> None:
+    for name in ("improv.toml", "other.toml"):
+        (tmp_path / name).write_text('[robots.turtle1]\nprofile = "turtlebot3_burgr"\n\n')
+    with nothing_left() as env:
+        run(command(emacs, "robots.el"), tmp_path, surroundings(env, tmp_path, PROGRAM))
 
 
 @pytest.mark.timeout(LIMIT)

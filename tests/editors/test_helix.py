@@ -15,6 +15,7 @@ from textwrap import dedent
 
 import pytest
 
+from improv_ls.editor import READING
 from tests.editors import grammar, robot
 from tests.editors.editors import LIMIT, ROOT, find, nothing_left, started_from
 from tests.editors.terminal import Terminal, until, written
@@ -116,7 +117,10 @@ def test_session(tmp_path: Path) -> None:
         terminal.type("%sforward", "Enter", "c", "forwad")
         _escape(terminal)
         terminal.see("`forwad` is not defined: did you mean `forward`?")
+        last = _beat(terminal)
         terminal.type(":w", "Enter")
+        terminal.see("✗ line 3: `forwad` is not defined")
+        assert _beat(terminal) >= last + 2 * READING  # at beat 120; until then, one can read the message
         until(lambda: "forwad" in (tmp_path / "dance.improv").read_text(encoding="utf-8"), terminal.screen)
         asyncio.run(robot.moves(url))
 
@@ -133,6 +137,18 @@ def test_session(tmp_path: Path) -> None:
 
 
 @pytest.mark.timeout(LIMIT)
+def test_the_address_of_the_page_over_ssh(tmp_path: Path) -> None:
+    with helix(tmp_path, "beat 120\nturtle1 $ repeat forward\nx = left\n", _config(), screen=False) as (terminal, _):
+        terminal.see("●")  # `x` is not used: the server is at work
+        terminal.type(":w", "Enter")
+        terminal.see("page: http://127.0.0.1:")
+        url = re.findall(r"page: (\S+)", terminal.screen())[0]
+        assert _beat(terminal) >= 2 * READING
+        asyncio.run(robot.moves(url))
+        terminal.type(":quit!", "Enter")
+
+
+@pytest.mark.timeout(LIMIT)
 def test_killed_while_the_robot_dances(tmp_path: Path) -> None:
     with helix(tmp_path, "x = left\nturtle1 $ repeat forward\n", "") as (terminal, env):
         terminal.see("●")  # `x` is not used: the server is at work
@@ -143,12 +159,29 @@ def test_killed_while_the_robot_dances(tmp_path: Path) -> None:
         os.kill(editor, signal.SIGKILL)
 
 
+@pytest.mark.timeout(LIMIT)
+def test_improv_toml(tmp_path: Path) -> None:
+    (tmp_path / "improv.toml").write_text('[robots.turtle1]\nprofile = "turtlebot3_burgr"\n', encoding="utf-8")
+    with helix(tmp_path, "turtle1 $ forward\n", "") as (terminal, _):
+        terminal.see("NOR")
+        terminal.type(f":open {tmp_path / 'improv.toml'}", "Enter")
+        terminal.see("burgr")
+        terminal.see("●")
+        terminal.type("Space", "k")
+        terminal.see("robots")
+        _escape(terminal)
+        terminal.type("j", "Space", "k")
+        terminal.see("the kind of robot")
+        _escape(terminal)
+        terminal.type(":quit-all!", "Enter")
+
+
 @contextmanager
-def helix(home: Path, program: str, config: str) -> Iterator[tuple[Terminal, Mapping[str, str]]]:
+def helix(home: Path, program: str, config: str, screen: bool = True) -> Iterator[tuple[Terminal, Mapping[str, str]]]:
     """The program in a Helix set up by the commands of its page, in a home where nothing was; and its environment."""
     editor = find("HELIX", "helix/usr/bin/hx")
     clean = {"HOME": str(home), **{f"XDG_{kind}_HOME": "" for kind in ("CONFIG", "CACHE", "DATA", "STATE")}}
-    for commands in _blocks("sh"):
+    for commands in 2 * _blocks("sh"):  # they can be repeated
         grammar.run(commands, clean)
     folder = home / ".config" / "helix"
     (folder / "config.toml").write_text(config, encoding="utf-8")
@@ -159,7 +192,10 @@ def helix(home: Path, program: str, config: str) -> Iterator[tuple[Terminal, Map
     browser.chmod(0o755)
     (home / "dance.improv").write_text(program, encoding="utf-8")
     with nothing_left() as env:
+        env.pop("DISPLAY", None)
+        env.pop("WAYLAND_DISPLAY", None)
         env |= clean | {"LANG": "C.UTF-8", "COLORTERM": "truecolor"}
+        env |= {"DISPLAY": ":0"} if screen else {}
         env["PATH"] = f"{home}:{Path(sys.executable).parent}:{env['PATH']}"
         with Terminal(home / "tmux", [editor, str(home / "dance.improv")], env) as terminal:
             yield terminal, env

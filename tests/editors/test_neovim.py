@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from tests.editors import colors, robot
-from tests.editors.editors import LIMIT, ROOT, find, nothing_left, started_from
+from tests.editors.editors import LIMIT, ROOT, find, nothing_left, slow_server, started_from
 from tests.editors.terminal import Terminal, until, written
 
 SCRIPTS = Path(__file__).parent / "neovim"
@@ -89,6 +89,21 @@ def test_session(neovim: Neovim) -> None:
 @pytest.mark.timeout(LIMIT + 60)
 def test_words(neovim: Neovim) -> None:
     neovim.check("words.lua")
+
+
+@pytest.mark.parametrize("steps", ["write", "ImprovPlay", "write ImprovPlay ImprovHush"])
+@pytest.mark.timeout(LIMIT + 60)
+def test_what_is_asked_for_while_the_server_starts(neovim: Neovim, steps: str) -> None:
+    neovim.program.write_text("turtle1 $ repeat forward\n")
+    server, gate = slow_server(neovim.folder)
+    neovim.check("slow.lua", IMPROV_SLOW=str(server), IMPROV_GATE=str(gate), IMPROV_STEPS=steps)
+
+
+@pytest.mark.timeout(LIMIT + 60)
+def test_improv_toml(neovim: Neovim) -> None:
+    for name in ("improv.toml", "other.toml"):
+        (neovim.folder / name).write_text('[robots.turtle1]\nprofile = "turtlebot3_burgr"\n\n')
+    neovim.check("robots.lua")
 
 
 def test_colors_before_the_server_answers(neovim: Neovim) -> None:

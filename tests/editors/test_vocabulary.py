@@ -40,6 +40,9 @@ def test_a_word_added_in_one_place_reaches_all_and_changes_nothing_else(tmp_path
     for file in ("generate.py", *GENERATED):
         (tmp_path / "editors" / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / "editors" / file, tmp_path / "editors" / file)
+    schema = Path("docs", "improv.schema.json")
+    (tmp_path / "docs").mkdir()
+    shutil.copy(ROOT / schema, tmp_path / schema)
     before = {file: (tmp_path / "editors" / file).read_text(encoding="utf-8") for file in GENERATED}
 
     for module, down, spin in (

@@ -15,7 +15,7 @@ from urllib.parse import quote, urlsplit
 import pytest
 from playwright.sync_api import Frame, Locator, Page, expect
 
-from tests.editors.editors import LIMIT, ROOT, nothing_left, started_from
+from tests.editors.editors import LIMIT, ROOT, nothing_left, slow_server, started_from
 from tests.editors.vscode.workbench import (
     PATIENCE,
     framed_page,
@@ -59,7 +59,12 @@ def test_installs_its_server(tmp_path: Path) -> None:
     with nothing_left() as env:
         folders = [each for each in env["PATH"].split(os.pathsep) if not (Path(each) / "improv-ls").exists()]
         with workbench(tmp_path, PROGRAM, {"improv.backend": "sim"}, {**env, "PATH": os.pathsep.join(folders)}) as page:
-            _toast(page, "Improv can't find its language server").get_by_role("button", name="Install…").click()
+            missing = _toast(page, "Improv can't find its language server")
+            expect(missing).to_be_visible()
+            run_command(page, "Notifications: Clear All Notifications")
+            expect(missing).to_have_count(0)
+            _status(page).click()
+            missing.get_by_role("button", name="Install…").click()
             dialog = page.locator(".monaco-dialog-box")
             expect(dialog).to_contain_text(
                 re.compile(r"Improv 0\.\d+\.\d+, which comes with this extension.*pygls.*lark")
@@ -97,6 +102,101 @@ def test_a_server_that_hangs_is_replaced(tmp_path: Path) -> None:
         expect(page.locator(".squiggly-error")).to_have_count(1)
         expect(_status(page)).to_have_text("Improv")
         expect(page.locator(".notification-toast")).to_have_count(0)
+
+
+@pytest.mark.timeout(2 * LIMIT)
+def test_what_is_asked_for_while_the_server_starts(tmp_path: Path) -> None:
+    server, gate = slow_server(tmp_path)
+    settings = {"improv.server.path": str(server), "improv.backend": "sim", "security.workspace.trust.enabled": False}
+    with nothing_left() as env, workbench(tmp_path, PROGRAM.replace("lft", "left"), settings, env) as page:
+        expect(_status(page)).to_have_text("Starting Improv…")
+        word(page, "forward").click()
+        page.keyboard.press("End")
+        page.keyboard.type(" ")
+        page.keyboard.press("Control+S")
+        gate.touch()
+        expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
+
+        _escape_stops_with_a_widget(page, "Control+Shift+Space", ".parameter-hints-widget.visible")
+        _escape_stops_with_a_widget(page, "Control+F", ".find-widget.visible")
+        _the_context_menu_plays(page)
+        _a_killed_server_says_that_the_dance_ended(page, env)
+
+        gate.unlink()
+        run_command(page, "Improv: Restart Language Server")
+        expect(_status(page)).to_have_text("Starting Improv…")
+        word(page, "forward").click()
+        (starting,) = _servers(env)
+        for _ in range(3):
+            page.keyboard.press("Control+Enter")
+        gate.touch()
+        expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
+        assert _servers(env) == [starting]
+        _repeat_is_offered_once(page)
+        _robots_files_have_colors(page, tmp_path / "work")
+        page.get_by_role("tab", name="dance.improv").click()
+        run_command(page, "Improv: Stop Robots")
+        _kill_the_editor(env)
+
+
+def _escape_stops_with_a_widget(page: Page, key: str, widget: str) -> None:
+    word(page, "repeat").dblclick()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")  # where its argument is
+    page.keyboard.press(key)
+    expect(page.locator(widget)).to_be_visible()
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
+    expect(_status(page)).to_have_text("Improv: stopped · simulator")
+    expect(page.locator(widget)).to_have_count(0)
+    word(page, "repeat").click()
+    page.keyboard.press("Control+Enter")
+    expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
+
+
+def _the_context_menu_plays(page: Page) -> None:
+    for item, shown in (("Stop Robots", "Improv: stopped · simulator"), ("Play", re.compile(r"beat \d+/∞"))):
+        word(page, "forward").click(button="right")
+        page.locator(".monaco-menu").get_by_text(item, exact=True).hover()
+        page.keyboard.press("Enter")  # for 100 ms, the menu ignores the mouse
+        expect(_status(page)).to_have_text(shown)
+
+
+def _a_killed_server_says_that_the_dance_ended(page: Page, env: Mapping[str, str]) -> None:
+    for pid in _servers(env):
+        os.kill(pid, signal.SIGKILL)
+    expect(_toast(page, "so the robots stopped")).to_be_visible()
+    keep_picture(page, "killed")
+    run_command(page, "Notifications: Clear All Notifications")
+
+
+def _repeat_is_offered_once(page: Page) -> None:
+    word(page, "forward").click()
+    page.keyboard.press("End")
+    page.keyboard.type("\nturtle1 $ re")
+    page.keyboard.press("Control+Space")
+    offered = page.locator(".suggest-widget .monaco-list-row .label-name")
+    expect(offered.get_by_text("repeat", exact=True)).to_have_count(1)
+    keep_picture(page, "repeat")
+    page.keyboard.press("Escape")
+
+
+def _robots_files_have_colors(page: Page, folder: Path) -> None:
+    (folder / "improv.toml").write_text('# one\n[robots.turtle1]\nprofile = "turtlesim"\n')
+    page.get_by_role("treeitem", name="improv.toml").dblclick()
+    expect(word(page, "# one")).to_be_visible()
+    colors = {_color(page.locator(".view-line span:not(:has(span))", has_text=each)) for each in ("one", "robots", '"')}
+    assert len(colors) == 3, colors
+
+
+def _servers(env: Mapping[str, str]) -> list[int]:
+    """The processes of the language server, started or waiting at the gate."""
+
+    def is_server(pid: int) -> bool:
+        words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+        return b"improv_ls" in words or any(each.endswith(b"slow-improv-ls") for each in words)
+
+    return [pid for pid in started_from(env) if is_server(pid)]
 
 
 def _has_no_link(toast: Locator) -> None:
@@ -179,7 +279,7 @@ def _a_wrong_save_changes_nothing(page: Page, robots: str) -> None:
 def _keys_stop_the_robots(page: Page, robots: str) -> None:
     page.wait_for_function(IS_LIT, arg="left")
     page.keyboard.press("Control+.")
-    expect(_status(page)).to_have_text("stopped · simulator")
+    expect(_status(page)).to_have_text("Improv: stopped · simulator")
     keep_picture(page, "stopped")
     _robot(robots, "stands")
     expect(page.locator(".view-overlays [class*=TextEditorDecorationType]")).to_have_count(0)
@@ -188,10 +288,9 @@ def _keys_stop_the_robots(page: Page, robots: str) -> None:
     page.keyboard.press("Control+Enter")
     expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
     page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
     expect(page.locator(".suggest-widget")).to_be_hidden()
-    page.keyboard.press("Escape")
-    page.keyboard.press("Escape")
-    expect(_status(page)).to_have_text("stopped · simulator")
+    expect(_status(page)).to_have_text("Improv: stopped · simulator")
 
 
 def _a_new_server_plays(page: Page) -> None:

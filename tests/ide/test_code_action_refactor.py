@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import pairwise
 
 import pytest
@@ -13,6 +14,7 @@ from improv_core.ide.code_action import Action
 from improv_core.ide.code_action_refactor import refactorings
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
+from improv_core.score.performance import Sensing
 from improv_core.text import Span
 from tests.ide.cursor import CURSOR
 
@@ -231,6 +233,7 @@ def test_nothing_outside_movements() -> None:
         assert offered(program)[1] == []
 
 
+SENSED = [Sensing("near", None, Fraction(3, 4), Fraction(5, 2)), Sensing("near", None, 5)]
 TERMS = st.recursive(
     st.sampled_from(["forward", "left", "up", "rest", "x", "y"]),
     lambda inner: st.one_of(
@@ -249,6 +252,9 @@ TERMS = st.recursive(
         inner.map("seed 3 {}".format),
         inner.map("fit 2 {}".format),
         inner.map("f 2 {}".format),
+        inner.map("until near {}".format),
+        inner.map("pause not near {}".format),
+        st.builds("if near {} else {}".format, inner, inner),
         inner.map("g {0} (left {0})".format),
     ),
     max_leaves=6,
@@ -275,7 +281,8 @@ def test_what_plays_stays_the_same(program: str, data: st.DataObject) -> None:
     assume(actions)
     action = data.draw(st.sampled_from(actions))
     after = analyze(applied(program, action.edits))
-    assert compiled(after)["robots"] == compiled(analysis)["robots"], action
+    for script in ([], SENSED):
+        assert compiled(after, script=script)["robots"] == compiled(analysis, script=script)["robots"], action
     assert after.ok == analysis.ok, action
 
 

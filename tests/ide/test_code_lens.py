@@ -7,12 +7,17 @@ from improv_core.program.analysis import analyze
 
 
 def check(program: str, *lines: tuple[str, list[str]], muted: str = "", soloed: str = "") -> None:
-    """The lenses above each place; a place is the text that the lens stands above."""
+    """The lenses above each line, named by its robots. Each has a column of its own."""
     found: dict[str, list[str]] = {}
+    columns: dict[int, str] = {}
     for lens in lenses(analyze(program), muted.split(), soloed.split()):
         told = f"{lens.text} → {lens.command}{f' {lens.robot}' if lens.robot else ''}"
-        found.setdefault(program[slice(*lens.span)], []).append(told)
+        line = program.count("\n", 0, lens.span.start)
+        found.setdefault(program.splitlines()[line].split(" $")[0].strip(), []).append(told)
+        columns[lens.span.start] = told
     assert found == dict(lines)
+    assert list(columns) == sorted(columns)
+    assert len(columns) == sum(map(len, found.values()))
 
 
 HUSH = "■ hush → hush"

@@ -7,7 +7,7 @@ from improv_core.robots.config import read_robots
 from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind
 from tests.ide.cursor import at_cursor
 
-MOVING = [word for word in of_kind(Kind.PRIMITIVE, *TRANSFORMERS) if word not in of_kind(Kind.GUARD)]
+MOVING = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
 PLANES = of_kind(Kind.PLANE)
 
 
@@ -148,3 +148,38 @@ def test_what_is_said_about_what_is_offered() -> None:
     assert said("r", "robot", 2) == "r (robot, profile turtlesim): everything it plays\n2 beats, 2.0 s at beat 60"
     assert said("reflect", "keyword", 2) == "reflect YZ movement: Mirrors the movement across a plane: YZ, XZ, or XY."
     assert said("8", "number", 2) == said("y", "name", 2) == ""
+
+
+SENSES = """
+[senses.drop]
+key = "d"
+[senses.near]
+topic = "scan"
+message = "sensor_msgs/LaserScan"
+below = 0.5
+from = -30
+to = 30
+"""
+
+
+def test_conditions_offer_senses_and_where_they_come_from() -> None:
+    check("r $ until |>", "bump", "near", "cue", "not")
+    check("r $ repeat pause ne|> left", "bump", "near", "cue", "not")
+    check("x = if not |>", "bump", "near", "cue")
+    assert "else" in [item.label for item in offered("x = if near left |>").items]
+    found = {item.label: item.detail for item in offered("r $ until |>", SENSES).items if item.kind == "sense"}
+    assert list(found) == ["bump", "near", "cue", "drop"]
+    assert found["near"] == "topic scan (sensor_msgs/LaserScan) below 0.5, -30° to 30°"
+    assert found["drop"] == "key d, while it is held on the page"
+    assert found["bump"].startswith("in the simulator")
+    analysis, _ = at_cursor("r $ |>")
+    shown = document(analysis, Item("near", "sense"), 0, pictures=False)
+    assert shown
+    assert "closer than" in shown.markdown
+
+
+def test_words_of_senses_have_places_for_their_arguments() -> None:
+    check_snippet("r $ |>", "until", "until ${1:cue} ($0)")
+    check_snippet("r $ |>", "if", "if ${1:near} ($2) else ($0)")
+    check_snippet("r $ |> left", "pause", "pause ${1:near}")
+    check_snippet("r $ |> left", "if", "")

@@ -12,9 +12,10 @@ from improv_core.robots.config import read_robots
 from tests.ide.cursor import at_cursor
 
 
-def check(program: str, marked: str, *said: str) -> None:
+def check(program: str, marked: str, *said: str, robots: str = "") -> None:
     """Hovering at the cursor marks a text and says each of these."""
     analysis, offset = at_cursor(program)
+    analysis = analysis.with_robots(read_robots(robots))
     found = hover(analysis, offset)
     assert found
     assert analysis.text[found.span.start : found.span.end] == marked
@@ -180,6 +181,10 @@ def test_parameters_and_what_depends_on_them() -> None:
     check(POLY.replace("forward", "for|>ward"), "forward", "1 beat")
 
 
+def test_a_scene_within_a_line_says_nothing() -> None:
+    assert hover(*at_cursor("r $ left --|>- up")) is None
+
+
 def test_a_scene_says_when_it_begins() -> None:
     check("beat 30\nr $ slow 3/2 up\n--|>-\ns $ up", "---", "**---**: a new scene", "begins at beat 2, 4.0 s")
     check("r $ repeat up\n|>---\ns $ up", "---", "never begins")
@@ -190,3 +195,61 @@ def test_new_words() -> None:
     check("r $ ramp |>1/2 2 (forward left)", "ramp 1/2 2 (forward left)", "**ramp 1/2 2**: ", "1.6 beats", "2.0 m")
     check("r $ |>choose (forward left)", "choose (forward left)", "**choose**: ", "1 beat")
     check("r $ fit |>3 (forward left)", "fit 3 (forward left)", "**fit 3**: ", "3 beats")
+
+
+def test_words_of_senses_say_what_may_come_of_it() -> None:
+    check(
+        "r $ un|>til near (forward forward)",
+        "until near (forward forward)",
+        "**until near**",
+        "at most 2 beats, at most 2.0 s",
+    )
+    check(
+        "r $ pa|>use not near forward left",
+        "pause not near forward",
+        "**pause not near**",
+        "1 beat or more, 1.0 s or more",
+    )
+    check(
+        "r $ i|>f bump left else repeat 3 left",
+        "if bump left else repeat 3 left",
+        "1 to 3 beats, 1.0 to 3.0 s at beat 60",
+    )
+    check("r $ until cue re|>peat left", "repeat left", "∞, endless")
+    check("x = until cue repeat left\nr $ |>x left", "x", "any number of beats  \n`until cue` decides")
+    check(
+        "|>r $ (until cue repeat left) pause bump if near left else up",
+        "r",
+        "`until cue` and `pause bump` and `if near` decide",
+    )
+
+
+def test_what_robots_play_adds_up_over_scenes() -> None:
+    check("r $ until cue repeat rest\n-|>--\nr $ left", "---", "begins at beat 0 or later")
+    check("|>r $ until cue repeat rest\n---\nr $ left", "r", "1 beat or more", "this line: any number of beats")
+    check("|>r $ (until bump (left left)) left\n---\nr $ left", "r", "2 to 4 beats")
+    check("r $ repeat (until cue repeat rest)\n-|>--\nr $ left", "---", "never begins")
+    check_nothing("r $ left -|>--")
+
+
+def test_senses_say_what_they_mean_and_where_they_come_from() -> None:
+    check("r $ until ne|>ar left", "near", "**near** (sense): Something is ahead of the robot", "in the simulator")
+    check("r $ if not c|>ue left else right", "cue", "**cue** (sense): Somebody gives the cue")
+    check_nothing("r $ until fi|>re left")
+
+
+BURGERS = """
+[robots.anna]
+profile = "turtlebot3_burger"
+[robots.bob]
+profile = "turtlesim"
+"""
+
+
+def test_distances_are_those_of_the_robots_that_play() -> None:
+    check("|>x = forward\ny = x\nanna $ y", "x", "1 beat, 1.0 s at beat 60 · 0.2 m, no turn", robots=BURGERS)
+    check("x = forward\n|>x = x left\nbob $ x", "x", "· 2.0 m, turns 90° left", robots=BURGERS)
+    check("|>x = forward\nx = left\nanna $ x", "x", "anna: 0.2 m", "bob: 2.0 m", robots=BURGERS)  # nobody plays it
+    check("x = for|>ward\nbob $ x\nanna $ x", "forward", "at beat 60  \n", "bob: 2.0 m", "anna: 0.2 m", robots=BURGERS)
+    check("x = le|>ft\nbob anna $ x", "left", "· 0.0 m, turns 90° left", robots=BURGERS)
+    check("|>x = forward", "x", "· 0.2 m", robots=BURGERS.split("[robots.bob]")[0])

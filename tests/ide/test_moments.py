@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from improv_core.ide.moments import MOST_MOMENTS, MOST_WORDS, playing
+from fractions import Fraction
+
+from improv_core.ide.moments import MOST_MOMENTS, MOST_WORDS, SoFar, playing
 from improv_core.program.analysis import Analysis, analyze
+from improv_core.score.performance import SenseEdge
 
 
 def lit(played: Analysis, beat: float, now: Analysis | None = None) -> list[str]:
@@ -56,3 +59,29 @@ def test_the_end_is_told() -> None:
     stretch = playing(played, played)["r"]
     assert (stretch.moments[-1].end, stretch.until) == (2, None)
     assert playing(played, played, 9)["r"].moments == ()
+
+
+def words(played: Analysis, so_far: SoFar, start: float = 0.0) -> list[tuple[float, float, str]]:
+    moments = playing(played, played, start, so_far)["r"].moments[:4]
+    return [
+        (each.start, each.end, " ".join(played.text[span.start : span.end] for span in each.spans)) for each in moments
+    ]
+
+
+def test_what_senses_have_decided_is_what_plays() -> None:
+    played = analyze("r $ repeat (until near (repeat forward) left)\n")
+    edges = [SenseEdge(0, "r", "near", False), SenseEdge(0, "s", "near", True)]
+    assert words(played, SoFar(edges=edges))[:2] == [(0, 1, "forward"), (1, 2, "forward")]
+    edges += [SenseEdge(Fraction(5, 2), "r", "near", True), SenseEdge(Fraction(11, 4), "r", "near", False)]
+    assert words(played, SoFar(edges=edges), 2) == [
+        (2, 2.5, "forward"),
+        (2.5, 2.75, "until"),
+        (2.75, 3, "until"),
+        (3, 4, "left"),
+    ]
+
+
+def test_a_scene_that_began_late_is_counted_from_there() -> None:
+    played = analyze("r $ until cue repeat forward\n---\nr $ left right\ns $ repeat 3 up\n---\nr $ backward\n")
+    so_far = SoFar({"r": 7.0, "s": 9.0}, 1, 7.0)
+    assert words(played, so_far, 7.5) == [(7.5, 8, "left"), (8, 9, "right"), (9, 12, ""), (12, 13, "backward")]

@@ -89,4 +89,4 @@ def test_sections_of_a_robot() -> None:
     assert [text[span.start : span.end] for span in found] == ["a", '"a"']
     assert [span.start for span in found] == [8, 33]
     assert sections(read_robots("robots.a.topic = 'x'\nrobots.a.message = 'Twist'\n"), "a") == [(7, 8), (28, 29)]
-    assert sections(read_robots("[robots.a"), "a") == ()
+    assert sections(read_robots("[robots.a"), "a") == [(8, 9)]  # also if the rest is still to be typed

@@ -120,7 +120,12 @@ def test_its_sections_in_improv_toml() -> None:
 
 
 NAMES = st.sampled_from("abc")
-TERMS = st.one_of(NAMES, st.sampled_from(["left", "forward", "[a b]", "repeat 2 c", "reverse (b c)", "a || up"]))
+TERMS = st.one_of(
+    NAMES,
+    st.sampled_from(
+        ["left", "forward", "[a b]", "repeat 2 c", "reverse (b c)", "a || up", "until a b", "if near a else b"]
+    ),
+)
 MOVEMENTS = st.lists(TERMS, min_size=1, max_size=3).map(" ".join)
 STATEMENTS = st.one_of(
     st.builds("{} = {}".format, NAMES, MOVEMENTS),

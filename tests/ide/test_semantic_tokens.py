@@ -40,6 +40,16 @@ def test_what_is_not_known_has_no_color() -> None:
     check(analyze("anna ana $ up", robots), "anna:class", "$:operator", UP)
 
 
+def test_senses() -> None:
+    check(
+        "near = up\nr $ until near near if not cue near else up pause fire up",
+        *("near:variable.definition", "=:operator", UP, "r:class", "$:operator"),
+        *("until:keyword", "near:property", "near:variable"),
+        *("if:keyword", "not:keyword", "cue:property", "near:variable", "else:keyword", UP, "pause:keyword", UP),
+    )
+    check("r $ until # near\n", "r:class", "$:operator", "until:keyword", "# near:comment")
+
+
 def test_parameters_in_the_head_and_in_the_body() -> None:
     check(
         "f n (m) = fast n/2 m\n---",

@@ -50,6 +50,19 @@ def test_nothing_outside() -> None:
     check_nothing("r $ repeat|>")
 
 
+def test_words_of_senses() -> None:
+    check("r $ until |>", "until <sense> movement")
+    check("r $ until not |>", "until <sense> movement")
+    check("r $ pause ne|>ar left", "pause <sense> movement")
+    check("r $ until near |>", "until sense <movement>")
+    check("r $ until near repeat |>", "repeat <n> movement")
+    check("r $ if |>", "if <sense> movement else movement")
+    check("r $ if near |>", "if sense <movement> else movement")
+    check("r $ if not near (left right) else |>", "if sense movement else <movement>")
+    check_nothing("r $ if near left else right |>")
+    check_nothing("r $ until near left |>")
+
+
 PHRASES = "# A polygon.\npoly n = repeat n (forward scale 4/n left)\ntimes n (m) = repeat n m\nboth (a) (b) = a || b\n"
 
 

@@ -131,9 +131,9 @@ class Client:
         assert "\n" not in params["message"]
         return str(params["message"])
 
-    def wait_for_page(self) -> list[str]:
-        """The URLs that the server has asked to show, once there is one."""
-        if not self.shown:
+    def wait_for_page(self, pages: int = 1) -> list[str]:
+        """The URLs that the server has asked to show, once there are so many."""
+        while len(self.shown) < pages:
             self._wait_for(lambda message: message.get("method") == "window/showDocument", "page")
         return self.shown
 

@@ -15,10 +15,12 @@ URI = "file:///dance.improv"
 QUIET = {"backend": "sim", "page": {"open": False}}
 NO_SCREEN = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
 
+SCREEN = {**NO_SCREEN, "DISPLAY": ":0"}
+
 
 @pytest.fixture
 def client() -> Iterator[Client]:
-    with Client(QUIET) as client:
+    with Client(QUIET, env=SCREEN) as client:
         yield client
 
 
@@ -45,7 +47,7 @@ def test_the_page_is_shown_also_before_anything_plays(client: Client) -> None:
     client.save(URI)
     client.wait_for_line("▶")
     urls.append(command(client, "page"))
-    urls += client.shown[1:]
+    urls += client.wait_for_page(2)[1:]
     assert len(set(urls)) == 4
     assert {opens(url) for url in urls} == {True}
     assert {opens(url) for url in urls} == {False}
@@ -54,13 +56,21 @@ def test_the_page_is_shown_also_before_anything_plays(client: Client) -> None:
 def opens(url: str) -> bool:
     """Whether a URL opens the page."""
     assert url.startswith("http://127.0.0.1:")
+    assert len(f"page: {url}") <= 80
     return bool(token_behind(url))
 
 
 def test_where_nothing_can_show_the_page_its_place_is_said() -> None:
     with Client(QUIET, capabilities={}, env=NO_SCREEN) as client:
         assert opens(command(client, "page"))
-        assert opens(client.wait_for_line("page").removeprefix("the simulator's page is at "))
+        assert opens(client.wait_for_line("page").removeprefix("page: "))
+
+
+def test_an_editor_that_opens_a_browser_where_there_is_no_screen_says_where_the_page_is() -> None:
+    """Helix over SSH answers that it has shown the page, before it looks for a browser."""
+    with Client(QUIET, env=NO_SCREEN) as client:
+        command(client, "page")
+        assert opens(client.wait_for_line("page").removeprefix("page: "))
 
 
 class Unable(Client):
@@ -71,13 +81,15 @@ class Unable(Client):
     def _answer(self, request: Message) -> None:
         if request["method"] == "window/showDocument":
             self.shown.append(request["params"]["uri"])
+        if request["method"] == "window/showDocument" and self.failure:
             self._write({"id": request["id"], **self.failure})
-        else:
+        elif request["method"] != "window/showDocument":
             super()._answer(request)
 
 
 @pytest.mark.parametrize(
-    "refusal", [{"result": {"success": False}}, {"result": None}, {"error": {"code": -32603, "message": "no browser"}}]
+    "refusal",
+    [{}, {"result": {"success": False}}, {"result": None}, {"error": {"code": -32603, "message": "no browser"}}],
 )
 def test_where_the_editor_fails_to_show_the_page_its_place_is_said(refusal: Message) -> None:
     Unable.failure = refusal
@@ -85,7 +97,7 @@ def test_where_the_editor_fails_to_show_the_page_its_place_is_said(refusal: Mess
         client.open(URI, "r $ forward\n")
         client.save(URI)
         (url,) = client.wait_for_page()
-        said = client.wait_for_line("page").removeprefix("the simulator's page is at ")
+        said = client.wait_for_line("page").removeprefix("page: ")
         assert said != url  # others may have seen that one
         assert opens(said)
         assert opens(command(client, "page"))

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.playback import News, Playback, RunningStage
+from improv_core.playback.playback import BEHIND, News, Playback, RunningStage
 from improv_core.playback.stage_process import Heard, StageError
 from improv_core.playback.start import Options, SinkName
 from improv_core.playback.stop_socket import IDLE, stop_all
@@ -18,7 +18,18 @@ from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import Safety, Score
-from improv_core.stage.protocol import Conduct, FromStage, Load, Ready, State, ToStage, TransportMessage
+from improv_core.stage.protocol import (
+    Conduct,
+    Decided,
+    FromStage,
+    Load,
+    Moment,
+    Ready,
+    Sensed,
+    State,
+    ToStage,
+    TransportMessage,
+)
 
 LIMIT = 60.0
 ENDLESS = score_of(analyze("r $ repeat forward\n"))
@@ -571,5 +582,34 @@ def test_a_new_stage_is_sent_the_whole_score() -> None:
         assert await show.playback.play(edited("right"), "dance", show.stops.count, "beat") == 2
         load = show.latest("ros").loads[-1]["score"]
         assert max(load["parts"]["anna"]["scenes"]) < load["known"] + len(load["movements"])
+
+    check(performs)
+
+
+def test_the_twin_performs_what_the_leader_has_sensed_and_a_moment_later() -> None:
+    open_score = score_of(analyze("r $ until cue (repeat forward)\n"))
+    moment: Moment = {"generation": 1, "robot": "r", "beat": 2.5, "performed": 1.25, "wall": 0}
+    sensed: Sensed = {"type": "sensed", "sense": "cue", "value": True, **moment}
+    decided: Decided = {"type": "decided", "sources": [[0, 4, 9]], "held": True, **moment}
+
+    async def performs(show: Show) -> None:
+        await show.playback.play(open_score, "dance", 0)
+        leader, twin = show.latest("ros"), show.latest("simulator")
+        leader.tell("playing", monotonic=500.0)
+        assert twin.loads[-1]["entry"] == {"beat": 0.0, "monotonic": 500.0 + BEHIND}
+        show.playback.conduct({"type": "cue"})
+        assert (leader.kinds[-1], twin.kinds[-1]) == ("cue", "load")
+        leader.say(sensed)
+        leader.say(decided)
+        assert twin.sent[-2:] == [sensed, decided]
+        told = len(show.news)
+        twin.say(sensed)  # as it shows it on its page
+        assert len(show.news) == told
+        show.playback.conduct({"type": "seek", "beat": 4.0})
+        assert (leader.kinds[-1], twin.kinds[-1]) == ("seek", "decided")
+        await show.until(lambda: twin.kinds[-1] == "seek")
+        (seek,) = (message for message in leader.sent if message["type"] == "seek")
+        (later,) = (message for message in twin.sent if message["type"] == "seek")
+        assert later["at"] == pytest.approx(seek["at"] + BEHIND)
 
     check(performs)

@@ -167,6 +167,13 @@ def test_too_deep_is_said_and_never_raised(wrap: str) -> None:
     assert errors(nested(100_000)) == ["syntax"]  # too long to be read at all
 
 
+@pytest.mark.parametrize(
+    "term", ["repeat 2 (left right)", "reverse [left]", "if s (left) else (right)", "choose (left)"]
+)
+def test_terms_beside_one_another_are_not_nested(term: str) -> None:
+    assert "too-deep" not in errors("r $ (" + f"{term} " * 300 + ")")
+
+
 @pytest.mark.parametrize("line", ["x = x || left right", "x = x || x", "x = [x || left x]", "x = repeat (x || x)"])
 def test_voices_are_bounded_through_names(line: str) -> None:
     assert set(errors("x = forward left\n" + f"{line}\n" * 250 + "r $ x")) == {"too-deep"}
@@ -272,6 +279,8 @@ def test_brackets_that_are_not_a_beat_say_how_long_they_are() -> None:
         r $ [rest || slow 2 rest]
         r $ [repeat rest]
             ^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
+        r $ [left frwd]
+                  ^^^^ unknown-name: `frwd` is not defined: did you mean `forward`?
         """,
         hints=True,
     )

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
+from improv_core.score.movement import ENDLESS
 from improv_core.score.score import to_json
 from improv_core.text import LineIndex
 
@@ -78,6 +79,21 @@ def test_edited_is_as_analyzed(text: str, several: list[tuple[float, float, list
         assert seen(analysis) == seen(analyze(text))
 
 
+@given(texts, edits, st.integers(0, 2))
+def test_understood_in_pieces_is_as_analyzed(
+    text: str, several: list[tuple[float, float, list[str]]], most: int
+) -> None:
+    analysis = analyze(text)
+    for one, other, pieces in several:
+        start, end = sorted((round(one * len(text)), round(other * len(text))))
+        put = "".join(pieces)
+        text = text[:start] + put + text[end:]
+        analysis = analysis.edited(start, end, put, most).settled(most)
+        far = len(text) // 2
+        assert all(analysis.offsets[index] > far for index in analysis.settled(until=far).waiting)
+    assert seen(analysis.settled()) == seen(analyze(text))
+
+
 @given(texts, st.floats(0, 1), st.floats(0, 1), texts)
 def test_line_index_edited_is_as_made_anew(text: str, one: float, other: float, put: str) -> None:
     start, end = sorted((round(one * len(text)), round(other * len(text))))
@@ -93,6 +109,15 @@ def test_what_does_not_depend_on_an_edit_is_not_understood_again() -> None:
     assert kept == [False, False, True, False, True]
     longer = edited.edited(0, 0, "a = left\n")
     assert longer.meanings[1:] == edited.meanings
+
+
+def test_what_waits_is_understood_in_the_order_of_the_text() -> None:
+    analysis = analyze("x = forward\n" + "r $ x\n" * 5)
+    edited = analysis.edited(4, 11, "repeat left", at_once=2)
+    lengths = [[each.movement.duration for each in now.meanings[1:]] for now in (edited, edited.settled(2))]
+    assert lengths == [[ENDLESS, ENDLESS, 1, 1, 1], [ENDLESS, ENDLESS, ENDLESS, ENDLESS, 1]]
+    assert edited.settled(until=edited.offsets[3]).waiting == [4, 5]
+    assert edited.settled().waiting == []
 
 
 def test_a_key_in_the_body_of_a_phrase_costs_its_uses() -> None:

@@ -63,6 +63,21 @@ def test_too_fast_says_what_fits() -> None:
     """)
 
 
+def test_whatever_senses_decide_is_checked() -> None:
+    over = "0.4 m/s is over burger's limit of 0.22 m/s"
+    check(f"""
+        beat 60
+        burger $ until cue repeat (left repeat 5 scale 1/10 forward [forward forward])
+                                                                     ^^^^^^^ too-fast: {over}: use `beat 33` or `slow 2`
+        burger $ if cue2 [forward forward] else left
+                    ^^^^ unknown-sense: `cue2` is not a sense: did you mean `cue`?
+                          ^^^^^^^ too-fast: {over}: use `beat 33` or `slow 2`
+        burger $ (until not cue2 repeat [forward forward]) left
+                            ^^^^ unknown-sense: `cue2` is not a sense: did you mean `cue`?
+                                         ^^^^^^^ too-fast: {over}: use `beat 33` or `slow 2`
+    """)
+
+
 def test_robots_must_be_listed_and_able() -> None:
     check("""
         burgr $ forward

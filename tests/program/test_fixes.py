@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -10,6 +14,7 @@ from improv_core.diagnostics import Fix
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
+from improv_core.score.performance import Sensing
 
 
 def fixed(analysis: Analysis, fix: Fix) -> str:
@@ -31,6 +36,8 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
     ("code", "before", "after"),
     [
         ("syntax", "r forward", "r $ forward"),
+        ("syntax", "fowrard", "turtle1 $ forward"),
+        ("syntax", "repat 4 (forward left)", "turtle1 $ repeat 4 (forward left)"),
         ("syntax", "r $ forward | left", "r $ forward || left"),
         ("syntax", "r $ forward, left", "r $ forward left"),
         ("syntax", "r $ YZ left", "r $ reflect YZ left"),
@@ -54,6 +61,12 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("no-effect", "r $ scale 1 left", "r $  left"),
         ("no-effect", "r $ left\n---\n", "r $ left\n"),
         ("unused-name", "x = left\nr $ left\n", "r $ left\n"),
+        ("open-length", "r $ chance 1/2 until near repeat left", "r $ until near chance 1/2 repeat left"),
+        ("open-length", "r $ ease pause  not bump (left up)", "r $ pause  not bump ease (left up)"),
+        ("unknown-sense", "r $ if not naer left else up", "r $ if not near left else up"),
+        ("instant-sense", "r $ pause cue (left up)", "r $ until cue (left up)"),
+        ("instant-sense", "r $ until not cue repeat left", "r $ until cue repeat left"),
+        ("short-reach", "r $ until near forward left", "r $ until near repeat forward left"),
     ],
 )
 def test_fix(code: str, before: str, after: str) -> None:
@@ -78,7 +91,8 @@ WORDS = st.sampled_from(
 
 
 FORMS = ["({})", "[{}]", "reverse ({})", "repeat 3 [{}]", "fit 3 ({})", "ease ({})", "accumulate ({})", "shuffle ({})"]
-FORMS += ["chance 1/2 ({})", "seed 2 ({})", "ramp 1 2 ({})", "cut ({})"]
+FORMS += ["chance 1/2 ({})", "seed 2 ({})", "ramp 1 2 ({})", "cut ({})", "until near ({})", "pause near ({})"]
+FORMS += ["(if near ({}) else left left)", "(if not near ({}) else ())", "until not near ({})"]
 
 
 def combined(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
@@ -97,14 +111,17 @@ def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None
     for each in analysis.diagnostics:
         for fix in each.fixes if each.code == "never-performed" else ():
             if fix.title == "Remove it":
-                assert played(analyze(fixed(analysis, fix))) == played(analysis)
+                after = analyze(fixed(analysis, fix))
+                for script in ([], [Sensing("near", None, 1, 2), Sensing("near", None, Fraction(7, 2), 4)]):
+                    assert_alike(compiled(after, 200, script), compiled(analysis, 200, script))
 
 
-def played(analysis: Analysis) -> list[list[float]]:
-    """What the robot plays. An endless part is cut off at a beat that depends on how it is written: without its end."""
-    robot = compiled(analysis, 1_000)["robots"]["r"]
-    segments: list[list[float]] = robot["segments"]
-    return segments[:-1] if robot["truncated"] else segments
+def assert_alike(one: Mapping[str, Any], other: Mapping[str, Any]) -> None:
+    """The robot plays the same. An endless part is cut off at a beat that depends on how it is written."""
+    parts = [program["robots"]["r"] for program in (one, other)]
+    segments = [part["segments"][:-1] if part["truncated"] else part["segments"] for part in parts]
+    shared = min(map(len, segments)) if parts[0]["truncated"] and parts[1]["truncated"] else None
+    assert segments[0][:shared] == segments[1][:shared]
 
 
 def test_related_places_are_shown() -> None:
@@ -117,3 +134,14 @@ def test_related_places_are_shown() -> None:
         "used-before-definition": [("`x` is defined here", "x")],
         "duplicate-beat": [("the first `beat`", "beat")],
     }
+
+
+@pytest.mark.parametrize("program", ["r $ reverse ()", "r $ ()", "r $ left || [ ]", "p (m) = m\nr $ p ()", "r $ (())"])
+def test_an_empty_group_that_something_needs_is_not_removed(program: str) -> None:
+    assert all(not each.fixes for each in analyze(program).diagnostics if each.code == "empty-group")
+
+
+def test_a_name_that_no_robot_can_have_is_not_played() -> None:
+    (unused,) = analyze("schritt_für_schritt = left").diagnostics
+    assert unused.message == "nothing uses `schritt_für_schritt`: use it below or remove this line"
+    assert [fix.title for fix in unused.fixes] == ["Remove the definition"]

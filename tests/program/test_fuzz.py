@@ -48,7 +48,7 @@ LIMIT = 600
 """Seconds after which a test counts as hanging, on a busy machine."""
 pytestmark = pytest.mark.timeout(2 * SECONDS + LIMIT)
 
-EXAMPLES = [path.read_text(encoding="utf-8") for path in sorted(Path("examples").glob("*.improv"))]
+EXAMPLES = [path.read_text(encoding="utf-8") for path in sorted(Path("examples").rglob("*.improv"))]
 EXAMPLES += [
     case["program"]
     for case in json.loads(Path("tests/conformance.json").read_text(encoding="utf-8"))["cases"]
@@ -84,6 +84,9 @@ PIECES += [
     "x n (m) = ",
     "y (m) = m m\n",
     "near",
+    "until near repeat ",
+    "pause not cue ",
+    "if bump () else ",
     "x 3 y ",
     "a b $ ",
 ]
@@ -142,7 +145,7 @@ def use_in_editor(analysis: Analysis, offset: int) -> None:
         references(analysis, symbol)
     with suppress(RefusalError):
         rename(analysis, renamable(analysis, offset), "other")
-    fixes(analysis, cursor)
+    fixes(analysis.diagnostics, cursor)
     refactorings(analysis, cursor)
     format_span(analysis, cursor)
     hints(analysis, everything)

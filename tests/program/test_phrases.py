@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from fractions import Fraction
 from itertools import islice
 
 import pytest
@@ -12,13 +13,17 @@ from hypothesis import strategies as st
 from improv_core.diagnostics import Severity
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import compiled
+from improv_core.score.performance import Sensing
 from improv_core.score.walk import walk
 from tests.program.drawing import check
 
 NUMBERS = ["1", "2", "3", "0.5", "1.5", "2*3/4"]
 WORDS = ["forward", "left", "halfright", "up", "rest", "()", "choose (left right)", "[up left]"]
 PLAIN = ["reverse", "retrograde", "ease", "accumulate", "shuffle", "choose", "reflect YZ", "repeat 2", "chance 1/3"]
+PLAIN += ["until near", "pause near", "until not near", "if near left else", "if not bump (up left) else"]
 WITH_NUMBER = ["fast", "slow", "scale", "fit", "repeat", "seed", "ramp 0"]
+
+SENSED = [Sensing("near", None, Fraction(3, 4), Fraction(5, 2)), Sensing("near", "r", 5, 9), Sensing("bump", None, 3)]
 
 Pair = tuple[str, str]
 """A movement as it is written, and with the arguments of phrases written in."""
@@ -82,12 +87,12 @@ def programs(draw: st.DrawFn) -> Pair:
 @settings(max_examples=300)
 def test_a_use_is_its_body_with_the_arguments_written_in(pair: Pair) -> None:
     short, long = (analyze(text) for text in pair)
-    played = compiled(short, 200)
+    played = compiled(short, 200, SENSED)
     wrong = [each for each in short.diagnostics if each.severity is Severity.ERROR]
     if not any(short.lines.position(each.span.start).line < 2 for each in wrong):  # a phrase may be wrong but not used
         assert long.ok == (not wrong)
     if not wrong:
-        assert played["robots"] == compiled(long, 200)["robots"]
+        assert played["robots"] == compiled(long, 200, SENSED)["robots"]
 
 
 @given(movements(st.nothing(), NUMBERS))
@@ -239,6 +244,8 @@ def test_what_no_place_of_a_phrase_reaches_is_never_performed() -> None:
             "p0 a = scale a left\n" + "".join(f"p{k + 1} a = p{k} a p{k} a*{k + 2}\n" for k in range(20)) + "r $ p20 1",
             "too-large",
         ),
+        ("p0 (m) = m m\n" + "".join(f"p{k + 1} (m) = p{k} m p{k} m\n" for k in range(30)) + "r $ p30 left", None),
+        ("p n = " + "scale n left " * 5_000 + "\nr $ " + "".join(f"p {k} " for k in range(1, 10_000)), "too-large"),
         ("s0 n = scale n left\n" + "".join(f"s{k + 1} n = s{k} n*n\n" for k in range(20)) + "r $ s20 3", "bad-number"),
     ],
     ids=lambda text: f"{str(text)[:30]!r}…",

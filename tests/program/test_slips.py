@@ -94,6 +94,38 @@ def test_fixes_of_slips(before: str, after: list[str]) -> None:
     check_fixes(before, *after)
 
 
+def test_numbers_are_written_without_brackets_commas_and_sums() -> None:
+    check("""
+        poly n = repeat n (forward left)
+        r $ poly(3)
+                ^^^ syntax: write `3` without brackets: only movements can stand in them
+        r $ ramp (1) 2 left
+                 ^^^ syntax: write `1` without brackets: only movements can stand in them
+        r $ ramp 1/2, 2 left
+                    ^ syntax: remove `,`: separate numbers with spaces
+        sides = 3
+                ^ syntax: names stand for movements only: write `3` where you need it
+        r $ repeat 3+1 left
+                    ^^ syntax: numbers can be multiplied and divided, but not added or subtracted: write the result
+    """)
+    check_fixes("p n = repeat n left\nr $ p(3)\nr $ p 2", "p n = repeat n left\nr $ p 3\nr $ p 2")
+    check_fixes("r $ ramp (1) 2 left", "r $ ramp 1 2 left")
+    check_fixes("r $ ramp 1/2, 2 left", "r $ ramp 1/2 2 left")
+
+
+def test_a_parameter_in_brackets_takes_no_number() -> None:
+    check("""
+        poly (n) = repeat 2 n
+        r $ poly 3
+            ^^^^ arguments: `poly` takes 1 movement, not 1 number: for a number, write `n` without brackets in its head
+    """)
+
+
+@pytest.mark.parametrize("dashes", ["--", "- - -", "—"])
+def test_a_scene_begins_with_three_dashes(dashes: str) -> None:
+    check_fixes(f"r $ left\n{dashes}\nr $ up", "r $ left\n---\nr $ up")
+
+
 def test_a_listed_robot_that_is_defined_is_meant_to_play() -> None:
     check_fixes("ada = left\nbo $ up", "ada $ left\nbo $ up", "bo $ up", robots="[robots.ada]\n[robots.bo]\n")
 

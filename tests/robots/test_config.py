@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.robots.config import Robot, Robots, find_robots_file, read_robots
-from improv_core.robots.senses import KEYS as SENSE_KEYS
+from improv_core.robots.schema import known
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
 from improv_core.score.score import Deadman, Safety, Score, from_json, to_json
@@ -649,7 +649,7 @@ def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
     ours = ("profile", "start", "topic", "message", "reset", "namespace", "node", "use_sim_time", "base")
     for key in (*ours, *(set(Profile.__slots__) - {"name"})):
         assert f"| `{key}` |" in PAGE
-    for key in SENSE_KEYS:
+    for key in known(("senses", "near")).keys:
         assert f"`{key}`" in PAGE.split("## Senses\n")[1].split("\n## ")[0]
     for profile in BUILT_IN.values():
         (row,) = re.findall(rf"^\| `{profile.name}`.*$", PAGE, re.MULTILINE)

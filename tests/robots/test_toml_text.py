@@ -10,7 +10,8 @@ import tomllib
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from improv_core.robots.toml_text import Keys, read_toml
+from improv_core.robots.toml_positions import Keys
+from improv_core.robots.toml_text import read_toml
 
 # Texts that look like syntax, so that a scanner that is fooled by them is found out.
 words = st.sampled_from(["a", "b-1", "2", "x_y"])
@@ -94,9 +95,9 @@ def test_every_key_and_value_is_found_where_it_stands(text: str) -> None:
     toml = read_toml(text)
     expected = dict(walk(tomllib.loads(text)))
     assert toml.data == tomllib.loads(text)
-    assert toml.entries.keys() == expected.keys()
+    assert toml.positions.entries.keys() == expected.keys()
     for keys, value in expected.items():
-        entry = toml.entries[keys]
+        entry = toml.positions.entries[keys]
         written = text[slice(*entry.value)]
         if isinstance(keys[-1], str):
             assert tomllib.loads(f"{text[slice(*entry.key)]} = 0") == {keys[-1]: 0}
@@ -119,4 +120,20 @@ def test_what_python_cannot_read_is_said(text: str) -> None:
 
 
 def test_a_byte_order_mark_moves_nothing() -> None:
-    assert read_toml("\ufeffkey = 1").entries["key",].key == (1, 4)
+    assert read_toml("\ufeffkey = 1").positions.entries["key",].key == (1, 4)
+
+
+@pytest.mark.parametrize(
+    ("text", "fixed"),
+    [
+        ("profile = turtlesim\n", 'profile = "turtlesim"\n'),
+        ("topic = /cmd_vel", 'topic = "/cmd_vel"'),
+        ("size = [", None),
+        ("profile = \n", None),
+    ],
+)
+def test_text_without_quotes_has_a_fix(text: str, fixed: str | None) -> None:
+    (diagnostic,) = read_toml(text).diagnostics
+    edits = [edit for fix in diagnostic.fixes for edit in fix.edits]
+    applied = [text[: edit.span.start] + edit.text + text[edit.span.end :] for edit in edits]
+    assert applied == ([fixed] if fixed else [])

@@ -98,6 +98,11 @@ def test_below_an_endless_scene_nothing_is_performed() -> None:
     assert score.beats == ENDLESS
 
 
+def test_below_an_endless_first_scene_the_others_stay_stopped() -> None:
+    score = check({"a": ["repeat up", ""], "b": ["left", "forward"], "c": ["", "forward"]}, 0, b=[(0, "moves")], c=[])
+    assert score.parts["b"].movement.duration == 1
+
+
 def test_one_scene_is_the_movement_itself() -> None:
     (movement,) = scenes("forward left")
     assert score_of({"a": [movement]}).parts["a"].movement is movement

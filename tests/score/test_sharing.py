@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.playback.editions import Editions
+from improv_core.playback.editions import MOST_SENT, Editions
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import MOST_KNOWN, LackingError, Read, Score, Written, from_json, to_json
@@ -84,15 +84,20 @@ def test_a_part_that_nobody_has_sent_is_lacking() -> None:
         from_json(data, Read())
 
 
-def test_a_score_that_can_not_be_read_adds_nothing() -> None:
-    line, analysis = Line(), analyze(PROGRAM)
-    line.read(line.write(analysis))
-    wrong = line.write(edited(analysis, "x4 x5", "x4 left x5"))
-    known = len(line.reader.movements)
-    with pytest.raises(ValueError, match="no movement"):
-        line.read({**wrong, "movements": [*wrong["movements"], ["dance", 0]]})
-    assert len(line.reader.movements) == known
-    line.read(wrong)
+def test_after_a_score_that_can_not_be_read_the_next_one_has_to_be_whole() -> None:
+    """Its writer counts on it: what it calls the same as before must not be what was before that."""
+    line, first = Line(), analyze(PROGRAM)
+    second = edited(first, "x4 x5", "x4 left x5")
+    line.read(line.write(first))
+    line.read(line.write(second))
+    back = line.write(first)
+    assert back["movements"] == []
+    with pytest.raises(ValueError, match="not above zero"):
+        line.read({**back, "tempo": "0"})
+    with pytest.raises(LackingError):
+        line.read(line.write(edited(first, "x4 x5", "x4 x5 # again")))
+    line.writer = Written()
+    check(line.read(line.write(first)), first)
 
 
 def test_the_movements_that_are_kept_do_not_grow_for_ever() -> None:
@@ -143,3 +148,15 @@ def test_a_part_is_compared_with_all_that_may_play() -> None:
     editions.plays(2)
     editions.plays(3)
     assert editions.number(score_of(analyze("r $ left\n")), 4).parts["r"].editions not in (first, (first[0] + 1,))
+
+
+def test_saves_that_wait_for_the_end_of_a_dance_do_not_pile_up() -> None:
+    editions = Editions()
+    first, *_, last = (
+        editions.number(score_of(analyze(f"anna $ repeat left\nbert $ repeat {times} forward\n")), times).parts
+        for times in range(1, 3 * MOST_SENT)
+    )
+    assert first["anna"].editions == last["anna"].editions
+    assert len(editions._sent) == MOST_SENT
+    again = editions.number(score_of(analyze("bert $ repeat 1 forward\n")), 3 * MOST_SENT).parts
+    assert again["bert"].editions == first["bert"].editions

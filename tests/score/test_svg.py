@@ -151,3 +151,33 @@ def test_a_plot_has_a_ground_and_a_start_that_shows_under_an_end() -> None:
     assert ground.attrib == {"d": f"M0 0H{drawn.attrib['width']}V{drawn.attrib['height']}H0Z", "fill": "#ffffff"}
     (ring,) = drawn.iter(f"{SVG}circle")
     assert float(ring.attrib["r"]) > 5
+
+
+def dashed(program: str) -> tuple[int, int]:
+    """How many strokes are drawn solid, and how many with dashes because what is sensed decides."""
+    drawn = path(program)
+    return drawn.certain, len(drawn.strokes) - drawn.certain
+
+
+def test_what_comes_after_an_until_is_a_guess() -> None:
+    """An endless movement is over after 4 beats, as far as pictures know."""
+    check("r $ (until near repeat forward) left forward", (8, 0, 0), (8, 2, 0))
+    assert dashed("r $ (until near repeat forward) left forward") == (1, 1)
+    assert dashed("r $ (until near repeat forward) left forward\n---\nr $ left forward") == (1, 2)
+    assert dashed("r $ (until near repeat slow 3 forward) left forward") == (1, 1)
+    assert dashed("r $ (until near (forward left)) pause near (forward left) if near left else forward") == (3, 0)
+    assert dashed("r $ until cue repeat left\n---\nr $ forward left forward") == (0, 2)
+    drawn = plot(score_of(analyze("r $ (until near repeat forward) left forward")), timeline=True)
+    assert len(re.findall(r'<path d="[^"]*" stroke-dasharray="6 3"/>', drawn)) == 1
+    assert [float(faint) for faint in re.findall(r'fill-opacity="([0-9.]+)"', drawn)] == [0.8] * 4 + [0.4] * 2
+
+
+def test_pictures_end_where_a_robot_waits_forever() -> None:
+    check("r $ forward pause not near (left forward) forward", (2, 0, 0))
+
+
+def test_dice_fall_in_pictures_as_they_do_if_nothing_is_sensed() -> None:
+    program = "r $ if near left else choose (forward left backward) shuffle (forward left backward right)"
+    assert dashed(program) == (len(path(program).strokes), 0)
+    for reaction in ("until near repeat", "if near left else repeat 3"):
+        assert dashed(f"r $ {reaction} choose (forward left right)")[1] == 0

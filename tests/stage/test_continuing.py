@@ -12,7 +12,9 @@ import pytest
 from improv_core.playback.editions import Editions
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Safety, Score
+from improv_core.stage.listeners import LOOK_AT
 from improv_core.stage.protocol import Entry, TransportMessage, When
+from improv_core.stage.setpoints import LAST_ZEROS
 from improv_core.stage.sinks import Edge
 from tests.stage.test_player import DEADMAN, QUARTER, STOP, Memory, Stage, score
 
@@ -461,6 +463,46 @@ def test_the_twin_restarts_when_a_deadman_button_lets_the_leader_begin() -> None
     assert pair.twin.transport["restarted"] == 2
 
 
+@pytest.mark.parametrize("when", ["restart", "now"])
+def test_a_robot_under_another_name_is_not_told_to_stop_in_between(when: When) -> None:
+    def on_one_topic(program: str) -> Score:
+        made = score(program)
+        return replace(made, parts={name: replace(part, topic="/cmd_vel") for name, part in made.parts.items()})
+
+    stage = Continuing()
+    stage.save(on_one_topic(ANNA), "restart")
+    stage.run(2.5)
+    before = len(stage.sink.by_topic)
+    stage.save(on_one_topic(ANNA.replace("anna", "carl")), when)
+    stage.run(0.9)
+    sent = [twist for _, twist in stage.sink.by_topic[before:]]
+    count = sent.count(STILL)
+    assert count >= LAST_ZEROS
+    assert sent[:count] == [STILL] * count
+
+
+def test_robots_that_enter_later_are_met_at_once() -> None:
+    """Their listeners are found before their first command, and nobody waits at the beat until that is done."""
+    stage = Continuing()
+    stage.save(ANNA, "restart")
+    stage.run(2.5)
+    stage.save(ANNA + BERT, "bar")
+    assert stage.sink.met == {"anna", "bert"}
+    assert stage.sink.prepared == [True]
+    stage.run(2)
+    assert stage.sink.prepared == [True, False]
+
+
+def test_who_left_gets_all_zeros_even_if_the_dance_restarts_at_once() -> None:
+    stage = Continuing()
+    stage.save(ANNA + BERT, "restart")
+    stage.run(2.5)
+    stage.save(ANNA, "now")
+    stage.save(ANNA, "restart")
+    stage.run(1)
+    assert [twist for _, _, twist in stage.sent_to("bert")[-LAST_ZEROS:]] == [STILL] * LAST_ZEROS
+
+
 def guarded(program: str, safety: Safety) -> Score:
     return replace(score(program), safety=safety)
 
@@ -500,6 +542,39 @@ def test_a_save_does_not_forget_that_a_robot_has_gone_away() -> None:
     stage.sink.deaf = {}
     stage.run(1)
     assert stage.transport["state"] == "playing"
+
+
+@pytest.mark.parametrize("asked", ["save", "seek"])
+def test_a_robot_that_goes_away_is_noticed_however_often_somebody_saves_or_seeks(asked: str) -> None:
+    robots = [f"r{number}" for number in range(LOOK_AT * 3)]
+    crowd = "".join(f"{robot} $ repeat (forward left)\n" for robot in robots)
+    stage = Continuing()
+    stage.sink.real = True
+    stage.save(guarded(crowd + BERT, Safety(rejoin="pause")), "restart")
+    stage.run(2)
+    stage.sink.deaf = {robots[-1]: f"nobody listens on /{robots[-1]}/cmd_vel"}
+    for turn in range(100):
+        stage.run(0.02)
+        if asked == "save":
+            stage.save(guarded(crowd + (BERT, EDITED)[turn % 2], Safety(rejoin="pause")), "now")
+        else:
+            stage.player.seek(float(turn), stage.now)
+    assert (stage.transport["state"], stage.transport.get("waits_for")) == ("paused", [robots[-1]])
+
+
+def test_what_has_been_told_is_not_told_again_with_every_save() -> None:
+    stage = Continuing()
+    stage.sink.deaf = {"bert": "nothing is listening on /bert/cmd_vel"}
+    stage.save(ANNA + BERT, "restart")
+    stage.run(6)
+    told = list(stage.lines)
+    for turn in range(10):
+        stage.save(ANNA + (BERT, EDITED)[turn % 2], "now")
+        stage.run(1)
+    assert stage.lines == told == ["nothing is listening on /bert/cmd_vel"]
+    stage.save(ANNA + BERT, "restart")
+    stage.run(6)
+    assert stage.lines == 2 * told
 
 
 def test_a_save_while_an_emergency_stop_is_on_is_refused() -> None:

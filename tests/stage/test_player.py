@@ -36,9 +36,13 @@ class Memory:
         self.sent: list[tuple[str, float, Twist]] = []
         self.deaf: dict[str, str] = {}
         self.prepared: list[bool] = []
+        self.met: set[str] = set()
         self.placed: Mapping[str, Pose] = {}
         self.refuses: set[str] = set()
         self.breaks_at: tuple[float, str] = (math.inf, "")  # from when on a robot can't be told anything
+
+    def meet(self, score: Score) -> None:
+        self.met |= score.parts.keys()
 
     def prepare(self, score: Score, restart: bool) -> None:
         for robot in self.refuses & score.parts.keys():

@@ -132,6 +132,17 @@ def test_a_machine_that_was_too_slow_still_is_until_fewer_robots_play() -> None:
         repeats.restart()
 
 
+def test_few_robots_keep_their_rate_on_a_machine_that_is_busy_with_something_else() -> None:
+    repeats = crowd(9)
+    for second in range(10):
+        play(repeats, second + 1.0, 0.05, second + 0.0)
+    assert repeats.news() is None
+    assert not repeats.hopeless
+    play(repeats, 11.0, begin=11.0)
+    sent = play(repeats, 12.0, begin=11.0)
+    assert {round(gap, 6) for times in sent.values() for gap in gaps(times)} == {PERIOD}
+
+
 def test_each_rate_has_its_own_turns() -> None:
     repeats = crowd(1)
     repeats.hold("fast", 1000.0, 0.0)

@@ -35,7 +35,7 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
     "Improv",
     { command: server, options: { cwd: homedir() } }, // not the workspace, which may contain Python modules of its own
     {
-      documentSelector: [{ language: "improv" }],
+      documentSelector: [{ language: "improv" }, { scheme: "file", pattern: "**/improv.toml" }],
       initializationOptions: settings(), // needed before the first document opens; the server asks again on changes
       outputChannel: log,
       revealOutputChannelOn: RevealOutputChannelOn.Never,
@@ -46,7 +46,7 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
         executeCommand: (name, given, next) => {
           if (!workspace.isTrusted && name !== "improv.hush") return askForTrust();
           // The client registers the server's commands. The command palette passes no arguments.
-          return next(name, name === "improv.play" && given.length === 0 ? activeProgram() : given);
+          return next(name, name === "improv.play" ? programOf(given[0]) : given);
         },
         window: {
           showDocument: async (params, token, next) => {
@@ -117,11 +117,16 @@ async function askForTrust(): Promise<void> {
   if (choice) await commands.executeCommand("workbench.trust.manage");
 }
 
-/** The program in the active editor: its URI, as arguments. */
-function activeProgram(): string[] {
+/** The program that is to play, as arguments: lenses pass its URI as text, and menus as an object. */
+function programOf(given: unknown): string[] {
+  const uri = given ?? activeProgram();
+  return uri ? [String(uri)] : [];
+}
+
+/** The program in the active editor, if there is one. */
+export function activeProgram(): Uri | undefined {
   const editors = [window.activeTextEditor, ...window.visibleTextEditors];
-  const editor = editors.find((each) => each?.document.languageId === "improv");
-  return editor ? [editor.document.uri.toString()] : [];
+  return editors.find((each) => each?.document.languageId === "improv")?.document.uri;
 }
 
 function isPage(uri: string): boolean {

@@ -14,7 +14,8 @@ export function registerCommands(
   server: Server,
   playing: NowPlaying,
 ): Disposable {
-  const own: Record<string, () => unknown> = {
+  const own: Record<string, (argument?: string) => unknown> = {
+    "improv.playWhenReady": () => server.playWhenReady(),
     "improv.restartServer": () => server.restart(),
     "improv.showLogs": () => log.show(),
     "improv.showVersions": () => showVersions(context, server),
@@ -22,7 +23,7 @@ export function registerCommands(
     "improv.openPage": () => playing.page.open(),
     "improv.browsePage": () => playing.page.browse(),
     "improv.escape": stopOnSecondEscape(),
-    "improv.openFirstDance": openFirstDance,
+    "improv.openFirstDance": () => openFirstDance(),
   };
   return Disposable.from(...Object.entries(own).map(([name, run]) => commands.registerCommand(name, run)));
 }

@@ -2,12 +2,15 @@
 
 import { commands, Disposable, Uri } from "vscode";
 import { Listener } from "./client";
+import { showWarning } from "./messages";
 import { Evaluated } from "./moments";
 import { PagePanel } from "./page";
 import { ServerState } from "./server";
 import { Status } from "./status";
 import { isActive, Transport } from "./transport";
 import { PlayingWords, RequestMoments } from "./words";
+
+const INTERRUPTED = "Improv's language server ended unexpectedly, so the robots stopped. It runs again: save to play.";
 
 export class NowPlaying implements Listener, Disposable {
   transport?: Transport;
@@ -16,6 +19,8 @@ export class NowPlaying implements Listener, Disposable {
   readonly page: PagePanel;
   private readonly status = new Status();
   private readonly words: PlayingWords;
+  /** Whether the server ended by itself while robots danced, and has not come back yet. */
+  private wasInterrupted = false;
 
   constructor(extension: Uri, requestMoments: RequestMoments) {
     this.page = new PagePanel(extension);
@@ -24,7 +29,12 @@ export class NowPlaying implements Listener, Disposable {
 
   onServerState(state: ServerState): void {
     this.status.setServer(state);
-    if (state === "running") return;
+    if (state === "lost" && isActive(this.transport)) this.wasInterrupted = true;
+    if (state === "running") {
+      if (this.wasInterrupted) void showWarning(INTERRUPTED);
+      this.wasInterrupted = false;
+      return;
+    }
     this.setTransport(undefined);
     this.page.forget();
   }

@@ -1,19 +1,23 @@
 // The language server: it starts, stops and restarts, and says what failed.
 
-import { commands, Disposable, ExtensionContext, LogOutputChannel, workspace } from "vscode";
+import { commands, Disposable, ExtensionContext, LogOutputChannel, TextDocumentSaveReason, workspace } from "vscode";
 import { InitializeResult, LanguageClient, State } from "vscode-languageclient/node";
-import { createClient, Listener } from "./client";
+import { activeProgram, createClient, Listener } from "./client";
 import { install } from "./install";
 import { showWarning } from "./messages";
 import { findServer, onSelectedPython } from "./serverPath";
 
-export type ServerState = "starting" | "running" | "stopped" | "missing";
+/** `lost`: it ended by itself. */
+export type ServerState = "starting" | "running" | "stopped" | "lost" | "missing";
 
 export class Server implements Disposable {
   /** The program that was started last; empty if none was found. */
   path = "";
   private client?: LanguageClient;
   private starting = Promise.resolve();
+  private state: ServerState = "stopped";
+  /** Programs that were played or saved while the server was starting: they play once it runs. */
+  private readonly waiting = new Set<string>();
   private readonly listening: Disposable[];
 
   constructor(
@@ -24,6 +28,11 @@ export class Server implements Disposable {
   ) {
     this.listening = [
       workspace.onDidGrantWorkspaceTrust(() => this.onTrust()),
+      workspace.onWillSaveTextDocument(({ document, reason }) => {
+        const plays = workspace.isTrusted && workspace.getConfiguration("improv").get("onSave") !== "off";
+        if (this.state !== "starting" || reason !== TextDocumentSaveReason.Manual || !plays) return;
+        if (document.languageId === "improv") this.waiting.add(document.uri.toString());
+      }),
       workspace.onDidChangeConfiguration(async (event) => {
         // VS Code reports every restricted setting when trust is granted, whether it changed or not.
         if (event.affectsConfiguration("improv.server.path") && (await findServer(context)) !== this.path) this.restart();
@@ -38,6 +47,14 @@ export class Server implements Disposable {
 
   async request<Result>(method: string, params: object): Promise<Result | undefined> {
     return this.client?.sendRequest<Result>(method, params);
+  }
+
+  /** Plays the program in the active editor once the server runs, and starts the server if need be. */
+  playWhenReady(): void {
+    const program = activeProgram()?.toString();
+    if (program) this.waiting.add(program);
+    if (this.state === "running") void this.playWaiting();
+    else if (this.state !== "starting") void this.restart();
   }
 
   /** Stops the server, if there is one, and starts it again. */
@@ -73,15 +90,25 @@ export class Server implements Disposable {
     const client = createClient(this.path, this.log, this.listener);
     this.client = client;
     client.onDidChangeState(({ newState }) => {
-      if (client === this.client) this.show(stateOf(newState));
+      if (client !== this.client) return;
+      this.show(stateOf(newState));
+      // It runs before it has the open programs; `start` waits for that, also if the client itself starts it again.
+      if (newState === State.Running) void client.start().then(() => this.playWaiting());
     });
     await client.start().catch((error: Error) => {
       if (client === this.client) throw error; // otherwise it was stopped while it started
     });
   }
 
+  private async playWaiting(): Promise<void> {
+    const programs = [...this.waiting];
+    this.waiting.clear();
+    for (const program of programs) await commands.executeCommand("improv.play", program);
+  }
+
   private reportFailure(error: Error): void {
     this.log.error(error);
+    this.waiting.clear();
     this.show("stopped");
     void this.offer(`Improv can't start its language server, ${this.path}.`, "Show Logs");
   }
@@ -113,6 +140,8 @@ export class Server implements Disposable {
   }
 
   private show(state: ServerState): void {
+    this.state = state;
+    if (state === "missing" || state === "lost") this.waiting.clear();
     void commands.executeCommand("setContext", "improv.ready", state === "running");
     this.onState(state);
   }
@@ -125,6 +154,6 @@ function stateOf(state: State): ServerState {
     case State.Running:
       return "running";
     default:
-      return "stopped";
+      return "lost";
   }
 }

@@ -11,6 +11,7 @@ const SERVER: Record<ServerState, string> = {
   starting: "$(sync~spin) Starting Improv…",
   running: "",
   stopped: "$(warning) Improv: server not running",
+  lost: "$(warning) Improv: server not running",
   missing: "$(warning) Improv: server not found",
 };
 
@@ -72,10 +73,11 @@ export class Status implements Disposable {
     const problem = shortened(this.refused);
     const current = SERVER[this.server] || describe(this.transport, problem !== "");
     this.item.text = problem ? `$(error) ${problem}  ${current}` : current;
-    this.item.tooltip = this.refused || (isActive(this.transport) && this.played) || "Play, stop, and more";
-    const label = `Improv: ${this.item.text.replaceAll(/\$\([\w~-]+\) ?/g, "")}`;
+    const isDown = this.server === "missing" || this.server === "stopped" || this.server === "lost";
+    const use = isDown ? "Start the language server, or install it" : "Play, stop, and more";
+    this.item.tooltip = this.refused || (isActive(this.transport) && this.played) || use;
+    const label = `Improv: ${this.item.text.replaceAll(/\$\([\w~-]+\) ?|Improv: /g, "")}`;
     this.item.accessibilityInformation = { label, role: "button" };
-    const isDown = this.server === "missing" || this.server === "stopped";
     const isWarning = isDown || problem !== "";
     this.item.backgroundColor = isWarning ? new ThemeColor("statusBarItem.warningBackground") : undefined;
     this.item.command = isDown ? "improv.restartServer" : "improv.menu";
@@ -95,15 +97,15 @@ function describe(transport: Transport | undefined, briefly: boolean): string {
   const pace = `♩ ${Math.round(tempo * 10) / 10} · `;
   switch (state) {
     case "waiting":
-      return `$(sync~spin) waiting${details("")}`;
+      return `$(sync~spin) Improv: waiting${details("")}`;
     case "playing":
       return `$(play) ${beatOf(transport)}${details(pace)}`;
     case "paused":
       return `$(debug-pause) paused · ${beatOf(transport)}${details(pace)}`;
     case "ended":
-      return `$(primitive-square) ended${details("")}`;
+      return `$(primitive-square) Improv: ended${details("")}`;
     case "stopped":
-      return `$(primitive-square) stopped${details("")}`;
+      return `$(primitive-square) Improv: stopped${details("")}`;
   }
 }
 

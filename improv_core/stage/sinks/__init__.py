@@ -35,6 +35,12 @@ class Sink(Protocol):
     period: float | None
     """Seconds between calls of `advance` while something plays; None if it needs no calls."""
 
+    def meet(self, score: Score) -> None:
+        """Get to know the robots of a score that is about to be prepared: those that are new can then be told at once.
+
+        Nothing changes for the robots that play.
+        """
+
     def prepare(self, score: Score, restart: bool) -> None:
         """Get ready to play a score. With `restart`, move its robots to their start poses if possible.
 

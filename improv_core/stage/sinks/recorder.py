@@ -101,6 +101,9 @@ class Recorder:
         """The time from the first command to the last."""
         return (self._times[1] - self._times[0]) / SECOND if self._times else 0.0
 
+    def meet(self, score: Score) -> None:
+        """Does nothing: a recording has all that is sent."""
+
     def prepare(self, score: Score, restart: bool) -> None:
         for robot, part in score.parts.items():
             kind = "TwistStamped" if part.profile.message == "TwistStamped" else "Twist"

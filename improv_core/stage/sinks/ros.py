@@ -91,6 +91,10 @@ class Ros:
         """Show what the stage says of itself to those in ROS 2."""
         self._requests.show(message)
 
+    def meet(self, score: Score) -> None:
+        """Create publishers for new topics, so that listeners are found before the score begins."""
+        self._advertise_new(score, at_once=True)
+
     def prepare(self, score: Score, restart: bool) -> None:
         """Create publishers for new topics. Existing ones are kept, since discovery can take seconds.
 
@@ -103,13 +107,9 @@ class Ros:
         self._reader.read(_read_from_topics(parts))
         self._cast = list(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
+        self._advertise_new(score, at_once=not restart)
         for robot, part in parts.items():
-            if part.topic in self._topics:
-                self._topics[part.topic].take(part.profile.message)
-            else:
-                self._topics[part.topic] = Topic(
-                    part.topic, part.profile.message, self._node, self._advertise, self._now, not restart
-                )
+            self._topics[part.topic].take(part.profile.message)
             self._robots[robot] = _Robot(part, self._topics[part.topic])
         if restart:
             self._standby_until = self._now() + STANDBY_LIMIT
@@ -210,6 +210,13 @@ class Ros:
         """Receive simulated time, service responses, and parameter requests, on a thread of its own."""
         while not self._closing.wait(REST):
             self._executor.spin_once()
+
+    def _advertise_new(self, score: Score, *, at_once: bool) -> None:
+        new = {part.topic: part.profile.message for part in score.parts.values() if part.topic not in self._topics}
+        if new:
+            self._standby.live(LOADING_LIMIT)
+        for topic, message in new.items():
+            self._topics[topic] = Topic(topic, message, self._node, self._advertise, self._now, at_once)
 
     def _advertise(self, kind: Any, topic: str, second: bool) -> tuple[Any, Callable[[], None]]:
         publisher, destroy = self._nodes.advertise(kind, topic, second)

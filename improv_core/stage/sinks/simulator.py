@@ -78,6 +78,9 @@ class Simulator:
         self._bumps: deque[Bump] = deque(maxlen=BUMPS_KEPT)
         self._met: dict[str, dict[str, None]] = {}
 
+    def meet(self, score: Score) -> None:
+        """Does nothing: simulated robots can be told at once."""
+
     def prepare(self, score: Score, restart: bool) -> None:
         """Put new robots at their start poses. With `restart`, start everything over at time 0.
 

@@ -7,6 +7,7 @@
 (add-to-list 'load-path (getenv "IMPROV_PACKAGE"))
 (require 'improv-mode)
 (add-hook 'improv-mode-hook #'eglot-ensure)
+(add-hook 'improv-robots-mode-hook #'eglot-ensure)
 (setq improv-server-command (list (getenv "IMPROV_PYTHON") "-m" "improv_ls"))
 (setq-default eglot-workspace-configuration '(:improv (:backend "sim")))
 

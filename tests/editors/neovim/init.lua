@@ -1,7 +1,7 @@
 -- A user's init.lua, as editors/neovim/README.md has it, with the server of the environment under test.
 vim.opt.runtimepath:prepend(vim.env.IMPROV_PLUGIN)
 require("improv").setup {
-  cmd = { vim.env.IMPROV_PYTHON, "-m", "improv_ls" },
+  cmd = vim.env.IMPROV_SLOW and { vim.env.IMPROV_SLOW } or { vim.env.IMPROV_PYTHON, "-m", "improv_ls" },
   settings = { backend = "sim" },
 }
 vim.o.laststatus = 2

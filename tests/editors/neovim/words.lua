@@ -25,6 +25,16 @@ person.session(function()
   vim.cmd.ImprovSpeed("2")
   await_status("^▶ beat %d+/∞, 120 bpm, simulator$")
 
+  if vim.fn.has("nvim-0.12") == 1 then -- older ones show lenses after each line
+    vim.lsp.codelens.enable(true)
+    vim.fn.cursor(4, 1)
+    person.await("the lenses in their order", function()
+      vim.cmd.redraw()
+      return person.above(4) == "▶ play · ∞ | ■ hush | mute | solo"
+    end)
+    vim.lsp.codelens.enable(false)
+  end
+
   -- What is typed before a word moves its light, what is typed beside it does not widen it.
   insert(1, 0, "# 🤖", "")
   insert(4, 13, "slow 2 ")
@@ -60,8 +70,10 @@ person.session(function()
 
   assert(vim.deep_equal(vim.fn.getcompletion("ImprovMute ", "cmdline"), { "a" }))
   vim.cmd.ImprovMute("a")
+  person.await_message("a muted")
   await_lit("")
   vim.cmd.ImprovMute("a")
+  person.await_message("all robots may move")
   await_lit("3:13 forward")
 
   vim.g.improv_playing = false

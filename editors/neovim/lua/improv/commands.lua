@@ -2,6 +2,7 @@
 
 local playing = require("improv.playing")
 local server = require("improv.server")
+local waiting = require("improv.waiting")
 
 local M = {}
 
@@ -26,7 +27,15 @@ local function number(text)
   return { tonumber(text) or text }
 end
 
+local function play()
+  local buffer = vim.api.nvim_get_current_buf()
+  if server.of(buffer) or not waiting.play(buffer) then
+    execute("improv.play", { vim.uri_from_bufnr(buffer) })
+  end
+end
+
 local function hush()
+  waiting.clear()
   for _, client in ipairs(vim.lsp.get_clients { name = "improv" }) do
     server.execute(client, "improv.hush")
   end
@@ -51,7 +60,7 @@ function M.define(buffer)
   end
   local a_number, a_robot = { nargs = 1 }, { nargs = 1, complete = robots }
 
-  command("ImprovPlay", function() execute("improv.play", { vim.uri_from_bufnr(0) }) end, "Play this program")
+  command("ImprovPlay", play, "Play this program")
   command("ImprovPause", function() execute("improv.pause") end, "Pause all robots")
   command("ImprovResume", function() execute("improv.resume") end, "Resume after a pause")
   command("ImprovCue", function() execute("improv.cue") end, "Give the cue that robots wait for")

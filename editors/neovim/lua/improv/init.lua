@@ -2,7 +2,7 @@
 
 local M = {}
 
---- Start the server for *.improv files. `cmd` is the command that starts it; `settings` are the server's settings,
+--- Start the server for *.improv files and improv.toml. `cmd` is the command that starts it; `settings` are the server's settings,
 --- such as { backend = "sim" }.
 function M.setup(options)
   options = vim.tbl_extend("keep", options or {}, { cmd = { "improv-ls" } })
@@ -22,6 +22,11 @@ function M.setup(options)
     vim.api.nvim_create_autocmd(event, { group = group, pattern = pattern, callback = act })
   end
   on("FileType", "improv", function(event) opened(event.buf) end)
+  local waiting = require("improv.waiting")
+  on("BufWritePost", "*.improv", function(event) waiting.saved(event.buf, options.settings) end)
+  on("LspAttach", nil, function(event)
+    waiting.attached(assert(vim.lsp.get_client_by_id(event.data.client_id)), event.buf)
+  end)
   on("LspDetach", nil, function(event) require("improv.playing").leave(event.data.client_id, event.buf) end)
   server.enable(group, options.settings)
   vim.cmd.doautoall("<nomodeline> improv FileType") -- for files that are already open

@@ -151,9 +151,21 @@ function M.evaluated(id, told)
   end
 end
 
+--- Which robots are muted or soloed, in words.
+local function silenced(transport)
+  local muted, soloed = transport.muted or {}, transport.soloed or {}
+  if #soloed > 0 then
+    return "only " .. table.concat(soloed, ", ") .. " may move"
+  end
+  return #muted > 0 and table.concat(muted, ", ") .. " muted" or "all robots may move"
+end
+
 --- `improv/transport`: the state of playback.
 function M.transport(id, told)
   local client, player = vim.lsp.get_client_by_id(id), player_of(id)
+  if silenced(told) ~= silenced(player.transport or {}) then
+    vim.notify(silenced(told))
+  end
   player.transport, player.heard, player.shown = without_nulls(told), seconds() - age(told.wall), nil
   for generation in pairs(player.words) do
     if generation < told.generation or not (is_active(player) or told.state == "waiting") then

@@ -2,11 +2,19 @@
 
 local M = { cmd = { "improv-ls" } }
 
+local starting = 0 -- how many servers have been started and have not answered yet
+local running = {} -- by the id of the client
+
 local NEW = vim.fn.has("nvim-0.11") == 1
 
 --- The server of a buffer; 0 is the current buffer.
 function M.of(buffer)
   return vim.lsp.get_clients({ name = "improv", bufnr = buffer })[1]
+end
+
+--- Whether a server has been started and can't be asked anything yet.
+function M.is_starting()
+  return starting > 0
 end
 
 --- Send a request about a buffer. The server first receives everything that was typed there.
@@ -33,6 +41,12 @@ function M.execute(client, command, arguments)
   end)
 end
 
+--- Whether the server is for a buffer: it is a program, or an improv.toml, but no other TOML file.
+local function is_ours(buffer)
+  local name = vim.fs.basename(vim.api.nvim_buf_get_name(buffer))
+  return vim.bo[buffer].filetype == "improv" or name == "improv.toml"
+end
+
 --- The folder of the nearest improv.toml, or the file's own. Files that share it share a server and a stage.
 local function root_of(buffer)
   local name = vim.api.nvim_buf_get_name(buffer)
@@ -51,12 +65,12 @@ local function show_message(_, params)
   end
 end
 
---- Start a server for the programs in each folder.
+--- Start a server for the programs and the improv.toml in each folder.
 function M.enable(group, settings)
   local playing = require("improv.playing")
   local config = {
     cmd = M.cmd,
-    filetypes = { "improv" },
+    filetypes = { "improv", "toml" },
     capabilities = { experimental = { improv = true } }, -- we highlight the words that play
     init_options = { improv = settings }, -- needed before the first file opens
     settings = { improv = settings }, -- for when the server asks
@@ -65,10 +79,23 @@ function M.enable(group, settings)
       ["improv/transport"] = function(_, params, context) playing.transport(context.client_id, params) end,
       ["window/showMessage"] = show_message,
     },
-    on_exit = vim.schedule_wrap(function(_, _, id) playing.forget(id) end),
+    before_init = function() starting = starting + 1 end,
+    on_init = function(client)
+      starting, running[client.id] = starting - 1, true
+    end,
+    on_exit = vim.schedule_wrap(function(_, _, id)
+      if not running[id] then
+        starting = starting - 1
+        require("improv.waiting").clear()
+      end
+      running[id] = nil
+      playing.forget(id)
+    end),
   }
   if NEW then
-    config.root_dir = function(buffer, start) start(root_of(buffer)) end
+    config.root_dir = function(buffer, start)
+      if is_ours(buffer) then start(root_of(buffer)) end
+    end
     vim.lsp.config("improv", config)
     vim.lsp.enable("improv")
     return
@@ -76,14 +103,14 @@ function M.enable(group, settings)
   config.capabilities =
     vim.tbl_deep_extend("force", vim.lsp.protocol.make_client_capabilities(), config.capabilities)
   local function start(buffer)
-    if vim.fn.executable(M.cmd[1]) == 1 then
+    if is_ours(buffer) and vim.fn.executable(M.cmd[1]) == 1 then
       local here = { name = "improv", root_dir = root_of(buffer) }
       vim.lsp.start(vim.tbl_extend("error", here, config), { bufnr = buffer })
     end
   end
   vim.api.nvim_create_autocmd("FileType", {
     group = group,
-    pattern = "improv",
+    pattern = config.filetypes,
     callback = function(event) start(event.buf) end,
   })
 end

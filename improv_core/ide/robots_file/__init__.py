@@ -1,0 +1,1 @@
+"""Editor features for `improv.toml`, one per file. They never raise, however little of the text is typed."""

@@ -1,0 +1,317 @@
+"""All keys of an `improv.toml`: what they set, in which unit and range, and their defaults.
+
+Reading the file, the editor's help, the tables in docs/robots.md, and the JSON schema all go by this table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
+from improv_core.robots.toml_positions import Keys
+from improv_core.score.profiles import DYNAMICS, MESSAGES, MOTIONS
+from improv_core.score.score import Rejoin
+from improv_core.score.senses import Message
+
+MOST_BUTTON = 99
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One key: what it sets, as Markdown, and what its value may be.
+
+    `type` is that of JSON schema. A number is in `unit`, from `least` to `most`. A text with `choices` is one of them;
+    `profile` says that profiles are. `keys` are those of a table, `required` those it must have, `named` what a table
+    has under names that people choose, and `items` what a list has, `count` of them. `default` is shown to people;
+    `example` is a value to start from.
+    """
+
+    about: str
+    type: str = "string"
+    default: str = ""
+    unit: str = ""
+    least: float = 0
+    most: float = 0
+    choices: Sequence[str] = ()
+    profile: bool = False
+    keys: Mapping[str, Key] = field(default_factory=dict)
+    required: Sequence[str] = ()
+    named: Key | None = None
+    items: Key | None = None
+    count: int = 0
+    example: str = ""
+
+    @property
+    def range(self) -> str:
+        """`0.001, 100`; empty if there is no range."""
+        return f"{self.least:g}, {self.most:g}" if self.least < self.most else ""
+
+
+def find(keys: Keys) -> Key | None:
+    """What is known about a key or a table; None if there is no such key."""
+    found: Key | None = SCHEMA
+    for name in keys:
+        if found:
+            found = found.items if isinstance(name, int) else found.keys.get(name) or found.named
+    return found
+
+
+def known(keys: Keys) -> Key:
+    """What is known about a key that exists."""
+    found = find(keys)
+    assert found, keys
+    return found
+
+
+def _number(about: str, unit: str, least: float, most: float, default: str = "") -> Key:
+    return Key(about, "number", default, unit, least, most)
+
+
+def _place(about: str) -> Key:
+    return _number(about, "meters", -1000, 1000, "0")
+
+
+def _length(about: str) -> Key:
+    return _number(about, "meters", 0.001, 1000)
+
+
+def _table(about: str, keys: Mapping[str, Key], example: str = "", required: Sequence[str] = ()) -> Key:
+    return Key(about, "object", keys=keys, required=required, example=example)
+
+
+_HEADING = _number("the heading, counterclockwise from the x axis", "degrees", -360, 360, "0")
+_BUTTON = Key("the button of a gamepad, counted from 0", "integer", least=0, most=MOST_BUTTON, example="4")
+
+_START = {"x": _place("the position along x"), "y": _place("the position along y"), "heading": _HEADING}
+_ROBOT = {
+    "profile": Key(
+        "the kind of robot: a built-in profile or one of yours",
+        default="a step of 2 m, no limits, all motions",
+        profile=True,
+    ),
+    "start": Key(
+        "its pose at beat 0: `x`, `y` in meters, `heading` in degrees, counterclockwise from the x axis; each defaults"
+        " to 0",
+        "object",
+        default="next to the other robots",
+        keys=_START,
+        example="{ x = 0, y = 0, heading = 0 }",
+    ),
+    "topic": Key(
+        "the topic it listens on; without a leading `/`, the name is in the namespace of `[ros]`",
+        default="`NAME/cmd_vel`",
+        example='"/cmd_vel"',
+    ),
+    "message": Key(
+        '`"Twist"`, `"TwistStamped"`, or `"auto"`: the type that its subscribers expect',
+        default="the profile's",
+        choices=MESSAGES,
+    ),
+    "reset": Key(
+        "a service of type `std_srvs/srv/Empty` that moves it back to its start", default="none", example='"/reset"'
+    ),
+}
+# The ranges catch typical errors: 0, millimeters, an angle in radians.
+_PROFILE = {
+    "base": Key("the profile it starts from", profile=True),
+    "step": _number("the distance of `forward`", "meters", 0.001, 100),
+    "quarter_turn": _number("the angle of `left`", "degrees", 45, 135, "90"),
+    "max_linear": _number("the maximum speed in any direction", "m/s", 0.001, 100, "no limit"),
+    "max_angular": _number("the maximum turning speed", "rad/s", 0.001, 100, "no limit"),
+    "max_linear_acceleration": _number(
+        "the acceleration of simulated motors; real robots limit theirs themselves", "m/s²", 0.001, 1000, "no limit"
+    ),
+    "max_angular_acceleration": _number("the same for turning", "rad/s²", 0.001, 1000, "no limit"),
+    "motions": Key(
+        'some of `"forward"`, `"turn"`, `"strafe"`, `"climb"`',
+        "array",
+        default="all four",
+        items=Key("a motion that it can make, in both directions", choices=MOTIONS),
+        example='["forward", "turn"]',
+    ),
+    "command_rate": _number("how often its velocity is sent while it moves", "Hz", 1, 200, "20"),
+    "radius": _number("the radius of its disc in the simulator", "meters", 0.001, 100, "0.3"),
+    "message": Key("same as for a robot", default='`"auto"`', choices=MESSAGES),
+    "dynamics": Key(
+        'how the simulator moves it: `"ideal"`, or like real `"motors"`', default='`"ideal"`', choices=DYNAMICS
+    ),
+    "wheel_error": Key(
+        "how far the left and the right wheel of a simulated robot really roll for each meter that they should",
+        "array",
+        default="`[1, 1]`",
+        least=0.5,
+        most=1.5,
+        items=Key("the distance for each meter", "number", least=0.5, most=1.5),
+        count=2,
+        example="[0.98, 1.0]",
+    ),
+    "noise": _number(
+        "the standard deviation of that, which changes ten times a second", "shares of the speed", 0, 0.5, "0"
+    ),
+    "near": _number(
+        "how far ahead the sense `near` looks in the simulator, from the robot's rim", "meters", 0.001, 100, "one step"
+    ),
+}
+_ROS = {
+    "namespace": Key(
+        "the prefix for all names of topics and services that don't begin with `/`", default="none", example='"lab"'
+    ),
+    "node": Key(
+        "the name of Improv's node, for its services and parameters",
+        default="`improv_HOST_PID`",
+        example='"conductor"',
+    ),
+    "use_sim_time": Key(
+        "stamp messages with the time on `/clock`, for simulated robots", "boolean", default="false", example="true"
+    ),
+    "stop": Key(
+        "a topic of type `std_msgs/msg/Bool` that stops all robots while it is true",
+        default="none",
+        example='"/e_stop"',
+    ),
+    "deadman": Key(
+        "a button to hold while robots move: `topic`, of type `sensor_msgs/msg/Joy`, and `button`, counted from 0",
+        "object",
+        default="none",
+        keys={"topic": Key("the topic of the gamepad", example='"/joy"'), "button": _BUTTON},
+        required=("topic", "button"),
+        example='{ topic = "/joy", button = 4 }',
+    ),
+    "rejoin": Key(
+        'what happens when a robot stops listening and comes back: it continues in the middle (`"continue"`), it stands'
+        ' until the next play (`"next"`), or all robots pause until it is back (`"pause"`)',
+        default='`"continue"`',
+        choices=get_args(Rejoin),
+    ),
+}
+_CIRCLE = {"x": _place("the center along x"), "y": _place("the center along y"), "radius": _length("its radius")}
+_BOX = {
+    "x": _place("the center along x"),
+    "y": _place("the center along y"),
+    "width": _length("its size along its own x axis"),
+    "height": _length("its size along its own y axis"),
+    "heading": _HEADING,
+}
+_WORLD = {
+    "size": Key(
+        "a floor with walls around it, in meters along x and along y, centered on the origin",
+        "array",
+        default="an endless floor",
+        items=_length("a length of the floor"),
+        count=2,
+        example="[6, 4]",
+    ),
+    "walls": Key(
+        "more walls: lines in meters, each from x, y to x, y",
+        "array",
+        default="none",
+        items=Key("a wall: from x, y to x, y", "array", items=_place("a coordinate"), count=4, example="[0, 0, 2, 0]"),
+        example="[[0, 0, 2, 0]]",
+    ),
+    "circles": Key(
+        "round obstacles, in meters: `x` and `y`, which default to 0, and `radius`",
+        "array",
+        default="none",
+        items=_table("a round obstacle", _CIRCLE, "{ x = 1, y = 0, radius = 0.3 }", ("radius",)),
+        example="[{ x = 1, y = 0, radius = 0.3 }]",
+    ),
+    "boxes": Key(
+        "rectangles, in meters: `x`, `y`, `width`, and `height`, and a `heading` in degrees; `x`, `y`, and `heading`"
+        " default to 0",
+        "array",
+        default="none",
+        items=_table("a rectangle", _BOX, "{ x = 1, y = 0, width = 0.5, height = 1 }", ("width", "height")),
+        example="[{ x = 1, y = 0, width = 0.5, height = 1 }]",
+    ),
+}
+_SENSE = {
+    "topic": Key(
+        "the topic; without a leading `/`, the name is in the robot's namespace, which is in that of `[ros]`",
+        example='"scan"',
+    ),
+    "message": Key(
+        "its type: "
+        + ", ".join(f'`"{name}"`' for name in get_args(Message)[:-1])
+        + f', or `"{get_args(Message)[-1]}"`',
+        choices=get_args(Message),
+    ),
+    "below": Key(
+        "the sense is true while the number is less than this: the nearest reading of a scan or a range, in meters; the"
+        " speed of an odometry message, in m/s; the data of a Float32",
+        "number",
+        example="0.5",
+    ),
+    "above": Key("the same, while the number is greater than this; write either of them", "number", example="0.5"),
+    "from": _number(
+        "the start of the sector of a scan that counts, counterclockwise from straight ahead",
+        "degrees",
+        -360,
+        360,
+        "-180",
+    ),
+    "to": _number("the end of that sector", "degrees", -360, 360, "180"),
+    "button": Key(
+        "the button of a gamepad, counted from 0",
+        "integer",
+        default="any button",
+        least=0,
+        most=MOST_BUTTON,
+        example="0",
+    ),
+    "timeout": _number(
+        "after this time without a usable message, the sense is silent; 0, for a Bool or a Joy, if messages come only"
+        " when something changes",
+        "seconds",
+        0.05,
+        60,
+        "1",
+    ),
+    "key": Key("a letter or a digit, instead of a topic", example='"d"'),
+}
+SCHEMA = _table(
+    "an `improv.toml`",
+    {
+        "robots": Key("the robots, by their names in programs", "object", named=_table("a robot", _ROBOT)),
+        "profiles": Key("your own kinds of robots, by name", "object", named=_table("a kind of robot", _PROFILE)),
+        "ros": _table("names, time, and safety in ROS 2, for all robots", _ROS),
+        "world": _table("the simulator's walls and obstacles", _WORLD),
+        "senses": Key("where senses come from, by their names in programs", "object", named=_table("a sense", _SENSE)),
+    },
+)
+
+
+def rows(keys: Mapping[str, Key]) -> list[str]:
+    """The keys of a table as lines of a table in Markdown, without columns that would be empty."""
+    cells = [[f"`{name}`", key.about, key.unit, key.range, key.default] for name, key in keys.items()]
+    heads = ["key", "what it sets", "unit", "min, max", "default"]
+    used = [column for column in range(len(heads)) if any(row[column] for row in cells)]
+    lines = [[heads[column] for column in used], *([row[column] for column in used] for row in cells)]
+    made = [f"| {' | '.join(line)} |".replace("  ", " ") for line in lines]
+    return [made[0], "|" + "---|" * len(used), *made[1:]]
+
+
+def json_schema() -> Mapping[str, Any]:
+    """The table as a JSON schema, for TOML tools such as Taplo."""
+    return {"$schema": "http://json-schema.org/draft-07/schema#", "title": "improv.toml", **_json(SCHEMA)}
+
+
+def _json(key: Key) -> dict[str, Any]:
+    about = f"{key.about}; in {key.unit}" if key.unit else key.about
+    made: dict[str, Any] = {"type": key.type, "description": about}
+    if key.choices:
+        made["enum"] = list(key.choices)
+    if key.least < key.most and key.type != "array":
+        made |= {"minimum": key.least, "maximum": key.most}
+        if key.least > 0 and key.unit == "seconds":  # 0 means something else there
+            made["minimum"] = 0
+    if key.type == "object":
+        made["properties"] = {name: _json(inner) for name, inner in key.keys.items()}
+        made["additionalProperties"] = _json(key.named) if key.named else False
+    if key.required:
+        made["required"] = list(key.required)
+    if key.items:
+        made["items"] = _json(key.items)
+    if key.count:
+        made |= {"minItems": key.count, "maxItems": key.count}
+    return made

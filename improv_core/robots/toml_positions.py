@@ -1,0 +1,257 @@
+"""Where the keys and values of a TOML text are, also if half of it is still to be typed. Never raises.
+
+tree-sitter's grammar reads the text, one statement at a time: if it recovers from an error, it may join what follows to
+what is unfinished. A text with multi-line strings is read as a whole, as long as it is valid.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import tomllib
+
+from improv_core.text import Span
+
+if TYPE_CHECKING:
+    from tree_sitter import Node, Parser
+
+Keys = tuple[str | int, ...]
+"""The keys that lead to a value. For an item of an array, the last one is its index."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """The spans of a key and its value. A table that is only named in headers has its first name as both."""
+
+    key: Span
+    value: Span
+
+
+@dataclass(slots=True)
+class Positions:
+    """The entries of a text, and where the text ends: what may come next there.
+
+    A table may be named many times, in headers and in dotted keys. `named` has all those spans. At the end of the text,
+    `keys` lead to what is being written: with `expects` "header" or "key", to the table in which a name comes next, and
+    with "value", to the value itself. With "name" or "after", only a sign can come next, after a
+    name or a value.
+    """
+
+    entries: dict[Keys, Entry] = field(default_factory=dict)
+    named: dict[Keys, list[Span]] = field(default_factory=dict)
+    headers: list[tuple[Span, Keys]] = field(default_factory=list)
+    keys: Keys = ()
+    expects: str = "key"
+
+    def nearest(self, keys: Keys) -> Entry:
+        """The entry of a key, or of the table around it if the grammar has found less than `tomllib`."""
+        while keys and keys not in self.entries:
+            keys = keys[:-1]
+        return self.entries.get(keys, Entry(Span(0, 0), Span(0, 0)))
+
+
+def find_positions(text: str, whole: bool = False) -> Positions:
+    """The positions in a text. `whole` says that the text is valid."""
+    walk = _Walk()
+    for start, statement in _statements(text, whole):
+        walk.statement(start, statement)
+    return walk.found
+
+
+def beginning(text: str, offset: int) -> tuple[Positions, str] | None:
+    """What stands before a cursor in its section, and the word that is begun there; None in a comment."""
+    line = text[:offset].rpartition("\n")[2]
+    finished = _FINISHED.match(line)
+    begun = line[finished.end() :] if finished else ""
+    if begun.startswith("#"):
+        return None
+    begun = begun or line[len(line.rstrip(_WORD)) :]
+    before = text[: offset - len(begun)]
+    headers = list(_HEADER.finditer(before))
+    # Nothing above a section matters to it, unless there are arrays of tables, which are counted.
+    counted = any(header[0].endswith("[[") for header in headers)
+    return find_positions(before if counted or not headers else before[headers[-1].start() :]), begun
+
+
+_WORD = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-"
+_FINISHED = re.compile(r""" (?: "(?:\\.|[^"\\])*" | '[^']*' | [^"'#] )* """, re.VERBOSE)
+# Only these lines can't continue an array: a header that starts with a word, `key =`, and a word alone.
+_START = re.compile(
+    r"""^[ \t]*(?: \[\[?[ \t]*(?!(?:true|false|inf|nan)\b)[A-Za-z_]
+      | (?:[\w-]+|"[^"\n]*"|'[^'\n]*') (?:[ \t]*\.[ \t]*(?:[\w-]+|"[^"\n]*"|'[^'\n]*'))* [ \t]* =
+      | (?!(?:true|false|inf|nan)\b)[A-Za-z_][\w.-]*[ \t]*(?:\#.*)?$ )""",
+    re.VERBOSE | re.MULTILINE,
+)
+_HEADER = re.compile(r"^[ \t]*\[\[?(?=[ \t]*(?!(?:true|false|inf|nan)\b)[A-Za-z_])", re.MULTILINE)
+_MULTI_LINE = re.compile('"""|' + "'''")
+
+
+def _statements(text: str, whole: bool) -> Iterator[tuple[int, str]]:
+    """The statements of a text, and where they start."""
+    starts = [0] if whole and _MULTI_LINE.search(text) else [0, *(found.start() for found in _START.finditer(text))]
+    for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
+        yield start, text[start:end]
+
+
+class _Atom(NamedTuple):
+    """A key, a value, or a sign. `kind` is "key", "value", or the sign itself."""
+
+    kind: str
+    span: Span
+    text: str
+
+
+_KINDS = {"bare_key": "key", "quoted_key": "key"} | dict.fromkeys(
+    ("string", "integer", "float", "boolean", "offset_date_time", "local_date_time", "local_date", "local_time"),
+    "value",
+)
+_SIGNS = frozenset(["[", "]", "[[", "]]", "{", "}", "=", ",", "."])
+
+
+@lru_cache(maxsize=4096)
+def _atoms(text: str) -> Sequence[_Atom]:
+    """What a text consists of. Cached by text: after a key is typed, only the statement around it is new."""
+    # What is not ASCII stands only in strings and comments, so one `?` for each character keeps the offsets.
+    tree = _parser().parse(text.encode("ascii", "replace"))
+    atoms = []
+    waiting: list[Node] = [tree.root_node]
+    while waiting:
+        node = waiting.pop()
+        kind = _KINDS.get(node.type, node.type)
+        if node.type in _KINDS or node.type in _SIGNS:
+            span = Span(node.start_byte, node.end_byte)
+            if span.start < span.end:  # otherwise the parser would have liked it to be there
+                atoms.append(_Atom(kind, span, text[slice(*span)]))
+        else:
+            waiting += reversed(node.children)
+    return tuple(atoms)
+
+
+@lru_cache(maxsize=1)
+def _parser() -> Parser:
+    import tree_sitter
+    import tree_sitter_toml
+
+    return tree_sitter.Parser(tree_sitter.Language(tree_sitter_toml.language()))
+
+
+@dataclass(slots=True)
+class _Walk:
+    """Follows the atoms of a text from left to right, whatever they are."""
+
+    found: Positions = field(default_factory=Positions)
+    table: Keys = ()
+    last: dict[Keys, int] = field(default_factory=dict)  # for each array of tables, the index of its latest table
+    open: list[tuple[str, Keys, Span]] = field(default_factory=list)  # brackets, and the keys that lead to them
+
+    def statement(self, start: int, text: str) -> None:
+        self.open.clear()
+        self._go("key", self.table)
+        for atom in _atoms(text):
+            span = Span(start + atom.span.start, start + atom.span.end)
+            if self.found.expects == "header":
+                self._header(atom, span)
+            elif self.found.expects in ("key", "name"):
+                self._key(atom, span)
+            else:
+                self._value(atom, span)
+
+    def _go(self, expects: str, keys: Keys) -> None:
+        self.found.expects, self.found.keys = expects, keys
+
+    def _header(self, atom: _Atom, span: Span) -> None:
+        if atom.kind == "key":
+            self._name((*self.found.keys, _name(atom.text)), span)
+            self.table = self.found.keys
+            self.found.headers[-1] = (self.found.headers[-1][0], self.table)
+        elif atom.kind == "]]" and self.table:
+            self.last[self.table] = self.last.get(self.table, -1) + 1
+            self._item(self.found.named[self.table][-1])
+        elif atom.kind == "." and self.table in self.last:
+            self._item(self.found.named[self.table][-1])
+        if atom.kind in ("]", "]]"):
+            if atom.kind == "]" and self.table in self.last:
+                self._item(self.found.named[self.table][-1])
+            self._go("key", self.table)
+
+    def _item(self, span: Span) -> None:
+        """Enter the latest table of an array of tables."""
+        self.table = (*self.table, self.last[self.table])
+        self.found.entries.setdefault(self.table, Entry(span, span))
+        self._go("header", self.table)
+
+    def _key(self, atom: _Atom, span: Span) -> None:
+        inside = self.open[-1] if self.open else None
+        if atom.kind == "key":
+            self._name((*self.found.keys, _name(atom.text)), span)
+            self.found.expects = "name"
+        elif atom.kind == ".":
+            self.found.expects = "key"
+        elif atom.kind == "=" and self.found.keys != (inside[1] if inside else self.table):
+            self._go("value", self.found.keys)
+        elif atom.kind == "," and inside:
+            self._go("key", inside[1])
+        elif atom.kind == "}" and inside:
+            self._close(span)
+        elif atom.kind in ("[", "[[") and not inside:
+            self.table = ()
+            self.found.headers.append((span, ()))
+            self._go("header", ())
+
+    def _value(self, atom: _Atom, span: Span) -> None:
+        keys = self.found.keys
+        if atom.kind in ("[", "[[", "{"):
+            for start in range(*span):  # `[[` opens two arrays
+                self.open.append((atom.kind[0], self.found.keys, Span(start, start + 1)))
+                self._go(*(("key", self.found.keys) if atom.kind == "{" else ("value", (*self.found.keys, 0))))
+        elif atom.kind in ("]", "]]"):
+            for start in range(*span):
+                self._close(Span(start, start + 1))
+        elif atom.kind == "," and self.open:
+            bracket, outer, _ = self.open[-1]
+            if bracket == "{":
+                self._go("key", outer)
+            else:
+                items = int(keys[-1]) + 1 if keys[:-1] == outer else 1
+                self._go("value", (*outer, items))
+        elif atom.kind == "}":
+            self._close(span)
+        elif atom.kind in ("value", "key"):
+            self._end_value(span)
+
+    def _close(self, span: Span) -> None:
+        if self.open:
+            _, keys, start = self.open.pop()
+            self.found.keys = keys
+            self._end_value(Span(start.start, span.end))
+
+    def _end_value(self, span: Span) -> None:
+        """The value has ended, and with it the statement unless it is inside brackets."""
+        keys = self.found.keys
+        known = self.found.entries.get(keys)
+        self.found.entries[keys] = Entry(known.key if known and not isinstance(keys[-1], int) else span, span)
+        if not self.open:
+            self._go("key", self.table)
+        elif self.open[-1][0] == "{":
+            self._go("after", keys)
+        else:
+            self._go("value", keys)
+
+    def _name(self, keys: Keys, span: Span) -> None:
+        self.found.entries.setdefault(keys, Entry(span, span))
+        self.found.named.setdefault(keys, []).append(span)
+        self.found.keys = keys
+
+
+def _name(written: str) -> str:
+    """A key as data."""
+    if written[0] not in "\"'":
+        return written
+    try:
+        return str(tomllib.loads(f"name = {written}")["name"])
+    except tomllib.TOMLDecodeError:
+        return written[1:-1]

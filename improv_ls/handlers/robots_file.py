@@ -1,0 +1,115 @@
+"""The requests about an open `improv.toml`. The handler of each method passes them on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lsprotocol import types
+
+from improv_core.ide import rename as renaming
+from improv_core.ide.code_action import Action, fixes
+from improv_core.ide.references import plays
+from improv_core.ide.robots_file import completion as completing
+from improv_core.ide.robots_file import hover as hovering
+from improv_core.ide.robots_file import references as finding
+from improv_core.ide.robots_file.references import Symbol, symbol_at
+from improv_core.robots.config import Robots, read_robots
+from improv_core.text import Span
+from improv_ls import to_lsp
+from improv_ls.documents import RobotsFile, path_of
+from improv_ls.positions import to_offset, to_range
+from improv_ls.session import Session
+from improv_ls.sharing import programs_for
+from improv_ls.to_lsp_locations import Changed, location
+
+
+def completion(ls: Session, file: RobotsFile, params: types.CompletionParams) -> types.CompletionList | None:
+    offset, text = to_offset(file.lines, params.position, ls.editor.encoding), file.lines.text
+    asked_by = params.context.trigger_character if params.context else None
+    found = completing.complete(text, offset, _cast(ls, file))
+    if not found or (asked_by and {item.kind for item in found.items} != {"value"}):
+        return None  # a list that pops up between all words is in the way
+    snippets = ls.editor.can("text_document.completion.completion_item.snippet_support")
+    return to_lsp.completion(file.uri, file.lines, found, bool(snippets), ls.editor.encoding)
+
+
+def hover(ls: Session, file: RobotsFile, params: types.HoverParams) -> types.Hover | None:
+    found = hovering.hover(file.lines.text, to_offset(file.lines, params.position, ls.editor.encoding))
+    formats = ls.editor.can("text_document.hover.content_format")
+    if not found:
+        return None
+    return types.Hover(to_lsp.markup(found, formats), to_range(file.lines, found.span, ls.editor.encoding))
+
+
+def actions(file: RobotsFile, span: Span) -> list[Action]:
+    return fixes(_robots(file).diagnostics, span)
+
+
+def definition(ls: Session, file: RobotsFile, params: types.DefinitionParams) -> list[types.Location]:
+    """The section of a profile; for a robot, the lines that play it."""
+    symbol = _symbol(ls, file, params)
+    if not symbol:
+        return []
+    if symbol.section == "robots":
+        return list(_plays(ls, file, symbol))
+    return _here(ls, file, finding.declarations(file.lines.text, symbol)[:1])
+
+
+def references(ls: Session, file: RobotsFile, params: types.ReferenceParams) -> list[types.Location]:
+    symbol, text = _symbol(ls, file, params), file.lines.text
+    if not symbol:
+        return []
+    declared = finding.declarations(text, symbol) if params.context.include_declaration else []
+    return [*_here(ls, file, [*declared, *finding.uses(text, symbol)]), *_plays(ls, file, symbol)]
+
+
+def renamable(ls: Session, file: RobotsFile, params: types.PrepareRenameParams | types.RenameParams) -> Symbol:
+    """The robot or profile at the cursor. Raises RefusalError if there is none."""
+    symbol = _symbol(ls, file, params)
+    if symbol and finding.declarations(file.lines.text, symbol):
+        return symbol
+    raise renaming.RefusalError("only robots and profiles in this file can be renamed: put the cursor on one")
+
+
+def rename(ls: Session, file: RobotsFile, params: types.RenameParams) -> dict[str, Changed]:
+    """The edits of the file, and of all programs that play a robot. Raises RefusalError."""
+    symbol, text = renamable(ls, file, params), file.lines.text
+    if symbol.section == "profiles":
+        edits = finding.rename_profile(text, symbol, params.new_name)
+        return {file.uri: Changed(file.version, file.lines, edits)}
+    edits = renaming.rename_section(Robots(text=text), symbol.name, params.new_name)
+    changed = {file.uri: Changed(file.version, file.lines, edits)}
+    for program in programs_for(ls.documents, path_of(file.uri), symbol.name):
+        edits = renaming.rename_robot(program.analysis, symbol.name, params.new_name)
+        changed[program.uri] = Changed(program.version, program.lines, edits)
+    return changed
+
+
+_Asked = types.DefinitionParams | types.ReferenceParams | types.PrepareRenameParams | types.RenameParams
+
+
+def _symbol(ls: Session, file: RobotsFile, params: _Asked) -> Symbol | None:
+    return symbol_at(file.lines.text, to_offset(file.lines, params.position, ls.editor.encoding))
+
+
+def _here(ls: Session, file: RobotsFile, spans: list[Span]) -> list[types.Location]:
+    return [location(file.uri, file.lines, span, ls.editor.encoding) for span in spans]
+
+
+def _plays(ls: Session, file: RobotsFile, symbol: Symbol) -> Iterator[types.Location]:
+    """Where programs play a robot."""
+    if symbol.section == "robots":
+        for program in programs_for(ls.documents, path_of(file.uri), symbol.name):
+            for _, span in plays(program.analysis, symbol.name):
+                yield location(program.uri, program.lines, span, ls.editor.encoding)
+
+
+def _cast(ls: Session, file: RobotsFile) -> list[str]:
+    """The robots of the open programs that use the file."""
+    path = path_of(file.uri)
+    programs = (document for document in ls.documents.values() if document.analysis.cast.path == path)
+    return [robot for document in programs for robot in document.analysis.robots]
+
+
+def _robots(file: RobotsFile) -> Robots:
+    return read_robots(file.lines.text, path_of(file.uri))

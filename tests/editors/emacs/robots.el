@@ -1,0 +1,22 @@
+;;; robots.el --- A person's session in an improv.toml with a misspelled profile  -*- lexical-binding: t; -*-
+
+;;; Code:
+
+(load (expand-file-name "steps" (file-name-directory load-file-name)) nil t)
+
+(open-program)
+(let ((server (eglot-current-server)))
+  (find-file (expand-file-name "improv.toml" default-directory))
+  (check (derived-mode-p 'improv-robots-mode))
+  (run-hooks 'post-command-hook)
+  (await "server" (eglot-managed-p))
+  (check (eq server (eglot-current-server))))
+(await "diagnostic"
+  (pcase (problems) (`((,_ . ,text)) (string-search "did you mean `turtlebot3_burger`?" text))))
+(await "hover" (string-search "the kind of robot" (documentation-at "profile")))
+(find-file (expand-file-name "other.toml" default-directory))
+(check (not (derived-mode-p 'improv-robots-mode)))
+(princ "done\n")
+(kill-emacs 0)
+
+;;; robots.el ends here

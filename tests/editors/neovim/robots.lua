@@ -1,0 +1,27 @@
+-- A person's session in an improv.toml with a misspelled profile; other TOML files are left alone.
+
+local person = dofile(vim.env.IMPROV_PERSON)
+
+person.session(function()
+  local folder = vim.fs.dirname(vim.api.nvim_buf_get_name(0))
+  vim.cmd.edit(folder .. "/improv.toml")
+  assert(vim.bo.filetype == "toml")
+  person.await("the server", function() return #vim.lsp.get_clients { bufnr = 0, name = "improv" } > 0 end)
+  person.await("the error", function()
+    local found = vim.diagnostic.get(0)[1]
+    return found and found.message:find("did you mean `turtlebot3_burger`?", 1, true)
+  end)
+
+  local function ask(method, line, column)
+    local params = { textDocument = vim.lsp.util.make_text_document_params(), position = { line = line, character = column } }
+    return vim.lsp.buf_request_sync(0, method, params, 40000)
+  end
+  local _, hover = next(ask("textDocument/hover", 1, 2))
+  assert(vim.inspect(hover.result.contents):find("the kind of robot", 1, true), vim.inspect(hover))
+  local _, offered = next(ask("textDocument/completion", 2, 0))
+  local labels = vim.tbl_map(function(item) return item.label end, offered.result.items)
+  assert(vim.tbl_contains(labels, "topic") and not vim.tbl_contains(labels, "profile"), vim.inspect(labels))
+
+  vim.cmd.edit(folder .. "/other.toml")
+  assert(vim.bo.filetype == "toml" and #vim.lsp.get_clients { bufnr = 0, name = "improv" } == 0)
+end)

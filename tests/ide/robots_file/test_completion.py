@@ -1,0 +1,148 @@
+"""What is offered at the `|` in an improv.toml, best first."""
+
+from __future__ import annotations
+
+from textwrap import dedent
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.ide.completion import Completion
+from improv_core.ide.robots_file.completion import complete
+from improv_core.ide.robots_file.hover import hover
+from improv_core.ide.robots_file.references import declarations, symbol_at, uses
+from improv_core.robots.config import read_robots
+from improv_core.robots.schema import known
+from improv_core.robots.sources import SOURCES
+from improv_core.score.profiles import BUILT_IN
+from tests.robots.test_config import PAGE
+
+PROFILES = [f'"{name}"' for name in BUILT_IN]
+SECTIONS = ["[robots]", "[profiles]", "[ros]", "[world]", "[senses]"]
+
+
+def completed(marked: str, cast: tuple[str, ...] = ()) -> tuple[str, Completion | None]:
+    marked = dedent(marked).strip("\n")
+    text = marked.replace("|", "")
+    return text, complete(text, marked.index("|"), cast)
+
+
+def check(marked: str, *labels: str, cast: tuple[str, ...] = ()) -> None:
+    _, found = completed(marked, cast)
+    assert found
+    assert [item.label for item in found.items] == list(labels)
+
+
+def test_sections_that_are_not_there() -> None:
+    check("[|\n[world]\nsize = [6, 4]", "robots", "profiles", "ros", "senses")
+    check("[ro|]", "robots", "profiles", "ros", "world", "senses")
+    check("[robots.anna]\nprofile = 'husky'\nstart = {}\ntopic = 'a'\nmessage = 'auto'\nreset = 'a'\n|", *SECTIONS)
+
+
+def test_robots_of_programs_and_built_in_senses() -> None:
+    check("[robots.|]\n[robots.anna]", "bert", cast=("anna", "bert"))
+    check("[senses.|]\n[senses.near]\nkey = 'a'", "bump")
+
+
+def test_keys_that_are_not_there() -> None:
+    check('[robots.anna]\ntopic = "/a"\npro|', "profile", "start", "message", "reset")
+    check("[robots.anna]\nstart = { x = 1, | }", "y", "heading")
+    check("[world]\ncircles = [{ radius = 1 }, { radius = 2, |", "x", "y")
+    check("[ros]\ndeadman = { |", "topic", "button")
+    check("[profiles.a]\nba|\n[profiles.b]\nstep = 1", *known(("profiles", "a")).keys)
+
+
+def test_values() -> None:
+    check("[robots.anna]\nprofile = |\n[profiles.rover]\nstep = 1", '"rover"', *PROFILES)
+    check('[robots.anna]\nprofile = "turt|"', *PROFILES)
+    check("[profiles.rover]\nbase = |", *PROFILES)
+    check('[profiles.a]\nmotions = ["turn", |', '"forward"', '"strafe"', '"climb"')
+    check("[profiles.a]\ndynamics = |", '"ideal"', '"motors"')
+    check("[ros]\nuse_sim_time = |", "true", "false")
+    check("[profiles.a]\nquarter_turn = |", "90")
+    check("[robots.anna]\nstart = |", "{ x = 0, y = 0, heading = 0 }")
+
+
+def test_nothing_where_nothing_is_known() -> None:
+    check("[robots.anna]\nwings = |")
+    check("[rooms]\n|", *SECTIONS)
+    assert completed("# |")[1] is None
+
+
+def applied(marked: str, label: str) -> str:
+    """The text after an item was chosen, without a cursor in it."""
+    text, found = completed(marked)
+    assert found
+    (item,) = [item for item in found.items if item.label == label]
+    return text[: found.span.start] + item.label + text[found.span.end :]
+
+
+def test_a_value_replaces_its_quotes() -> None:
+    after = '[robots.anna]\nprofile = "turtlesim"'
+    for before in ('profile = "turt|"', 'profile = "turt|', "profile = turt|", "profile = |"):
+        assert applied(f"[robots.anna]\n{before}", '"turtlesim"') == after
+
+
+@pytest.mark.parametrize(
+    ("marked", "label", "snippet"),
+    [
+        ("[robots.anna]\n|", "profile", 'profile = "$1"'),
+        ("[robots.anna]\n|", "start", "start = ${1:{ x = 0, y = 0, heading = 0 \\}}"),
+        ("[ros]\n|", "rejoin", 'rejoin = ${1|"continue","next","pause"|}'),
+        ("[robots.anna]\npro| = 'husky'", "profile", ""),
+        ("[|", "robots", "robots.${1:name}]"),
+        ("[|", "world", "world]"),
+        ("[|]", "world", "world"),
+        ("|", "[world]", "[world]"),
+    ],
+)
+def test_snippets(marked: str, label: str, snippet: str) -> None:
+    _, found = completed(marked)
+    assert found
+    assert [item.snippet for item in found.items if item.label == label] == [snippet]
+
+
+def test_every_profile_has_a_source_that_the_page_names() -> None:
+    assert SOURCES.keys() == BUILT_IN.keys()
+    assert all(source in PAGE.replace("\n", "") for source in SOURCES.values())
+
+
+TEXTS = st.lists(
+    st.sampled_from(
+        [
+            *(
+                "[",
+                "]",
+                "{",
+                "}",
+                "=",
+                ",",
+                ".",
+                '"',
+                "'",
+                "\n",
+                " ",
+                "#",
+                "robots",
+                "profiles",
+                "anna",
+                "profile",
+                "x",
+            ),
+            *("1", "world", "walls", "turtlesim", "motions", "base", "🐢", "\\", '"""', "\r\n", "senses", "ros", "-"),
+        ]
+    ),
+    max_size=25,
+).map("".join)
+
+
+@given(TEXTS, st.integers(0, 60))
+def test_no_text_raises(text: str, offset: int) -> None:
+    offset = min(offset, len(text))
+    complete(text, offset, ("anna",))
+    hover(text, offset)
+    if symbol := symbol_at(text, offset):
+        assert symbol.span.holds(offset)
+        assert all(text[slice(*span)] for span in (*declarations(text, symbol), *uses(text, symbol)))
+    read_robots(text)

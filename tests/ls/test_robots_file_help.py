@@ -1,0 +1,163 @@
+"""Help inside an improv.toml, as an editor sees it: its text as it is typed, and the programs that share it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.ls.client import CAPABILITIES, Client
+from tests.ls.test_navigation import new_texts, place, spot
+
+QUIET = {"backend": "sim", "page": {"open": False}}
+ROBOTS = '# 🐢 𝑥\n[profiles.rover]\nstep = 1\n[robots.anna]\nprofile = "rover"\n'
+CAPABLE = {
+    **CAPABILITIES,
+    "workspace": {**CAPABILITIES["workspace"], "workspaceEdit": {"documentChanges": True}},
+    "textDocument": {
+        **CAPABILITIES["textDocument"],
+        "rename": {"prepareSupport": True},
+        "hover": {"contentFormat": ["plaintext"]},
+        "completion": {"completionItem": {"snippetSupport": True}},
+    },
+}
+
+
+class Folder:
+    """An improv.toml, open or not, and two programs, of which one is open."""
+
+    def __init__(self, folder: Path) -> None:
+        self.robots, self.opened, self.closed = (folder / name for name in ("improv.toml", "a.improv", "b.improv"))
+        self.robots.write_text(ROBOTS, encoding="utf-8")
+        self.opened.write_text("anna $ forward\n", encoding="utf-8")
+        self.closed.write_text("x = left\nanna $ x\nanna $ x\n", encoding="utf-8")
+
+    def open(self, client: Client, text: str = ROBOTS) -> str:
+        client.open(self.opened.as_uri(), "anna bert $ forward\n")
+        client.open(self.robots.as_uri(), text, "toml")
+        return self.robots.as_uri()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    return Folder(tmp_path)
+
+
+def actions(client: Client, uri: str, line: int, character: int) -> list[dict[str, Any]]:
+    position = {"line": line, "character": character}
+    asked = {
+        "textDocument": {"uri": uri},
+        "range": {"start": position, "end": position},
+        "context": {"diagnostics": []},
+    }
+    found: list[dict[str, Any]] = client.request("textDocument/codeAction", asked)
+    return [each for each in found if each["kind"] == "quickfix"]
+
+
+def test_what_is_typed_is_completed_explained_and_checked(folder: Folder) -> None:
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client)
+        client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == uri)
+        client.change(uri, 2, {"text": ROBOTS + 'mess\n[robots.b]\nprofile = "rovr"\n'})
+        found = client.request("textDocument/completion", place(5, 4, uri))["items"]
+        assert [each["label"] for each in found][:3] == ["start", "topic", "message"]
+        assert found[2]["textEdit"]["newText"] == 'message = ${1|"auto","Twist","TwistStamped"|}'
+        assert spot(found[2]["textEdit"]) == (5, 0, 4)
+        (label,) = [
+            each["label"]
+            for each in client.request("textDocument/completion", place(7, 15, uri))["items"]
+            if "rover" in each["label"] and "leo" not in each["label"]
+        ]
+        assert label == '"rover"'
+        said = client.request("textDocument/hover", place(2, 1, uri))
+        assert said["contents"]["value"].startswith("step: the distance of forward")
+
+        # A syntax error is shown as it is typed, and the misspelled profile once the text is valid.
+        text = ROBOTS + '[robots.b]\nprofile = "rovr"\n'
+        client.change(uri, 3, {"text": text})
+        published = client.wait("textDocument/publishDiagnostics", lambda params: params.get("version") == 3)
+        assert [each["message"] for each in published["diagnostics"]] == [
+            "`rovr` is not valid here: did you mean `rover`?"
+        ]
+        (fix,) = actions(client, uri, 6, 12)
+        assert fix["title"] == 'Change to "rover"'
+        assert new_texts(fix["edit"]["documentChanges"][0]["edits"]) == [(6, 10, 16, '"rover"')]
+
+        # When it is closed, what is on disk counts, which has no errors.
+        client.notify("textDocument/didClose", {"textDocument": {"uri": uri}})
+        published = client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == uri)
+        assert published["diagnostics"] == []
+
+
+def test_a_space_offers_only_values(folder: Folder) -> None:
+    asked = {"context": {"triggerKind": 2, "triggerCharacter": " "}}
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client, "[ros]\nrejoin = \nstop \n")
+        found = client.request("textDocument/completion", place(1, 9, uri, **asked))["items"]
+        assert [each["label"] for each in found] == ['"continue"', '"next"', '"pause"']
+        assert client.request("textDocument/completion", place(2, 5, uri, **asked)) is None
+
+
+def test_robots_are_completed_from_programs(folder: Folder) -> None:
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client, ROBOTS + "[robots.")
+        found = client.request("textDocument/completion", place(5, 8, uri))["items"]
+        assert [each["label"] for each in found] == ["bert"]
+
+
+def test_from_a_section_to_the_lines_that_play_it_and_back(folder: Folder) -> None:
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client)
+        played = [(folder.opened.as_uri(), (0, 0, 4)), *((folder.closed.as_uri(), (line, 0, 4)) for line in (1, 2))]
+        found = client.request("textDocument/definition", place(3, 9, uri))
+        assert [(each["uri"], spot(each)) for each in found] == played
+        asked = place(3, 9, uri, context={"includeDeclaration": True})
+        found = client.request("textDocument/references", asked)
+        assert [(each["uri"], spot(each)) for each in found] == [(uri, (3, 8, 12)), *played]
+        (found,) = client.request("textDocument/definition", place(4, 12, uri))
+        assert (found["uri"], spot(found)) == (uri, (1, 10, 15))
+        (found,) = client.request("textDocument/definition", place(0, 1, folder.opened.as_uri()))
+        assert (found["uri"], spot(found)) == (uri, (3, 8, 12))
+
+
+def test_a_robot_is_renamed_in_all_programs_and_a_profile_in_the_file(folder: Folder) -> None:
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client, ROBOTS + "\n")
+        prepared = client.request("textDocument/prepareRename", place(3, 9, uri))
+        assert (spot(prepared), prepared["placeholder"]) == ((3, 8, 12), "anna")
+        changes = client.request("textDocument/rename", place(3, 9, uri, newName="ada"))["documentChanges"]
+        assert {each["textDocument"]["uri"]: new_texts(each["edits"]) for each in changes} == {
+            uri: [(3, 8, 12, "ada")],
+            folder.opened.as_uri(): [(0, 0, 4, "ada")],
+            folder.closed.as_uri(): [(1, 0, 4, "ada"), (2, 0, 4, "ada")],
+        }
+        assert [each["textDocument"]["version"] for each in changes] == [1, 1, None]
+        (change,) = client.request("textDocument/rename", place(1, 12, uri, newName="cart"))["documentChanges"]
+        assert new_texts(change["edits"]) == [(1, 10, 15, "cart"), (4, 11, 16, "cart")]
+        refused = client.refusal("textDocument/rename", place(3, 9, uri, newName="left"))
+        assert refused["message"] == "`left` is a reserved word: choose another name"
+        refused = client.refusal("textDocument/prepareRename", place(2, 1, uri))
+        assert refused["message"].startswith("only robots and profiles in this file can be renamed")
+
+
+def test_a_robot_that_is_unknown_is_added(folder: Folder) -> None:
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client)
+        client.change(folder.robots.as_uri(), 2, {"text": ROBOTS + "# typed\n"})
+        (fix,) = [each for each in actions(client, folder.opened.as_uri(), 0, 6) if "Add" in each["title"]]
+        assert fix["title"] == "Add bert to improv.toml"
+        (change,) = fix["edit"]["documentChanges"]
+        assert change["textDocument"] == {"uri": uri, "version": 2}
+        assert new_texts(change["edits"]) == [(6, 0, 0, '\n[robots.bert]\nprofile = "rover"\n')]
+
+
+def test_other_requests_are_answered_with_nothing(folder: Folder) -> None:
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client, "[robots.anna\n= = {{[\n")
+        for method in ("hover", "completion", "definition", "prepareRename"):
+            for line, character in ((0, 0), (0, 12), (1, 3), (1, 7)):
+                answer = client.answer(client.begin(f"textDocument/{method}", place(line, character, uri)))
+                assert answer.get("error", {}).get("message", "only").startswith("only"), answer
+        options = {"tabSize": 2, "insertSpaces": True}
+        assert not client.request("textDocument/formatting", {"textDocument": {"uri": uri}, "options": options})

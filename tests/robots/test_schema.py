@@ -1,0 +1,112 @@
+"""The table of keys, and what is made of it: the tables of the page, and a schema that a real TOML tool goes by."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from improv_core.robots.config import read_robots
+from improv_core.robots.schema import SCHEMA, Key, find, known, rows
+from improv_core.robots.toml_positions import Keys
+from tests.needs import need
+from tests.robots.test_config import BLOCKS, PAGE
+
+ROOT = Path(__file__).parents[2]
+SCHEMA_FILE = ROOT / "docs" / "improv.schema.json"
+TABLES: dict[str, Keys] = {
+    "A robot": ("robots", "anna"),
+    "A profile": ("profiles", "rover"),
+    "The simulator's world": ("world",),
+    "Senses": ("senses", "near"),
+    "With ROS 2: names and time": ("ros",),
+}
+EXAMPLES = [*BLOCKS, *(path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("examples/**/improv.toml")))]
+
+
+def is_valid(text: str, folder: Path) -> bool:
+    """Whether Taplo accepts a file by the schema."""
+    file = folder / "improv.toml"
+    file.write_text(text, encoding="utf-8")
+    taplo = [
+        need(str(Path(sys.executable).with_name("taplo"))),
+        "lint",
+        "--no-auto-config",
+        "--schema",
+        SCHEMA_FILE.as_uri(),
+        str(file),
+    ]
+    return subprocess.run(taplo, capture_output=True, check=False, cwd=folder).returncode == 0
+
+
+@pytest.mark.parametrize("title", TABLES)
+def test_the_page_has_the_table(title: str) -> None:
+    section = PAGE.split(f"\n## {title}\n")[1].split("\n## ")[0]
+    assert "\n".join(rows(known(TABLES[title]).keys)) in section
+
+
+def test_the_schema_file_is_up_to_date() -> None:
+    check = [sys.executable, str(ROOT / "editors" / "generate.py"), "--check"]
+    assert subprocess.run(check, capture_output=True, text=True, check=False).stdout == ""
+    assert json.loads(SCHEMA_FILE.read_text(encoding="utf-8"))["properties"].keys() == SCHEMA.keys.keys()
+
+
+def test_a_real_tool_accepts_all_examples(tmp_path: Path) -> None:
+    refused = [text for text in EXAMPLES if not is_valid(text, tmp_path)]
+    assert refused == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[robots.anna]\nprofil = 'turtlesim'",
+        "[robots.anna]\nstart = { x = 5000 }",
+        "[profiles.a]\nstep = '2'",
+        "[profiles.a]\nstep = 1\nmotions = ['fly']",
+        "[world]\nsize = [6]",
+        "[ros]\nrejoin = 'later'",
+        "[senses.near]\nmessage = 'std_msgs/Boll'\ntopic = 'a'",
+        "[rooms]",
+    ],
+)
+def test_the_tool_refuses_what_we_refuse(text: str, tmp_path: Path) -> None:
+    assert not read_robots(text).ok
+    assert not is_valid(text, tmp_path)
+
+
+def keys_in(key: Key, keys: Keys = ()) -> list[tuple[Keys, Key]]:
+    """All keys of the table, with a made-up name where people choose one."""
+    found = [(keys, key)]
+    for name, inner in [*key.keys.items(), *([("a", key.named)] if key.named else [])]:
+        found += keys_in(inner, (*keys, name))
+    return found + (keys_in(key.items, (*keys, 0)) if key.items else [])
+
+
+def test_every_key_can_be_found_by_where_it_is() -> None:
+    assert all(find(keys) is key for keys, key in keys_in(SCHEMA))
+    assert find(("robots", "a", "wings")) is find(("a", "b", "c")) is find(("world", "size", "x")) is None
+
+
+@pytest.mark.parametrize(("keys", "key"), [each for each in keys_in(SCHEMA) if each[1].example], ids=str)
+def test_every_example_is_valid(keys: Keys, key: Key) -> None:
+    needed = {"a": "", "profiles": "step = 1\ndynamics = 'motors'\n", "senses": ""}.get(str(keys[0]), "")
+    if keys[0] == "senses":
+        rest = {"below": "LaserScan", "above": "LaserScan", "button": "Joy"}
+        other = rest.get(str(keys[-1]))
+        needed = f"topic = 'a'\nmessage = 'sensor_msgs/{other}'\n" if other else ""
+        needed = "message = 'std_msgs/Bool'\n" if keys[-1] == "topic" else needed
+    names = [str(name) for name in keys if isinstance(name, str)]
+    value = key.example
+    if keys[-1] == 0:
+        value = f"[{value}]"
+    table = names[:-1] if names[-2:-1] != ["deadman"] else names[:-2]
+    if names[-2:-1] == ["deadman"]:
+        other_key = "button = 1" if names[-1] == "topic" else "topic = '/a'"
+        names, value = [*names[:-2], "deadman"], f"{{ {names[-1]} = {value}, {other_key} }}"
+    text = f"[{'.'.join(table)}]\n{needed}{names[-1]} = {value}\n"
+    assert re.search(r"\S", value)
+    assert read_robots(text).diagnostics == (), text

@@ -456,13 +456,12 @@ class Player:
         queued = self._queue[0].at if self._queue else math.inf
         swap = self._next.at if self._next and self._state != "paused" else math.inf
         end = self._transport.end(self._scene_ends) if self._state == "playing" else math.inf
-        return min(queued, swap, end, self._foreseen_at)
+        return min(queued, swap, end, self._foreseen_at if self._foreseen else math.inf)
 
     @property
     def _foreseen_at(self) -> float:
-        """The performance time of the next edge that was announced."""
-        playing = self._state == "playing" and self._foreseen
-        return self._transport.end(self._foreseen[0].beat) if playing else math.inf
+        """The performance time of the next edge of those that were announced."""
+        return self._transport.end(self._foreseen[0].beat) if self._state == "playing" else math.inf
 
     def _switch_time(self, when: Switch, performed: float, beats_per_bar: int) -> float:
         """When another score takes over. One that waits for the end of an open score waits until that is known."""
@@ -918,12 +917,13 @@ class Player:
         while True:
             performed = min(asked, self._before_next_scene)
             queued = self._queue[0].at if self._queue else math.inf
-            first = min(queued, self._foreseen_at)
-            if self._feel(min(first, performed)):
+            foreseen_at = self._foreseen_at if self._foreseen else math.inf
+            first = min(queued, foreseen_at)
+            if self._asked and self._feel(min(first, performed)):
                 continue
             if first > performed:
                 return performed
-            if self._foreseen_at <= queued:
+            if foreseen_at <= queued:
                 self._take_foreseen(first)
                 continue
             due = []
@@ -933,7 +933,7 @@ class Player:
 
     def _feel(self, performed: float) -> bool:
         """Have the sink advance, and take the first edges that it finds until then. Whether it found any."""
-        if not self._asked or self._follows or self._state != "playing" or performed < self._advanced:
+        if self._follows or self._state != "playing" or performed < self._advanced:
             return False
         edges = self._sink.sensed(self._asked, performed)
         for edge in edges:

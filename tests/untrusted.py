@@ -22,7 +22,8 @@ EXPLOITS = {
     "long": "a" * 5_000,
 }
 FOREIGN = st.sampled_from(sorted(EXPLOITS.values())) | st.text(
-    st.characters(exclude_characters="\0") | st.sampled_from('\x1b\x9b\u202e\u2066\u200b\u2028\x7f\n\t`[]()!<>"\\'),
+    st.characters(codec="utf-8", exclude_characters="\0")
+    | st.sampled_from('\x1b\x9b\u202e\u2066\u200b\u2028\x7f\n\t`[]()!<>"\\'),
     max_size=30,
 )
 _STEERS = {"Cc", "Cf", "Cs", "Zl", "Zp"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import queue
 import subprocess
 import sys
@@ -45,13 +46,18 @@ class Client:
         folders: Sequence[Path] = (),
         about: Mapping[str, Any] | None = None,
     ) -> None:
-        """`about` is what else the client says when it initializes the server."""
+        """`about` is what else the client says when it initializes the server.
+
+        By default it runs where there is a screen, if it can show a page: otherwise the server says the page's URL.
+        """
+        shows = capabilities.get("window", {}).get("showDocument", {}).get("support")
+        screen = {"DISPLAY": ":0"} if shows else {}
         self.process = subprocess.Popen(
             [sys.executable, "-m", "improv_ls"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            env=env,
+            env={**screen, **os.environ} if env is None else env,
         )
         self.log: list[Spoken] = []
         self.notifications: list[Message] = []

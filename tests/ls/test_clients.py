@@ -111,8 +111,7 @@ class Session:
         if said(self.capabilities, "experimental.improv"):
             assert self.client.wait("improv/transport", lambda params: params["state"] == "playing")["uri"] == self.uri
             assert self.client.request("improv/moments", {"beat": 0})["robots"]
-        elif said(self.capabilities, "window.workDoneProgress") and not shows_page:
-            # Without a screen, a line with the URL of the page stays for longer than this dance lasts.
+        elif said(self.capabilities, "window.workDoneProgress"):
             self.client.wait("$/progress", lambda params: params["value"]["kind"] == "begin")
         if shows_page:
             assert len(self.client.wait_for_page()) == 1

@@ -124,7 +124,7 @@ def client() -> Iterator[Client]:
         client.open("file:///dance.improv", "r $ repeat forward\n")
         client.save("file:///dance.improv")
         client.wait_for_line("▶")
-        client.wait("$/progress", lambda params: params["value"]["message"].startswith("beat "))
+        client.wait("$/progress", lambda params: params["value"]["message"] == "beat 2/∞")
         yield client
         ours = descendants(client.process.pid)
     wait_until_gone(ours, LIMIT)

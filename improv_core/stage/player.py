@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from heapq import heapify, heappop, heappush
 from itertools import chain, takewhile
 from typing import NamedTuple
 
 from improv_core.score.lengths import lengths
-from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.motion import STILL, Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, near
 from improv_core.score.path import pose_at
 from improv_core.score.performer import Decision
@@ -44,7 +43,7 @@ from improv_core.stage.protocol import (
     When,
     refused_by,
 )
-from improv_core.stage.repeats import Repeats
+from improv_core.stage.setpoint_queue import SetpointQueue
 from improv_core.stage.setpoints import LAST_ZEROS, SHORTEST, Setpoint, setpoints, zeros
 from improv_core.stage.sinks import Edge, Sink
 
@@ -82,20 +81,6 @@ class Swap:
     entry: Entry | None
 
 
-class _Due(NamedTuple):
-    """A robot's next setpoint at a performance time, and the rest of them, whose times count from `offset`.
-
-    A setpoint without a twist is that of an open part: what it is depends on what is sensed when it is due.
-    """
-
-    at: float
-    robot: str
-    twist: Twist | None
-    held: bool
-    rest: Iterator[Setpoint]
-    offset: float
-
-
 class Foreseen(NamedTuple):
     """An edge of a robot's sense at a beat of the performance."""
 
@@ -131,12 +116,10 @@ class Player:
         self._state: State = "stopped"
         self._speed = Fraction(1)
         self._transport = Transport(0.0, 0.0, 0, EMPTY.tempo)
-        self._queue: list[_Due] = []
-        self._repeats = Repeats()
+        self._queue = SetpointQueue(sink, lambda robot: self._state == "playing" and self._is_silent(robot))
         self._next: Swap | None = None
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
-        self._wanted: dict[str, Twist] = {}  # each robot's velocity, or what it would be if the robot were not silent
         self._senses: dict[str | RobotSense, bool | None] = {}  # from the latest edges
         self._forced: dict[RobotSense, bool] = {}
         self._keys: set[str] = set()  # that are held
@@ -147,7 +130,6 @@ class Player:
         self._advanced = 0.0  # the performance time up to which the sink has been advanced
         self._listeners = Listeners(sink)
         self._continues = False  # whether a pause ends by itself once nothing is waited for
-        self._zeros_left: dict[str, int] = {}  # for each silent robot
         self._met: dict[str, float] = {}  # when each robot was first prepared
         self._unheard: set[str] = set()  # robots whose listeners we wait for
         self.reached = 0.0
@@ -323,10 +305,7 @@ class Player:
         self._muted, self._soloed = frozenset(muted), frozenset(soloed)
         for robot in self._score.parts if self._state == "playing" else ():
             if self._is_silent(robot) != (robot in before):
-                self._zeros_left[robot] = LAST_ZEROS
-                self._send(
-                    robot, self._wanted.get(robot, STILL), max(self._transport.performed(now), self._transport.since)
-                )
+                self._queue.resend(robot, max(self._transport.performed(now), self._transport.since))
         self._tell_transport(now)
 
     def advance(self, now: float) -> None:
@@ -341,7 +320,7 @@ class Player:
             message = f"the stage stalled for {late:.1f} s, so all robots were stopped: save to play again"
             self._tell({"type": "error", "message": message})
             return
-        if self._sink.real and self._repeats.hopeless:
+        if self._sink.real and self._queue.repeats.hopeless:
             self.hush(now)
             count = len(self._score.parts)
             message = f"this machine is too slow for {count} robots, so all were stopped: play fewer robots"
@@ -364,11 +343,11 @@ class Player:
             self._send_due(end)
             self._end(end, now)
         self._send_due(performed)
-        if self._sink.real and (line := self._repeats.news()):
+        if self._sink.real and (line := self._queue.repeats.news()):
             self._tell({"type": "warning", "message": line})
         if now >= self._listeners.next_look and (self._state == "playing" or self._looks_while_paused):
             standing, done = self._listeners.look_around(self._score, now)
-            self._zeros_left.update(dict.fromkeys(standing, LAST_ZEROS))
+            self._queue.silence(standing)
             if done:
                 self._tell_news()
             self._keep_waiting(now)
@@ -420,7 +399,7 @@ class Player:
     @property
     def is_exact(self) -> bool:
         """Whether what is due next must be sent at its exact time. Repeats may be a little late."""
-        return self._change_due() <= self._repeats.due
+        return self._change_due() <= self._queue.repeats.due
 
     @property
     def _looks_while_paused(self) -> bool:
@@ -449,14 +428,13 @@ class Player:
 
     def _due(self) -> float:
         """The performance time of the next event."""
-        return min(self._change_due(), self._repeats.due)
+        return min(self._change_due(), self._queue.repeats.due)
 
     def _change_due(self) -> float:
         """The performance time of the next event that has an exact time. Repeats may be a little late."""
-        queued = self._queue[0].at if self._queue else math.inf
         swap = self._next.at if self._next and self._state != "paused" else math.inf
         end = self._transport.end(self._scene_ends) if self._state == "playing" else math.inf
-        return min(queued, swap, end, self._foreseen_at)
+        return min(self._queue.due, swap, end, self._foreseen_at)
 
     @property
     def _foreseen_at(self) -> float:
@@ -487,15 +465,11 @@ class Player:
         self._leave_topics(score, performed)
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
-        # Who left before still gets the last zeros.
-        left = [due for due in self._queue if due.robot not in old and due.robot not in score.parts]
-        self._queue = [due._replace(at=due.at - performed, offset=due.offset - performed) for due in left]
-        heapify(self._queue)
-        self._next, self._wanted, self._advanced = None, {}, 0.0
+        self._queue.restart({*old, *score.parts}, performed)
+        self._next, self._advanced = None, 0.0
         self._follows, self._replays = entry is not None or senses is not None, senses is not None
         if self._follows:
             self._senses = {what: value for what, value in self._senses.items() if not isinstance(what, RobotSense)}
-        self._repeats.restart()
         self._stop_leaving(leaving, score, 0.0)
         self._listeners.forget()
         self._listeners.begin(score, {*old, *score.parts})
@@ -548,7 +522,7 @@ class Player:
         entering = {robot for robot in score.parts if not self._plays_on(robot, score)}
         goes_on = self._state == "playing" and score.tempo == old.tempo and not self._shifts(swap)
         leaving = old.parts.keys() - score.parts.keys()
-        self._drop({*entering, *leaving} if goes_on else {*old.parts, *score.parts})
+        self._queue.drop({*entering, *leaving} if goes_on else {*old.parts, *score.parts})
         self._send_due(swap.at)
         self._leave_topics(score, swap.at)
         self._sink.prepare(score, False)
@@ -681,7 +655,7 @@ class Player:
         for robot in robots:
             part = self._score.parts[robot]
             if part.topic not in taken:
-                self._enqueue(robot, zeros(0.0, 1 / part.profile.command_rate), performed)
+                self._queue.add(robot, zeros(0.0, 1 / part.profile.command_rate), performed)
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, starting at this performance time."""
@@ -697,9 +671,8 @@ class Player:
 
     def _begin(self, robots: Collection[str], beat: Exact, performed: float, now: float, *, tells: bool = True) -> None:
         """Have robots play their parts of this scene from a beat on, starting at this performance time."""
-        self._drop(robots)
+        self._queue.begin(robots)
         for robot in robots:
-            self._zeros_left[robot] = LAST_ZEROS if self._is_silent(robot) else 0
             self._cast(robot, beat, performed)
         self._find_end()
         self._asked = tuple(
@@ -720,16 +693,15 @@ class Player:
         movement = part.of_scene(self._scene)
         if not movement.open:
             self._over[robot] = begins + movement.duration
-            self._enqueue(robot, _told(part, movement, begins, self._tempo, beat), performed)
+            self._queue.add(robot, _told(part, movement, begins, self._tempo, beat), performed)
             return
         if robot not in self._open:
             self._open[robot] = OpenPart(movement, begins, lambda sense: self._value(RobotSense(robot, sense)))
             if begins < beat:
                 self._open[robot].skip(beat)
         self._over[robot] = ENDLESS
-        self._wanted.pop(robot, None)
         self._open[robot].due = max(beat, begins)
-        heappush(self._queue, _Due(self._transport.end(max(beat, begins)), robot, None, True, iter(()), 0.0))
+        self._queue.begin_open(robot, self._transport.end(max(beat, begins)))
 
     def _find_end(self) -> None:
         self._scene_end = max(self._over.values(), default=0)
@@ -786,6 +758,9 @@ class Player:
                 self._perform(robot, beat, max(at, self._advanced))
         self._cued = False
 
+    def _perform_due(self, robot: str, at: float) -> None:
+        self._perform(robot, self._open[robot].due, at)
+
     def _perform(self, robot: str, beat: Exact, at: float) -> None:
         """Perform a robot's open part up to a beat, and tell it what to do from this performance time on."""
         open_part, part = self._open[robot], self._score.parts[robot]
@@ -797,19 +772,16 @@ class Player:
             line = f"{robot} stops: its part changes more often than it can be performed"
             self._tell({"type": "error", "message": line})
             is_over = True
-        self._queue = [due for due in self._queue if due.robot != robot]
-        heapify(self._queue)
+        self._queue.drop_changes([robot])
         if is_over or open_part.is_over:
             del self._open[robot]
-            self._repeats.release(robot)
+            self._queue.repeats.release(robot)
             self._over[robot] = open_part.beat
             self._find_end()
-            self._enqueue(robot, zeros(0.0, 1 / part.profile.command_rate), at)
+            self._queue.add(robot, zeros(0.0, 1 / part.profile.command_rate), at)
             return
         moving = twist(open_part.velocity, part.profile, self._tempo)
-        if moving != self._wanted.get(robot):
-            self._send(robot, moving, at)
-            self._repeats.hold(robot, part.profile.command_rate, at)
+        self._queue.hold(robot, moving, part.profile.command_rate, at)
         until = open_part.until
         assert not isinstance(until, float)
         due = self._transport.end(until)
@@ -817,7 +789,7 @@ class Player:
             due = at + float(SHORTEST)
             until = max(until, self._transport.beat(self._transport.clock(due), ENDLESS))
         open_part.due = until
-        heappush(self._queue, _Due(due, robot, None, True, iter(()), 0.0))
+        self._queue.add_open(robot, due)
 
     def _stop_of(self, score: Score) -> str | None:
         """The emergency stop of a score, if it is on."""
@@ -871,15 +843,7 @@ class Player:
         self._continues = continues
         if state != "paused":
             self._next = None
-        self._drop(self._score.parts)
-        problems = []
-        for robot, part in self._score.parts.items():
-            burst = zeros(performed, 1 / part.profile.command_rate)
-            try:
-                self._sink.send(robot, STILL, next(burst).at)
-            except Exception as problem:  # a sink's library may raise anything
-                problems.append(problem)
-            self._enqueue(robot, burst, 0.0)
+        problems = self._queue.stop(self._score.parts, performed)
         self._leave_at(self._beat(now))
         self._state, self.reached = state, now
         if problems:
@@ -887,29 +851,15 @@ class Player:
         self._advance_sink(performed)
         self._tell_transport(now)
 
-    def _drop(self, robots: Collection[str]) -> None:
-        """Drop the setpoints of robots. Those that have left the score still get their zeros."""
-        self._queue = [due for due in self._queue if due.robot not in robots]
-        heapify(self._queue)
-        for robot in robots:
-            self._repeats.release(robot)
-
     def _is_silent(self, robot: str) -> bool:
         return robot in self._listeners.standing or (
             robot not in self._soloed if self._soloed else robot in self._muted
         )
 
-    def _enqueue(self, robot: str, told: Iterator[Setpoint], offset: float) -> None:
-        if following := next(told, None):
-            at, twist, held = following
-            heappush(self._queue, _Due(at + offset, robot, twist, held, told, offset))
-
     def _send_due(self, performed: float) -> None:
         """Send every change that is due, and then the repeats of one slot, so that a change never waits for more."""
         performed = self._send_changes(performed)
-        if self._repeats.due <= performed:
-            for robot in self._repeats.take(performed):
-                self._send(robot, self._wanted[robot], performed)
+        self._queue.send_repeats(performed)
         self._advance_sink(performed)
 
     def _send_changes(self, asked: float) -> float:
@@ -917,19 +867,15 @@ class Player:
         after the end of a scene is not yet known."""
         while True:
             performed = min(asked, self._before_next_scene)
-            queued = self._queue[0].at if self._queue else math.inf
-            first = min(queued, self._foreseen_at)
+            first = min(self._queue.due, self._foreseen_at)
             if self._feel(min(first, performed)):
                 continue
             if first > performed:
                 return performed
-            if self._foreseen_at <= queued:
+            if self._foreseen_at <= self._queue.due:
                 self._take_foreseen(first)
                 continue
-            due = []
-            while self._queue and self._queue[0].at <= (first if self._asked else performed):
-                due.append(heappop(self._queue))
-            self._send_all(due)
+            self._queue.send_changes(first if self._asked else performed, self._score.parts, self._perform_due)
 
     def _feel(self, performed: float) -> bool:
         """Have the sink advance, and take the first edges that it finds until then. Whether it found any."""
@@ -949,41 +895,9 @@ class Player:
         self._sink.advance(performed)
         self._advanced = max(self._advanced, performed)
 
-    def _send_all(self, due: Sequence[_Due]) -> None:
-        """Send these setpoints, and only then compute the next ones."""
-        sent = 0
-        try:
-            for each in due:
-                sent += 1
-                if each.twist is None:
-                    self._perform(each.robot, self._open[each.robot].due, each.at)
-                else:
-                    self._send(each.robot, each.twist, each.at)
-        finally:
-            # Also if a robot can't be reached: it must not come first again and hold up the zeros of the others.
-            for at, robot, moving, held, rest, offset in due[:sent]:
-                if moving is None:
-                    continue
-                if held:
-                    self._repeats.hold(robot, self._score.parts[robot].profile.command_rate, at)
-                else:
-                    self._repeats.release(robot)
-                self._enqueue(robot, rest, offset)
-            for each in due[sent:]:
-                heappush(self._queue, each)
-
-    def _send(self, robot: str, moving: Twist, at: float) -> None:
-        self._wanted[robot] = moving
-        if self._state == "playing" and self._is_silent(robot):
-            left = self._zeros_left.get(robot, 0)
-            if not left:
-                return
-            self._zeros_left[robot], moving = left - 1, STILL
-        self._sink.send(robot, moving, at)
-
     def _look_at(self, robots: Collection[str]) -> None:
         """Check robots at once, and tell what came up."""
-        self._zeros_left.update(dict.fromkeys(self._listeners.look(self._score, robots), LAST_ZEROS))
+        self._queue.silence(self._listeners.look(self._score, robots))
         self._tell_news()
 
     def _tell_news(self) -> None:

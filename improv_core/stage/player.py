@@ -7,12 +7,10 @@ including pauses.
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import chain, takewhile
-from typing import NamedTuple
 
 from improv_core.score.lengths import lengths
 from improv_core.score.motion import STILL, Pose
@@ -22,6 +20,7 @@ from improv_core.score.performer import Decision
 from improv_core.score.score import UNNUMBERED, Part, Score, twist
 from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense
 from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
+from improv_core.stage.interlocks import stop_of, waits_for
 from improv_core.stage.listeners import Listeners
 from improv_core.stage.open_part import OpenPart, TooManyChangesError
 from improv_core.stage.protocol import (
@@ -43,6 +42,7 @@ from improv_core.stage.protocol import (
     When,
     refused_by,
 )
+from improv_core.stage.sensing import Foreseen, Sensing
 from improv_core.stage.setpoint_queue import SetpointQueue
 from improv_core.stage.setpoints import LAST_ZEROS, SHORTEST, Setpoint, setpoints, zeros
 from improv_core.stage.sinks import Edge, Sink
@@ -60,9 +60,6 @@ SAME_MOMENT = 0.001
 """Seconds by which two stages may differ in when a beat is."""
 
 Told = TransportMessage | Sensed | Decided | WarningLine | ErrorLine
-GAMEPAD = "the gamepad at the page"
-"""What an edge is about that comes from the page: a deadman button that is held there."""
-
 EMPTY = Score(Fraction(60), {})
 
 
@@ -79,19 +76,6 @@ class Swap:
     beats_per_bar: int
     at: float
     entry: Entry | None
-
-
-class Foreseen(NamedTuple):
-    """An edge of a robot's sense at a beat of the performance."""
-
-    beat: Exact
-    what: RobotSense
-    value: bool | None
-
-
-def foreseen(sensed: Sensed) -> Foreseen:
-    """The edge that a message tells of."""
-    return Foreseen(near(sensed["beat"]), RobotSense(sensed["robot"], sensed["sense"]), sensed["value"])
 
 
 class Player:
@@ -120,13 +104,7 @@ class Player:
         self._next: Swap | None = None
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
-        self._senses: dict[str | RobotSense, bool | None] = {}  # from the latest edges
-        self._forced: dict[RobotSense, bool] = {}
-        self._keys: set[str] = set()  # that are held
-        self._cued = False
-        self._foreseen: deque[Foreseen] = deque()  # edges that were announced, in their order
-        self._follows = False  # whether nothing counts as sensed but what is announced
-        self._replays = False  # whether that is from a recording, and not from the stage that leads
+        self._sensing = Sensing()
         self._advanced = 0.0  # the performance time up to which the sink has been advanced
         self._listeners = Listeners(sink)
         self._continues = False  # whether a pause ends by itself once nothing is waited for
@@ -169,7 +147,7 @@ class Player:
         paused, it goes on from there; if nothing plays, the score restarts. After a restart, robots sense `senses` and
         nothing else, if they are given.
         """
-        if self._sink.real and (stop := self._stop_of(score)):
+        if self._sink.real and (stop := stop_of(score.safety, self._sensing)):
             self._tell({"type": "error", "message": refused_by(stop)})
             self._tell_transport(now)
             return
@@ -220,7 +198,8 @@ class Player:
             self._catch_up(max(min(edge.at, now), self.reached))
             self._sense(edge.what, edge.value, edge.at, now)
             return
-        before, self._senses[edge.what] = self._senses.get(edge.what), edge.value
+        before = self._sensing.latest(edge.what)
+        self._sensing.take(edge.what, edge.value)
         if edge.what == self._score.safety.stop:
             if edge.value:
                 self.hush(now)
@@ -242,10 +221,10 @@ class Player:
     def hold_key(self, key: str, held: bool, now: float) -> None:
         """Somebody holds a key, or lets it go: senses hold that are declared with it."""
         self._catch_up(now)
-        (self._keys.add if held else self._keys.discard)(key)
+        self._sensing.hold_key(key, held)
         for robot, part in list(self._score.parts.items()):
             for sense, source in part.senses.items():
-                if isinstance(source, Key) and source.key == key and not self._follows:
+                if isinstance(source, Key) and source.key == key and not self._sensing.follows:
                     self._sense(RobotSense(robot, sense), held, now, now)
 
     def force(self, what: RobotSense, value: bool | None, now: float) -> None:
@@ -255,15 +234,13 @@ class Player:
             self._tell({"type": "warning", "message": line})
             return
         self._catch_up(now)
-        self._forced.pop(what, None)
-        if value is not None:
-            self._forced[what] = value
+        self._sensing.force(what, value)
         if what.robot in self._score.parts:
             self._react(what, now, now)
 
     def foresee(self, edge: Foreseen, now: float) -> None:
         """Take an edge at its beat: the stage that leads has told it."""
-        self._foreseen.append(edge)
+        self._sensing.announce([edge])
         if self._state == "playing":
             self.advance(now)
 
@@ -439,8 +416,8 @@ class Player:
     @property
     def _foreseen_at(self) -> float:
         """The performance time of the next edge that was announced."""
-        playing = self._state == "playing" and self._foreseen
-        return self._transport.end(self._foreseen[0].beat) if playing else math.inf
+        beat = self._sensing.announced
+        return math.inf if beat is None or self._state != "playing" else self._transport.end(beat)
 
     def _switch_time(self, when: Switch, performed: float, beats_per_bar: int) -> float:
         """When another score takes over. One that waits for the end of an open score waits until that is known."""
@@ -467,16 +444,14 @@ class Player:
         self._start_poses = _as_json(self._sink.poses())
         self._queue.restart({*old, *score.parts}, performed)
         self._next, self._advanced = None, 0.0
-        self._follows, self._replays = entry is not None or senses is not None, senses is not None
-        if self._follows:
-            self._senses = {what: value for what, value in self._senses.items() if not isinstance(what, RobotSense)}
+        self._sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
         self._stop_leaving(leaving, score, 0.0)
         self._listeners.forget()
         self._listeners.begin(score, {*old, *score.parts})
         self._score = self._begun = score
         self._generation = self._restarted = generation
         self._enter(0)
-        self._foreseen.extend(senses or ())
+        self._sensing.announce(senses or ())
         self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)
         for robot in score.parts:
             self._met.setdefault(robot, now)
@@ -600,7 +575,7 @@ class Player:
         """Get ready to play from a beat on as if no sense had held before."""
         self._scene, _ = self._score.scene_at(beat)
         self._open, self._over, self._asked = {}, {}, ()
-        self._foreseen.clear()
+        self._sensing.forget_announced()
 
     def _end(self, end: float, now: float) -> None:
         """The scene is over: the next one begins, or another score, or nothing."""
@@ -682,7 +657,7 @@ class Player:
         if tells:
             self._tell_transport(now, self._transport.clock(performed))
         for what in self._asked if tells else ():
-            if not self._follows and self._senses.get(what) is not None:
+            if not self._sensing.follows and self._sensing.latest(what) is not None:
                 value = self._value(what)
                 self._tell_sensed(what, value, beat, performed, now)
         self.advance(now)
@@ -708,26 +683,19 @@ class Player:
 
     def _value(self, what: RobotSense) -> bool | None:
         """What a robot senses now; None if that is not known."""
-        if what in self._forced:
-            return self._forced[what]
         part = self._score.parts.get(what.robot)
-        source = part.senses.get(what.sense) if part else None
-        if what.sense == CUE and isinstance(source, BuiltIn):
-            return self._cued
-        if isinstance(source, Key) and not self._follows:
-            return source.key in self._keys
-        return self._senses.get(what)
+        return self._sensing.value(what, part.senses if part else {})
 
     def _sense(self, what: RobotSense, value: bool | None, at: float, now: float) -> None:
         """A robot senses something since a time on the clock: have it react."""
-        self._senses[what] = value
-        if what not in self._forced:
+        self._sensing.take(what, value)
+        if not self._sensing.is_forced(what):
             self._react(what, at, now)
 
     def _react(self, what: RobotSense, at: float, now: float) -> None:
         """Have a robot react to what it senses since a time on the clock. What has been performed can't be changed."""
         part = self._score.parts.get(what.robot)
-        if self._follows or not part or what.sense not in part.senses:
+        if self._sensing.follows or not part or what.sense not in part.senses:
             return
         performed = max(min(self._transport.performed(min(at, now)), self._transport.performed(now)), 0.0)
         playing = self._state == "playing"
@@ -737,26 +705,24 @@ class Player:
         open_part = self._open.get(what.robot)
         if playing and open_part:
             beat = open_part.next_after(beat)
-        self._cued = what.sense == CUE
+        self._sensing.cued = what.sense == CUE
         value = self._value(what)
         self._tell_sensed(what, value, beat, performed, now)
         if playing and open_part and open_part.has_begun:
             self._perform(what.robot, beat, max(performed, self._advanced))
-        self._cued = False
+        self._sensing.cued = False
 
     def _take_foreseen(self, at: float) -> None:
         """Take the edges that were announced and are due."""
-        beat, robots = self._foreseen[0].beat, {}
-        while self._foreseen and self._foreseen[0].beat == beat:
-            _, what, value = self._foreseen.popleft()
-            self._senses[what] = value
-            if self._replays and what.robot in self._score.parts:
+        edges, robots = self._sensing.take_announced(), {}
+        for beat, what, value in edges:
+            if self._sensing.replays and what.robot in self._score.parts:
                 self._tell_sensed(what, value, beat, at, self._transport.clock(at))
             robots[what.robot] = what.sense == CUE
-        for robot, self._cued in robots.items():
+        for robot, self._sensing.cued in robots.items():
             if (open_part := self._open.get(robot)) and open_part.has_begun:
-                self._perform(robot, beat, max(at, self._advanced))
-        self._cued = False
+                self._perform(robot, edges[0].beat, max(at, self._advanced))
+        self._sensing.cued = False
 
     def _perform_due(self, robot: str, at: float) -> None:
         self._perform(robot, self._open[robot].due, at)
@@ -791,27 +757,13 @@ class Player:
         open_part.due = until
         self._queue.add_open(robot, due)
 
-    def _stop_of(self, score: Score) -> str | None:
-        """The emergency stop of a score, if it is on."""
-        stop = score.safety.stop
-        return stop if stop and self._senses.get(stop) else None
-
     def _waits_for(self) -> list[str]:
         """What has to change before real robots may move."""
-        if not self._sink.real:
-            return []
-        if stop := self._stop_of(self._score):
-            return [stop]
-        safety = self._score.safety
-        held = safety.deadman is None or self._senses.get(str(safety.deadman)) or self._senses.get(GAMEPAD)
-        return [
-            *([] if held else [str(safety.deadman)]),
-            *(sorted(self._listeners.away) if safety.rejoin == "pause" else []),
-        ]
+        return waits_for(self._score.safety, self._sensing, self._listeners.away) if self._sink.real else []
 
     def _wait(self, now: float) -> None:
         """Pause until nothing is waited for any more; an emergency stop also has somebody play again."""
-        if stop := self._stop_of(self._score):
+        if stop := stop_of(self._score.safety, self._sensing):
             self._stop_all(now, "stopped")
             self._tell({"type": "error", "message": refused_by(stop)})
             return
@@ -879,7 +831,7 @@ class Player:
 
     def _feel(self, performed: float) -> bool:
         """Have the sink advance, and take the first edges that it finds until then. Whether it found any."""
-        if not self._asked or self._follows or self._state != "playing" or performed < self._advanced:
+        if not self._asked or self._sensing.follows or self._state != "playing" or performed < self._advanced:
             return False
         edges = self._sink.sensed(self._asked, performed)
         for edge in edges:

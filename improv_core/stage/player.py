@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, takewhile
 
-from improv_core.score.lengths import lengths
 from improv_core.score.motion import STILL, Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, near
 from improv_core.score.path import pose_at
 from improv_core.score.performer import Decision
-from improv_core.score.score import UNNUMBERED, Part, Score, twist
+from improv_core.score.score import Part, Score, twist
 from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense
 from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
 from improv_core.stage.interlocks import stop_of, waits_for
@@ -44,8 +43,9 @@ from improv_core.stage.protocol import (
 )
 from improv_core.stage.sensing import Foreseen, Sensing
 from improv_core.stage.setpoint_queue import SetpointQueue
-from improv_core.stage.setpoints import LAST_ZEROS, SHORTEST, Setpoint, setpoints, zeros
+from improv_core.stage.setpoints import SHORTEST, Setpoint, setpoints, zeros
 from improv_core.stage.sinks import Edge, Sink
+from improv_core.stage.swap import Before, Swap, edited, entering, joined, never_ends
 
 PATIENCE = 5.0
 """Seconds to wait for a new robot's listener before beat 0. ROS 2 discovery took up to 2.64 s in measurements on a
@@ -56,26 +56,8 @@ LATE = 0.5
 """Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
 should have."""
 
-SAME_MOMENT = 0.001
-"""Seconds by which two stages may differ in when a beat is."""
-
 Told = TransportMessage | Sensed | Decided | WarningLine | ErrorLine
 EMPTY = Score(Fraction(60), {})
-
-
-@dataclass(frozen=True, slots=True)
-class Swap:
-    """A score that waits to take over: `when` is now, beat, bar, or end, and `at` the resulting performance time.
-
-    `entry` is set if another stage has decided when it takes over.
-    """
-
-    score: Score
-    generation: int
-    when: Switch
-    beats_per_bar: int
-    at: float
-    entry: Entry | None
 
 
 class Player:
@@ -436,16 +418,15 @@ class Player:
         self, score: Score, generation: int, now: float, entry: Entry | None, senses: Iterable[Foreseen] | None
     ) -> None:
         old, performed = self._score.parts, self._transport.performed(now)
-        leaving = old.keys() - score.parts.keys()
-        for robot in leaving:
+        for robot in old.keys() - score.parts.keys():
             self._sink.send(robot, STILL, performed)
-        self._leave_topics(score, performed)
+        self._queue.leave_topics(old, score.parts, performed)
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
         self._queue.restart({*old, *score.parts}, performed)
         self._next, self._advanced = None, 0.0
         self._sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
-        self._stop_leaving(leaving, score, 0.0)
+        self._queue.stop_leaving(old, score.parts, 0.0)
         self._listeners.forget()
         self._listeners.begin(score, {*old, *score.parts})
         self._score = self._begun = score
@@ -468,10 +449,8 @@ class Player:
 
     def _join(self, entry: Entry, now: float) -> None:
         """Play from the beat on that another stage has reached, since it may have begun long ago."""
-        beat, begins = near(entry["beat"]), entry.get("begins", {})
-        scene, since = _scene_of(entry)
-        parts = {name: replace(part, begins=near(begins.get(name, 0))) for name, part in self._score.parts.items()}
-        self._score = self._begun = replace(self._score, parts=parts, scene=scene, since=since)
+        beat = near(entry["beat"])
+        self._score = self._begun = joined(self._score, entry)
         self._enter(beat)
         if beat:
             self._place_at(beat)
@@ -491,85 +470,41 @@ class Player:
 
     def _take_over(self, swap: Swap, now: float) -> None:
         """Have a score take over. Parts that stay the same are not touched; first of all, their setpoints are sent."""
-        old, beat = self._score, self._beat_of(swap)
-        scene, since = self._scene_after(swap, beat)
-        score = self._edited(swap, beat, scene, since)
-        entering = {robot for robot in score.parts if not self._plays_on(robot, score)}
-        goes_on = self._state == "playing" and score.tempo == old.tempo and not self._shifts(swap)
+        old, paused = self._score, self._state == "paused"
+        beat = self._transport.origin if paused and not swap.entry else swap.beat(self._transport)
+        poses = None if self._sink.real else self._sink.poses() if old.open else {}
+        before = Before(old, self._scene, self._is_over(beat), poses)
+        score = edited(swap, beat, before)
+        begin = entering(score, before)
+        goes_on = self._state == "playing" and score.tempo == old.tempo and not swap.shifts(self._transport)
         leaving = old.parts.keys() - score.parts.keys()
-        self._queue.drop({*entering, *leaving} if goes_on else {*old.parts, *score.parts})
+        self._queue.drop({*begin, *leaving} if goes_on else {*old.parts, *score.parts})
         self._send_due(swap.at)
-        self._leave_topics(score, swap.at)
+        self._queue.leave_topics(old.parts, score.parts, swap.at)
         self._sink.prepare(score, False)
-        self._listeners.begin(score, entering)
-        self._stop_leaving(leaving, score, swap.at)
+        self._listeners.begin(score, begin)
+        self._queue.stop_leaving(old.parts, score.parts, swap.at)
         self._score = self._begun = score
-        self._generation, self._scene = swap.generation, scene
-        for robot in {*entering, *leaving}:
+        self._generation, self._scene = swap.generation, score.scene
+        for robot in {*begin, *leaving}:
             self._open.pop(robot, None)
             self._over.pop(robot, None)
-        for robot in entering:
+        for robot in begin:
             self._met.setdefault(robot, now)
         if goes_on and not self._waits_for():
-            self._begin(entering, beat, swap.at, now)
+            self._begin(begin, beat, swap.at, now)
         else:
             self._play_from(beat, swap.at, now)
-        self._look_at(entering)
-
-    def _scene_after(self, swap: Swap, beat: Exact) -> tuple[int, Exact]:
-        """The scene with which a score takes over, and the beat at which it began. After the end, all begins again."""
-        if swap.entry:
-            return _scene_of(swap.entry)
-        if self._is_over(beat):
-            return 0, beat
-        scene = min(self._scene, max(swap.score.scenes - 1, 0))
-        return scene, self._score.scene_begins[scene - self._score.scene] if scene == self._scene else beat
+        self._look_at(begin)
 
     def _is_over(self, beat: Exact) -> bool:
         """Whether the whole score is over at a beat."""
         end = self._scene_end
         return not self._has_next and not isinstance(end, float) and beat >= near(float(end))
 
-    def _edited(self, swap: Swap, beat: Exact, scene: int, since: Exact) -> Score:
-        """The score that takes over at a beat, with the beats at which its parts of this scene began."""
-        old, is_over = self._score, self._is_over(beat)
-        decided = None if swap.entry is None else swap.entry.get("begins", {})
-        poses = self._sink.poses() if old.open else {}
-        parts = {}
-        for robot, part in swap.score.parts.items():
-            before, begins = old.parts.get(robot), beat
-            if decided is not None:
-                begins = near(decided.get(robot, 0))
-            elif before and not is_over and scene == self._scene and _are_alike(before, part, scene):
-                begins = old.begins(robot, scene)
-            part, entered = replace(part, begins=begins, scene=scene), None
-            if before and scene == self._scene and _are_alike(before, part, scene) and self._begins(robot) == begins:
-                if before.scene == scene:
-                    entered = before.entered or before.start
-                else:
-                    entered = None if self._sink.real else pose_at(before, begins)
-            elif before and not self._sink.real:
-                entered = poses.get(robot) or pose_at(before, beat)
-            parts[robot] = replace(part, entered=entered)
-        return replace(swap.score, parts=parts, scene=scene, since=since)
-
     def _begins(self, robot: str) -> Exact:
         """The beat at which a robot's part of this scene began."""
         return self._score.begins(robot, self._scene)
-
-    def _plays_on(self, robot: str, score: Score) -> bool:
-        """Whether a robot's part of a score is the one that it plays already."""
-        before, part = self._score.parts.get(robot), score.parts[robot]
-        if before is None or part.scene != self._scene or not _are_alike(before, part, part.scene):
-            return False
-        return self._begins(robot) == part.begins
-
-    def _shifts(self, swap: Swap) -> bool:
-        """Whether the stage that leads counts its beats from another moment than we do."""
-        if not swap.entry or self._state != "playing":
-            return False
-        ours = self._transport.clock(self._transport.end(near(swap.entry["beat"])))
-        return abs(ours - swap.entry["monotonic"]) > SAME_MOMENT
 
     def _enter(self, beat: Exact) -> None:
         """Get ready to play from a beat on as if no sense had held before."""
@@ -605,32 +540,6 @@ class Player:
             }
             self._score = replace(self._score, parts=parts, scene=scene, since=beat)
         self._begin(self._score.parts, beat, performed, now, tells=self._score is not self._begun)
-
-    def _beat_of(self, swap: Swap) -> Exact:
-        """The beat at which a score takes over."""
-        if swap.entry:
-            return near(swap.entry["beat"])
-        if self._state == "paused":
-            return self._transport.origin
-        return self._transport.beat(self._transport.clock(swap.at), ENDLESS)
-
-    def _leave_topics(self, score: Score, performed: float) -> None:
-        """Stop robots at once on topics that they had so far, and that a score has for none or another of them."""
-        taken = {part.topic for part in score.parts.values()}
-        for robot, part in self._score.parts.items():
-            later = score.parts.get(robot)
-            moved = later and (later.topic, later.profile.message) != (part.topic, part.profile.message)
-            if moved or (not later and part.topic in taken):
-                for _ in range(LAST_ZEROS):
-                    self._sink.send(robot, STILL, performed)
-
-    def _stop_leaving(self, robots: Collection[str], score: Score, performed: float) -> None:
-        """Send robots that a score no longer has their last zeros, unless another robot has their topic now."""
-        taken = {part.topic for part in score.parts.values()}
-        for robot in robots:
-            part = self._score.parts[robot]
-            if part.topic not in taken:
-                self._queue.add(robot, zeros(0.0, 1 / part.profile.command_rate), performed)
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, starting at this performance time."""
@@ -911,22 +820,6 @@ class Player:
             **began,
         }
         self._tell(message)
-
-
-def never_ends(score: Score) -> bool:
-    """Whether a score goes on forever, whatever is sensed."""
-    return any(lengths(part.scenes[-1]).shortest == ENDLESS for part in score.parts.values() if part.scenes)
-
-
-def _scene_of(entry: Entry) -> tuple[int, Exact]:
-    """The scene with which a score took over, and the beat at which it began."""
-    scene = entry.get("scene")
-    return (scene["index"], near(scene["begins"])) if scene else (0, 0)
-
-
-def _are_alike(before: Part, part: Part, scene: int) -> bool:
-    """Whether two parts of a robot move it alike in a scene."""
-    return before.edition(scene) == part.edition(scene) != UNNUMBERED
 
 
 def _told(part: Part, movement: Movement, begins: Exact, tempo: Fraction, beat: Exact) -> Iterator[Setpoint]:

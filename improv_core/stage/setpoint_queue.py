@@ -137,6 +137,24 @@ class SetpointQueue:
             self.add(robot, burst, 0.0)
         return problems
 
+    def leave_topics(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:
+        """Stop robots at once on topics that they had so far, and where none or another of them is sent to now."""
+        taken = {part.topic for part in after.values()}
+        for robot, part in before.items():
+            later = after.get(robot)
+            moved = later and (later.topic, later.profile.message) != (part.topic, part.profile.message)
+            if moved or (not later and part.topic in taken):
+                for _ in range(LAST_ZEROS):
+                    self._sink.send(robot, STILL, performed)
+
+    def stop_leaving(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:
+        """Send robots that have left their last zeros, unless another robot has their topic now."""
+        taken = {part.topic for part in after.values()}
+        for robot in before.keys() - after.keys():
+            part = before[robot]
+            if part.topic not in taken:
+                self.add(robot, zeros(0.0, 1 / part.profile.command_rate), performed)
+
     def _send(self, robot: str, moving: Twist, at: float) -> None:
         self._wanted[robot] = moving
         if self._is_silent(robot):

@@ -7,21 +7,21 @@ including pauses.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from itertools import chain, takewhile
 
 from improv_core.score.motion import STILL, Pose
-from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, near
+from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.performer import Decision
-from improv_core.score.score import Part, Score, twist
+from improv_core.score.score import Score, twist
 from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense
 from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
+from improv_core.stage.current_scene import CurrentScene
 from improv_core.stage.interlocks import stop_of, waits_for
 from improv_core.stage.listeners import Listeners
-from improv_core.stage.open_part import OpenPart, TooManyChangesError
+from improv_core.stage.open_part import TooManyChangesError
 from improv_core.stage.protocol import (
     FASTEST,
     LAST_BEAT,
@@ -43,7 +43,7 @@ from improv_core.stage.protocol import (
 )
 from improv_core.stage.sensing import Foreseen, Sensing
 from improv_core.stage.setpoint_queue import SetpointQueue
-from improv_core.stage.setpoints import SHORTEST, Setpoint, setpoints, zeros
+from improv_core.stage.setpoints import zeros
 from improv_core.stage.sinks import Edge, Sink
 from improv_core.stage.swap import Before, Swap, edited, entering, joined, never_ends
 
@@ -67,18 +67,10 @@ class Player:
         self._sink = sink
         self._tell = tell
         self._wall = wall
-        self._score = EMPTY
         self.backend = sink.name
         """What everything plays on, in words for people."""
         self._generation = self._restarted = 0
         self._begun = EMPTY  # the score as it took over, before scenes began that could not be foreseen
-        self._scene = 0
-        self._over: dict[
-            str, Duration
-        ] = {}  # the beats at which robots' parts of this scene are over, if that is known
-        self._scene_end: Duration = 0  # the last of them
-        self._open: dict[str, OpenPart] = {}  # the parts of this scene that senses decide
-        self._asked: tuple[RobotSense, ...] = ()  # the senses that these read
         self._state: State = "stopped"
         self._speed = Fraction(1)
         self._transport = Transport(0.0, 0.0, 0, EMPTY.tempo)
@@ -87,6 +79,7 @@ class Player:
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
         self._sensing = Sensing()
+        self._scene = CurrentScene(EMPTY, self._sensing)
         self._advanced = 0.0  # the performance time up to which the sink has been advanced
         self._listeners = Listeners(sink)
         self._continues = False  # whether a pause ends by itself once nothing is waited for
@@ -109,7 +102,7 @@ class Player:
     @property
     def score(self) -> Score:
         """The score that plays, or played last, with the beats at which its parts began."""
-        return self._score
+        return self._scene.score
 
     def load(
         self,
@@ -157,7 +150,7 @@ class Player:
 
         Does nothing while it waits for listeners only to stop their robots: nothing would hear it yet.
         """
-        if self._state == "waiting" and not (self._score.beats or self._score.open):
+        if self._state == "waiting" and not (self.score.beats or self.score.open):
             return
         self._stop_all(now, "stopped")
 
@@ -182,7 +175,7 @@ class Player:
             return
         before = self._sensing.latest(edge.what)
         self._sensing.take(edge.what, edge.value)
-        if edge.what == self._score.safety.stop:
+        if edge.what == self.score.safety.stop:
             if edge.value:
                 self.hush(now)
                 what = f"the emergency stop on {edge.what} is on, so all robots were stopped"
@@ -196,7 +189,7 @@ class Player:
     def cue(self, now: float) -> None:
         """Give the cue, which holds for an instant."""
         self._catch_up(now)
-        for robot, part in list(self._score.parts.items()):
+        for robot, part in list(self.score.parts.items()):
             if isinstance(part.senses.get(CUE), BuiltIn):
                 self._sense(RobotSense(robot, CUE), True, now, now)
 
@@ -204,7 +197,7 @@ class Player:
         """Somebody holds a key, or lets it go: senses hold that are declared with it."""
         self._catch_up(now)
         self._sensing.hold_key(key, held)
-        for robot, part in list(self._score.parts.items()):
+        for robot, part in list(self.score.parts.items()):
             for sense, source in part.senses.items():
                 if isinstance(source, Key) and source.key == key and not self._sensing.follows:
                     self._sense(RobotSense(robot, sense), held, now, now)
@@ -217,7 +210,7 @@ class Player:
             return
         self._catch_up(now)
         self._sensing.force(what, value)
-        if what.robot in self._score.parts:
+        if what.robot in self.score.parts:
             self._react(what, now, now)
 
     def foresee(self, edge: Foreseen, now: float) -> None:
@@ -232,11 +225,10 @@ class Player:
         What senses have decided is forgotten: up to there it is as if none had held. Ignored if nothing
         has been loaded.
         """
-        if self._score is EMPTY:
+        if self.score is EMPTY:
             return
-        self._score = self._begun
-        target = near(min(max(beat, 0.0), float(self._score.beats), LAST_BEAT))
-        self._enter(target)
+        target = near(min(max(beat, 0.0), float(self._begun.beats), LAST_BEAT))
+        self._enter(self._begun, target)
         if self._state != "waiting":
             self._place_at(target)
         if self._state == "playing":
@@ -260,9 +252,9 @@ class Player:
     def set_silent(self, muted: Collection[str], soloed: Collection[str], now: float) -> None:
         """Have muted robots, or all except soloed ones, stand still while others play. Applies to later scores too."""
         self._catch_up(now)
-        before = {robot for robot in self._score.parts if self._is_silent(robot)}
+        before = {robot for robot in self.score.parts if self._is_silent(robot)}
         self._muted, self._soloed = frozenset(muted), frozenset(soloed)
-        for robot in self._score.parts if self._state == "playing" else ():
+        for robot in self.score.parts if self._state == "playing" else ():
             if self._is_silent(robot) != (robot in before):
                 self._queue.resend(robot, max(self._transport.performed(now), self._transport.since))
         self._tell_transport(now)
@@ -281,13 +273,13 @@ class Player:
             return
         if self._sink.real and self._queue.repeats.hopeless:
             self.hush(now)
-            count = len(self._score.parts)
+            count = len(self.score.parts)
             message = f"this machine is too slow for {count} robots, so all were stopped: play fewer robots"
             self._tell({"type": "error", "message": message})
             return
         self.reached = now
         performed = self._performed(now)
-        if self._asked:  # what is sensed until then decides when the scene ends
+        if self._scene.asked:  # what is sensed until then decides when the scene ends
             swap_at = self._next.at if self._next else math.inf
             self._send_changes(min(performed, math.nextafter(swap_at, -math.inf)))
             performed = self._performed(now)
@@ -297,7 +289,7 @@ class Player:
             # for them: what it repeats may be about to change.
             self._send_changes(math.nextafter(swap.at, -math.inf))
             self._take_over(swap, now)
-        end = self._transport.end(self._scene_ends)
+        end = self._transport.end(self._scene.ends)
         if self._state == "playing" and performed >= end:
             self._send_due(end)
             self._end(end, now)
@@ -305,7 +297,7 @@ class Player:
         if self._sink.real and (line := self._queue.repeats.news()):
             self._tell({"type": "warning", "message": line})
         if now >= self._listeners.next_look and (self._state == "playing" or self._looks_while_paused):
-            standing, done = self._listeners.look_around(self._score, now)
+            standing, done = self._listeners.look_around(self.score, now)
             self._queue.silence(standing)
             if done:
                 self._tell_news()
@@ -324,36 +316,18 @@ class Player:
         return min(at, now + self._sink.period) if self._sink.period else at
 
     @property
-    def _beats(self) -> Duration:
-        """How long the score lasts, as far as that is known."""
-        if not self._score.open:
-            return self._score.beats
-        return ENDLESS if self._has_next else self._scene_end
-
-    @property
-    def _has_next(self) -> bool:
-        """Whether there is another scene."""
-        return self._scene + 1 < self._score.scenes
-
-    @property
-    def _scene_ends(self) -> Duration:
-        """The beat at which the next scene begins, or all ends."""
-        end = self._scene_end
-        return end if isinstance(end, float) or not self._has_next else math.ceil(end)
-
-    @property
     def _before_next_scene(self) -> float:
         """The last performance time at which what belongs to this scene is sent, if there is another."""
-        if self._state != "playing" or not self._has_next:
+        if self._state != "playing" or not self._scene.has_next:
             return math.inf
-        return math.nextafter(self._transport.end(self._scene_ends), -math.inf)
+        return math.nextafter(self._transport.end(self._scene.ends), -math.inf)
 
     @property
     def _next_begins_first(self) -> bool:
         """Whether the next scene begins before the next score takes over."""
-        if not (self._next and self._has_next and self._state == "playing"):
+        if not (self._next and self._scene.has_next and self._state == "playing"):
             return False
-        return self._transport.end(self._scene_ends) <= self._next.at
+        return self._transport.end(self._scene.ends) <= self._next.at
 
     @property
     def is_exact(self) -> bool:
@@ -368,17 +342,17 @@ class Player:
     @property
     def _tempo(self) -> Fraction:
         """The actual tempo in beats per minute, including the speed factor."""
-        return self._score.tempo * self._speed
+        return self.score.tempo * self._speed
 
     def _beat(self, now: float) -> Exact:
         """The current beat of the score."""
         playing = self._state == "playing"
-        return self._transport.beat(now, self._beats) if playing else self._transport.origin
+        return self._transport.beat(now, self._scene.beats) if playing else self._transport.origin
 
     def _place_at(self, beat: Exact) -> None:
         """Move simulated robots to where they ideally are at a beat."""
         if not self._sink.real:
-            poses = {robot: pose_at(part, beat) for robot, part in self._score.parts.items()}
+            poses = {robot: pose_at(part, beat) for robot, part in self.score.parts.items()}
             self._sink.place({robot: pose for robot, pose in poses.items() if pose})
 
     def _leave_at(self, beat: Exact) -> None:
@@ -392,7 +366,7 @@ class Player:
     def _change_due(self) -> float:
         """The performance time of the next event that has an exact time. Repeats may be a little late."""
         swap = self._next.at if self._next and self._state != "paused" else math.inf
-        end = self._transport.end(self._scene_ends) if self._state == "playing" else math.inf
+        end = self._transport.end(self._scene.ends) if self._state == "playing" else math.inf
         return min(self._queue.due, swap, end, self._foreseen_at)
 
     @property
@@ -403,8 +377,8 @@ class Player:
 
     def _switch_time(self, when: Switch, performed: float, beats_per_bar: int) -> float:
         """When another score takes over. One that waits for the end of an open score waits until that is known."""
-        beats = self._beats
-        if when == "end" and beats == ENDLESS and not never_ends(self._score):
+        beats = self._scene.beats
+        if when == "end" and beats == ENDLESS and not never_ends(self.score):
             return math.inf
         return self._transport.switch_time(when, performed, beats, beats_per_bar)
 
@@ -417,7 +391,7 @@ class Player:
     def _restart(
         self, score: Score, generation: int, now: float, entry: Entry | None, senses: Iterable[Foreseen] | None
     ) -> None:
-        old, performed = self._score.parts, self._transport.performed(now)
+        old, performed = self.score.parts, self._transport.performed(now)
         for robot in old.keys() - score.parts.keys():
             self._sink.send(robot, STILL, performed)
         self._queue.leave_topics(old, score.parts, performed)
@@ -429,9 +403,8 @@ class Player:
         self._queue.stop_leaving(old, score.parts, 0.0)
         self._listeners.forget()
         self._listeners.begin(score, {*old, *score.parts})
-        self._score = self._begun = score
         self._generation = self._restarted = generation
-        self._enter(0)
+        self._enter(score, 0)
         self._sensing.announce(senses or ())
         self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)
         for robot in score.parts:
@@ -450,8 +423,7 @@ class Player:
     def _join(self, entry: Entry, now: float) -> None:
         """Play from the beat on that another stage has reached, since it may have begun long ago."""
         beat = near(entry["beat"])
-        self._score = self._begun = joined(self._score, entry)
-        self._enter(beat)
+        self._enter(joined(self.score, entry), beat)
         if beat:
             self._place_at(beat)
         self._play_from(beat, 0.0, now)
@@ -459,21 +431,21 @@ class Player:
     def _look_for_listeners(self, now: float) -> None:
         found, self._unheard = self._unheard, set(self._sink.missing(self._unheard))
         for robot in found - self._unheard:
-            part = self._score.parts[robot]
+            part = self.score.parts[robot]
             if not part.movement.duration and not any(scene.open for scene in part.scenes):
                 self._sink.send(robot, STILL, 0.0)  # a robot that only has to stop need not wait for the others
         if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in self._unheard):
             return
         self._transport = replace(self._transport, zero=now)
         self._play_from(0, 0.0, now)
-        self._look_at(self._score.parts)
+        self._look_at(self.score.parts)
 
     def _take_over(self, swap: Swap, now: float) -> None:
         """Have a score take over. Parts that stay the same are not touched; first of all, their setpoints are sent."""
-        old, paused = self._score, self._state == "paused"
+        old, paused = self.score, self._state == "paused"
         beat = self._transport.origin if paused and not swap.entry else swap.beat(self._transport)
         poses = None if self._sink.real else self._sink.poses() if old.open else {}
-        before = Before(old, self._scene, self._is_over(beat), poses)
+        before = Before(old, self._scene.index, self._scene.is_over(beat), poses)
         score = edited(swap, beat, before)
         begin = entering(score, before)
         goes_on = self._state == "playing" and score.tempo == old.tempo and not swap.shifts(self._transport)
@@ -484,11 +456,8 @@ class Player:
         self._sink.prepare(score, False)
         self._listeners.begin(score, begin)
         self._queue.stop_leaving(old.parts, score.parts, swap.at)
-        self._score = self._begun = score
-        self._generation, self._scene = swap.generation, score.scene
-        for robot in {*begin, *leaving}:
-            self._open.pop(robot, None)
-            self._over.pop(robot, None)
+        self._begun, self._generation = score, swap.generation
+        self._scene.edit(score, {*begin, *leaving})
         for robot in begin:
             self._met.setdefault(robot, now)
         if goes_on and not self._waits_for():
@@ -497,27 +466,20 @@ class Player:
             self._play_from(beat, swap.at, now)
         self._look_at(begin)
 
-    def _is_over(self, beat: Exact) -> bool:
-        """Whether the whole score is over at a beat."""
-        end = self._scene_end
-        return not self._has_next and not isinstance(end, float) and beat >= near(float(end))
-
-    def _begins(self, robot: str) -> Exact:
-        """The beat at which a robot's part of this scene began."""
-        return self._score.begins(robot, self._scene)
-
-    def _enter(self, beat: Exact) -> None:
-        """Get ready to play from a beat on as if no sense had held before."""
-        self._scene, _ = self._score.scene_at(beat)
-        self._open, self._over, self._asked = {}, {}, ()
+    def _enter(self, score: Score, beat: Exact) -> None:
+        """Get ready to play a score from a beat on as if no sense had held before."""
+        self._begun = score
+        self._scene.enter(score, beat)
         self._sensing.forget_announced()
 
     def _end(self, end: float, now: float) -> None:
         """The scene is over: the next one begins, or another score, or nothing."""
-        beat = self._scene_ends
+        beat = self._scene.ends
         assert not isinstance(beat, float)
-        if self._has_next:
-            self._begin_scene(self._scene + 1, beat, end, now)
+        if self._scene.has_next:
+            self._scene.enter_next(beat, self._sink.poses() if self.score.open else {})
+            # If its beat was not known ahead, tell it.
+            self._begin(self.score.parts, beat, end, now, tells=self.score is not self._begun)
             return
         if self._next and self._next.at == math.inf:
             swap, self._next = replace(self._next, at=end), None
@@ -526,20 +488,8 @@ class Player:
         self._transport = replace(self._transport, since=end, origin=beat)
         self._state = "ended"
         if not self._sink.real:
-            self._look_at(self._score.parts)  # for bumps in the last second
+            self._look_at(self.score.parts)  # for bumps in the last second
         self._tell_transport(now)
-
-    def _begin_scene(self, scene: int, beat: Exact, performed: float, now: float) -> None:
-        """Begin a scene for all robots. If its beat was not known ahead, tell it, and count from there."""
-        self._scene, self._open, self._over = scene, {}, {}
-        if self._score.open:
-            poses = self._sink.poses()
-            parts = {
-                robot: replace(part, begins=beat, scene=scene, scene_begins=(), entered=poses.get(robot))
-                for robot, part in self._score.parts.items()
-            }
-            self._score = replace(self._score, parts=parts, scene=scene, since=beat)
-        self._begin(self._score.parts, beat, performed, now, tells=self._score is not self._begun)
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, starting at this performance time."""
@@ -551,49 +501,25 @@ class Player:
         self._state, self._continues = "playing", False
         if swap := self._next:
             self._next = replace(swap, at=self._switch_time(swap.when, performed, swap.beats_per_bar))
-        self._begin(self._score.parts, beat, performed, now)
+        self._begin(self.score.parts, beat, performed, now)
 
     def _begin(self, robots: Collection[str], beat: Exact, performed: float, now: float, *, tells: bool = True) -> None:
         """Have robots play their parts of this scene from a beat on, starting at this performance time."""
         self._queue.begin(robots)
         for robot in robots:
-            self._cast(robot, beat, performed)
-        self._find_end()
-        self._asked = tuple(
-            RobotSense(robot, sense) for robot in self._open for sense in self._score.parts[robot].senses
-        )
+            if open_part := self._scene.cast(robot, beat):
+                self._queue.begin_open(robot, self._transport.end(open_part.due))
+            else:
+                self._queue.add(robot, self._scene.told(robot, self._tempo, beat), performed)
+        self._scene.begin()
         self._listeners.wait(now)
         if tells:
             self._tell_transport(now, self._transport.clock(performed))
-        for what in self._asked if tells else ():
+        for what in self._scene.asked if tells else ():
             if not self._sensing.follows and self._sensing.latest(what) is not None:
-                value = self._value(what)
+                value = self._scene.value(what)
                 self._tell_sensed(what, value, beat, performed, now)
         self.advance(now)
-
-    def _cast(self, robot: str, beat: Exact, performed: float) -> None:
-        """Have a robot play its part of this scene from a beat on, if that is still to begin or not yet over."""
-        part, begins = self._score.parts[robot], self._begins(robot)
-        movement = part.of_scene(self._scene)
-        if not movement.open:
-            self._over[robot] = begins + movement.duration
-            self._queue.add(robot, _told(part, movement, begins, self._tempo, beat), performed)
-            return
-        if robot not in self._open:
-            self._open[robot] = OpenPart(movement, begins, lambda sense: self._value(RobotSense(robot, sense)))
-            if begins < beat:
-                self._open[robot].skip(beat)
-        self._over[robot] = ENDLESS
-        self._open[robot].due = max(beat, begins)
-        self._queue.begin_open(robot, self._transport.end(max(beat, begins)))
-
-    def _find_end(self) -> None:
-        self._scene_end = max(self._over.values(), default=0)
-
-    def _value(self, what: RobotSense) -> bool | None:
-        """What a robot senses now; None if that is not known."""
-        part = self._score.parts.get(what.robot)
-        return self._sensing.value(what, part.senses if part else {})
 
     def _sense(self, what: RobotSense, value: bool | None, at: float, now: float) -> None:
         """A robot senses something since a time on the clock: have it react."""
@@ -603,19 +529,17 @@ class Player:
 
     def _react(self, what: RobotSense, at: float, now: float) -> None:
         """Have a robot react to what it senses since a time on the clock. What has been performed can't be changed."""
-        part = self._score.parts.get(what.robot)
+        part = self.score.parts.get(what.robot)
         if self._sensing.follows or not part or what.sense not in part.senses:
             return
         performed = max(min(self._transport.performed(min(at, now)), self._transport.performed(now)), 0.0)
         playing = self._state == "playing"
-        beat = (
-            self._transport.beat(self._transport.clock(performed), self._beats) if playing else self._transport.origin
-        )
-        open_part = self._open.get(what.robot)
+        beat = self._beat(self._transport.clock(performed))
+        open_part = self._scene.open.get(what.robot)
         if playing and open_part:
             beat = open_part.next_after(beat)
         self._sensing.cued = what.sense == CUE
-        value = self._value(what)
+        value = self._scene.value(what)
         self._tell_sensed(what, value, beat, performed, now)
         if playing and open_part and open_part.has_begun:
             self._perform(what.robot, beat, max(performed, self._advanced))
@@ -625,54 +549,42 @@ class Player:
         """Take the edges that were announced and are due."""
         edges, robots = self._sensing.take_announced(), {}
         for beat, what, value in edges:
-            if self._sensing.replays and what.robot in self._score.parts:
+            if self._sensing.replays and what.robot in self.score.parts:
                 self._tell_sensed(what, value, beat, at, self._transport.clock(at))
             robots[what.robot] = what.sense == CUE
         for robot, self._sensing.cued in robots.items():
-            if (open_part := self._open.get(robot)) and open_part.has_begun:
+            if (open_part := self._scene.open.get(robot)) and open_part.has_begun:
                 self._perform(robot, edges[0].beat, max(at, self._advanced))
         self._sensing.cued = False
 
     def _perform_due(self, robot: str, at: float) -> None:
-        self._perform(robot, self._open[robot].due, at)
+        self._perform(robot, self._scene.open[robot].due, at)
 
     def _perform(self, robot: str, beat: Exact, at: float) -> None:
         """Perform a robot's open part up to a beat, and tell it what to do from this performance time on."""
-        open_part, part = self._open[robot], self._score.parts[robot]
-        is_over = False
+        part = self.score.parts[robot]
         try:
-            for decision in open_part.perform(beat):
+            for decision in self._scene.perform(robot, beat):
                 self._tell_decided(robot, decision, at)
         except TooManyChangesError:
             line = f"{robot} stops: its part changes more often than it can be performed"
             self._tell({"type": "error", "message": line})
-            is_over = True
-        self._queue.drop_changes([robot])
-        if is_over or open_part.is_over:
-            del self._open[robot]
-            self._queue.repeats.release(robot)
-            self._over[robot] = open_part.beat
-            self._find_end()
+        open_part = self._scene.open.get(robot)
+        if not open_part:
+            self._queue.drop([robot])
             self._queue.add(robot, zeros(0.0, 1 / part.profile.command_rate), at)
             return
-        moving = twist(open_part.velocity, part.profile, self._tempo)
-        self._queue.hold(robot, moving, part.profile.command_rate, at)
-        until = open_part.until
-        assert not isinstance(until, float)
-        due = self._transport.end(until)
-        if due < at + float(SHORTEST):
-            due = at + float(SHORTEST)
-            until = max(until, self._transport.beat(self._transport.clock(due), ENDLESS))
-        open_part.due = until
-        self._queue.add_open(robot, due)
+        self._queue.drop_changes([robot])
+        self._queue.hold(robot, twist(open_part.velocity, part.profile, self._tempo), part.profile.command_rate, at)
+        self._queue.add_open(robot, open_part.plan(self._transport, at))
 
     def _waits_for(self) -> list[str]:
         """What has to change before real robots may move."""
-        return waits_for(self._score.safety, self._sensing, self._listeners.away) if self._sink.real else []
+        return waits_for(self.score.safety, self._sensing, self._listeners.away) if self._sink.real else []
 
     def _wait(self, now: float) -> None:
         """Pause until nothing is waited for any more; an emergency stop also has somebody play again."""
-        if stop := stop_of(self._score.safety, self._sensing):
+        if stop := stop_of(self.score.safety, self._sensing):
             self._stop_all(now, "stopped")
             self._tell({"type": "error", "message": refused_by(stop)})
             return
@@ -704,7 +616,7 @@ class Player:
         self._continues = continues
         if state != "paused":
             self._next = None
-        problems = self._queue.stop(self._score.parts, performed)
+        problems = self._queue.stop(self.score.parts, performed)
         self._leave_at(self._beat(now))
         self._state, self.reached = state, now
         if problems:
@@ -736,13 +648,13 @@ class Player:
             if self._foreseen_at <= self._queue.due:
                 self._take_foreseen(first)
                 continue
-            self._queue.send_changes(first if self._asked else performed, self._score.parts, self._perform_due)
+            self._queue.send_changes(first if self._scene.asked else performed, self.score.parts, self._perform_due)
 
     def _feel(self, performed: float) -> bool:
         """Have the sink advance, and take the first edges that it finds until then. Whether it found any."""
-        if not self._asked or self._sensing.follows or self._state != "playing" or performed < self._advanced:
+        if not self._scene.asked or self._sensing.follows or self._state != "playing" or performed < self._advanced:
             return False
-        edges = self._sink.sensed(self._asked, performed)
+        edges = self._sink.sensed(self._scene.asked, performed)
         for edge in edges:
             assert isinstance(edge.what, RobotSense)
             self._advanced = max(self._advanced, edge.at)
@@ -758,7 +670,7 @@ class Player:
 
     def _look_at(self, robots: Collection[str]) -> None:
         """Check robots at once, and tell what came up."""
-        self._queue.silence(self._listeners.look(self._score, robots))
+        self._queue.silence(self._listeners.look(self.score, robots))
         self._tell_news()
 
     def _tell_news(self) -> None:
@@ -793,13 +705,13 @@ class Player:
     def _tell_transport(self, now: float, at: float | None = None) -> None:
         """Report the position and poses at a time on the clock (default: now). The sink must have advanced to it."""
         at = now if at is None else at
-        beats = self._score.beats if self._state == "waiting" and not self._score.open else self._beats
+        beats = self.score.beats if self._state == "waiting" and not self.score.open else self._scene.beats
         waits = self._waits_for() if self._state in ("paused", "stopped") else []
         waiting: Waiting = {"waits_for": waits} if waits else {}
-        begins = {robot: float(part.begins) for robot, part in self._score.parts.items() if part.begins}
+        begins = {robot: float(part.begins) for robot, part in self.score.parts.items() if part.begins}
         began: Begins = {"begins": begins} if begins else {}
-        if self._score.scene or self._score.since:
-            began["scene"] = {"index": self._score.scene, "begins": float(self._score.since)}
+        if self.score.scene or self.score.since:
+            began["scene"] = {"index": self.score.scene, "begins": float(self.score.since)}
         message: TransportMessage = {
             "type": "transport",
             "generation": self._generation,
@@ -820,15 +732,6 @@ class Player:
             **began,
         }
         self._tell(message)
-
-
-def _told(part: Part, movement: Movement, begins: Exact, tempo: Fraction, beat: Exact) -> Iterator[Setpoint]:
-    """The setpoints of a movement that begins at a beat, from another on. Its robot stands until it begins."""
-    if beat >= begins:
-        return setpoints(part.profile, movement, tempo, beat - begins)
-    until = float((begins - beat) * 60 / tempo)
-    standing = takewhile(lambda each: each.at < until, zeros(0.0, 1 / part.profile.command_rate))
-    return chain(standing, (each._replace(at=until + each.at) for each in setpoints(part.profile, movement, tempo)))
 
 
 def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:

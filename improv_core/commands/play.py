@@ -21,8 +21,9 @@ from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.program.report import outcome, summary
 from improv_core.score.movement import ENDLESS
-from improv_core.stage.player import Told, foreseen
+from improv_core.stage.player import Told
 from improv_core.stage.protocol import ProtocolError, Sensed, TransportMessage
+from improv_core.stage.sensing import foreseen
 from improv_core.stage.sinks.recorder import Recorder, sensed_in
 
 

@@ -17,7 +17,7 @@ from improv_core.playback.stage_process import Heard, Stage, StageError
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score import to_json
+from improv_core.score.score_json import to_json
 from improv_core.stage.discovery import PEERS, RANGE, limited
 from improv_core.stage.protocol import FOLDER
 

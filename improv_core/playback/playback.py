@@ -17,7 +17,8 @@ from improv_core.playback.stage_process import Gone, Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError
 from improv_core.playback.stops import Stops
-from improv_core.score.score import Score, Written, to_json
+from improv_core.score.score import Score
+from improv_core.score.score_json import Written, to_json
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
     Cue,

@@ -14,7 +14,8 @@ from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.stage.player import GAMEPAD, Player, foreseen
+from improv_core.stage.interlocks import GAMEPAD
+from improv_core.stage.player import Player
 from improv_core.stage.protocol import (
     DEADMAN_LIMIT,
     END_LIMIT,
@@ -28,6 +29,7 @@ from improv_core.stage.protocol import (
     Stopped,
     ToStage,
 )
+from improv_core.stage.sensing import foreseen
 from improv_core.stage.sinks import Edge, Sink
 
 EARLY = 0.0004

@@ -6,8 +6,10 @@ import math
 from collections.abc import Callable
 from fractions import Fraction
 
-from improv_core.score.movement import FINEST, STILL, Duration, Exact, Movement, Velocity, exact
+from improv_core.score.movement import ENDLESS, FINEST, STILL, Exact, Movement, Velocity, exact
 from improv_core.score.performer import Decision, Performer
+from improv_core.score.transport import Transport
+from improv_core.stage.setpoints import SHORTEST
 
 MOST_CHANGES = 10_000
 """How often a part may change before time passes: more would make all robots late."""
@@ -38,17 +40,12 @@ class OpenPart:
         return self._performer.beat
 
     @property
-    def until(self) -> Duration:
-        """The beat of the next change, if what is sensed does not change before."""
-        return self._performer.until
-
-    @property
     def is_over(self) -> bool:
         return self._performer.is_over
 
     @property
     def velocity(self) -> Velocity:
-        """What is performed until then."""
+        """What is performed until something changes."""
         self._missed = {sense for sense in self._missed if self._sensed(sense) is None}
         waits = self._missed or any(self._sensed(sense) is None for sense in self._performer.watched())
         return STILL if waits else self._performer.velocity()[0]
@@ -69,6 +66,17 @@ class OpenPart:
             self._perform(beat, lambda sense: False)
         except TooManyChangesError:
             return
+
+    def plan(self, transport: Transport, performed: float) -> float:
+        """Decide when to perform it next, after this performance time: at its next change, but not too soon."""
+        until = self._performer.until
+        assert not isinstance(until, float)
+        due = transport.end(until)
+        if due < performed + float(SHORTEST):
+            due = performed + float(SHORTEST)
+            until = max(until, transport.beat(transport.clock(due), ENDLESS))
+        self.due = until
+        return due
 
     def _perform(self, beat: Exact, sensed: Callable[[str], bool | None]) -> list[Decision]:
         decisions: list[Decision] = []

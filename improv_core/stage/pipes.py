@@ -6,7 +6,7 @@ import json
 import queue
 import sys
 
-from improv_core.score.score import LackingError, Read, from_json
+from improv_core.score.score_json import LackingError, Read, from_json
 from improv_core.stage.loop import Arrival, End, Lost, Play, Reading, Unreadable, one_line
 from improv_core.stage.protocol import FromStage, ProtocolError, read_to_stage
 from improv_core.stage.setpoints import setpoints

@@ -7,24 +7,21 @@ including pauses.
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import replace
 from fractions import Fraction
-from heapq import heapify, heappop, heappush
-from itertools import chain, takewhile
-from typing import NamedTuple
 
-from improv_core.score.lengths import lengths
-from improv_core.score.motion import STILL, Pose, Twist
-from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, near
+from improv_core.score.motion import STILL, Pose
+from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.performer import Decision
-from improv_core.score.score import UNNUMBERED, Part, Score, twist
+from improv_core.score.score import Score, twist
 from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense
 from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
+from improv_core.stage.current_scene import CurrentScene
+from improv_core.stage.interlocks import stop_of, waits_for
 from improv_core.stage.listeners import Listeners
-from improv_core.stage.open_part import OpenPart, TooManyChangesError
+from improv_core.stage.open_part import TooManyChangesError
 from improv_core.stage.protocol import (
     FASTEST,
     LAST_BEAT,
@@ -44,9 +41,11 @@ from improv_core.stage.protocol import (
     When,
     refused_by,
 )
-from improv_core.stage.repeats import Repeats
-from improv_core.stage.setpoints import LAST_ZEROS, SHORTEST, Setpoint, setpoints, zeros
+from improv_core.stage.sensing import Foreseen, Sensing
+from improv_core.stage.setpoint_queue import SetpointQueue
+from improv_core.stage.setpoints import zeros
 from improv_core.stage.sinks import Edge, Sink
+from improv_core.stage.swap import Before, Swap, edited, entering, joined, never_ends
 
 PATIENCE = 5.0
 """Seconds to wait for a new robot's listener before beat 0. ROS 2 discovery took up to 2.64 s in measurements on a
@@ -57,56 +56,8 @@ LATE = 0.5
 """Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
 should have."""
 
-SAME_MOMENT = 0.001
-"""Seconds by which two stages may differ in when a beat is."""
-
 Told = TransportMessage | Sensed | Decided | WarningLine | ErrorLine
-GAMEPAD = "the gamepad at the page"
-"""What an edge is about that comes from the page: a deadman button that is held there."""
-
 EMPTY = Score(Fraction(60), {})
-
-
-@dataclass(frozen=True, slots=True)
-class Swap:
-    """A score that waits to take over: `when` is now, beat, bar, or end, and `at` the resulting performance time.
-
-    `entry` is set if another stage has decided when it takes over.
-    """
-
-    score: Score
-    generation: int
-    when: Switch
-    beats_per_bar: int
-    at: float
-    entry: Entry | None
-
-
-class _Due(NamedTuple):
-    """A robot's next setpoint at a performance time, and the rest of them, whose times count from `offset`.
-
-    A setpoint without a twist is that of an open part: what it is depends on what is sensed when it is due.
-    """
-
-    at: float
-    robot: str
-    twist: Twist | None
-    held: bool
-    rest: Iterator[Setpoint]
-    offset: float
-
-
-class Foreseen(NamedTuple):
-    """An edge of a robot's sense at a beat of the performance."""
-
-    beat: Exact
-    what: RobotSense
-    value: bool | None
-
-
-def foreseen(sensed: Sensed) -> Foreseen:
-    """The edge that a message tells of."""
-    return Foreseen(near(sensed["beat"]), RobotSense(sensed["robot"], sensed["sense"]), sensed["value"])
 
 
 class Player:
@@ -116,38 +67,22 @@ class Player:
         self._sink = sink
         self._tell = tell
         self._wall = wall
-        self._score = EMPTY
         self.backend = sink.name
         """What everything plays on, in words for people."""
         self._generation = self._restarted = 0
         self._begun = EMPTY  # the score as it took over, before scenes began that could not be foreseen
-        self._scene = 0
-        self._over: dict[
-            str, Duration
-        ] = {}  # the beats at which robots' parts of this scene are over, if that is known
-        self._scene_end: Duration = 0  # the last of them
-        self._open: dict[str, OpenPart] = {}  # the parts of this scene that senses decide
-        self._asked: tuple[RobotSense, ...] = ()  # the senses that these read
         self._state: State = "stopped"
         self._speed = Fraction(1)
         self._transport = Transport(0.0, 0.0, 0, EMPTY.tempo)
-        self._queue: list[_Due] = []
-        self._repeats = Repeats()
+        self._queue = SetpointQueue(sink, lambda robot: self._state == "playing" and self._is_silent(robot))
         self._next: Swap | None = None
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
-        self._wanted: dict[str, Twist] = {}  # each robot's velocity, or what it would be if the robot were not silent
-        self._senses: dict[str | RobotSense, bool | None] = {}  # from the latest edges
-        self._forced: dict[RobotSense, bool] = {}
-        self._keys: set[str] = set()  # that are held
-        self._cued = False
-        self._foreseen: deque[Foreseen] = deque()  # edges that were announced, in their order
-        self._follows = False  # whether nothing counts as sensed but what is announced
-        self._replays = False  # whether that is from a recording, and not from the stage that leads
+        self._sensing = Sensing()
+        self._scene = CurrentScene(EMPTY, self._sensing)
         self._advanced = 0.0  # the performance time up to which the sink has been advanced
         self._listeners = Listeners(sink)
         self._continues = False  # whether a pause ends by itself once nothing is waited for
-        self._zeros_left: dict[str, int] = {}  # for each silent robot
         self._met: dict[str, float] = {}  # when each robot was first prepared
         self._unheard: set[str] = set()  # robots whose listeners we wait for
         self.reached = 0.0
@@ -167,7 +102,7 @@ class Player:
     @property
     def score(self) -> Score:
         """The score that plays, or played last, with the beats at which its parts began."""
-        return self._score
+        return self._scene.score
 
     def load(
         self,
@@ -187,7 +122,7 @@ class Player:
         paused, it goes on from there; if nothing plays, the score restarts. After a restart, robots sense `senses` and
         nothing else, if they are given.
         """
-        if self._sink.real and (stop := self._stop_of(score)):
+        if self._sink.real and (stop := stop_of(score.safety, self._sensing)):
             self._tell({"type": "error", "message": refused_by(stop)})
             self._tell_transport(now)
             return
@@ -215,7 +150,7 @@ class Player:
 
         Does nothing while it waits for listeners only to stop their robots: nothing would hear it yet.
         """
-        if self._state == "waiting" and not (self._score.beats or self._score.open):
+        if self._state == "waiting" and not (self.score.beats or self.score.open):
             return
         self._stop_all(now, "stopped")
 
@@ -238,8 +173,9 @@ class Player:
             self._catch_up(max(min(edge.at, now), self.reached))
             self._sense(edge.what, edge.value, edge.at, now)
             return
-        before, self._senses[edge.what] = self._senses.get(edge.what), edge.value
-        if edge.what == self._score.safety.stop:
+        before = self._sensing.latest(edge.what)
+        self._sensing.take(edge.what, edge.value)
+        if edge.what == self.score.safety.stop:
             if edge.value:
                 self.hush(now)
                 what = f"the emergency stop on {edge.what} is on, so all robots were stopped"
@@ -253,17 +189,17 @@ class Player:
     def cue(self, now: float) -> None:
         """Give the cue, which holds for an instant."""
         self._catch_up(now)
-        for robot, part in list(self._score.parts.items()):
+        for robot, part in list(self.score.parts.items()):
             if isinstance(part.senses.get(CUE), BuiltIn):
                 self._sense(RobotSense(robot, CUE), True, now, now)
 
     def hold_key(self, key: str, held: bool, now: float) -> None:
         """Somebody holds a key, or lets it go: senses hold that are declared with it."""
         self._catch_up(now)
-        (self._keys.add if held else self._keys.discard)(key)
-        for robot, part in list(self._score.parts.items()):
+        self._sensing.hold_key(key, held)
+        for robot, part in list(self.score.parts.items()):
             for sense, source in part.senses.items():
-                if isinstance(source, Key) and source.key == key and not self._follows:
+                if isinstance(source, Key) and source.key == key and not self._sensing.follows:
                     self._sense(RobotSense(robot, sense), held, now, now)
 
     def force(self, what: RobotSense, value: bool | None, now: float) -> None:
@@ -273,15 +209,13 @@ class Player:
             self._tell({"type": "warning", "message": line})
             return
         self._catch_up(now)
-        self._forced.pop(what, None)
-        if value is not None:
-            self._forced[what] = value
-        if what.robot in self._score.parts:
+        self._sensing.force(what, value)
+        if what.robot in self.score.parts:
             self._react(what, now, now)
 
     def foresee(self, edge: Foreseen, now: float) -> None:
         """Take an edge at its beat: the stage that leads has told it."""
-        self._foreseen.append(edge)
+        self._sensing.announce([edge])
         if self._state == "playing":
             self.advance(now)
 
@@ -291,11 +225,10 @@ class Player:
         What senses have decided is forgotten: up to there it is as if none had held. Ignored if nothing
         has been loaded.
         """
-        if self._score is EMPTY:
+        if self.score is EMPTY:
             return
-        self._score = self._begun
-        target = near(min(max(beat, 0.0), float(self._score.beats), LAST_BEAT))
-        self._enter(target)
+        target = near(min(max(beat, 0.0), float(self._begun.beats), LAST_BEAT))
+        self._enter(self._begun, target)
         if self._state != "waiting":
             self._place_at(target)
         if self._state == "playing":
@@ -319,14 +252,11 @@ class Player:
     def set_silent(self, muted: Collection[str], soloed: Collection[str], now: float) -> None:
         """Have muted robots, or all except soloed ones, stand still while others play. Applies to later scores too."""
         self._catch_up(now)
-        before = {robot for robot in self._score.parts if self._is_silent(robot)}
+        before = {robot for robot in self.score.parts if self._is_silent(robot)}
         self._muted, self._soloed = frozenset(muted), frozenset(soloed)
-        for robot in self._score.parts if self._state == "playing" else ():
+        for robot in self.score.parts if self._state == "playing" else ():
             if self._is_silent(robot) != (robot in before):
-                self._zeros_left[robot] = LAST_ZEROS
-                self._send(
-                    robot, self._wanted.get(robot, STILL), max(self._transport.performed(now), self._transport.since)
-                )
+                self._queue.resend(robot, max(self._transport.performed(now), self._transport.since))
         self._tell_transport(now)
 
     def advance(self, now: float) -> None:
@@ -341,15 +271,15 @@ class Player:
             message = f"the stage stalled for {late:.1f} s, so all robots were stopped: save to play again"
             self._tell({"type": "error", "message": message})
             return
-        if self._sink.real and self._repeats.hopeless:
+        if self._sink.real and self._queue.repeats.hopeless:
             self.hush(now)
-            count = len(self._score.parts)
+            count = len(self.score.parts)
             message = f"this machine is too slow for {count} robots, so all were stopped: play fewer robots"
             self._tell({"type": "error", "message": message})
             return
         self.reached = now
         performed = self._performed(now)
-        if self._asked:  # what is sensed until then decides when the scene ends
+        if self._scene.asked:  # what is sensed until then decides when the scene ends
             swap_at = self._next.at if self._next else math.inf
             self._send_changes(min(performed, math.nextafter(swap_at, -math.inf)))
             performed = self._performed(now)
@@ -359,16 +289,16 @@ class Player:
             # for them: what it repeats may be about to change.
             self._send_changes(math.nextafter(swap.at, -math.inf))
             self._take_over(swap, now)
-        end = self._transport.end(self._scene_ends)
+        end = self._transport.end(self._scene.ends)
         if self._state == "playing" and performed >= end:
             self._send_due(end)
             self._end(end, now)
         self._send_due(performed)
-        if self._sink.real and (line := self._repeats.news()):
+        if self._sink.real and (line := self._queue.repeats.news()):
             self._tell({"type": "warning", "message": line})
         if now >= self._listeners.next_look and (self._state == "playing" or self._looks_while_paused):
-            standing, done = self._listeners.look_around(self._score, now)
-            self._zeros_left.update(dict.fromkeys(standing, LAST_ZEROS))
+            standing, done = self._listeners.look_around(self.score, now)
+            self._queue.silence(standing)
             if done:
                 self._tell_news()
             self._keep_waiting(now)
@@ -386,41 +316,23 @@ class Player:
         return min(at, now + self._sink.period) if self._sink.period else at
 
     @property
-    def _beats(self) -> Duration:
-        """How long the score lasts, as far as that is known."""
-        if not self._score.open:
-            return self._score.beats
-        return ENDLESS if self._has_next else self._scene_end
-
-    @property
-    def _has_next(self) -> bool:
-        """Whether there is another scene."""
-        return self._scene + 1 < self._score.scenes
-
-    @property
-    def _scene_ends(self) -> Duration:
-        """The beat at which the next scene begins, or all ends."""
-        end = self._scene_end
-        return end if isinstance(end, float) or not self._has_next else math.ceil(end)
-
-    @property
     def _before_next_scene(self) -> float:
         """The last performance time at which what belongs to this scene is sent, if there is another."""
-        if self._state != "playing" or not self._has_next:
+        if self._state != "playing" or not self._scene.has_next:
             return math.inf
-        return math.nextafter(self._transport.end(self._scene_ends), -math.inf)
+        return math.nextafter(self._transport.end(self._scene.ends), -math.inf)
 
     @property
     def _next_begins_first(self) -> bool:
         """Whether the next scene begins before the next score takes over."""
-        if not (self._next and self._has_next and self._state == "playing"):
+        if not (self._next and self._scene.has_next and self._state == "playing"):
             return False
-        return self._transport.end(self._scene_ends) <= self._next.at
+        return self._transport.end(self._scene.ends) <= self._next.at
 
     @property
     def is_exact(self) -> bool:
         """Whether what is due next must be sent at its exact time. Repeats may be a little late."""
-        return self._change_due() <= self._repeats.due
+        return self._change_due() <= self._queue.repeats.due
 
     @property
     def _looks_while_paused(self) -> bool:
@@ -430,17 +342,17 @@ class Player:
     @property
     def _tempo(self) -> Fraction:
         """The actual tempo in beats per minute, including the speed factor."""
-        return self._score.tempo * self._speed
+        return self.score.tempo * self._speed
 
     def _beat(self, now: float) -> Exact:
         """The current beat of the score."""
         playing = self._state == "playing"
-        return self._transport.beat(now, self._beats) if playing else self._transport.origin
+        return self._transport.beat(now, self._scene.beats) if playing else self._transport.origin
 
     def _place_at(self, beat: Exact) -> None:
         """Move simulated robots to where they ideally are at a beat."""
         if not self._sink.real:
-            poses = {robot: pose_at(part, beat) for robot, part in self._score.parts.items()}
+            poses = {robot: pose_at(part, beat) for robot, part in self.score.parts.items()}
             self._sink.place({robot: pose for robot, pose in poses.items() if pose})
 
     def _leave_at(self, beat: Exact) -> None:
@@ -449,24 +361,24 @@ class Player:
 
     def _due(self) -> float:
         """The performance time of the next event."""
-        return min(self._change_due(), self._repeats.due)
+        return min(self._change_due(), self._queue.repeats.due)
 
     def _change_due(self) -> float:
         """The performance time of the next event that has an exact time. Repeats may be a little late."""
-        queued = self._queue[0].at if self._queue else math.inf
         swap = self._next.at if self._next and self._state != "paused" else math.inf
-        end = self._transport.end(self._scene_ends) if self._state == "playing" else math.inf
-        return min(queued, swap, end, self._foreseen_at if self._foreseen else math.inf)
+        end = self._transport.end(self._scene.ends) if self._state == "playing" else math.inf
+        return min(self._queue.due, swap, end, self._foreseen_at)
 
     @property
     def _foreseen_at(self) -> float:
-        """The performance time of the next edge of those that were announced."""
-        return self._transport.end(self._foreseen[0].beat) if self._state == "playing" else math.inf
+        """The performance time of the next edge that was announced."""
+        beat = self._sensing.announced
+        return math.inf if beat is None or self._state != "playing" else self._transport.end(beat)
 
     def _switch_time(self, when: Switch, performed: float, beats_per_bar: int) -> float:
         """When another score takes over. One that waits for the end of an open score waits until that is known."""
-        beats = self._beats
-        if when == "end" and beats == ENDLESS and not never_ends(self._score):
+        beats = self._scene.beats
+        if when == "end" and beats == ENDLESS and not never_ends(self.score):
             return math.inf
         return self._transport.switch_time(when, performed, beats, beats_per_bar)
 
@@ -479,29 +391,21 @@ class Player:
     def _restart(
         self, score: Score, generation: int, now: float, entry: Entry | None, senses: Iterable[Foreseen] | None
     ) -> None:
-        old, performed = self._score.parts, self._transport.performed(now)
-        leaving = old.keys() - score.parts.keys()
-        for robot in leaving:
+        old, performed = self.score.parts, self._transport.performed(now)
+        for robot in old.keys() - score.parts.keys():
             self._sink.send(robot, STILL, performed)
-        self._leave_topics(score, performed)
+        self._queue.leave_topics(old, score.parts, performed)
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
-        # Who left before still gets the last zeros.
-        left = [due for due in self._queue if due.robot not in old and due.robot not in score.parts]
-        self._queue = [due._replace(at=due.at - performed, offset=due.offset - performed) for due in left]
-        heapify(self._queue)
-        self._next, self._wanted, self._advanced = None, {}, 0.0
-        self._follows, self._replays = entry is not None or senses is not None, senses is not None
-        if self._follows:
-            self._senses = {what: value for what, value in self._senses.items() if not isinstance(what, RobotSense)}
-        self._repeats.restart()
-        self._stop_leaving(leaving, score, 0.0)
+        self._queue.restart({*old, *score.parts}, performed)
+        self._next, self._advanced = None, 0.0
+        self._sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
+        self._queue.stop_leaving(old, score.parts, 0.0)
         self._listeners.forget()
         self._listeners.begin(score, {*old, *score.parts})
-        self._score = self._begun = score
         self._generation = self._restarted = generation
-        self._enter(0)
-        self._foreseen.extend(senses or ())
+        self._enter(score, 0)
+        self._sensing.announce(senses or ())
         self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)
         for robot in score.parts:
             self._met.setdefault(robot, now)
@@ -518,11 +422,8 @@ class Player:
 
     def _join(self, entry: Entry, now: float) -> None:
         """Play from the beat on that another stage has reached, since it may have begun long ago."""
-        beat, begins = near(entry["beat"]), entry.get("begins", {})
-        scene, since = _scene_of(entry)
-        parts = {name: replace(part, begins=near(begins.get(name, 0))) for name, part in self._score.parts.items()}
-        self._score = self._begun = replace(self._score, parts=parts, scene=scene, since=since)
-        self._enter(beat)
+        beat = near(entry["beat"])
+        self._enter(joined(self.score, entry), beat)
         if beat:
             self._place_at(beat)
         self._play_from(beat, 0.0, now)
@@ -530,109 +431,55 @@ class Player:
     def _look_for_listeners(self, now: float) -> None:
         found, self._unheard = self._unheard, set(self._sink.missing(self._unheard))
         for robot in found - self._unheard:
-            part = self._score.parts[robot]
+            part = self.score.parts[robot]
             if not part.movement.duration and not any(scene.open for scene in part.scenes):
                 self._sink.send(robot, STILL, 0.0)  # a robot that only has to stop need not wait for the others
         if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in self._unheard):
             return
         self._transport = replace(self._transport, zero=now)
         self._play_from(0, 0.0, now)
-        self._look_at(self._score.parts)
+        self._look_at(self.score.parts)
 
     def _take_over(self, swap: Swap, now: float) -> None:
         """Have a score take over. Parts that stay the same are not touched; first of all, their setpoints are sent."""
-        old, beat = self._score, self._beat_of(swap)
-        scene, since = self._scene_after(swap, beat)
-        score = self._edited(swap, beat, scene, since)
-        entering = {robot for robot in score.parts if not self._plays_on(robot, score)}
-        goes_on = self._state == "playing" and score.tempo == old.tempo and not self._shifts(swap)
+        old, paused = self.score, self._state == "paused"
+        beat = self._transport.origin if paused and not swap.entry else swap.beat(self._transport)
+        poses = None if self._sink.real else self._sink.poses() if old.open else {}
+        before = Before(old, self._scene.index, self._scene.is_over(beat), poses)
+        score = edited(swap, beat, before)
+        begin = entering(score, before)
+        goes_on = self._state == "playing" and score.tempo == old.tempo and not swap.shifts(self._transport)
         leaving = old.parts.keys() - score.parts.keys()
-        self._drop({*entering, *leaving} if goes_on else {*old.parts, *score.parts})
+        self._queue.drop({*begin, *leaving} if goes_on else {*old.parts, *score.parts})
         self._send_due(swap.at)
-        self._leave_topics(score, swap.at)
+        self._queue.leave_topics(old.parts, score.parts, swap.at)
         self._sink.prepare(score, False)
-        self._listeners.begin(score, entering)
-        self._stop_leaving(leaving, score, swap.at)
-        self._score = self._begun = score
-        self._generation, self._scene = swap.generation, scene
-        for robot in {*entering, *leaving}:
-            self._open.pop(robot, None)
-            self._over.pop(robot, None)
-        for robot in entering:
+        self._listeners.begin(score, begin)
+        self._queue.stop_leaving(old.parts, score.parts, swap.at)
+        self._begun, self._generation = score, swap.generation
+        self._scene.edit(score, {*begin, *leaving})
+        for robot in begin:
             self._met.setdefault(robot, now)
         if goes_on and not self._waits_for():
-            self._begin(entering, beat, swap.at, now)
+            self._begin(begin, beat, swap.at, now)
         else:
             self._play_from(beat, swap.at, now)
-        self._look_at(entering)
+        self._look_at(begin)
 
-    def _scene_after(self, swap: Swap, beat: Exact) -> tuple[int, Exact]:
-        """The scene with which a score takes over, and the beat at which it began. After the end, all begins again."""
-        if swap.entry:
-            return _scene_of(swap.entry)
-        if self._is_over(beat):
-            return 0, beat
-        scene = min(self._scene, max(swap.score.scenes - 1, 0))
-        return scene, self._score.scene_begins[scene - self._score.scene] if scene == self._scene else beat
-
-    def _is_over(self, beat: Exact) -> bool:
-        """Whether the whole score is over at a beat."""
-        end = self._scene_end
-        return not self._has_next and not isinstance(end, float) and beat >= near(float(end))
-
-    def _edited(self, swap: Swap, beat: Exact, scene: int, since: Exact) -> Score:
-        """The score that takes over at a beat, with the beats at which its parts of this scene began."""
-        old, is_over = self._score, self._is_over(beat)
-        decided = None if swap.entry is None else swap.entry.get("begins", {})
-        poses = self._sink.poses() if old.open else {}
-        parts = {}
-        for robot, part in swap.score.parts.items():
-            before, begins = old.parts.get(robot), beat
-            if decided is not None:
-                begins = near(decided.get(robot, 0))
-            elif before and not is_over and scene == self._scene and _are_alike(before, part, scene):
-                begins = old.begins(robot, scene)
-            part, entered = replace(part, begins=begins, scene=scene), None
-            if before and scene == self._scene and _are_alike(before, part, scene) and self._begins(robot) == begins:
-                if before.scene == scene:
-                    entered = before.entered or before.start
-                else:
-                    entered = None if self._sink.real else pose_at(before, begins)
-            elif before and not self._sink.real:
-                entered = poses.get(robot) or pose_at(before, beat)
-            parts[robot] = replace(part, entered=entered)
-        return replace(swap.score, parts=parts, scene=scene, since=since)
-
-    def _begins(self, robot: str) -> Exact:
-        """The beat at which a robot's part of this scene began."""
-        return self._score.begins(robot, self._scene)
-
-    def _plays_on(self, robot: str, score: Score) -> bool:
-        """Whether a robot's part of a score is the one that it plays already."""
-        before, part = self._score.parts.get(robot), score.parts[robot]
-        if before is None or part.scene != self._scene or not _are_alike(before, part, part.scene):
-            return False
-        return self._begins(robot) == part.begins
-
-    def _shifts(self, swap: Swap) -> bool:
-        """Whether the stage that leads counts its beats from another moment than we do."""
-        if not swap.entry or self._state != "playing":
-            return False
-        ours = self._transport.clock(self._transport.end(near(swap.entry["beat"])))
-        return abs(ours - swap.entry["monotonic"]) > SAME_MOMENT
-
-    def _enter(self, beat: Exact) -> None:
-        """Get ready to play from a beat on as if no sense had held before."""
-        self._scene, _ = self._score.scene_at(beat)
-        self._open, self._over, self._asked = {}, {}, ()
-        self._foreseen.clear()
+    def _enter(self, score: Score, beat: Exact) -> None:
+        """Get ready to play a score from a beat on as if no sense had held before."""
+        self._begun = score
+        self._scene.enter(score, beat)
+        self._sensing.forget_announced()
 
     def _end(self, end: float, now: float) -> None:
         """The scene is over: the next one begins, or another score, or nothing."""
-        beat = self._scene_ends
+        beat = self._scene.ends
         assert not isinstance(beat, float)
-        if self._has_next:
-            self._begin_scene(self._scene + 1, beat, end, now)
+        if self._scene.has_next:
+            self._scene.enter_next(beat, self._sink.poses() if self.score.open else {})
+            # If its beat was not known ahead, tell it.
+            self._begin(self.score.parts, beat, end, now, tells=self.score is not self._begun)
             return
         if self._next and self._next.at == math.inf:
             swap, self._next = replace(self._next, at=end), None
@@ -641,46 +488,8 @@ class Player:
         self._transport = replace(self._transport, since=end, origin=beat)
         self._state = "ended"
         if not self._sink.real:
-            self._look_at(self._score.parts)  # for bumps in the last second
+            self._look_at(self.score.parts)  # for bumps in the last second
         self._tell_transport(now)
-
-    def _begin_scene(self, scene: int, beat: Exact, performed: float, now: float) -> None:
-        """Begin a scene for all robots. If its beat was not known ahead, tell it, and count from there."""
-        self._scene, self._open, self._over = scene, {}, {}
-        if self._score.open:
-            poses = self._sink.poses()
-            parts = {
-                robot: replace(part, begins=beat, scene=scene, scene_begins=(), entered=poses.get(robot))
-                for robot, part in self._score.parts.items()
-            }
-            self._score = replace(self._score, parts=parts, scene=scene, since=beat)
-        self._begin(self._score.parts, beat, performed, now, tells=self._score is not self._begun)
-
-    def _beat_of(self, swap: Swap) -> Exact:
-        """The beat at which a score takes over."""
-        if swap.entry:
-            return near(swap.entry["beat"])
-        if self._state == "paused":
-            return self._transport.origin
-        return self._transport.beat(self._transport.clock(swap.at), ENDLESS)
-
-    def _leave_topics(self, score: Score, performed: float) -> None:
-        """Stop robots at once on topics that they had so far, and that a score has for none or another of them."""
-        taken = {part.topic for part in score.parts.values()}
-        for robot, part in self._score.parts.items():
-            later = score.parts.get(robot)
-            moved = later and (later.topic, later.profile.message) != (part.topic, part.profile.message)
-            if moved or (not later and part.topic in taken):
-                for _ in range(LAST_ZEROS):
-                    self._sink.send(robot, STILL, performed)
-
-    def _stop_leaving(self, robots: Collection[str], score: Score, performed: float) -> None:
-        """Send robots that a score no longer has their last zeros, unless another robot has their topic now."""
-        taken = {part.topic for part in score.parts.values()}
-        for robot in robots:
-            part = self._score.parts[robot]
-            if part.topic not in taken:
-                self._enqueue(robot, zeros(0.0, 1 / part.profile.command_rate), performed)
 
     def _play_from(self, beat: Exact, performed: float, now: float) -> None:
         """Play the score from a beat on, starting at this performance time."""
@@ -692,153 +501,90 @@ class Player:
         self._state, self._continues = "playing", False
         if swap := self._next:
             self._next = replace(swap, at=self._switch_time(swap.when, performed, swap.beats_per_bar))
-        self._begin(self._score.parts, beat, performed, now)
+        self._begin(self.score.parts, beat, performed, now)
 
     def _begin(self, robots: Collection[str], beat: Exact, performed: float, now: float, *, tells: bool = True) -> None:
         """Have robots play their parts of this scene from a beat on, starting at this performance time."""
-        self._drop(robots)
+        self._queue.begin(robots)
         for robot in robots:
-            self._zeros_left[robot] = LAST_ZEROS if self._is_silent(robot) else 0
-            self._cast(robot, beat, performed)
-        self._find_end()
-        self._asked = tuple(
-            RobotSense(robot, sense) for robot in self._open for sense in self._score.parts[robot].senses
-        )
+            if open_part := self._scene.cast(robot, beat):
+                self._queue.begin_open(robot, self._transport.end(open_part.due))
+            else:
+                self._queue.add(robot, self._scene.told(robot, self._tempo, beat), performed)
+        self._scene.begin()
         self._listeners.wait(now)
         if tells:
             self._tell_transport(now, self._transport.clock(performed))
-        for what in self._asked if tells else ():
-            if not self._follows and self._senses.get(what) is not None:
-                value = self._value(what)
+        for what in self._scene.asked if tells else ():
+            if not self._sensing.follows and self._sensing.latest(what) is not None:
+                value = self._scene.value(what)
                 self._tell_sensed(what, value, beat, performed, now)
         self.advance(now)
 
-    def _cast(self, robot: str, beat: Exact, performed: float) -> None:
-        """Have a robot play its part of this scene from a beat on, if that is still to begin or not yet over."""
-        part, begins = self._score.parts[robot], self._begins(robot)
-        movement = part.of_scene(self._scene)
-        if not movement.open:
-            self._over[robot] = begins + movement.duration
-            self._enqueue(robot, _told(part, movement, begins, self._tempo, beat), performed)
-            return
-        if robot not in self._open:
-            self._open[robot] = OpenPart(movement, begins, lambda sense: self._value(RobotSense(robot, sense)))
-            if begins < beat:
-                self._open[robot].skip(beat)
-        self._over[robot] = ENDLESS
-        self._wanted.pop(robot, None)
-        self._open[robot].due = max(beat, begins)
-        heappush(self._queue, _Due(self._transport.end(max(beat, begins)), robot, None, True, iter(()), 0.0))
-
-    def _find_end(self) -> None:
-        self._scene_end = max(self._over.values(), default=0)
-
-    def _value(self, what: RobotSense) -> bool | None:
-        """What a robot senses now; None if that is not known."""
-        if what in self._forced:
-            return self._forced[what]
-        part = self._score.parts.get(what.robot)
-        source = part.senses.get(what.sense) if part else None
-        if what.sense == CUE and isinstance(source, BuiltIn):
-            return self._cued
-        if isinstance(source, Key) and not self._follows:
-            return source.key in self._keys
-        return self._senses.get(what)
-
     def _sense(self, what: RobotSense, value: bool | None, at: float, now: float) -> None:
         """A robot senses something since a time on the clock: have it react."""
-        self._senses[what] = value
-        if what not in self._forced:
+        self._sensing.take(what, value)
+        if not self._sensing.is_forced(what):
             self._react(what, at, now)
 
     def _react(self, what: RobotSense, at: float, now: float) -> None:
         """Have a robot react to what it senses since a time on the clock. What has been performed can't be changed."""
-        part = self._score.parts.get(what.robot)
-        if self._follows or not part or what.sense not in part.senses:
+        part = self.score.parts.get(what.robot)
+        if self._sensing.follows or not part or what.sense not in part.senses:
             return
         performed = max(min(self._transport.performed(min(at, now)), self._transport.performed(now)), 0.0)
         playing = self._state == "playing"
-        beat = (
-            self._transport.beat(self._transport.clock(performed), self._beats) if playing else self._transport.origin
-        )
-        open_part = self._open.get(what.robot)
+        beat = self._beat(self._transport.clock(performed))
+        open_part = self._scene.open.get(what.robot)
         if playing and open_part:
             beat = open_part.next_after(beat)
-        self._cued = what.sense == CUE
-        value = self._value(what)
+        self._sensing.cued = what.sense == CUE
+        value = self._scene.value(what)
         self._tell_sensed(what, value, beat, performed, now)
         if playing and open_part and open_part.has_begun:
             self._perform(what.robot, beat, max(performed, self._advanced))
-        self._cued = False
+        self._sensing.cued = False
 
     def _take_foreseen(self, at: float) -> None:
         """Take the edges that were announced and are due."""
-        beat, robots = self._foreseen[0].beat, {}
-        while self._foreseen and self._foreseen[0].beat == beat:
-            _, what, value = self._foreseen.popleft()
-            self._senses[what] = value
-            if self._replays and what.robot in self._score.parts:
+        edges, robots = self._sensing.take_announced(), {}
+        for beat, what, value in edges:
+            if self._sensing.replays and what.robot in self.score.parts:
                 self._tell_sensed(what, value, beat, at, self._transport.clock(at))
             robots[what.robot] = what.sense == CUE
-        for robot, self._cued in robots.items():
-            if (open_part := self._open.get(robot)) and open_part.has_begun:
-                self._perform(robot, beat, max(at, self._advanced))
-        self._cued = False
+        for robot, self._sensing.cued in robots.items():
+            if (open_part := self._scene.open.get(robot)) and open_part.has_begun:
+                self._perform(robot, edges[0].beat, max(at, self._advanced))
+        self._sensing.cued = False
+
+    def _perform_due(self, robot: str, at: float) -> None:
+        self._perform(robot, self._scene.open[robot].due, at)
 
     def _perform(self, robot: str, beat: Exact, at: float) -> None:
         """Perform a robot's open part up to a beat, and tell it what to do from this performance time on."""
-        open_part, part = self._open[robot], self._score.parts[robot]
-        is_over = False
+        part = self.score.parts[robot]
         try:
-            for decision in open_part.perform(beat):
+            for decision in self._scene.perform(robot, beat):
                 self._tell_decided(robot, decision, at)
         except TooManyChangesError:
             line = f"{robot} stops: its part changes more often than it can be performed"
             self._tell({"type": "error", "message": line})
-            is_over = True
-        self._queue = [due for due in self._queue if due.robot != robot]
-        heapify(self._queue)
-        if is_over or open_part.is_over:
-            del self._open[robot]
-            self._repeats.release(robot)
-            self._over[robot] = open_part.beat
-            self._find_end()
-            self._enqueue(robot, zeros(0.0, 1 / part.profile.command_rate), at)
+        open_part = self._scene.open.get(robot)
+        if not open_part:
+            self._queue.drop([robot])
+            self._queue.add(robot, zeros(0.0, 1 / part.profile.command_rate), at)
             return
-        moving = twist(open_part.velocity, part.profile, self._tempo)
-        if moving != self._wanted.get(robot):
-            self._send(robot, moving, at)
-            self._repeats.hold(robot, part.profile.command_rate, at)
-        until = open_part.until
-        assert not isinstance(until, float)
-        due = self._transport.end(until)
-        if due < at + float(SHORTEST):
-            due = at + float(SHORTEST)
-            until = max(until, self._transport.beat(self._transport.clock(due), ENDLESS))
-        open_part.due = until
-        heappush(self._queue, _Due(due, robot, None, True, iter(()), 0.0))
-
-    def _stop_of(self, score: Score) -> str | None:
-        """The emergency stop of a score, if it is on."""
-        stop = score.safety.stop
-        return stop if stop and self._senses.get(stop) else None
+        self._queue.drop_changes([robot])
+        self._queue.hold(robot, twist(open_part.velocity, part.profile, self._tempo), part.profile.command_rate, at)
+        self._queue.add_open(robot, open_part.plan(self._transport, at))
 
     def _waits_for(self) -> list[str]:
         """What has to change before real robots may move."""
-        if not self._sink.real:
-            return []
-        if stop := self._stop_of(self._score):
-            return [stop]
-        safety = self._score.safety
-        held = safety.deadman is None or self._senses.get(str(safety.deadman)) or self._senses.get(GAMEPAD)
-        return [
-            *([] if held else [str(safety.deadman)]),
-            *(sorted(self._listeners.away) if safety.rejoin == "pause" else []),
-        ]
+        return waits_for(self.score.safety, self._sensing, self._listeners.away) if self._sink.real else []
 
     def _wait(self, now: float) -> None:
         """Pause until nothing is waited for any more; an emergency stop also has somebody play again."""
-        if stop := self._stop_of(self._score):
+        if stop := stop_of(self.score.safety, self._sensing):
             self._stop_all(now, "stopped")
             self._tell({"type": "error", "message": refused_by(stop)})
             return
@@ -870,15 +616,7 @@ class Player:
         self._continues = continues
         if state != "paused":
             self._next = None
-        self._drop(self._score.parts)
-        problems = []
-        for robot, part in self._score.parts.items():
-            burst = zeros(performed, 1 / part.profile.command_rate)
-            try:
-                self._sink.send(robot, STILL, next(burst).at)
-            except Exception as problem:  # a sink's library may raise anything
-                problems.append(problem)
-            self._enqueue(robot, burst, 0.0)
+        problems = self._queue.stop(self.score.parts, performed)
         self._leave_at(self._beat(now))
         self._state, self.reached = state, now
         if problems:
@@ -886,29 +624,15 @@ class Player:
         self._advance_sink(performed)
         self._tell_transport(now)
 
-    def _drop(self, robots: Collection[str]) -> None:
-        """Drop the setpoints of robots. Those that have left the score still get their zeros."""
-        self._queue = [due for due in self._queue if due.robot not in robots]
-        heapify(self._queue)
-        for robot in robots:
-            self._repeats.release(robot)
-
     def _is_silent(self, robot: str) -> bool:
         return robot in self._listeners.standing or (
             robot not in self._soloed if self._soloed else robot in self._muted
         )
 
-    def _enqueue(self, robot: str, told: Iterator[Setpoint], offset: float) -> None:
-        if following := next(told, None):
-            at, twist, held = following
-            heappush(self._queue, _Due(at + offset, robot, twist, held, told, offset))
-
     def _send_due(self, performed: float) -> None:
         """Send every change that is due, and then the repeats of one slot, so that a change never waits for more."""
         performed = self._send_changes(performed)
-        if self._repeats.due <= performed:
-            for robot in self._repeats.take(performed):
-                self._send(robot, self._wanted[robot], performed)
+        self._queue.send_repeats(performed)
         self._advance_sink(performed)
 
     def _send_changes(self, asked: float) -> float:
@@ -916,26 +640,21 @@ class Player:
         after the end of a scene is not yet known."""
         while True:
             performed = min(asked, self._before_next_scene)
-            queued = self._queue[0].at if self._queue else math.inf
-            foreseen_at = self._foreseen_at if self._foreseen else math.inf
-            first = min(queued, foreseen_at)
-            if self._asked and self._feel(min(first, performed)):
+            first = min(self._queue.due, foreseen_at := self._foreseen_at)
+            if self._scene.asked and self._feel(min(first, performed)):
                 continue
             if first > performed:
                 return performed
-            if foreseen_at <= queued:
+            if foreseen_at <= self._queue.due:
                 self._take_foreseen(first)
                 continue
-            due = []
-            while self._queue and self._queue[0].at <= (first if self._asked else performed):
-                due.append(heappop(self._queue))
-            self._send_all(due)
+            self._queue.send_changes(first if self._scene.asked else performed, self.score.parts, self._perform_due)
 
     def _feel(self, performed: float) -> bool:
         """Have the sink advance, and take the first edges that it finds until then. Whether it found any."""
-        if self._follows or self._state != "playing" or performed < self._advanced:
+        if self._sensing.follows or self._state != "playing" or performed < self._advanced:
             return False
-        edges = self._sink.sensed(self._asked, performed)
+        edges = self._sink.sensed(self._scene.asked, performed)
         for edge in edges:
             assert isinstance(edge.what, RobotSense)
             self._advanced = max(self._advanced, edge.at)
@@ -949,41 +668,9 @@ class Player:
         self._sink.advance(performed)
         self._advanced = max(self._advanced, performed)
 
-    def _send_all(self, due: Sequence[_Due]) -> None:
-        """Send these setpoints, and only then compute the next ones."""
-        sent = 0
-        try:
-            for each in due:
-                sent += 1
-                if each.twist is None:
-                    self._perform(each.robot, self._open[each.robot].due, each.at)
-                else:
-                    self._send(each.robot, each.twist, each.at)
-        finally:
-            # Also if a robot can't be reached: it must not come first again and hold up the zeros of the others.
-            for at, robot, moving, held, rest, offset in due[:sent]:
-                if moving is None:
-                    continue
-                if held:
-                    self._repeats.hold(robot, self._score.parts[robot].profile.command_rate, at)
-                else:
-                    self._repeats.release(robot)
-                self._enqueue(robot, rest, offset)
-            for each in due[sent:]:
-                heappush(self._queue, each)
-
-    def _send(self, robot: str, moving: Twist, at: float) -> None:
-        self._wanted[robot] = moving
-        if self._state == "playing" and self._is_silent(robot):
-            left = self._zeros_left.get(robot, 0)
-            if not left:
-                return
-            self._zeros_left[robot], moving = left - 1, STILL
-        self._sink.send(robot, moving, at)
-
     def _look_at(self, robots: Collection[str]) -> None:
         """Check robots at once, and tell what came up."""
-        self._zeros_left.update(dict.fromkeys(self._listeners.look(self._score, robots), LAST_ZEROS))
+        self._queue.silence(self._listeners.look(self.score, robots))
         self._tell_news()
 
     def _tell_news(self) -> None:
@@ -1018,13 +705,13 @@ class Player:
     def _tell_transport(self, now: float, at: float | None = None) -> None:
         """Report the position and poses at a time on the clock (default: now). The sink must have advanced to it."""
         at = now if at is None else at
-        beats = self._score.beats if self._state == "waiting" and not self._score.open else self._beats
+        beats = self.score.beats if self._state == "waiting" and not self.score.open else self._scene.beats
         waits = self._waits_for() if self._state in ("paused", "stopped") else []
         waiting: Waiting = {"waits_for": waits} if waits else {}
-        begins = {robot: float(part.begins) for robot, part in self._score.parts.items() if part.begins}
+        begins = {robot: float(part.begins) for robot, part in self.score.parts.items() if part.begins}
         began: Begins = {"begins": begins} if begins else {}
-        if self._score.scene or self._score.since:
-            began["scene"] = {"index": self._score.scene, "begins": float(self._score.since)}
+        if self.score.scene or self.score.since:
+            began["scene"] = {"index": self.score.scene, "begins": float(self.score.since)}
         message: TransportMessage = {
             "type": "transport",
             "generation": self._generation,
@@ -1045,31 +732,6 @@ class Player:
             **began,
         }
         self._tell(message)
-
-
-def never_ends(score: Score) -> bool:
-    """Whether a score goes on forever, whatever is sensed."""
-    return any(lengths(part.scenes[-1]).shortest == ENDLESS for part in score.parts.values() if part.scenes)
-
-
-def _scene_of(entry: Entry) -> tuple[int, Exact]:
-    """The scene with which a score took over, and the beat at which it began."""
-    scene = entry.get("scene")
-    return (scene["index"], near(scene["begins"])) if scene else (0, 0)
-
-
-def _are_alike(before: Part, part: Part, scene: int) -> bool:
-    """Whether two parts of a robot move it alike in a scene."""
-    return before.edition(scene) == part.edition(scene) != UNNUMBERED
-
-
-def _told(part: Part, movement: Movement, begins: Exact, tempo: Fraction, beat: Exact) -> Iterator[Setpoint]:
-    """The setpoints of a movement that begins at a beat, from another on. Its robot stands until it begins."""
-    if beat >= begins:
-        return setpoints(part.profile, movement, tempo, beat - begins)
-    until = float((begins - beat) * 60 / tempo)
-    standing = takewhile(lambda each: each.at < until, zeros(0.0, 1 / part.profile.command_rate))
-    return chain(standing, (each._replace(at=until + each.at) for each in setpoints(part.profile, movement, tempo)))
 
 
 def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:

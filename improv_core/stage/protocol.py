@@ -111,7 +111,7 @@ class Entry(Begins):
 
 
 class Load(_Load, _Timed, total=False):
-    """Play a score: what `score.to_json` makes. `entry` is what the stage that leads has decided.
+    """Play a score: what `score_json.to_json` makes. `entry` is what the stage that leads has decided.
 
     With `senses`, those of a recording, robots sense this and nothing else.
     """

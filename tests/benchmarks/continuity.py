@@ -18,7 +18,7 @@ from improv_core.playback.editions import Editions
 from improv_core.playback.start import Options
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score import Read, Written, to_json
+from improv_core.score.score_json import Read, Written, to_json
 from improv_core.stage.loop import Play
 from improv_core.stage.pipes import arrival
 from tests.benchmarks.documents import improv

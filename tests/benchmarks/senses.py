@@ -11,7 +11,8 @@ from dataclasses import replace
 from statistics import median
 from typing import Any
 
-from improv_core.score.score import Score, to_json
+from improv_core.score.score import Score
+from improv_core.score.score_json import to_json
 from improv_core.score.senses import Topic
 from improv_core.stage.protocol import FOLDER
 from tests.benchmarks.live import rehearsed

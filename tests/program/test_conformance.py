@@ -11,7 +11,7 @@ import pytest
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.program.script import read_script
-from improv_core.score.score import from_json, to_json
+from improv_core.score.score_json import from_json, to_json
 
 CASES: list[dict[str, Any]] = json.loads((Path(__file__).parent.parent / "conformance.json").read_text())["cases"]
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.movement import ENDLESS
-from improv_core.score.score import to_json
+from improv_core.score.score_json import to_json
 from improv_core.text import LineIndex
 
 PIECES = [

@@ -37,7 +37,7 @@ from improv_core.ide.signature_help import signature
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.program.report import summary
-from improv_core.score.score import from_json, to_json
+from improv_core.score.score_json import from_json, to_json
 from improv_core.syntax.formatter import format_text
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span

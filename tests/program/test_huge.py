@@ -9,7 +9,7 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score import to_json
+from improv_core.score.score_json import to_json
 from improv_core.score.walk import walk
 from tests.program.huge import CHAINS, LONG
 

@@ -11,7 +11,7 @@ from improv_core.program.compiler import score_of
 from improv_core.program.script import ScriptError, read_script
 from improv_core.robots.config import read_robots
 from improv_core.score.performer import Performer
-from improv_core.score.score import from_json, to_json
+from improv_core.score.score_json import from_json, to_json
 from improv_core.score.senses import BuiltIn, Topic
 from tests.program.drawing import check
 

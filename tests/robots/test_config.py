@@ -19,7 +19,8 @@ from improv_core.robots.config import Robot, Robots, find_robots_file, read_robo
 from improv_core.robots.schema import known
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, TURTLEBOT3_BURGER, TURTLEBOT4, TURTLESIM, Profile
-from improv_core.score.score import Deadman, Safety, Score, from_json, to_json
+from improv_core.score.score import Deadman, Safety, Score
+from improv_core.score.score_json import from_json, to_json
 from improv_core.score.world import Box, Circle, Wall, World
 from improv_core.text import LineIndex
 from tests.strange_files import StrangeFile

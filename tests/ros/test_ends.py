@@ -17,7 +17,7 @@ import pytest
 from improv_core import stage as stage_package
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score import to_json
+from improv_core.score.score_json import to_json
 from tests.processes import descendants, in_session, wait_until_full, wait_until_gone
 from tests.ros.conftest import LIMIT, Listener
 from tests.ros.dance import (

@@ -19,7 +19,7 @@ from improv_core.score.movement import ENDLESS, STILL, Movement, all_by, hold, p
 from improv_core.score.path import extent, pose_at
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.ramps import ease, ramp
-from improv_core.score.score import from_json, to_json
+from improv_core.score.score_json import from_json, to_json
 from improv_core.score.walk import Moment, walk
 from improv_core.text import Span
 from tests.score.test_movement import (

@@ -15,7 +15,7 @@ from improv_core.score.equality import same
 from improv_core.score.movement import Movement
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.ramps import ease, ramp
-from improv_core.score.score import from_json, to_json
+from improv_core.score.score_json import from_json, to_json
 from improv_core.score.walk import walk
 from improv_core.text import Span
 from tests.score.test_movement import dances, score_of

@@ -17,7 +17,8 @@ from improv_core.score.equality import same
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, STILL, Exact, Movement
 from improv_core.score.profiles import TURTLESIM
-from improv_core.score.score import Part, Score, from_json, to_json
+from improv_core.score.score import Part, Score
+from improv_core.score.score_json import from_json, to_json
 from improv_core.score.walk import walk
 from tests.score.test_movement import finite_movements
 

@@ -10,7 +10,8 @@ import pytest
 from improv_core.playback.editions import MOST_SENT, Editions
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score import MOST_KNOWN, LackingError, Read, Score, Written, from_json, to_json
+from improv_core.score.score import Score
+from improv_core.score.score_json import MOST_KNOWN, LackingError, Read, Written, from_json, to_json
 from improv_core.score.walk import walk
 
 PROGRAM = (

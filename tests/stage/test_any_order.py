@@ -110,7 +110,7 @@ class Walk:
         assert float(self.edited.player._beat(self.edited.now)) == pytest.approx(float(beat))
         assert beat >= self.beat - 1e-9
         self.beat = float(beat)
-        queued = [due.robot for due in self.edited.player._queue]
+        queued = [due.robot for due in self.edited.player._queue._queue]
         assert len(queued) == len(set(queued))
 
     def check(self) -> None:

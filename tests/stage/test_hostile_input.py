@@ -17,7 +17,7 @@ import pytest
 from improv_core import stage
 from improv_core.score import senses
 from improv_core.score.motion import STILL
-from improv_core.score.score import Read, to_json
+from improv_core.score.score_json import Read, to_json
 from improv_core.score.senses import BuiltIn, Key, Topic
 from improv_core.stage.loop import End, Play, Unreadable
 from improv_core.stage.pipes import LONGEST, arrival

@@ -14,7 +14,8 @@ import pytest
 
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.profiles import TURTLEBOT4
-from improv_core.score.score import Deadman, Read, Safety, Score, to_json
+from improv_core.score.score import Deadman, Safety, Score
+from improv_core.score.score_json import Read, to_json
 from improv_core.stage.loop import Arrival, End, Opened, Play, Reading, run
 from improv_core.stage.pipes import arrival
 from improv_core.stage.protocol import (

@@ -180,7 +180,7 @@ def test_all_that_is_due_is_sent_before_anything_is_computed(monkeypatch: pytest
     def send(robot: str, twist: Twist, at: float) -> None:
         order.append("sent")
 
-    monkeypatch.setattr("improv_core.stage.player.setpoints", noted)
+    monkeypatch.setattr("improv_core.stage.current_scene.setpoints", noted)
     monkeypatch.setattr(stage.sink, "send", send)
     stage.load("a b c $ forward left")
     stage.run(0.999)

@@ -17,7 +17,7 @@ import pytest
 from improv_core import stage
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score import to_json
+from improv_core.score.score_json import to_json
 
 LIMIT = 30
 

@@ -12,8 +12,8 @@ from improv_core.score.movement import Movement, Velocity, hold, parallel, repea
 from improv_core.score.reactions import Condition, if_else, pause, until
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import BUILT_IN, Key, RobotSense, Source, Topic
-from improv_core.stage.player import foreseen
 from improv_core.stage.protocol import When
+from improv_core.stage.sensing import foreseen
 from improv_core.stage.sinks import Edge
 from improv_core.text import Span
 from tests.stage.test_player import QUARTER, Stage, score

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from improv_core.diagnostics import Edit
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score import to_json
+from improv_core.score.score_json import to_json
 from improv_core.syntax.formatter import WIDTH, edits, format_text
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split

@@ -24,7 +24,7 @@ from improv_core.program.compiler import compiled, score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Twist
 from improv_core.score.world import World
-from improv_core.stage.player import foreseen
+from improv_core.stage.sensing import foreseen
 from improv_core.stage.sinks.cdr import SECOND
 from improv_core.stage.sinks.recorded_simulator import RecordedSimulator
 from improv_core.stage.sinks.recorder import SCHEMAS, Recorder, sensed_in

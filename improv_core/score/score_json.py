@@ -1,0 +1,404 @@
+"""Scores as JSON values: what a stage is sent, without what it has already. Standard library only."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, NamedTuple, TypedDict
+
+from improv_core.score import dice as chances
+from improv_core.score import movement as algebra
+from improv_core.score import ramps, reactions, senses
+from improv_core.score import world as worlds
+from improv_core.score.fits import checked, fits
+from improv_core.score.motion import Pose
+from improv_core.score.movement import Bounds, Movement, Velocity
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Deadman, Part, Rejoin, Safety, Score
+from improv_core.text import Span
+
+MOST_KNOWN = 10_000
+"""Movements that a reader of scores may keep although none of its scores needs them any more."""
+FASTEST_RATE = 1_000
+"""Commands per second that a robot may be sent."""
+
+
+@dataclass(slots=True)
+class Written:
+    """The rows that a reader of scores has been written, numbered in their order, and the parts of the latest score."""
+
+    rows: dict[tuple[Any, ...], int] = field(default_factory=dict)
+    numbers: dict[int, int] = field(default_factory=dict)
+    """By the id() of movements, which are kept, so that their id() stays their own."""
+    movements: list[Movement] = field(default_factory=list)
+    parts: dict[str, _Written] = field(default_factory=dict)
+    whole: int = 0
+    """The number of rows of the first score, which was written whole."""
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether it should start over, as most of its rows may belong to scores that no longer play."""
+        return len(self.rows) > 2 * self.whole + MOST_KNOWN
+
+
+class _Written(NamedTuple):
+    scenes: tuple[int, ...]
+    part: Part
+
+    def is_like(self, other: _Written) -> bool:
+        one, two = self.part, other.part
+        return (
+            self.scenes == other.scenes
+            and (one.editions, one.topic, one.reset, one.use_sim_time)
+            == (two.editions, two.topic, two.reset, two.use_sim_time)
+            and one.profile == two.profile
+            and one.start == two.start
+            and one.senses == two.senses
+        )
+
+
+@dataclass(slots=True)
+class Read:
+    """The movements that a reader of scores has, numbered in their order, and the parts of the latest score."""
+
+    movements: list[Movement] = field(default_factory=list)
+    parts: Mapping[str, Part] = field(default_factory=dict)
+
+
+class LackingError(Exception):
+    """A score counts on movements or parts that its reader does not have."""
+
+
+def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
+    """The score as JSON values, without what the reader has: `written` is what was written for it before.
+
+    Each distinct movement is listed once, after the movements inside it. A part that is the same as in the score before
+    is null.
+    """
+    written = Written() if written is None else written
+    known = len(written.rows)
+    rows: list[list[Any]] = []
+    now = {
+        name: _Written(tuple(_add(scene, rows, written) for scene in part.scenes), part)
+        for name, part in score.parts.items()
+    }
+    before = written.parts
+    parts = {
+        name: None if name in before and each.is_like(before[name]) else _part_json(each) for name, each in now.items()
+    }
+    written.parts = now
+    written.whole = written.whole or len(rows)
+    program = {"text": score.text, "offsets": list(score.offsets.items())}
+    return {
+        "tempo": str(score.tempo),
+        "known": known,
+        "movements": rows,
+        "parts": parts,
+        "world": worlds.to_json(score.world),
+        "safety": asdict(score.safety),
+        **program,
+    }
+
+
+def _part_json(written: _Written) -> dict[str, Any]:
+    part = written.part
+    return {
+        "scenes": written.scenes,
+        "profile": asdict(part.profile),
+        "start": asdict(part.start),
+        "topic": part.topic,
+        "reset": part.reset,
+        "use_sim_time": part.use_sim_time,
+        "senses": senses.to_json(part.senses),
+        "editions": part.editions,
+    }
+
+
+class _PartJson(TypedDict):
+    scenes: Sequence[int]
+    profile: Mapping[str, Any]
+    start: Mapping[str, Any]
+    topic: str
+    reset: str | None
+    use_sim_time: bool
+    senses: Mapping[str, Mapping[str, Any]]
+    editions: Sequence[int]
+
+
+class _DeadmanJson(TypedDict):
+    topic: str
+    button: int
+
+
+class _SafetyJson(TypedDict):
+    stop: str | None
+    deadman: _DeadmanJson | None
+    rejoin: Rejoin
+
+
+class _ScoreJson(TypedDict):
+    tempo: str
+    known: int
+    movements: Sequence[Any]
+    parts: Mapping[str, _PartJson | None]
+    world: Mapping[str, Any] | None
+    text: str
+    offsets: Sequence[Sequence[int]]
+    safety: _SafetyJson
+
+
+def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
+    """The score that `to_json` wrote. `read` is what was read before it, and is forgotten if this can't be read: its
+    writer counts on it.
+
+    Raises `LackingError` if that is not what the writer counts on, and an exception on anything that is no score or is
+    too much to play.
+    """
+    if not fits(data, _ScoreJson):
+        raise ValueError("it is not a score")
+    read = Read() if read is None else read
+    if data["known"] == 0:
+        read.movements, read.parts = [], {}
+    made, before = read.movements, read.parts
+    if data["known"] != len(made):
+        raise LackingError
+    try:
+        for kind, *rest in data["movements"]:
+            made.append(_playable(_read(kind, rest, made)))
+        parts = {
+            name: _part(name, part, made) if part else _known_part(name, before) for name, part in data["parts"].items()
+        }
+        score = _score(data, parts)
+    except Exception:
+        read.movements, read.parts = [], {}
+        raise
+    read.parts = parts
+    return score
+
+
+def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
+    return Part(
+        name,
+        tuple(_at(scene, made) for scene in data["scenes"]),
+        checked(Profile, data["profile"]),
+        checked(Pose, data["start"]),
+        data["topic"],
+        data["reset"],
+        data["use_sim_time"],
+        senses.from_json(data["senses"]),
+        tuple(data["editions"]),
+    )
+
+
+def _known_part(name: str, before: Mapping[str, Part]) -> Part:
+    if name not in before:
+        raise LackingError
+    return before[name]
+
+
+def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
+    if any(not 0 < part.profile.command_rate <= FASTEST_RATE for part in parts.values()):
+        raise ValueError("a robot's command rate is out of range")
+    world = worlds.from_json(data["world"])
+    tempo = Fraction(_above_zero(data["tempo"]))
+    if not 1 <= tempo * algebra.LARGEST <= algebra.LARGEST**2:
+        raise ValueError("the tempo is out of range")
+    safety = data["safety"]
+    deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
+    rules = Safety(safety["stop"], deadman, safety["rejoin"])
+    return Score(tempo, parts, data["text"], dict(data["offsets"]), world, rules)
+
+
+def _playable(movement: Movement) -> Movement:
+    """A movement that the language would take too, which bounds what it costs to walk it."""
+    duration = movement.duration
+    is_long = not isinstance(duration, float) and (duration > _LONGEST or algebra.bits(duration) > _MOST_DURATION_BITS)
+    if is_long or not _are_playable(movement.bounds):
+        raise ValueError("its numbers are too large or its voices too many")
+    return movement
+
+
+@lru_cache(maxsize=10_000)
+def _are_playable(bounds: Bounds) -> bool:
+    return (
+        bounds.width <= algebra.MOST_VOICES
+        and bounds.depth <= algebra.MOST_DEPTH + _AROUND_STATEMENTS
+        and bounds.bits <= algebra.MOST_BITS
+        and bounds.throws <= algebra.MOST_THROWS
+        and not algebra.is_too_fast(bounds.peak)
+    )
+
+
+_LONGEST = algebra.LARGEST**2
+_AROUND_STATEMENTS = 2  # the series of a scene, and that of all scenes
+_MOST_DURATION_BITS = 4 * algebra.MOST_BITS
+"""The durations of one robot's statements share a denominator of up to `MOST_BITS`."""
+
+
+def _add(whole: Movement, rows: list[list[Any]], written: Written) -> int:
+    """Append the rows of a movement that are new, inner ones first, and return its number.
+
+    Uses an explicit stack for long chains. A movement that is made anew for each score, but has the same row, is known.
+    """
+    waiting, known, made = [whole], written.numbers, dict[int, int]()
+    while waiting:
+        part = waiting[-1]
+        inner = [child for child in algebra.parts(part) if id(child) not in known and id(child) not in made]
+        if inner:
+            waiting += inner
+            continue
+        waiting.pop()
+        if id(part) in known or id(part) in made:
+            continue
+        row = _row(part, [made[key] if (key := id(child)) in made else known[key] for child in algebra.parts(part)])
+        key_of_row = _frozen(row)
+        if key_of_row in written.rows:
+            made[id(part)] = written.rows[key_of_row]
+            continue
+        known[id(part)] = written.rows[key_of_row] = len(written.rows)
+        written.movements.append(part)
+        rows.append(row)
+    return made[id(whole)] if id(whole) in made else known[id(whole)]
+
+
+def _frozen(row: Sequence[Any]) -> tuple[Any, ...]:
+    return tuple(_frozen(each) if isinstance(each, (list, tuple)) else each for each in row)
+
+
+def _row(part: Movement, inner: list[int]) -> list[Any]:
+    if isinstance(part, algebra.Hold):
+        return ["hold", [_number(value) for value in part.velocity], _number(Fraction(part.duration)), part.span]
+    if isinstance(part, algebra.Series):
+        return ["series", inner]
+    if isinstance(part, algebra.Parallel):
+        return ["parallel", inner]
+    if isinstance(part, algebra.Repeat):
+        return ["repeat", inner[0], part.times]
+    if isinstance(part, algebra.Pace):
+        return ["pace", inner[0], str(part.rate)]
+    if isinstance(part, algebra.Gain):
+        return ["gain", inner[0], [_number(value) for value in part.gain]]
+    if isinstance(part, algebra.Use):
+        return ["use", inner[0], part.span, part.statement]
+    if isinstance(part, algebra.Reverse):
+        return ["reverse", inner[0]]
+    if isinstance(part, ramps.Ramp):
+        return ["ramp", inner[0], *map(_number, part.rates)] if part.rates else ["ease", inner[0]]
+    if isinstance(part, chances.Choose):
+        return ["choose", inner]
+    if isinstance(part, chances.Shuffle):
+        return ["shuffle", inner]
+    if isinstance(part, chances.Chance):
+        return ["chance", inner[0], str(part.probability), part.span]
+    if isinstance(part, chances.Seed):
+        return ["seed", inner[0], str(part.number)]
+    if isinstance(part, chances.Throwing):
+        return ["throwing", inner[0], part.throw]
+    assert isinstance(part, reactions.Reaction)
+    return [_REACTIONS[type(part)], inner, *part.condition, part.span]
+
+
+def _number(value: algebra.Exact) -> int | str:
+    """An exact number for JSON: an int if it is whole, otherwise text."""
+    return value.numerator if value.denominator == 1 else str(value)
+
+
+@lru_cache(maxsize=1_000)
+def _exact(number: int | str) -> algebra.Exact:
+    if isinstance(number, int):
+        return number
+    if not _FRACTION.fullmatch(number):  # an exponent would make a number of any length
+        raise ValueError("a number is wrong")
+    return algebra.exact(Fraction(number))
+
+
+_FRACTION = re.compile(r"-?[0-9]{1,2000}(?:/[0-9]{1,2000})?")
+
+
+def _above_zero(number: int | str) -> algebra.Exact:
+    value = _exact(number)
+    if value <= 0:
+        raise ValueError("a number is not above zero")
+    return value
+
+
+def _velocity(numbers: Sequence[int | str]) -> Velocity:
+    return Velocity(*(_exact(number) for number in numbers))
+
+
+def _count(number: object) -> int:
+    if type(number) is not int or not 0 <= number <= algebra.MOST_THROWS:
+        raise ValueError("a count is wrong")
+    return number
+
+
+def _span(span: list[int] | None) -> Span | None:
+    if span is None:
+        return None
+    start, end = span
+    if type(start) is not int or type(end) is not int:
+        raise ValueError("a span is wrong")
+    return Span(start, end)
+
+
+def _condition(sense: object, wanted: object) -> reactions.Condition:
+    if not isinstance(sense, str) or not isinstance(wanted, bool):
+        raise ValueError("a condition is wrong")
+    return reactions.Condition(sense, wanted)
+
+
+def _at(place: int, made: Sequence[Movement]) -> Movement:
+    if place < 0:
+        raise ValueError("a movement is missing")
+    return made[place]
+
+
+def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
+    if kind == "hold":
+        velocity, duration, span = rest
+        return algebra.hold(_velocity(velocity), _above_zero(duration), _span(span))
+    if make := _OF_SEVERAL.get(kind):
+        return make([_at(place, made) for place in rest[0]])
+    if react := _REACTING.get(kind):
+        return react(*(_at(place, made) for place in rest[0]), _condition(*rest[1:3]), _span(rest[3]))
+    body = _at(rest[0], made)
+    if kind == "repeat":
+        return algebra.repeat(body, None if rest[1] is None else _count(rest[1]))
+    if kind == "pace":
+        return algebra.pace(body, Fraction(_above_zero(rest[1])))
+    if kind == "gain":
+        return algebra.gain(body, _velocity(rest[1]))
+    if kind == "use":
+        if type(rest[2]) is not int:
+            raise ValueError("the number of a statement is wrong")
+        return algebra.use(body, _span(rest[1]), rest[2])
+    if kind == "reverse":
+        return algebra.reverse(body)
+    if kind == "ramp":
+        return ramps.ramp(body, _exact(rest[1]), _exact(rest[2]))
+    if kind == "ease":
+        return ramps.ease(body)
+    if kind == "chance":
+        return chances.chance(body, Fraction(_exact(rest[1])), _span(rest[2]))
+    if kind == "seed":
+        return chances.seed(body, Fraction(_exact(rest[1])))
+    if kind == "throwing":
+        return chances.throwing(body, _count(rest[1]))
+    raise ValueError(f"no movement is called {kind!r}")
+
+
+_OF_SEVERAL: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
+    "series": algebra.series,
+    "parallel": algebra.parallel,
+    "choose": chances.choose,
+    "shuffle": chances.shuffle,
+}
+_REACTING: Mapping[str, Callable[..., Movement]] = {
+    "until": reactions.until,
+    "pause": reactions.pause,
+    "if": reactions.if_else,
+}
+_REACTIONS = {reactions.Until: "until", reactions.Pause: "pause", reactions.If: "if"}

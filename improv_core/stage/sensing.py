@@ -1,0 +1,101 @@
+"""What robots sense, from the latest edges, the keys that are held, the cue, and what people force."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from improv_core.score.movement import Exact, near
+from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense, Senses
+from improv_core.stage.protocol import Sensed
+
+
+class Foreseen(NamedTuple):
+    """An edge of a robot's sense at a beat of the performance."""
+
+    beat: Exact
+    what: RobotSense
+    value: bool | None
+
+
+def foreseen(sensed: Sensed) -> Foreseen:
+    """The edge that a message tells of."""
+    return Foreseen(near(sensed["beat"]), RobotSense(sensed["robot"], sensed["sense"]), sensed["value"])
+
+
+class Sensing:
+    """The state of all senses, of topics that people switch, and the edges that were announced."""
+
+    def __init__(self) -> None:
+        self._latest: dict[str | RobotSense, bool | None] = {}
+        self._forced: dict[RobotSense, bool] = {}
+        self._keys: set[str] = set()  # that are held
+        self._announced: deque[Foreseen] = deque()  # in their order
+        self.cued = False
+        """Whether the cue is being given."""
+        self.follows = False
+        """Whether nothing counts as sensed but what is announced."""
+        self.replays = False
+        """Whether that is from a recording, and not from the stage that leads."""
+
+    def restart(self, *, follows: bool, replays: bool) -> None:
+        """The performance starts over. Who follows forgets what robots sensed."""
+        self.follows, self.replays = follows, replays
+        if follows:
+            self._latest = {what: value for what, value in self._latest.items() if not isinstance(what, RobotSense)}
+
+    def value(self, what: RobotSense, senses: Senses) -> bool | None:
+        """What a robot that has these senses senses now; None if that is not known."""
+        if what in self._forced:
+            return self._forced[what]
+        source = senses.get(what.sense)
+        if what.sense == CUE and isinstance(source, BuiltIn):
+            return self.cued
+        if isinstance(source, Key) and not self.follows:
+            return source.key in self._keys
+        return self._latest.get(what)
+
+    def latest(self, what: str | RobotSense) -> bool | None:
+        """What the latest edge said; None if there was none, or it told of silence."""
+        return self._latest.get(what)
+
+    def take(self, what: str | RobotSense, value: bool | None) -> None:
+        """Take an edge."""
+        self._latest[what] = value
+
+    def hold_key(self, key: str, held: bool) -> None:
+        """Somebody holds a key, or lets it go."""
+        (self._keys.add if held else self._keys.discard)(key)
+
+    def force(self, what: RobotSense, value: bool | None) -> None:
+        """Have a robot sense something, whatever there is to sense; None ends that."""
+        self._forced.pop(what, None)
+        if value is not None:
+            self._forced[what] = value
+
+    def is_forced(self, what: RobotSense) -> bool:
+        """Whether edges of a sense change nothing."""
+        return what in self._forced
+
+    def announce(self, edges: Iterable[Foreseen]) -> None:
+        """Have edges come at their beats."""
+        self._announced.extend(edges)
+
+    @property
+    def announced(self) -> Exact | None:
+        """The beat of the next edges that were announced."""
+        return self._announced[0].beat if self._announced else None
+
+    def take_announced(self) -> list[Foreseen]:
+        """Take the edges that were announced for the next such beat."""
+        beat, taken = self.announced, list[Foreseen]()
+        while self._announced and self._announced[0].beat == beat:
+            edge = self._announced.popleft()
+            self.take(edge.what, edge.value)
+            taken.append(edge)
+        return taken
+
+    def forget_announced(self) -> None:
+        """Playback goes elsewhere: what was announced comes no more."""
+        self._announced.clear()

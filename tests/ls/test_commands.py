@@ -1,4 +1,4 @@
-"""The commands that show the page and play again."""
+"""The commands that show the page, play again, and give the cue."""
 
 from __future__ import annotations
 
@@ -39,6 +39,18 @@ def test_what_was_saved_plays_again(client: Client) -> None:
     client.change(URI, 2, {"text": "r $ lft\n"})
     command(client, "restart")
     assert client.wait_for_line("▶") == played
+
+
+def test_the_cue_is_given() -> None:
+    def wait_until(state: str) -> None:
+        client.wait("improv/transport", lambda params: params["state"] == state)
+
+    with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as client:
+        client.open(URI, "beat 240\nr $ until cue (repeat left)\n")
+        client.save(URI)
+        wait_until("playing")
+        assert command(client, "cue") is None
+        wait_until("ended")
 
 
 def test_the_page_is_shown_also_before_anything_plays(client: Client) -> None:

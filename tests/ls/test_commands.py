@@ -42,15 +42,12 @@ def test_what_was_saved_plays_again(client: Client) -> None:
 
 
 def test_the_cue_is_given() -> None:
-    def wait_until(state: str) -> None:
-        client.wait("improv/transport", lambda params: params["state"] == state)
-
-    with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as client:
-        client.open(URI, "beat 240\nr $ until cue (repeat left)\n")
-        client.save(URI)
-        wait_until("playing")
-        assert command(client, "cue") is None
-        wait_until("ended")
+    with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as waiting:
+        waiting.open(URI, "beat 240\nr $ until cue (repeat left)\n")
+        waiting.save(URI)
+        waiting.wait("improv/transport", lambda params: params["state"] == "playing")
+        assert command(waiting, "cue") is None
+        waiting.wait("improv/transport", lambda params: params["state"] == "ended")
 
 
 def test_the_page_is_shown_also_before_anything_plays(client: Client) -> None:

@@ -89,6 +89,7 @@ Font lock ignores an end at point, so that is one more if there are none."
   "C-c C-p" #'improv-pause
   "C-c C-r" #'improv-resume
   "C-c C-b" #'improv-restart
+  "C-c C-q" #'improv-cue
   "C-c C-s" #'improv-seek
   "C-c C-f" #'improv-speed
   "C-c RET" #'improv-mute
@@ -102,6 +103,7 @@ Font lock ignores an end at point, so that is one more if there are none."
     ["Pause" improv-pause]
     ["Resume" improv-resume]
     ["Play from the Beginning" improv-restart]
+    ["Give the Cue" improv-cue]
     ["Go to Beat…" improv-seek]
     ["Set Speed…" improv-speed]
     ["Mute Robot…" improv-mute]
@@ -130,7 +132,7 @@ Font lock ignores an end at point, so that is one more if there are none."
 
 ;;;###autoload
 (define-derived-mode improv-robots-mode conf-toml-mode "Improv Robots"
-  "Major mode for improv.toml, so that the server is started for no other TOML file.")
+  "Major mode for improv.toml: the server starts for no other TOML file.")
 
 ;;;###autoload
 (add-to-list 'auto-mode-alist '("/improv\\.toml\\'" . improv-robots-mode))
@@ -195,6 +197,11 @@ Only lines of the statement at point count."
   "Play the current or last program from the beginning."
   (interactive nil improv-mode)
   (improv--execute "improv.restart"))
+
+(defun improv-cue ()
+  "Give the cue that robots wait for."
+  (interactive nil improv-mode)
+  (improv--execute "improv.cue"))
 
 (defun improv-seek (beat)
   "Continue from BEAT, counted from 0.  Real robots stay where they are."

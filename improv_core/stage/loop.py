@@ -266,11 +266,13 @@ class _Loop:
 
     def _hold_key(self, key: str, held: bool, now: float) -> None:
         """A key is held for a sense, or let go, or nothing more is heard of it."""
+        changes = held != (key in self._keys)
         if held:
             self._keys[key] = now + DEADMAN_LIMIT
         else:
             self._keys.pop(key, None)
-        self.player.hold_key(key, held, now)
+        if changes:  # pages repeat a key that is held
+            self.player.hold_key(key, held, now)
 
     def _follow(self, message: Sensed | Decided, now: float) -> None:
         """The stage that leads says what real robots sense or decide: do the same, and show it."""

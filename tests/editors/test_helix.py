@@ -137,6 +137,19 @@ def test_session(tmp_path: Path) -> None:
 
 
 @pytest.mark.timeout(LIMIT)
+def test_the_cue(tmp_path: Path) -> None:
+    assert "`:lsp-workspace-command improv.cue`" in PAGE
+    with helix(tmp_path, "turtle1 $ until cue (repeat forward)\nx = left\n", _config()) as (terminal, _):
+        terminal.see("●")  # `x` is not used: the server is at work
+        terminal.type(":w", "Enter")
+        url = written(tmp_path / "page")
+        asyncio.run(robot.moves(url))
+        terminal.type(":lsp-workspace-command improv.cue", "Enter")
+        asyncio.run(robot.stands(url))
+        terminal.type(":quit!", "Enter")
+
+
+@pytest.mark.timeout(LIMIT)
 def test_the_address_of_the_page_over_ssh(tmp_path: Path) -> None:
     with helix(tmp_path, "beat 120\nturtle1 $ repeat forward\nx = left\n", _config(), screen=False) as (terminal, _):
         terminal.see("●")  # `x` is not used: the server is at work

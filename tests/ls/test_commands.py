@@ -1,4 +1,4 @@
-"""The commands that show the page and play again."""
+"""The commands that show the page, play again, and give the cue."""
 
 from __future__ import annotations
 
@@ -39,6 +39,15 @@ def test_what_was_saved_plays_again(client: Client) -> None:
     client.change(URI, 2, {"text": "r $ lft\n"})
     command(client, "restart")
     assert client.wait_for_line("▶") == played
+
+
+def test_the_cue_is_given() -> None:
+    with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as waiting:
+        waiting.open(URI, "beat 240\nr $ until cue (repeat left)\n")
+        waiting.save(URI)
+        waiting.wait("improv/transport", lambda params: params["state"] == "playing")
+        assert command(waiting, "cue") is None
+        waiting.wait("improv/transport", lambda params: params["state"] == "ended")
 
 
 def test_the_page_is_shown_also_before_anything_plays(client: Client) -> None:

@@ -16,6 +16,7 @@ from improv_core.score.motion import STILL, Twist
 from improv_core.score.profiles import TURTLEBOT4
 from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.score_json import Read, to_json
+from improv_core.score.senses import Key
 from improv_core.stage.loop import Arrival, End, Opened, Play, Reading, run
 from improv_core.stage.pipes import arrival
 from improv_core.stage.protocol import (
@@ -24,6 +25,7 @@ from improv_core.stage.protocol import (
     SILENCE_LIMIT,
     FromStage,
     Held,
+    KeySense,
     Load,
     Ping,
     Released,
@@ -223,6 +225,16 @@ def test_a_gamepad_that_falls_silent_counts_as_released() -> None:
     moved = [at for _, at, twist in sink.sent if twist != STILL]
     assert max(moved) <= 1 + DEADMAN_LIMIT
     assert states(told)[-2:] == ["playing", "paused"]
+
+
+def test_a_page_that_dies_while_a_key_is_held_counts_as_letting_it_go() -> None:
+    play = load("r $ until near (repeat forward)\n")
+    parts = {name: replace(part, senses={"near": Key("d")}) for name, part in play.score.parts.items()}
+    held: KeySense = {"type": "key", "key": "d", "held": True}
+    play = replace(play, score=replace(play.score, parts=parts))
+    told = perform(Memory(), (0, play), (1, held), (1.1, held), (3, End()))
+    sensed = [(each["value"], round(each["performed"], 6)) for each in told if each["type"] == "sensed"]
+    assert sensed == [(True, 1.0), (False, round(1.1 + DEADMAN_LIMIT, 6))]
 
 
 def test_only_beside_real_robots_simulated_ones_keep_their_limits() -> None:

@@ -81,6 +81,14 @@ def test_an_edge_has_the_time_of_a_step() -> None:
     assert near["performed"] * 240 == round(near["performed"] * 240)
 
 
+def test_only_changes_are_told() -> None:
+    simulator, told = Simulator(period=None), list[Told]()
+    perform(score(ROAMER, World((6, 6))), simulator, 10.0, told.append)
+    values = [each["value"] for each in told if each["type"] == "sensed"]
+    assert values == [turn % 2 == 1 for turn in range(len(values))]
+    assert len(values) > 2
+
+
 def test_the_report_of_a_fast_performance_is_the_same_every_time(tmp_path: Path) -> None:
     (tmp_path / "roam.improv").write_text(ROAMER + "bert $ repeat (until near (repeat forward) left)\n")
     (tmp_path / "improv.toml").write_text("[world]\nsize = [9, 7]\n")

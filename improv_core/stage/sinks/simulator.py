@@ -138,7 +138,8 @@ class Simulator:
     def advance(self, to: float) -> None:
         """Run every whole step that ends by `to`. The rest of the time only shows in `poses`."""
         with self._lock:
-            self._senses.ask((), self._now)
+            if to > self._now:  # otherwise nothing can change, and what was asked for last time stays known
+                self._senses.ask((), self._now)
             self._run(to)
 
     def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:

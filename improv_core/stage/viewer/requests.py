@@ -26,7 +26,7 @@ def read(text: str) -> FromPage | None:
 
 
 def _fits(message: Mapping[str, object], checks: Mapping[str, Check]) -> bool:
-    return all(check(message.get(name)) for name, check in checks.items())
+    return all(name in message and check(message[name]) for name, check in checks.items())
 
 
 def _between(least: float, most: float) -> Check:

@@ -12,7 +12,8 @@ from improv_core.commands.rehearsal import perform
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Twist
 from improv_core.score.senses import CUE, RobotSense
-from improv_core.stage.player import Foreseen, Told
+from improv_core.stage.player import Told
+from improv_core.stage.sensing import Foreseen
 from improv_core.stage.sinks.simulator import Simulator
 from tests.commands.command_line import REACTING
 

@@ -102,7 +102,7 @@ def test_session(tmp_path: Path) -> None:
         terminal.type("%slft", "Enter")
         terminal.see("`lft` is not defined: did you mean `left`?")
         terminal.type("c", "halfl")
-        terminal.see("halfleft")  # what could be meant
+        terminal.see("halfleft    unit")  # in the list, and not only in the message
         terminal.type("Tab")
         terminal.see("repeat (forward halfleft)")
         _escape(terminal)

@@ -16,6 +16,7 @@ import pytest
 from playwright.sync_api import Frame, Locator, Page, expect
 
 from tests.editors.editors import LIMIT, ROOT, nothing_left, slow_server, started_from
+from tests.editors.terminal import until
 from tests.editors.vscode.workbench import (
     PATIENCE,
     framed_page,
@@ -184,9 +185,13 @@ def _repeat_is_offered_once(page: Page) -> None:
 def _robots_files_have_colors(page: Page, folder: Path) -> None:
     (folder / "improv.toml").write_text('# one\n[robots.turtle1]\nprofile = "turtlesim"\n')
     page.get_by_role("treeitem", name="improv.toml").dblclick()
-    expect(word(page, "# one")).to_be_visible()
-    colors = {_color(page.locator(".view-line span:not(:has(span))", has_text=each)) for each in ("one", "robots", '"')}
-    assert len(colors) == 3, colors
+    expect(page.locator(".view-line", has_text=re.compile(r"#\sone"))).to_be_visible()
+    leaves = page.locator(".view-line span:not(:has(span))")
+
+    def colors() -> set[str]:
+        return {_color(leaves.filter(has_text=each).first) for each in ("one", "robots", '"')}
+
+    until(lambda: len(colors()) == 3, lambda: f"only these colors: {colors()}")
 
 
 def _servers(env: Mapping[str, str]) -> list[int]:

@@ -127,12 +127,14 @@ def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
             if (now := clock.now()) >= deadline:  # also if another arrival waits: robots must not wait for a flood
                 loop.advance(now)
     except Exception as error:
-        last["message"] = one_line(error)
         loop.failed = True
+        # At once: to stop robots that have yet to be found may take longer than the parent waits for an answer.
+        opened.tell({"type": "stopped", "message": one_line(error), **loop.player.whereabouts()})
         return 1
     finally:
         loop.stop()
-        opened.tell({**last, **loop.player.whereabouts()})
+        if not loop.failed:
+            opened.tell({**last, **loop.player.whereabouts()})
         opened.sink.close()
 
 

@@ -172,7 +172,9 @@ def _flat(source: str, tokens: Sequence[Token]) -> _Flat:
         if token.type in _OPENERS:
             opened.append(index)
         elif token.type in _CLOSERS:
-            closers[opened.pop()] = index
+            opener = opened.pop()
+            if index > sign:  # the head of a phrase stays on one line: only there does it begin a statement
+                closers[opener] = index
         elif token.type in ("BAR", "ELSE") and last and not opened and LINE_END.search(source, last.end, token.start):
             breaks.append(index)
     places = [token.start for token in tokens[1:]] + [len(source)]

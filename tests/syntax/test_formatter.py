@@ -378,3 +378,9 @@ PIECES += [
 @example("\ufeff\ufeffx = (\n\ufeffbeat 60)")
 def test_laws_of_anything(text: str) -> None:
     check_laws(text)
+
+
+def test_a_head_stays_on_its_line() -> None:
+    long = "forward " * 13 + "left"
+    check(f"f n(m)={long}# note\n", f"f n (m) = {long}  # note\n")
+    check(f"x=(left# note\n f n(m)={long}# note\n", f"x=(left# note\nf n (m) = {long}  # note\n")

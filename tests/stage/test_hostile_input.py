@@ -154,9 +154,10 @@ def test_a_line_without_an_end_stops_the_robots_and_what_follows_is_obeyed(proce
     piece = b"x" * 1_000_000
     for _ in range(LONGEST // len(piece) + 36):
         process.write(piece)
-    process.write(b'\n{"type": "ping", "number": 1}\n')
+    process.write(b"\n")
     assert process.wait("error")["message"] == "this program can't be played: it is longer than 64 MB"
     assert process.wait("transport")["state"] == "stopped"
+    process.write(b'{"type": "ping", "number": 1}\n')  # only now: answers to pings overtake other messages
     process.wait("pong")
 
 

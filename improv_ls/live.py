@@ -14,7 +14,6 @@ from improv_ls.positions import Encoding, to_position
 
 EVALUATED = "improv/evaluated"
 TRANSPORT = "improv/transport"
-MOMENTS = "improv/moments"
 
 
 def moments(document: Document, played: Analysis, encoding: Encoding, start: float, so_far: SoFar) -> dict[str, Any]:

@@ -215,37 +215,43 @@ class _Closed(_Act):
             self._performed = None
 
 
-class _Sequence(_Act):
+class _Through(_Act):
+    """An act that performs one other at a time: `_act`."""
+
+    _act: _Act | None
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        assert self._act
+        return self._act.read(sensed, beat)
+
+    def left(self) -> Duration:
+        assert self._act
+        return self._act.left()
+
+    def velocity(self) -> Performed:
+        assert self._act
+        return self._act.velocity()
+
+    def pass_time(self, beats: Exact) -> None:
+        assert self._act
+        self._act.pass_time(beats)
+
+    def watched(self) -> Iterator[str]:
+        assert self._act
+        return self._act.watched()
+
+
+class _Sequence(_Through):
     """Movements one after another. Each begins when the one before it is over."""
 
     def __init__(self, items: Iterator[_Act]) -> None:
         self._items = items
-        self._item = next(items, None)
+        self._act = next(items, None)
 
     def is_over(self, beat: Exact) -> bool:
-        while self._item and self._item.is_over(beat):
-            self._item = next(self._items, None)
-        return self._item is None
-
-    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
-        assert self._item
-        return self._item.read(sensed, beat)
-
-    def left(self) -> Duration:
-        assert self._item
-        return self._item.left()
-
-    def velocity(self) -> Performed:
-        assert self._item
-        return self._item.velocity()
-
-    def pass_time(self, beats: Exact) -> None:
-        assert self._item
-        self._item.pass_time(beats)
-
-    def watched(self) -> Iterator[str]:
-        assert self._item
-        return self._item.watched()
+        while self._act and self._act.is_over(beat):
+            self._act = next(self._items, None)
+        return self._act is None
 
 
 class _Rounds(_Act):
@@ -417,40 +423,24 @@ class _Pause(_Act):
             yield from self._act.watched()
 
 
-class _If(_Act):
+class _If(_Through):
     """An `if`: its condition decides, when it begins, which of two movements is performed."""
 
     def __init__(self, movement: If, around: _Setting) -> None:
         self._if = movement
         self._around = around
-        self._act: _Act | None = None
+        self._act = None
 
     def is_over(self, beat: Exact) -> bool:
         return self._act is not None and self._act.is_over(beat)
 
     def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
         if self._act:
-            return self._act.read(sensed, beat)
+            return super().read(sensed, beat)
         holds = self._if.condition.holds(sensed)
         movement, dice = self._if.side(holds, self._around.dice)
         self._act = _act(movement, replace(self._around, dice=dice))
         return Decision(self._around.at(self._if.span), beat, holds)
-
-    def left(self) -> Duration:
-        assert self._act
-        return self._act.left()
-
-    def velocity(self) -> Performed:
-        assert self._act
-        return self._act.velocity()
-
-    def pass_time(self, beats: Exact) -> None:
-        assert self._act
-        self._act.pass_time(beats)
-
-    def watched(self) -> Iterator[str]:
-        assert self._act
-        return self._act.watched()
 
 
 def to_next_whole(beat: Exact) -> Exact:

@@ -199,18 +199,28 @@ Sense = Callable[[str, Message], Sensor]
 
 
 @pytest.fixture
-def sensor(ros_python: str, ros_env: dict[str, str]) -> Iterator[Sense]:
+def sensor(script: Script) -> Sense:
+    def start(topic: str, message: Message) -> Sensor:
+        return Sensor(script(SENSOR, topic, message))
+
+    return start
+
+
+Script = Callable[..., "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def script(ros_python: str, ros_env: dict[str, str]) -> Iterator[Script]:
+    """Starts scripts in ROS's interpreter. Each is ready when it prints a line, and ends when its input does."""
     started: list[subprocess.Popen[str]] = []
 
-    def start(topic: str, message: Message) -> Sensor:
+    def start(path: Path, *arguments: str) -> subprocess.Popen[str]:
         pipe = subprocess.PIPE
-        process = subprocess.Popen(
-            [ros_python, SENSOR, topic, message], env=ros_env, stdin=pipe, stdout=pipe, text=True
-        )
+        process = subprocess.Popen([ros_python, path, *arguments], env=ros_env, stdin=pipe, stdout=pipe, text=True)
         started.append(process)
         assert process.stdout
         process.stdout.readline()
-        return Sensor(process)
+        return process
 
     yield start
     for process in started:

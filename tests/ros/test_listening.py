@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.ros.conftest import LIMIT, Listener
+from tests.ros.conftest import Listener, Script
 from tests.ros.dance import (
     AFTER,
     AFTER_SPEED,
@@ -45,20 +45,8 @@ Press = Callable[..., Presser]
 
 
 @pytest.fixture
-def presser(ros_python: str, ros_env: dict[str, str]) -> Iterator[Press]:
-    started: list[subprocess.Popen[str]] = []
-
-    def start(*arguments: str) -> Presser:
-        pipe = subprocess.PIPE
-        process = subprocess.Popen([ros_python, PRESSER, *arguments], env=ros_env, stdin=pipe, stdout=pipe, text=True)
-        started.append(process)
-        assert process.stdout
-        process.stdout.readline()
-        return Presser(process)
-
-    yield start
-    for process in started:
-        process.communicate(timeout=LIMIT)
+def presser(script: Script) -> Press:
+    return lambda *arguments: Presser(script(PRESSER, *arguments))
 
 
 @pytest.fixture

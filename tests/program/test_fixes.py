@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from improv_core.diagnostics import Fix
+from improv_core.diagnostics import Edit, Fix
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
@@ -83,6 +83,42 @@ def test_fix(code: str, before: str, after: str) -> None:
 def test_too_fast_is_slowed_down_as_far_as_needed() -> None:
     robots = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
     check("too-fast", "beat 90\nburger $ forward || left\n", "beat 90\nburger $ slow 3/2 (forward || left)\n", robots)
+
+
+ANNA = """
+[robots.anna]
+profile = "anna"
+[profiles.anna]
+step = 0.1
+motions = ["forward", "turn"]
+max_linear = 0.35
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("strafeleft up", "[left forward right] up"),
+        ("retrograde [up straferight]", "retrograde [up (right forward left)]"),
+        ("choose (left straferight)", "choose (left [right forward left])"),
+        ("reverse strafeleft", "reverse rest"),
+        ("scale 1/2 strafeleft", "scale 1/2 rest"),
+        ("forward || strafeleft", "forward || rest"),
+        ("left reflect XZ down", "left reflect XZ rest"),
+    ],
+)
+def test_a_direction_is_taken_by_turning_where_that_leads_to_the_same_place(before: str, after: str) -> None:
+    robots = read_robots(ANNA)
+    analysis = analyze(f"anna $ {before}", robots)
+    problem = next(each for each in analysis.diagnostics if each.code == "unsupported-direction")
+    texts = [fixed(analysis, fix) for fix in problem.fixes]
+    assert f"anna $ {after}" in texts
+    assert texts[-1] == fixed(analysis, Fix("", (Edit(problem.span, "rest"),)))
+
+
+def test_a_motion_in_a_definition_is_left_to_the_other_robots_that_play_it() -> None:
+    analysis = analyze("x = up left\nanna $ x", read_robots(ANNA))
+    assert [(each.code, each.fixes) for each in analysis.diagnostics] == [("unsupported-direction", ())]
 
 
 WORDS = st.sampled_from(

@@ -69,6 +69,7 @@ OPTIONS: Mapping[str, Any] = {
             types.CodeActionKind.RefactorExtract,
             types.CodeActionKind.RefactorInline,
             types.CodeActionKind.RefactorRewrite,
+            "source.fixAll.improv",
         ]
     ),
     types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: types.DocumentOnTypeFormattingOptions("\n", [")", "]"]),

@@ -304,7 +304,7 @@ class Analysis:
         return found
 
     def _idle_scene(self, index: int, message: str) -> Diagnostic:
-        fixes = replace("Remove it", self._whole_line(index), "")
+        fixes = replace("Remove it", self._whole_line(index), "", safe=True)
         return Diagnostic("no-effect", Span(0, len(self.statements[index].text)), message, fixes)
 
     @cached_property
@@ -330,7 +330,8 @@ class Analysis:
             first = self.offsets[self.tempos[0]]
             message = f"line {self._line(self.tempos[0])} already sets the tempo: remove this `beat`"
             related = Related(self._relative(Span(first, first + len("beat")), index), "the first `beat`")
-            fixes = (Fix("Remove it", (Edit(self._whole_line(index), ""),)),)
+            repeats = meaning.tempo == self.meanings[self.tempos[0]].tempo
+            fixes = replace("Remove it", self._whole_line(index), "", safe=repeats)
             yield Diagnostic("duplicate-beat", Span(0, len(statement.text)), message, fixes, (related,))
         if index in self._too_uneven and statement.body:
             message = "use simpler numbers: with the lines above, they make a fraction too long to compute exactly"

@@ -576,7 +576,8 @@ class Reader:
 
     def _report_idle(self, node: nodes.Apply, message: str) -> None:
         written_as = Span(node.word.start, node.numbers[-1].span.end if node.numbers else node.word.end)
-        fixes = replace("Remove it", written_as, "")
+        # If a word of dice goes, it takes no throw, so later throws of the line fall differently.
+        fixes = replace("Remove it", written_as, "", safe=node.word.text not in _FROM_ITEMS)
         self.report(Diagnostic("no-effect", written_as, message, fixes), node)
 
 

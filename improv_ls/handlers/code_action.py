@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
-from improv_core.ide.code_action import Action, fixes
+from improv_core.ide.code_action import FIX_ALL, Action, fix_all, fixes
 from improv_core.ide.code_action_refactor import refactorings
 from improv_core.robots.edits import add
 from improv_core.text import LineIndex, Span
@@ -28,17 +28,20 @@ def code_action(ls: Session, params: types.CodeActionParams) -> list[types.CodeA
     only = [str(getattr(kind, "value", kind)) for kind in params.context.only or ()]
     return [
         _converted(ls, document, action, changed)
-        for action, changed in _actions(ls, document, span)
+        for action, changed in _actions(ls, document, span, _is_one_of(FIX_ALL, only))
         if not only or _is_one_of(action.kind, only)
     ]
 
 
-def _actions(ls: Session, document: Document | RobotsFile, span: Span) -> Iterator[tuple[Action, dict[str, Changed]]]:
-    """Actions, and the edits of each."""
+def _actions(
+    ls: Session, document: Document | RobotsFile, span: Span, fixes_all: bool
+) -> Iterator[tuple[Action, dict[str, Changed]]]:
+    """Actions, and the edits of each; the one that fixes all only if the client has asked for it by its kind."""
     if isinstance(document, RobotsFile):
         found = robots_file.actions(document, span)
     else:
         found = [*fixes(document.analysis.diagnostics, span), *refactorings(document.analysis, span)]
+        found += fix_all(document.analysis) if fixes_all else ()
     for action in found:
         yield action, {document.uri: Changed(document.version, document.lines, action.edits)}
     if isinstance(document, Document):
@@ -76,7 +79,7 @@ def _converted(
     ]
     return types.CodeAction(
         title=action.title,
-        kind=types.CodeActionKind(action.kind),
+        kind=action.kind,
         diagnostics=fixed or None,
         is_preferred=(prefers and action.preferred) or None,
         edit=workspace_edit(changed, editor.takes_document_changes, editor.encoding),

@@ -40,6 +40,8 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("syntax", "repat 4 (forward left)", "turtle1 $ repeat 4 (forward left)"),
         ("syntax", "r $ forward | left", "r $ forward || left"),
         ("syntax", "r $ forward, left", "r $ forward left"),
+        ("syntax", "r $ forward,left", "r $ forward left"),
+        ("syntax", "r $ ramp 1,2 left", "r $ ramp 1 2 left"),
         ("syntax", "r $ YZ left", "r $ reflect YZ left"),
         ("syntax", "r $ 3 forward left", "r $ repeat 3 forward left"),
         ("unclosed-bracket", "r $ (forward [left\n", "r $ (forward [left)\n"),

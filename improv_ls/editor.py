@@ -93,6 +93,12 @@ class Editor:
         """Whether edits may name the version they are for."""
         return bool(self.can("workspace.workspace_edit.document_changes"))
 
+    @property
+    def creates_files(self) -> bool:
+        """Whether edits may create files."""
+        operations = self.can("workspace.workspace_edit.resource_operations") or ()
+        return types.ResourceOperationKind.Create in operations
+
     def refresh(self, feature: Literal["code_lens", "diagnostics", "inlay_hint"]) -> None:
         """Have the client ask again for what it shows, where it can be told to."""
         if self.can(f"workspace.{feature}.refresh_support"):

@@ -86,7 +86,7 @@ class Editor:
             places = ("publish_diagnostics", "diagnostic")
             return any(self.can(f"text_document.{place}.{what}") for place in places)
 
-        return DiagnosticSupport(said("related_information"), said("tag_support"))
+        return DiagnosticSupport(said("related_information"), said("tag_support"), said("code_description_support"))
 
     @property
     def takes_document_changes(self) -> bool:

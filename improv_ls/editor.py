@@ -94,6 +94,11 @@ class Editor:
         return bool(self.can("workspace.workspace_edit.document_changes"))
 
     @property
+    def watches_files(self) -> bool:
+        """Whether the client tells of files that change on disk."""
+        return bool(self.can("workspace.did_change_watched_files.dynamic_registration"))
+
+    @property
     def creates_files(self) -> bool:
         """Whether edits may create files."""
         operations = self.can("workspace.workspace_edit.resource_operations") or ()

@@ -84,6 +84,17 @@ def symbol_information(uri: str, lines: LineIndex, entry: Entry, encoding: Encod
     )
 
 
+def call_hierarchy_item(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding) -> types.CallHierarchyItem:
+    return types.CallHierarchyItem(
+        name=message(entry.name),
+        kind=_KINDS[entry.kind],
+        uri=uri,
+        range=to_range(lines, entry.span, encoding),
+        selection_range=to_range(lines, entry.name_span, encoding),
+        detail=entry.detail or None,
+    )
+
+
 def folding_range(fold: Fold) -> types.FoldingRange:
     return types.FoldingRange(fold.first, fold.last, kind=_FOLDS.get(fold.kind))
 

@@ -46,7 +46,7 @@ def test_who_asks_is_told_once_and_sent_nothing() -> None:
         assert client.initialized["capabilities"]["diagnosticProvider"] == {
             "identifier": "improv",
             "interFileDependencies": True,
-            "workspaceDiagnostics": False,
+            "workspaceDiagnostics": True,
         }
         client.open(URI, PROGRAM)
         first = pull(client, URI)

@@ -145,6 +145,9 @@ def test_what_is_said_about_what_is_offered() -> None:
     assert said("x", "name", 2).startswith("x (name, line 2)\nx = x up\n2 beats, 2.0 s")
     assert said("x", "name", 1).startswith("x (name, line 1)\nx = left\n1 beat")
     assert said("x", "name", 99) == said("x", "name", 2)
+    analysis, _ = at_cursor("# Turns.\nx = left\nr $ x|>")
+    assert said("x", "name", 1).startswith("x (name, line 2)\n# Turns.\nx = left\n1 beat")
+    analysis, _ = at_cursor("x = left\nx = x up\nr $ x|>")
     assert said("r", "robot", 2) == "r (robot, profile turtlesim): everything it plays\n2 beats, 2.0 s at beat 60"
     assert said("reflect", "keyword", 2) == "reflect YZ movement: Mirrors the movement across a plane: YZ, XZ, or XY."
     assert said("8", "number", 2) == said("y", "name", 2) == ""

@@ -73,10 +73,15 @@ class Edit:
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Edits that fix a problem, and a short title that says what they do."""
+    """Edits that fix a problem, and a short title that says what they do.
+
+    A fix is `safe` if nobody needs to look at it: nothing else can be meant, or it changes nothing that is played, and
+    it removes no movement. Such fixes can be applied with every save.
+    """
 
     title: str
     edits: tuple[Edit, ...]
+    safe: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "title", in_plain_text(self.title))
@@ -119,13 +124,13 @@ class Diagnostic:
             self.span.shifted(by),
             self.message,
             tuple(
-                Fix(fix.title, tuple(Edit(edit.span.shifted(by), edit.text) for edit in fix.edits))
+                Fix(fix.title, tuple(Edit(edit.span.shifted(by), edit.text) for edit in fix.edits), fix.safe)
                 for fix in self.fixes
             ),
             tuple(Related(other.span.shifted(by), other.message) for other in self.related),
         )
 
 
-def replace(title: str, span: Span, text: str) -> tuple[Fix, ...]:
+def replace(title: str, span: Span, text: str, *, safe: bool = False) -> tuple[Fix, ...]:
     """A single fix that replaces the text at `span`."""
-    return (Fix(title, (Edit(span, text),)),)
+    return (Fix(title, (Edit(span, text),), safe),)

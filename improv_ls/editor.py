@@ -86,12 +86,23 @@ class Editor:
             places = ("publish_diagnostics", "diagnostic")
             return any(self.can(f"text_document.{place}.{what}") for place in places)
 
-        return DiagnosticSupport(said("related_information"), said("tag_support"))
+        return DiagnosticSupport(said("related_information"), said("tag_support"), said("code_description_support"))
 
     @property
     def takes_document_changes(self) -> bool:
         """Whether edits may name the version they are for."""
         return bool(self.can("workspace.workspace_edit.document_changes"))
+
+    @property
+    def watches_files(self) -> bool:
+        """Whether the client tells of files that change on disk."""
+        return bool(self.can("workspace.did_change_watched_files.dynamic_registration"))
+
+    @property
+    def creates_files(self) -> bool:
+        """Whether edits may create files."""
+        operations = self.can("workspace.workspace_edit.resource_operations") or ()
+        return types.ResourceOperationKind.Create in operations
 
     def refresh(self, feature: Literal["code_lens", "diagnostics", "inlay_hint"]) -> None:
         """Have the client ask again for what it shows, where it can be told to."""

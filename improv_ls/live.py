@@ -35,8 +35,7 @@ def moments(document: Document, played: Analysis, encoding: Encoding, start: flo
 
 def transport(message: TransportMessage, uri: str | None, page: str | None) -> dict[str, Any]:
     """A stage's transport message as of now."""
-    passed = (time.monotonic() - message["monotonic"]) * message["tempo"] / 60 if message["state"] == "playing" else 0.0
-    beat = message["beat"] + passed
+    beat = beat_of(message)
     return {
         "generation": message["generation"],
         "state": message["state"],
@@ -51,6 +50,12 @@ def transport(message: TransportMessage, uri: str | None, page: str | None) -> d
         "uri": uri,
         "page": page,
     }
+
+
+def beat_of(message: TransportMessage) -> float:
+    """The beat that a stage's transport message means now."""
+    passed = time.monotonic() - message["monotonic"] if message["state"] == "playing" else 0.0
+    return message["beat"] + passed * message["tempo"] / 60
 
 
 def _position(document: Document, offset: int, encoding: Encoding) -> tuple[int, int]:

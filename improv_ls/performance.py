@@ -6,7 +6,7 @@ import asyncio
 import os
 import sys
 import webbrowser
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,8 @@ from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 
 from improv_core.diagnostics import Severity
+from improv_core.ide.inlay_hint import Hint
+from improv_core.ide.inlay_hint_playing import playing_hints
 from improv_core.ide.moments import SoFar
 from improv_core.playback.playback import Change, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
@@ -30,6 +32,7 @@ from improv_core.stage.protocol import DEADMAN_LIMIT, SceneJson, State, Transpor
 from improv_ls import live
 from improv_ls.documents import Document, RobotsFile, moved, name_of, path_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
+from improv_ls.hinting import Hinting
 from improv_ls.placing import Placing
 
 TRANSPORT_PERIOD = 1.0
@@ -59,6 +62,8 @@ class Performance:
         self._held: dict[str, asyncio.Task[None]] = {}  # keys of senses
         self._changed: asyncio.TimerHandle | None = None  # what was decided is about to be told
         self._state: State = "stopped"
+        self._transport: TransportMessage | None = None
+        self._hinting = Hinting(editor, self._hints)
         self._hinted = False
         self._refused = 0  # the count of stops when the editor was last told that something did not begin
         self._page_shown = False
@@ -156,6 +161,20 @@ class Performance:
         found = live.moments(now, played.analysis, self._editor.encoding, start, self._so_far)
         return {"generation": self._generation, **found}
 
+    def hints(self, uri: str) -> Sequence[Hint]:
+        """The inlay hints of a document about what plays now."""
+        played = self._sent.get(self._generation)
+        if not self._transport or not played or played.uri != uri:
+            return ()
+        return self._hints(live.beat_of(self._transport))
+
+    def _hints(self, beat: float) -> Sequence[Hint]:
+        played = self._sent.get(self._generation)
+        if not played or self._state not in ("playing", "paused"):
+            return ()
+        now = self._documents.get(played.uri, played)
+        return playing_hints(played.analysis, now.analysis, beat, self._so_far)
+
     def resume(self, asked: int) -> None:
         """Go on after a pause. `asked` as for `play`."""
         if self._playback:
@@ -252,6 +271,8 @@ class Performance:
             if message["state"] in ("stopped", "ended"):
                 self._release_keys()
             self._tell_transport(message)
+            self._transport = message
+            self._hinting.follow(message)
             if self.silenced != self._silenced:
                 self._silenced = self.silenced
                 self._editor.refresh("code_lens")
@@ -269,6 +290,8 @@ class Performance:
         elif message["type"] == "error" or message["type"] == "gone":
             if message["type"] == "gone" and leads:
                 self._stop_telling()
+                self._transport = None
+                self._hinting.clear()
             self._editor.report(message["message"])
 
     def _follow(self, message: TransportMessage) -> None:
@@ -321,6 +344,7 @@ class Performance:
     def _stop_telling(self) -> None:
         self._stop_progress()
         self._release_keys()
+        self._hinting.stop()
         if self._changed:
             self._changed.cancel()
             self._changed = None

@@ -108,22 +108,15 @@ class Placing:
     def _can_write(self, file: _File) -> bool:
         """Whether the editor can be asked to."""
         can_edit = bool(self._editor.can("workspace.apply_edit"))
-        return can_edit and (file.exists or types.ResourceOperationKind.Create in self._operations)
+        return can_edit and (file.exists or self._editor.creates_files)
 
     def _edit(self, file: _File, new_text: str) -> types.WorkspaceEdit:
         """The edit that gives the file its new text."""
         start, end, text = difference(file.text, new_text)
         changed = Changed(file.version, LineIndex(file.text), [Edit(Span(start, end), text)])
-        versions = self._editor.takes_document_changes or bool(self._operations)
-        edit = workspace_edit({file.uri: changed}, versions, self._editor.encoding)
-        if edit.document_changes and not file.exists:
-            create = types.CreateFile(file.uri, options=types.CreateFileOptions(ignore_if_exists=True))
-            edit.document_changes = [create, *edit.document_changes]
-        return edit
-
-    @property
-    def _operations(self) -> list[types.ResourceOperationKind | str]:
-        return list(self._editor.can("workspace.workspace_edit.resource_operations") or ())
+        versions = self._editor.takes_document_changes or self._editor.creates_files
+        new = [] if file.exists else [file.uri]
+        return workspace_edit({file.uri: changed}, versions, self._editor.encoding, new)
 
 
 def _stamp(path: Path) -> _Stamp:

@@ -13,7 +13,7 @@ from improv_core.ide.document_symbol import Entry, names_in
 from improv_core.program.files import ReadError, read_program
 from improv_core.text import LineIndex
 
-MOST_FILES = 500
+MOST_FILES = 1_000
 MOST_ENTRIES = 20_000
 """Files and folders visited to find programs."""
 LARGEST_FILE = 200_000

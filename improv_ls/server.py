@@ -25,6 +25,7 @@ FEATURES = {
     types.TEXT_DOCUMENT_WILL_SAVE: "did_save.will_save",
     types.TEXT_DOCUMENT_DID_SAVE: "did_save.did_save",
     types.TEXT_DOCUMENT_DIAGNOSTIC: "diagnostic.diagnostic",
+    types.WORKSPACE_DIAGNOSTIC: "workspace_diagnostic.workspace_diagnostic",
     types.TEXT_DOCUMENT_HOVER: "hover.hover",
     types.TEXT_DOCUMENT_COMPLETION: "completion.completion",
     types.COMPLETION_ITEM_RESOLVE: "completion.resolve",
@@ -40,6 +41,9 @@ FEATURES = {
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: "document_highlight.document_highlight",
     types.TEXT_DOCUMENT_PREPARE_RENAME: "rename.prepare_rename",
     types.TEXT_DOCUMENT_RENAME: "rename.rename",
+    types.TEXT_DOCUMENT_PREPARE_CALL_HIERARCHY: "call_hierarchy.prepare",
+    types.CALL_HIERARCHY_INCOMING_CALLS: "call_hierarchy.incoming",
+    types.CALL_HIERARCHY_OUTGOING_CALLS: "call_hierarchy.outgoing",
     types.TEXT_DOCUMENT_DOCUMENT_SYMBOL: "document_symbol.document_symbol",
     types.TEXT_DOCUMENT_SELECTION_RANGE: "selection_range.selection_range",
     types.TEXT_DOCUMENT_FOLDING_RANGE: "folding_range.folding_range",
@@ -59,7 +63,7 @@ OPTIONS: Mapping[str, Any] = {
     types.WORKSPACE_DID_RENAME_FILES: _FILES,
     types.WORKSPACE_DID_DELETE_FILES: _FILES,
     types.TEXT_DOCUMENT_DIAGNOSTIC: types.DiagnosticOptions(
-        inter_file_dependencies=True, workspace_diagnostics=False, identifier="improv"
+        inter_file_dependencies=True, workspace_diagnostics=True, identifier="improv"
     ),
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: types.SemanticTokensLegend(TYPES, MODIFIERS),
     types.TEXT_DOCUMENT_COMPLETION: types.CompletionOptions(trigger_characters=[" ", '"'], resolve_provider=True),
@@ -69,6 +73,7 @@ OPTIONS: Mapping[str, Any] = {
             types.CodeActionKind.RefactorExtract,
             types.CodeActionKind.RefactorInline,
             types.CodeActionKind.RefactorRewrite,
+            "source.fixAll.improv",
         ]
     ),
     types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: types.DocumentOnTypeFormattingOptions("\n", [")", "]"]),
@@ -78,9 +83,9 @@ COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
     for name in ("play", "restart", "hush", "pause", "resume", "cue", "key", "seek", "speed", "mute", "solo", "page")
 }
-_NOT_SETTLED = {types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DIAGNOSTIC}
-"""Messages that need not wait until every statement is up to date: they come with every key."""
-_ASYNCHRONOUS = {FEATURES[types.WORKSPACE_SYMBOL], COMMANDS["improv.page"]}
+_NOT_SETTLED = {types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DIAGNOSTIC, types.WORKSPACE_DIAGNOSTIC}
+"""Messages that need not wait until every statement is up to date: they come with every key, or all the time."""
+_ASYNCHRONOUS = {FEATURES[types.WORKSPACE_SYMBOL], FEATURES[types.WORKSPACE_DIAGNOSTIC], COMMANDS["improv.page"]}
 
 
 def create_server() -> Session:

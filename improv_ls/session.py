@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from lsprotocol import types
@@ -16,6 +17,7 @@ from improv_ls.editor import Editor
 from improv_ls.framing import StdioServer
 
 if TYPE_CHECKING:
+    from improv_core.robots.config import Robots
     from improv_ls.coloring import Chunk
     from improv_ls.documents import Document, RobotsFile
     from improv_ls.performance import Performance
@@ -37,6 +39,15 @@ def sent(items: Sequence[T]) -> Sent[T]:
     return Sent(str(next(_numbers)), items)
 
 
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What was wrong with a program on disk when its file had this state, for these robots."""
+
+    stamp: tuple[int, int]
+    robots: Robots
+    sent: Sent[types.Diagnostic]
+
+
 class Session(StdioServer):
     """One editor's session."""
 
@@ -49,6 +60,12 @@ class Session(StdioServer):
         """The `improv.toml` files that are open in the editor: few editors tell us of theirs."""
         self.sent_tokens: dict[str, Sent[Chunk]] = {}
         self.sent_diagnostics: dict[str, Sent[types.Diagnostic]] = {}
+        self.checked: dict[str, Checked] = {}
+        """The programs in the workspace's folders, by URI."""
+        self.file_changes = 0
+        """How often the editor has told of files that changed on disk."""
+        self.listed: tuple[int, Mapping[str, Path]] | None = None
+        """The programs in the folders by URI, and how many changes had been told when they were looked for."""
         self.autosaving: set[str] = set()
         """Documents that the editor is about to save without having been asked to."""
 

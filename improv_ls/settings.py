@@ -25,6 +25,7 @@ class Settings:
     ros_standby: bool = True
     code_lens: bool = True
     inlay_hints_beats: bool = False
+    inlay_hints_playing: bool = False
     hover_pictures: bool = False
 
 
@@ -83,5 +84,6 @@ _SETTINGS: Mapping[str, tuple[str, str, Callable[[Any], bool]]] = {
     "ros.standby": ("ros_standby", *_YES_NO),
     "codeLens": ("code_lens", *_YES_NO),
     "inlayHints.beats": ("inlay_hints_beats", *_YES_NO),
+    "inlayHints.playing": ("inlay_hints_playing", *_YES_NO),
     "hover.pictures": ("hover_pictures", *_YES_NO),
 }

@@ -13,6 +13,7 @@ from improv_core.ide.hover import Hover
 from improv_core.ide.signature_help import Signature
 from improv_core.plain import message_without_links
 from improv_core.text import LineIndex
+from improv_ls.code_description import href
 from improv_ls.positions import Encoding, to_range
 
 _SEVERITIES = {
@@ -43,6 +44,7 @@ class DiagnosticSupport(NamedTuple):
 
     related_information: bool
     tags: bool
+    code_description: bool
 
 
 def diagnostic(
@@ -54,11 +56,13 @@ def diagnostic(
         )
         for other in (found.related if support.related_information else ())
     ]
+    page = href(found.code) if support.code_description else None
     return types.Diagnostic(
         range=to_range(lines, found.span, encoding),
         message=message_without_links(found.message),
         severity=_SEVERITIES[found.severity],
         code=found.code,
+        code_description=types.CodeDescription(page) if page else None,
         source="improv",
         tags=[types.DiagnosticTag.Unnecessary] if support.tags and found.code in FADED else None,
         related_information=related or None,

@@ -43,19 +43,26 @@ def highlight(lines: LineIndex, reference: Reference, encoding: Encoding) -> typ
     return types.DocumentHighlight(to_range(lines, reference.span, encoding), kind)
 
 
-def workspace_edit(changed: Mapping[str, Changed], versions: bool, encoding: Encoding) -> types.WorkspaceEdit:
-    """Edits of several documents, with their versions if the client takes versions."""
+def workspace_edit(
+    changed: Mapping[str, Changed], versions: bool, encoding: Encoding, new: Sequence[str] = ()
+) -> types.WorkspaceEdit:
+    """Edits of several documents, with their versions if the client takes versions, and of `new` files, which it must
+    be able to create."""
     edits = {
         uri: [types.TextEdit(to_range(each.lines, edit.span, encoding), edit.text) for edit in each.edits]
         for uri, each in changed.items()
         if each.edits
     }
-    if not versions:
+    if not versions and not new:
         return types.WorkspaceEdit(changes=edits)
+    created = types.CreateFileOptions(ignore_if_exists=True)
     return types.WorkspaceEdit(
         document_changes=[
-            types.TextDocumentEdit(types.OptionalVersionedTextDocumentIdentifier(uri, changed[uri].version), each)
-            for uri, each in edits.items()
+            *(types.CreateFile(uri, options=created) for uri in new),
+            *(
+                types.TextDocumentEdit(types.OptionalVersionedTextDocumentIdentifier(uri, changed[uri].version), each)
+                for uri, each in edits.items()
+            ),
         ]
     )
 
@@ -74,6 +81,17 @@ def document_symbol(lines: LineIndex, entry: Entry, encoding: Encoding) -> types
 def symbol_information(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding) -> types.SymbolInformation:
     return types.SymbolInformation(
         location(uri, lines, entry.name_span, encoding), message(entry.name), _KINDS[entry.kind]
+    )
+
+
+def call_hierarchy_item(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding) -> types.CallHierarchyItem:
+    return types.CallHierarchyItem(
+        name=message(entry.name),
+        kind=_KINDS[entry.kind],
+        uri=uri,
+        range=to_range(lines, entry.span, encoding),
+        selection_range=to_range(lines, entry.name_span, encoding),
+        detail=entry.detail or None,
     )
 
 

@@ -9,8 +9,10 @@ import pytest
 
 from improv_core.diagnostics import SEVERITIES
 from improv_core.program.analysis import analyze
+from improv_core.robots.config import read_robots
 from improv_core.syntax.vocabulary import WORDS
 from tests.pictures import pictures
+from tests.program.drawing import check
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -26,11 +28,48 @@ def test_programs_are_right(page: str, program: str) -> None:
     assert analyze(program).diagnostics == ()
 
 
-def test_the_language_page_has_every_word_and_every_code() -> None:
+def test_the_language_page_has_every_word() -> None:
     page = (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
     written = set(re.findall(r"[\w-]+", " ".join(re.findall(r"`([^`\n]+)`", page))))
     assert set(WORDS) <= written
-    assert set(SEVERITIES) <= written
+
+
+CODES: dict[str, str] = dict(
+    re.findall(
+        r"^## ([\w-]+)\n(.*?)(?=^## |\Z)",
+        (ROOT / "docs" / "diagnostics.md").read_text("utf-8"),
+        re.DOTALL | re.MULTILINE,
+    )
+)
+TOO_LONG = ["too-large", "more-errors", "more-hints"]
+"""Codes whose examples would fill pages."""
+
+
+def test_each_code_has_a_section_that_says_how_severe_it_is() -> None:
+    assert list(CODES) == list(SEVERITIES)
+    for code, text in CODES.items():
+        assert text.startswith(f"{SEVERITIES[code].value.capitalize()}. ")
+
+
+@pytest.mark.parametrize("code", [code for code in CODES if code not in TOO_LONG])
+def test_the_example_of_a_code_has_its_message_and_the_mended_one_has_none(code: str) -> None:
+    robots = ""
+    kinds = []
+    for kind, block in re.findall(r"```(\w+)\n(.*?)```", CODES[code], re.DOTALL):
+        kinds.append(kind)
+        if kind == "toml":
+            robots = block
+            assert read_robots(robots).diagnostics == ()
+        elif kind == "improv":
+            assert analyze(block, read_robots(robots)).diagnostics == ()
+        elif code == "robots":
+            *lines, message = block.splitlines()
+            (found,) = read_robots("\n".join(lines)).diagnostics
+            assert message.strip("^ ") == f"{found.code}: {found.message}"
+        else:
+            assert [each.code for each in check(block, hints=True, robots=robots).diagnostics] == [code]
+    assert "text" in kinds
+    assert kinds[-1] == ("toml" if code == "robots" else "improv")
 
 
 def test_pictures_show_the_programs_above_them() -> None:

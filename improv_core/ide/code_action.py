@@ -1,4 +1,4 @@
-"""Code actions that fix diagnostics. (code_action_refactor.py has the others.)"""
+"""Code actions that fix diagnostics, one by one or all that are safe. (code_action_refactor.py has the others.)"""
 
 from __future__ import annotations
 
@@ -6,18 +6,23 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix
-from improv_core.text import Span
+from improv_core.ide.piece import MAY_ITEMIZE, is_broken
+from improv_core.program.analysis import Analysis
+from improv_core.text import Span, difference
 
-SAFE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
-"""Codes of text without effect. Their fixes that only remove it can all be applied at once."""
+FIX_ALL = "source.fixAll.improv"
+REMOVABLE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
+"""Codes of text without effect. Their fixes that only remove it can all be applied at once, if somebody asks for it."""
+MOST_ROUNDS = 20
+"""How often the safe fixes are looked for: one error may hide the next one in its line."""
 
 
 @dataclass(frozen=True, slots=True)
 class Action:
     """Edits to apply together, in the order of the text.
 
-    `kind` is one of LSP's: quickfix, refactor.extract, refactor.inline, or refactor.rewrite. `diagnostics` are those
-    that it fixes. `preferred` says that it is the only fix.
+    `kind` is one of LSP's: quickfix, refactor.extract, refactor.inline, refactor.rewrite, or one that begins with
+    source.fixAll. `diagnostics` are those that it fixes. `preferred` says that it is the only fix.
     """
 
     title: str
@@ -35,8 +40,43 @@ def fixes(diagnostics: Sequence[Diagnostic], span: Span) -> list[Action]:
         for each in here
         for fix in each.fixes
     ]
-    fixable = {each.code: each for each in here if each.code in SAFE and _removal(each)}
+    fixable = {each.code: each for each in here if each.code in REMOVABLE and _removal(each)}
     return [*found, *(action for each in fixable.values() for action in _everywhere(diagnostics, each))]
+
+
+def fix_all(analysis: Analysis) -> list[Action]:
+    """The action that applies all safe fixes of a program, if there are any."""
+    now = analysis
+    for _ in range(MOST_ROUNDS):
+        edits = _safe_edits(now)
+        for edit in reversed(edits):
+            now = now.edited(*edit.span, edit.text)
+        if not edits:
+            break
+    if now.text == analysis.text:
+        return []
+    start, end, text = difference(analysis.text, now.text)
+    return [Action("Fix all that is safe to fix", FIX_ALL, (Edit(Span(start, end), text),))]
+
+
+def _safe_edits(analysis: Analysis) -> Sequence[Edit]:
+    """The edits of all safe fixes that do not touch each other, in the order of the text."""
+    kept: list[Edit] = []
+    for each in analysis.diagnostics:
+        keeps = each.code != "no-effect" or _keeps_all(analysis, each)
+        for fix in each.fixes:
+            edits = _ordered(fix.edits)
+            if fix.safe and keeps and not (kept and edits[0].span.start < kept[-1].span.end):
+                kept += edits
+                break
+    return kept
+
+
+def _keeps_all(analysis: Analysis, idle: Diagnostic) -> bool:
+    """Whether a word that has no effect can go. Words that count items also look into names: without `fast 1`, they
+    would see the items after it. And a line with an error may not mean what was meant."""
+    placed = analysis.statement_at(idle.span.start)
+    return not MAY_ITEMIZE.search(analysis.text) and placed is not None and not is_broken(placed)
 
 
 def _everywhere(diagnostics: Sequence[Diagnostic], problem: Diagnostic) -> Iterator[Action]:

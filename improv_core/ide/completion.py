@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 
 from improv_core.ide.cursor import Before, before
 from improv_core.ide.hover import Hover, name_at, robot_at, sense_at
+from improv_core.ide.performers import by_profile, performers
 from improv_core.ide.phrases import label, movements, parameters
 from improv_core.ide.senses import source
+from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
+from improv_core.program.feasibility import impossible
 from improv_core.program.reader import Definition
 from improv_core.program.timing import in_beats
 from improv_core.score.lengths import lengths
+from improv_core.score.movement import hold
+from improv_core.score.profiles import MOTIONS, Profile
 from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.nodes import Parameter
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, Kind, Word
@@ -75,6 +80,7 @@ def complete(analysis: Analysis, offset: int) -> Completion | None:
         items, whole = list(_heads(analysis, found)), True
     else:
         items, whole = _movement(analysis, found, bare=not _NOTHING_AFTER.match(analysis.text, offset))
+        items = _possible_first(analysis, found, items)
     return Completion(Span(offset - len(found.begun), offset), items, found.statement, whole)
 
 
@@ -95,6 +101,34 @@ def _movement(analysis: Analysis, found: Before, bare: bool) -> tuple[list[Item]
     )
     senses = [Item(name, "sense", source(analysis.cast, name)) for name in analysis.cast.sense_names]
     return [*parameters, *offered, *(senses if "SENSE" in accepted else ()), *_words(accepted, found, bare)], whole
+
+
+def _possible_first(analysis: Analysis, found: Before, items: list[Item]) -> list[Item]:
+    """The words in order, except that those come last, and say so, which a robot that plays them can't perform."""
+    if found.sign and found.sign.type == "EQUAL":
+        players = performers(analysis, found.statement) if found.statement < len(analysis.statements) else {}
+    else:
+        players = by_profile(analysis.cast, [head.text for head in found.heads])
+    limited = {profile: robot for profile, robot in players.items() if len(profile.motions) < len(MOTIONS)}
+    if not limited:
+        return items
+    why = [_impossible(analysis, found, item, limited) for item in items]
+    last = [replace(item, detail=each) for item, each in zip(items, why, strict=True) if each]
+    return [*(item for item, each in zip(items, why, strict=True) if not each), *last]
+
+
+def _impossible(analysis: Analysis, found: Before, item: Item, players: Mapping[Profile, str]) -> str:
+    """Why a robot can't perform a word: `anna can't move sideways`; empty if all robots can."""
+    part = None
+    if item.kind == "movement":
+        part = hold(WORDS[item.label].velocity)
+    elif item.kind == "name":
+        named = analysis.definition(item.label, found.statement)
+        part = named.movement if named else None
+    for profile, robot in players.items() if part else ():
+        if part and (doing := impossible(part, profile)):
+            return f"{printable(robot)} can't {doing}"
+    return ""
 
 
 def _number_wanted(analysis: Analysis, found: Before) -> bool | None:

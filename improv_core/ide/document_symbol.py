@@ -30,14 +30,11 @@ class Entry:
 def outline(analysis: Analysis) -> list[Entry]:
     """The outline entries of a program, in the order of the text."""
     scenes: list[tuple[Placed | None, list[Entry]]] = [(None, [])]
-    for index, (start, statement, meaning) in enumerate(
-        zip(analysis.offsets, analysis.statements, analysis.meanings, strict=True)
-    ):
+    for index, statement in enumerate(analysis.statements):
         if statement.sign and statement.sign.type == "SCENE":
             scenes.append((analysis.placed(index), []))
-            continue
-        detail = in_beats(lengths(meaning.movement)) if statement.heads and not statement.parameters else ""
-        scenes[-1][1].extend(_entries(start, statement, detail))
+        elif entry := outline_of(analysis, index):
+            scenes[-1][1].append(entry)
     first = scenes[0][1]
     if len(scenes) == 1:
         return first
@@ -45,6 +42,13 @@ def outline(analysis: Analysis) -> list[Entry]:
         *([_scene(analysis, 1, first[0].name_span, first)] if first else []),
         *(_scene(analysis, number, line.span, parts) for number, (line, parts) in enumerate(scenes[1:], 2) if line),
     ]
+
+
+def outline_of(analysis: Analysis, index: int) -> Entry | None:
+    """The entry of one statement, except a scene; None if it has neither a name nor a robot, and sets no tempo."""
+    statement, movement = analysis.statements[index], analysis.meanings[index].movement
+    detail = in_beats(lengths(movement)) if statement.heads and not statement.parameters else ""
+    return next(_entries(analysis.offsets[index], statement, detail), None)
 
 
 def flattened(entries: Iterable[Entry]) -> Iterator[Entry]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import chain, islice
 
 from improv_core.ide.cursor import Cursor, cursor
+from improv_core.ide.performers import performers
 from improv_core.ide.phrases import comment, label, parameters
 from improv_core.ide.senses import about as about_sense
 from improv_core.ide.senses import source
@@ -32,7 +32,7 @@ from improv_core.score import movement as algebra
 from improv_core.score.lengths import lengths
 from improv_core.score.motion import Pose
 from improv_core.score.movement import NORMAL, Movement
-from improv_core.score.profiles import DEFAULT, Profile
+from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Score
 from improv_core.score.svg import picture
 from improv_core.syntax import nodes
@@ -44,8 +44,6 @@ from improv_core.text import LINE_END, Span
 LONGEST_SOURCE = 500
 """The most characters of a definition that are shown."""
 LONGEST_NAME = 100
-MOST_ROBOTS, MOST_USERS = 100, 1_000
-"""Robots, and statements that use a definition, that are looked at to find whose distances are shown."""
 MOST_HEADS = 20
 """Of a line that are listed."""
 _NOWHERE = Span(0, 0)
@@ -279,8 +277,8 @@ def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool
     lasts, goes = timing(lengths(meaning), analysis.tempo), {}
     if meaning.open:
         return lasts, deciding(meaning)
-    for profile, robot in _performers(analysis, placed).items():
-        goes[robot] = path_length(meaning, profile), "" if plain else ends(meaning, profile)
+    for profile, robot in performers(analysis, placed.index).items():
+        goes[printable(robot)] = path_length(meaning, profile), "" if plain else ends(meaning, profile)
     if len(set(goes.values())) == 1:
         far, leads = next(iter(goes.values()))
         return (f"{lasts} · {far}", leads) if leads else (f"{lasts} · {far}",)
@@ -323,31 +321,9 @@ def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
     return rate, brackets, others
 
 
-def _performers(analysis: Analysis, placed: Placed) -> dict[Profile, str]:
-    """The profiles of the robots that play a statement, or of all robots if none does, and the first robot of each."""
-    robots = dict.fromkeys(chain.from_iterable(_players(analysis, placed.index))) or analysis.cast.robots
-    found: dict[Profile, str] = {}
-    for robot in islice(robots, MOST_ROBOTS):
-        found.setdefault(analysis.cast.robot(robot).profile, printable(robot))
-    return found or {DEFAULT: ""}
-
-
-def _players(analysis: Analysis, index: int) -> Iterator[Sequence[str]]:
-    """The robots of each line that plays a statement, itself or by the names that are defined with it."""
-    reached, waiting = {index}, [index]
-    while waiting:
-        index = waiting.pop(0)
-        if robots := analysis.meanings[index].robots:
-            yield robots
-        name = analysis.statements[index].defines
-        following = analysis.bindings.users(name, index)[:MOST_USERS] if name else ()
-        waiting += [each for each in following if each not in reached and len(reached) < MOST_USERS]
-        reached.update(waiting)
-
-
 def _profile(analysis: Analysis, placed: Placed) -> Profile:
     """The profile of the first robot that plays a statement."""
-    return next(iter(_performers(analysis, placed)))
+    return next(iter(performers(analysis, placed.index)))
 
 
 def _shape(analysis: Analysis, placed: Placed, meaning: Movement) -> str:

@@ -15,7 +15,8 @@ from improv_core.syntax.nodes import Node
 from improv_core.text import Span
 
 _ITEMIZING = ("accumulate", "choose", "shuffle")
-_MAY_ITEMIZE = re.compile(rf"\b(?:{'|'.join(_ITEMIZING)})\b")
+MAY_ITEMIZE = re.compile(rf"\b(?:{'|'.join(_ITEMIZING)})\b")
+"""A word in a program that may count items anywhere in it."""
 _WORD = re.compile(r"\w")
 _SPACES = " \t\r\n"
 
@@ -136,9 +137,9 @@ def _is_itemized(analysis: Analysis, placed: Placed, outside: Sequence[Node]) ->
     """Whether a word may count the items inside these nodes. It sees through parentheses, names, and phrases."""
     for node in reversed(outside):
         if isinstance(node, nodes.Call):
-            return bool(_MAY_ITEMIZE.search(analysis.text))
+            return bool(MAY_ITEMIZE.search(analysis.text))
         if isinstance(node, nodes.Apply):
             return node.word.text in _ITEMIZING
         if isinstance(node, nodes.Parallel) or (isinstance(node, nodes.Bracket) and node.squeezes):
             return False
-    return placed.statement.defines is not None and bool(_MAY_ITEMIZE.search(analysis.text))
+    return placed.statement.defines is not None and bool(MAY_ITEMIZE.search(analysis.text))

@@ -51,7 +51,7 @@ def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
     for token in _parameters(statement):
         if token.span.holds(place):
             return Symbol(token.text, token.span.shifted(placed.start), False, placed.index, True)
-    for name in _names(statement):
+    for name in names_used(statement):
         if name.span.holds(place):
             definer = analysis.bindings.definer(name.text, placed.index)
             return Symbol(name.text, name.span.shifted(placed.start), False, definer)
@@ -76,7 +76,7 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
         found.append(Reference(head.span.shifted(analysis.offsets[symbol.definer]), defines=True))
     for index in analysis.bindings.users(symbol.text, -1 if symbol.definer is None else symbol.definer):
         start = analysis.offsets[index]
-        names = _names(analysis.statements[index])
+        names = names_used(analysis.statements[index])
         found += [Reference(name.span.shifted(start)) for name in names if name.text == symbol.text]
     return found
 
@@ -106,6 +106,11 @@ def sections(robots: Robots, name: str) -> Sequence[Span]:
     return read_toml(robots.text).positions.named.get(("robots", name), ())
 
 
+def names_used(statement: Statement) -> list[Token]:
+    """The name tokens in the movement of a statement, except parameters."""
+    return [token for token in _movement(statement) if token.type == "NAME" and token.text in statement.uses]
+
+
 def _heads(statement: Statement) -> list[Token]:
     """The robots of a statement, or the name that it defines, except reserved words."""
     if not statement.sign or (statement.sign.type == "EQUAL" and not statement.defines):
@@ -120,11 +125,6 @@ def _parameters(statement: Statement) -> list[Token]:
         return []
     used = (token for token in _movement(statement) if token.text in own and token.type in ("NAME", "PARAM"))
     return [*(each.token for each in statement.parameters), *used]
-
-
-def _names(statement: Statement) -> list[Token]:
-    """The name tokens in the movement of a statement, except parameters."""
-    return [token for token in _movement(statement) if token.type == "NAME" and token.text in statement.uses]
 
 
 def _movement(statement: Statement) -> list[Token]:

@@ -15,6 +15,7 @@ from itertools import count, islice, pairwise
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.feasibility import check_casting
+from improv_core.program.fixes import give_arguments, move_canon
 from improv_core.program.meaning import Meaning, is_valid_robot, movement_of, understand
 from improv_core.program.reader import Definition, Scope
 from improv_core.program.sensing import check_senses
@@ -304,7 +305,7 @@ class Analysis:
         return found
 
     def _idle_scene(self, index: int, message: str) -> Diagnostic:
-        fixes = replace("Remove it", self._whole_line(index), "")
+        fixes = replace("Remove it", self._whole_line(index), "", safe=True)
         return Diagnostic("no-effect", Span(0, len(self.statements[index].text)), message, fixes)
 
     @cached_property
@@ -317,7 +318,8 @@ class Analysis:
     def _diagnostics_of(self, index: int) -> Iterator[Diagnostic]:
         """The diagnostics of one statement. Spans count from its start."""
         statement, meaning = self.statements[index], self.meanings[index]
-        yield from meaning.diagnostics
+        for each in meaning.diagnostics:
+            yield each if each.code != "misplaced-canon" else self._misplaced(index, each)
         yield from self.infeasible.get(index, ())
         if statement.sign and statement.sign.type == "SCENE" and index in self.scenes[MOST_SCENES - 1 :]:
             message = f"this program has more than {MOST_SCENES} scenes: remove some"
@@ -330,7 +332,8 @@ class Analysis:
             first = self.offsets[self.tempos[0]]
             message = f"line {self._line(self.tempos[0])} already sets the tempo: remove this `beat`"
             related = Related(self._relative(Span(first, first + len("beat")), index), "the first `beat`")
-            fixes = (Fix("Remove it", (Edit(self._whole_line(index), ""),)),)
+            repeats = meaning.tempo == self.meanings[self.tempos[0]].tempo
+            fixes = replace("Remove it", self._whole_line(index), "", safe=repeats)
             yield Diagnostic("duplicate-beat", Span(0, len(statement.text)), message, fixes, (related,))
         if index in self._too_uneven and statement.body:
             message = "use simpler numbers: with the lines above, they make a fraction too long to compute exactly"
@@ -356,7 +359,7 @@ class Analysis:
     def _unresolved(self, index: int, node: nodes.Name) -> Diagnostic:
         name = node.text
         if name not in self.bindings.defined:
-            return self._unknown(node)
+            return self._unknown(index, node)
         later = self.bindings.defined[name][0]
         head = self.statements[later].heads[0].span.shifted(self.offsets[later])
         related = Related(self._relative(head, index), f"`{name}` is defined here")
@@ -365,10 +368,8 @@ class Analysis:
             message = f"`{name}` is used in its own definition: define it first, above line {line}"
             return Diagnostic("used-before-definition", node.span, message, (), (related,))
         message = f"`{name}` is not defined until line {line}: move its definition above this line"
-        here = self._relative(Span(self.offsets[index], self.offsets[index]), index)
-        above = self.lines.position(self.offsets[index]).line
-        line_end = self.text[self.lines.end(above) : self.lines.start(above + 1)]
-        moved = (Edit(here, self.statements[later].text + line_end), Edit(self._whole_line(later, index), ""))
+        above = Edit(Span(0, 0), self.statements[later].text + self._line_end(index))
+        moved = (above, Edit(self._whole_line(later, index), ""))
         fixes = (Fix(f"Move the definition of {name} up", moved),)
         return Diagnostic("used-before-definition", node.span, message, fixes, (related,))
 
@@ -396,7 +397,31 @@ class Analysis:
         assert definer is not None
         head = self.statements[definer].heads[0].span.shifted(self.offsets[definer])
         related = Related(self._relative(head, index), f"`{found.head}` is defined here")
-        return Diagnostic("arguments", name.span, message, (), (related,))
+        sign = self.statements[definer].sign
+        assert sign
+        declared = self._relative(Span(head.end, self.offsets[definer] + sign.start), index)
+        fixes = give_arguments(node, found.phrase, declared)
+        return Diagnostic("arguments", name.span, message, fixes, (related,))
+
+    def _misplaced(self, index: int, problem: Diagnostic) -> Diagnostic:
+        """The diagnostic about a `canon` in a definition, with its fixes."""
+        statement, body = self.statements[index], self.meanings[index].body
+        found = (each for each in nodes.nodes(body) if isinstance(each, nodes.Apply)) if body else ()
+        canon = next((each for each in found if each.word.span == problem.span and each.numbers), None)
+        if not canon:
+            return problem
+        users = self.bindings.users(statement.defines, index) if statement.defines else ()
+        uses = [
+            self._relative(name.span.shifted(self.offsets[user]), index).start
+            for user in users
+            for name in nodes.names(self.meanings[user].body or canon)
+            if name.text == statement.defines
+        ]
+        movable = (
+            canon is body and not any(canon.numbers[0].parameters) and all(self.meanings[user].robots for user in users)
+        )
+        fixes = move_canon(canon, statement.text, uses if movable else None)
+        return dataclasses.replace(problem, fixes=tuple(fixes))
 
     def _unused(self, index: int) -> Diagnostic:
         statement = self.statements[index]
@@ -412,7 +437,7 @@ class Analysis:
             fixes.reverse()
         return Diagnostic("unused-name", head.span, message, tuple(fixes))
 
-    def _unknown(self, node: nodes.Name) -> Diagnostic:
+    def _unknown(self, index: int, node: nodes.Name) -> Diagnostic:
         name = node.text
         if meant := MEANT.get(name.lower()):
             message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
@@ -420,9 +445,16 @@ class Analysis:
             return Diagnostic("unknown-name", node.span, message, fixes)
         near = self.bindings.nearest(name)
         if near is None:
-            return Diagnostic("unknown-name", node.span, f"`{name}` is not defined: write `{name} = …` above this line")
+            message = f"`{name}` is not defined: write `{name} = …` above this line"
+            fixes = replace(f"Define {name} as rest above", Span(0, 0), f"{name} = rest{self._line_end(index)}")
+            return Diagnostic("unknown-name", node.span, message, fixes)
         message = f"`{name}` is not defined: did you mean `{near}`?"
         return Diagnostic("unknown-name", node.span, message, replace(f"Change to {near}", node.span, near))
+
+    def _line_end(self, index: int) -> str:
+        """What ends the line on which a statement starts."""
+        line = self.lines.position(self.offsets[index]).line
+        return self.text[self.lines.end(line) : self.lines.start(line + 1)] or "\n"
 
     def _line(self, index: int) -> int:
         """The line on which a statement starts, counted from 1."""

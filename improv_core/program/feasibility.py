@@ -9,13 +9,15 @@ from itertools import islice
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.program.meaning import Meaning
+from improv_core.program.substitutes import substitutes
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import excess, unsupported
 from improv_core.score.movement import Movement, Peak
 from improv_core.score.profiles import Profile
 from improv_core.score.suppositions import with_all_sides
 from improv_core.score.walk import Moment, walk
-from improv_core.syntax.nodes import Statement
+from improv_core.syntax import nodes
+from improv_core.syntax.nodes import Node, Statement
 from improv_core.text import Span
 
 MOST_MOMENTS = 1_000
@@ -36,9 +38,19 @@ def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo:
             continue
         profile = robots.robot(head.text).profile
         if _may_be_too_much(parts[head.text].peak, profile, tempo):
-            for diagnostic in _too_much(head.text, statement, parts[head.text], profile, tempo):
+            for diagnostic in _too_much(head.text, meaning.body, parts[head.text], profile, tempo):
                 found.setdefault((diagnostic.code, diagnostic.span), diagnostic)
     return tuple(found.values())
+
+
+def impossible(part: Movement, profile: Profile) -> str | None:
+    """What a movement asks for that a robot with this profile can't do, such as `move sideways`; None if nothing."""
+    if not unsupported(part.peak, profile):  # only bounds
+        return None
+    for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
+        if lacking := unsupported(moment.velocity, profile):
+            return _DOING[lacking[0]]
+    return None
 
 
 def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
@@ -61,35 +73,42 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
     )
 
 
-def _too_much(
-    robot: str, statement: Statement, part: Movement, profile: Profile, tempo: Fraction
-) -> Iterator[Diagnostic]:
+def _too_much(robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
     told: set[str] = set()  # report only the first item of each kind
     for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
         if not moment.sources:
             continue  # a robot that waits in a canon
-        for diagnostic in _about(moment, robot, statement, profile, tempo):
+        for diagnostic in _about(moment, robot, body, profile, tempo):
             if diagnostic.code not in told:
                 told.add(diagnostic.code)
                 yield diagnostic
 
 
-def _about(moment: Moment, robot: str, statement: Statement, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
+def _about(moment: Moment, robot: str, body: Node | None, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
     span = moment.sources[0].span  # the word in this statement; the others are in definitions
     if lacking := unsupported(moment.velocity, profile):
         message = f"`{robot}` can't {_DOING[lacking[0]]}: use another motion, or a profile other than {profile.name}"
-        yield Diagnostic("unsupported-direction", span, message)
+        word = _word_that_asks(moment, body, profile) if body else None
+        fixes = tuple(substitutes(body, word, moment.velocity, profile, tempo)) if body and word else ()
+        yield Diagnostic("unsupported-direction", word.span if word else span, message, fixes)
     if over := excess(moment.velocity, profile, tempo):
         unit = "m/s" if over.kind == "linear" else "rad/s"
         fits = f"use `beat {over.tempo}` or `slow {over.slow}`" if over.tempo else f"use `slow {over.slow}`"
         message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {fits}"
-        body = statement.body.span if statement.body else span
-        wrapped = (Edit(Span(body.start, body.start), f"slow {over.slow} ("), Edit(Span(body.end, body.end), ")"))
+        start, end = body.span if body else span
+        wrapped = (Edit(Span(start, start), f"slow {over.slow} ("), Edit(Span(end, end), ")"))
         yield Diagnostic("too-fast", span, message, (Fix(f"Wrap in slow {over.slow}", wrapped),))
     lasts, period = float(moment.duration * 60 / tempo), 1 / profile.command_rate
     if lasts * SLACK < period:
         message = f"this lasts {lasts:.3g} s, but {robot} takes a command every {period:g} s: make it longer"
         yield Diagnostic("too-short", span, message)
+
+
+def _word_that_asks(moment: Moment, body: Node, profile: Profile) -> nodes.Primitive | None:
+    """The word in this statement, of all that play at a moment, whose motion a robot can't make."""
+    spans = {source.span for source in moment.sources if source.statement == moment.sources[0].statement}
+    words = (node for node in nodes.nodes(body) if isinstance(node, nodes.Primitive) and node.span in spans)
+    return next((node for node in words if unsupported(node.word.velocity, profile)), None)
 
 
 _DOING: Mapping[str, str] = {

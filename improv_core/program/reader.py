@@ -33,6 +33,8 @@ from improv_core.text import Span
 NOTHING = movement.series(())
 MOST_EXPANDED = 10_000
 """The most pairs of a phrase and its arguments that one statement may need."""
+TURNS = 4
+"""The turns that a fix gives to a `repeat` that must end."""
 MOST_READ = 100_000
 """The most nodes that one statement may read in bodies of phrases."""
 MOST_KNOWN = 1_000
@@ -531,14 +533,19 @@ class Reader:
 
     def _report_endless(self, node: nodes.Apply) -> None:
         word = node.word.text
+        turns = (
+            each for each in nodes.nodes(node.body) if isinstance(each, nodes.Apply) and each.word.text == "repeat"
+        )
+        endless = next((each for each in turns if not each.numbers), None)
+        fixes = replace(f"Change to repeat {TURNS}", endless.word.span, f"repeat {TURNS}") if endless else ()
         if word in ("reverse", "retrograde"):
             message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
-            self.report(Diagnostic("endless-reverse", node.word.span, message), node)
+            self.report(Diagnostic("endless-reverse", node.word.span, message, fixes), node)
             return
-        endless = self._endless_word(node.body)
-        what = f"give `{endless}` a number" if endless == "repeat" else f"`{endless}` never ends"
+        named = self._endless_word(node.body)
+        what = f"give `{named}` a number" if named == "repeat" else f"`{named}` never ends"
         message = f"`{word}` needs a movement that ends: {what}"
-        self.report(Diagnostic("open-length", node.word.span, message), node)
+        self.report(Diagnostic("open-length", node.word.span, message, fixes), node)
 
     def _endless_word(self, body: Node) -> str:
         """The word that makes a movement endless."""
@@ -576,7 +583,8 @@ class Reader:
 
     def _report_idle(self, node: nodes.Apply, message: str) -> None:
         written_as = Span(node.word.start, node.numbers[-1].span.end if node.numbers else node.word.end)
-        fixes = replace("Remove it", written_as, "")
+        # If a word of dice goes, it takes no throw, so later throws of the line fall differently.
+        fixes = replace("Remove it", written_as, "", safe=node.word.text not in _FROM_ITEMS)
         self.report(Diagnostic("no-effect", written_as, message, fixes), node)
 
 

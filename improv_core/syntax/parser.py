@@ -165,7 +165,7 @@ def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Nu
             wrong = _wrong_kind(found, unexpected.wanted, head) if found else None
             wrong = wrong or bracketed_number(tokens, unexpected.at) or misplaced_number(tokens, unexpected.at)
             diagnostics.append(
-                wrong or Diagnostic("syntax", marked.span, *_wanted(last, found, unexpected.wanted)),
+                wrong or Diagnostic("syntax", marked.span, *_wanted(tokens, unexpected.at, unexpected.wanted)),
             )
     statement = derivation.statement
     shape = statement.parts[-1] if statement else None
@@ -256,8 +256,9 @@ def _wrong_kind(found: Token, accepts: frozenset[str], head: Head) -> Diagnostic
     return None
 
 
-def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) -> tuple[str, tuple[Fix, ...]]:
-    """The message about `found` (None at the end of the statement), which comes after `last`, and its fixes."""
+def _wanted(tokens: Sequence[Token], at: int, accepts: frozenset[str]) -> tuple[str, tuple[Fix, ...]]:
+    """The message about the token at this index, or about the end of the statement, and its fixes."""
+    last, found = tokens[at - 1] if at else None, tokens[at] if at < len(tokens) else None
     after = f" after `{last.text}`" if last else ""
     if accepts == {"PLANE"}:
         return f"write a plane{after}: YZ, XZ, or XY", ()
@@ -265,7 +266,10 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
         return f"write a sense{after}, such as `cue`", ()
     if found and found.text == ",":
         items = "numbers" if accepts <= _IN_NUMBERS else "movements"
-        return f"remove `,`: separate {items} with spaces", replace("Remove ,", found.span, "")
+        is_decimal = last is not None and last.type == "NUMBER"  # perhaps
+        space = " " if any(token.start == found.end for token in tokens[at + 1 : at + 2]) else ""
+        remove = replace("Remove ,", found.span, space, safe=not is_decimal)
+        return f"remove `,`: separate {items} with spaces", remove
     if accepts <= _IN_NUMBERS:
         example = f", such as `{WORDS[last.text].usage}`" if last and last.text in WORDS else ""
         return f"write a number{after}{example}", ()
@@ -290,7 +294,9 @@ def _wanted(last: Token | None, found: Token | None, accepts: frozenset[str]) ->
     if found.type == "NOT":
         return "remove `not`: it can only follow `until`, `pause`, or `if`", remove
     if found.text == "|":
-        return "write `||` between movements that play in parallel", replace("Change to ||", found.span, "||")
+        return "write `||` between movements that play in parallel", replace(
+            "Change to ||", found.span, "||", safe=True
+        )
     if found.type == "STRAY":
         return f"remove `{found.text}`: it is not part of the language", remove
     return f"remove `{found.text}` or start a new line before it", remove

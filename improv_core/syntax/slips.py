@@ -43,13 +43,15 @@ def without_sign(tokens: Sequence[Token]) -> Diagnostic:
     first, second = tokens[0], tokens[1] if tokens[1:] else None
     if second and first.type == "NAME" and first.text.lower() in _TEMPO and second.type == "NUMBER":
         message = f"write `beat {second.text}` to set the tempo"
-        return Diagnostic("syntax", first.span, message, replace("Change to beat", first.span, "beat"))
+        return Diagnostic("syntax", first.span, message, replace("Change to beat", first.span, "beat", safe=True))
     if all(token.text in _DASHES for token in tokens):
         span = Span(first.start, tokens[-1].end)
-        return Diagnostic("syntax", span, "write `---` to begin a new scene", replace("Change to ---", span, "---"))
+        fixes = replace("Change to ---", span, "---", safe=True)
+        return Diagnostic("syntax", span, "write `---` to begin a new scene", fixes)
     colon = next((token for token in tokens if token.type != "NAME"), first)
     if colon.text == ":" and colon is not first:
-        return Diagnostic("syntax", colon.span, "write `$` instead of `:`", replace("Change to $", colon.span, " $"))
+        fixes = replace("Change to $", colon.span, " $", safe=True)
+        return Diagnostic("syntax", colon.span, "write `$` instead of `:`", fixes)
     whole = Span(first.start, tokens[-1].end)
     plays = Fix("Play it: turtle1 $ …", (Edit(Span(first.start, first.start), "turtle1 $ "),))
     if first.type in ("STRAY", "NUMBER"):
@@ -78,6 +80,7 @@ def without_commas(heads: Sequence[Token]) -> tuple[list[Token], list[Diagnostic
     fix = Fix(
         "Remove the comma" if len(commas) == 1 else "Remove the commas",
         tuple(Edit(comma.span, " " if comma.end in touched else "") for comma in commas),
+        safe=True,
     )
     message = "separate robots with spaces, without `,`"
     kept = [token for token in heads if token.text != ","]
@@ -123,7 +126,7 @@ def bracketed_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
     edits = (Edit(tokens[start].span, "" if is_apart else " "), Edit(tokens[end].span, ""))
     message = f"write `{number}` without brackets: only movements can stand in them"
     span = Span(tokens[start].start, tokens[end].end)
-    return Diagnostic("syntax", span, message, (Fix("Remove the brackets", edits),))
+    return Diagnostic("syntax", span, message, (Fix("Remove the brackets", edits, safe=True),))
 
 
 def number_first(

@@ -7,12 +7,15 @@ from collections.abc import Iterator
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
-from improv_core.ide.code_action import Action, fixes
+from improv_core.diagnostics import Edit
+from improv_core.ide.code_action import FIX_ALL, Action, fix_all, fixes
 from improv_core.ide.code_action_refactor import refactorings
-from improv_core.robots.edits import add
-from improv_core.text import LineIndex, Span
+from improv_core.ide.references import symbol_at
+from improv_core.robots.config import FILE_NAME
+from improv_core.robots.edits import add, place
+from improv_core.text import LineIndex, Span, difference
 from improv_ls import to_lsp
-from improv_ls.documents import Document, RobotsFile
+from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.handlers import robots_file
 from improv_ls.positions import to_span
 from improv_ls.session import Session
@@ -28,21 +31,25 @@ def code_action(ls: Session, params: types.CodeActionParams) -> list[types.CodeA
     only = [str(getattr(kind, "value", kind)) for kind in params.context.only or ()]
     return [
         _converted(ls, document, action, changed)
-        for action, changed in _actions(ls, document, span)
+        for action, changed in _actions(ls, document, span, _is_one_of(FIX_ALL, only))
         if not only or _is_one_of(action.kind, only)
     ]
 
 
-def _actions(ls: Session, document: Document | RobotsFile, span: Span) -> Iterator[tuple[Action, dict[str, Changed]]]:
-    """Actions, and the edits of each."""
+def _actions(
+    ls: Session, document: Document | RobotsFile, span: Span, fixes_all: bool
+) -> Iterator[tuple[Action, dict[str, Changed]]]:
+    """Actions, and the edits of each; the one that fixes all only if the client has asked for it by its kind."""
     if isinstance(document, RobotsFile):
         found = robots_file.actions(document, span)
     else:
         found = [*fixes(document.analysis.diagnostics, span), *refactorings(document.analysis, span)]
+        found += fix_all(document.analysis) if fixes_all else ()
     for action in found:
         yield action, {document.uri: Changed(document.version, document.lines, action.edits)}
     if isinstance(document, Document):
         yield from _additions(ls, document, span)
+        yield from _listing(ls, document, span)
 
 
 def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, Changed]]]:
@@ -58,6 +65,21 @@ def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Ac
             if edit := add(file.lines.text, name):
                 action = Action(f"Add {name} to improv.toml", "quickfix", (edit,), (problem,))
                 yield action, {uri: Changed(file.version, file.lines, action.edits)}
+
+
+def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, Changed]]]:
+    """On a robot, if `improv.toml` lists none: write all robots of the program into it, or into a new one."""
+    cast, program, symbol = document.analysis.cast, path_of(document.uri), symbol_at(document.analysis, span.start)
+    if not (program and symbol and symbol.is_robot) or cast.robots or not (cast.path or ls.editor.creates_files):
+        return
+    uri = from_fs_path(str(cast.path or program.parent / FILE_NAME)) or ""
+    file = ls.robots_files.get(uri) or RobotsFile(uri, None, LineIndex(cast.text))
+    text = place(file.lines.text, {}, document.analysis.robots)
+    if text and text != file.lines.text:
+        start, end, written = difference(file.lines.text, text)
+        where = FILE_NAME if cast.path else f"a new {FILE_NAME}"
+        action = Action(f"List these robots in {where}", "refactor.rewrite", (Edit(Span(start, end), written),))
+        yield action, {uri: Changed(file.version, file.lines, action.edits)}
 
 
 def _is_one_of(kind: str, wanted: list[str]) -> bool:
@@ -76,8 +98,14 @@ def _converted(
     ]
     return types.CodeAction(
         title=action.title,
-        kind=types.CodeActionKind(action.kind),
+        kind=action.kind,
         diagnostics=fixed or None,
         is_preferred=(prefers and action.preferred) or None,
-        edit=workspace_edit(changed, editor.takes_document_changes, editor.encoding),
+        edit=workspace_edit(changed, editor.takes_document_changes, editor.encoding, _new(document, changed)),
     )
+
+
+def _new(document: Document | RobotsFile, changed: dict[str, Changed]) -> list[str]:
+    """The files among those that change that do not exist yet: an `improv.toml`."""
+    exists = isinstance(document, RobotsFile) or document.analysis.cast.path
+    return [] if exists else [uri for uri in changed if uri != document.uri]

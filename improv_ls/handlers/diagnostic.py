@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from lsprotocol import types
 
+from improv_ls.documents import Document
 from improv_ls.handlers.publish_diagnostics import diagnostics_of
-from improv_ls.session import Session, sent
+from improv_ls.session import Sent, Session, sent
 
 
 def diagnostic(
@@ -15,9 +16,14 @@ def diagnostic(
     document = ls.documents.get(params.text_document.uri)
     if not document:
         return types.RelatedFullDocumentDiagnosticReport([])
-    items = diagnostics_of(ls, document)
-    before = ls.sent_diagnostics.get(document.uri)
-    if before and before.result_id == params.previous_result_id and before.items == items:
-        return types.RelatedUnchangedDocumentDiagnosticReport(before.result_id)
-    now = ls.sent_diagnostics[document.uri] = sent(items)
-    return types.RelatedFullDocumentDiagnosticReport(items, result_id=now.result_id)
+    now = diagnosed(ls, document)
+    if now.result_id == params.previous_result_id:
+        return types.RelatedUnchangedDocumentDiagnosticReport(now.result_id)
+    return types.RelatedFullDocumentDiagnosticReport(now.items, result_id=now.result_id)
+
+
+def diagnosed(ls: Session, document: Document) -> Sent[types.Diagnostic]:
+    """The diagnostics of an open document; with the id of those that were sent last, if they are the same."""
+    items, before = diagnostics_of(ls, document), ls.sent_diagnostics.get(document.uri)
+    now = ls.sent_diagnostics[document.uri] = before if before and before.items == items else sent(items)
+    return now

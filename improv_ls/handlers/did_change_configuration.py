@@ -39,7 +39,8 @@ def _take(ls: Session, given: Any) -> None:
     for problem in editor.wrong_settings:
         if problem not in told:  # clients send all settings whenever one of them changes
             editor.warn(problem)
-    if editor.settings.inlay_hints_beats != before.inlay_hints_beats:
+    shown = [(each.inlay_hints_beats, each.inlay_hints_playing) for each in (before, editor.settings)]
+    if shown[0] != shown[1]:
         editor.refresh("inlay_hint")
     if editor.settings.code_lens != before.code_lens:
         editor.refresh("code_lens")

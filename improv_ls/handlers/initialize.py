@@ -24,6 +24,7 @@ def initialize(ls: Session, params: types.InitializeParams) -> None:
         ls.withdraw(types.TEXT_DOCUMENT_CODE_ACTION)  # all our actions are such literals
     if not editor.pulls_diagnostics:  # a client that got both would show everything twice
         ls.withdraw(types.TEXT_DOCUMENT_DIAGNOSTIC)
+        ls.withdraw(types.WORKSPACE_DIAGNOSTIC)
     if params.process_id and os.name == "posix":
         editor.soon(_watch_parent(ls, params.process_id))
 
@@ -33,7 +34,8 @@ def initialized(ls: Session, params: types.InitializedParams) -> None:
     asyncio.get_running_loop().call_soon(import_module, "improv_ls.handlers.text_document_sync")
     for problem in ls.editor.wrong_settings:
         ls.editor.warn(problem)
-    watching = types.DidChangeWatchedFilesRegistrationOptions([types.FileSystemWatcher("**/improv.toml")])
+    files = [types.FileSystemWatcher("**/improv.toml"), types.FileSystemWatcher("**/*.improv")]
+    watching = types.DidChangeWatchedFilesRegistrationOptions(files)
     _register(ls, types.WORKSPACE_DID_CHANGE_WATCHED_FILES, "did_change_watched_files", watching)
     section = types.DidChangeConfigurationRegistrationOptions(section="improv")
     _register(ls, types.WORKSPACE_DID_CHANGE_CONFIGURATION, "did_change_configuration", section)

@@ -10,9 +10,13 @@ from improv_ls.session import Session
 
 
 def inlay_hint(ls: Session, params: types.InlayHintParams) -> list[types.InlayHint]:
-    document = ls.documents.get(params.text_document.uri)
-    if not document or not ls.editor.settings.inlay_hints_beats:
+    document, settings = ls.documents.get(params.text_document.uri), ls.editor.settings
+    if not document:
         return []
+    seen = to_span(document.lines, params.range, ls.editor.encoding)
+    found = hints(document.analysis, seen) if settings.inlay_hints_beats else []
+    if settings.inlay_hints_playing:
+        found += [hint for hint in ls.performance.hints(document.uri) if seen.holds(hint.offset)]
     return [
         types.InlayHint(
             position=to_position(document.lines, hint.offset, ls.editor.encoding),
@@ -21,5 +25,5 @@ def inlay_hint(ls: Session, params: types.InlayHintParams) -> list[types.InlayHi
             padding_left=not hint.before,
             padding_right=hint.before,
         )
-        for hint in hints(document.analysis, to_span(document.lines, params.range, ls.editor.encoding))
+        for hint in found
     ]

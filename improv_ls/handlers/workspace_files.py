@@ -6,19 +6,22 @@ from dataclasses import replace
 
 from lsprotocol import types
 
-from improv_ls.documents import Document, moved, robots_of
+from improv_ls.documents import Document, is_robots_file, moved, robots_of
 from improv_ls.handlers.publish_diagnostics import publish_robots
 from improv_ls.handlers.text_document_sync import add, did_close
 from improv_ls.session import Session
 
 
 def did_change_watched_files(ls: Session, params: types.DidChangeWatchedFilesParams) -> None:
-    """An `improv.toml` was created, changed or deleted."""
-    refresh_robots(ls)
+    """An `improv.toml` or a program was created, changed or deleted."""
+    ls.file_changes += 1
+    if any(is_robots_file(each.uri) for each in params.changes):
+        refresh_robots(ls)
 
 
 def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
     """Files or folders have other names. Most editors close their documents and open them again, some do neither."""
+    ls.file_changes += 1
     for renamed in params.files:
         for document in list(ls.documents.values()):
             uri = moved(document.uri, renamed.old_uri, renamed.new_uri)
@@ -35,6 +38,7 @@ def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
 
 def did_delete_files(ls: Session, params: types.DeleteFilesParams) -> None:
     """An `improv.toml` may be gone. Documents stay open until the editor closes them."""
+    ls.file_changes += 1
     refresh_robots(ls)
 
 

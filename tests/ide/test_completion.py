@@ -145,6 +145,9 @@ def test_what_is_said_about_what_is_offered() -> None:
     assert said("x", "name", 2).startswith("x (name, line 2)\nx = x up\n2 beats, 2.0 s")
     assert said("x", "name", 1).startswith("x (name, line 1)\nx = left\n1 beat")
     assert said("x", "name", 99) == said("x", "name", 2)
+    analysis, _ = at_cursor("# Turns.\nx = left\nr $ x|>")
+    assert said("x", "name", 1).startswith("x (name, line 2)\n# Turns.\nx = left\n1 beat")
+    analysis, _ = at_cursor("x = left\nx = x up\nr $ x|>")
     assert said("r", "robot", 2) == "r (robot, profile turtlesim): everything it plays\n2 beats, 2.0 s at beat 60"
     assert said("reflect", "keyword", 2) == "reflect YZ movement: Mirrors the movement across a plane: YZ, XZ, or XY."
     assert said("8", "number", 2) == said("y", "name", 2) == ""
@@ -183,3 +186,40 @@ def test_words_of_senses_have_places_for_their_arguments() -> None:
     check_snippet("r $ |>", "if", "if ${1:near} ($2) else ($0)")
     check_snippet("r $ |> left", "pause", "pause ${1:near}")
     check_snippet("r $ |> left", "if", "")
+
+
+ROBOTS = (
+    '[robots.anna]\nprofile = "turtlebot4"\n[robots.bo]\nprofile = "holonomic"\n[robots.fly]\nprofile = "quadrotor"\n'
+)
+
+
+def check_last(program: str, *last: str, robots: str = ROBOTS) -> None:
+    """These come last, each with the reason why a robot can't perform it."""
+    items = [item for item in offered(program, robots).items if item.kind != "number"]
+    assert [f"{item.label}: {item.detail}" for item in items if " can't " in item.detail] == list(last)
+    assert not last or [f"{item.label}: {item.detail}" for item in items[-len(last) :]] == list(last)
+
+
+def test_what_a_robot_cannot_do_comes_last_and_says_so() -> None:
+    sideways = [f"{word}: anna can't move sideways" for word in ("strafeleft", "straferight")]
+    upward = ["up: {} can't move up or down", "down: {} can't move up or down"]
+    check_last("anna $ |>", *sideways, *(each.format("anna") for each in upward))
+    check_last("bo $ forward |>", *(each.format("bo") for each in upward))
+    check_last("bo anna $ |>", *sideways, *(each.format("bo") for each in upward))
+    check_last("fly $ |>")
+    check_last("anna $ |>", robots="")
+    check_last("bo $ reflect |>")
+
+
+def test_names_too_and_what_robots_play_by_them() -> None:
+    hover, still = "hop = up left down\n", "still = strafeleft || straferight\n"
+    assert [item.label for item in offered(f"{hover}{still}fly $ |>", ROBOTS).items][:2] == ["still", "hop"]
+    assert offered(f"{hover}{still}bo $ |>", ROBOTS).items[0].label == "still"
+    check_last(f"{hover}bo $ u|>", "hop: bo can't move up or down", *UPWARD)
+    check_last("x = |>\ny = x left\nbo $ y", *UPWARD)
+    check_last("x = |>\nfly $ x")
+    check_last("x = |>", *(f"{word}: anna can't move sideways" for word in ("strafeleft", "straferight")), *ANNA_UPWARD)
+
+
+UPWARD = ["up: bo can't move up or down", "down: bo can't move up or down"]
+ANNA_UPWARD = ["up: anna can't move up or down", "down: anna can't move up or down"]

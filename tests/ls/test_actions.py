@@ -48,6 +48,20 @@ def test_a_mistake_is_mended() -> None:
         assert found["Change to forward"]["diagnostics"][0]["code"] == "unknown-name"
 
 
+def test_all_that_is_safe_is_fixed_at_once_for_those_who_ask_for_it() -> None:
+    before = "# 🐢\r\nr $ 𝑥, up | left\r\n𝑦 = fowrard\r\n"
+    with Client({"onSave": "off"}, capabilities=VERSIONED) as client:
+        assert "source.fixAll.improv" in client.initialized["capabilities"]["codeActionProvider"]["codeActionKinds"]
+        client.open(URI, before)
+        assert not any("safe" in title for title in actions(client, 1, 0))
+        for only in ("source", "source.fixAll", "source.fixAll.improv"):
+            ((title, action),) = actions(client, 0, 0, only=[only]).items()
+            assert (title, action["kind"]) == ("Fix all that is safe to fix", "source.fixAll.improv")
+            (change,) = action["edit"]["documentChanges"]
+            assert applied(before, change["edits"]) == "# 🐢\r\nr $ 𝑥 up || left\r\n𝑦 = fowrard\r\n"
+        assert actions(client, 0, 0, only=["source.organizeImports"]) == {}
+
+
 @pytest.fixture(scope="module")
 def client() -> Iterator[Client]:
     with Client({"onSave": "off"}, capabilities=VERSIONED) as client:

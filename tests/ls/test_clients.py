@@ -86,6 +86,8 @@ class Session:
         assert len(self.request("textDocument/references", position=name, context={"includeDeclaration": True})) == 2
         assert len(self.request("textDocument/documentHighlight", position=name)) == 2
         assert self.request("textDocument/prepareRename", position=name)
+        (item,) = self.request("textDocument/prepareCallHierarchy", position=name)
+        assert len(self.client.request("callHierarchy/incomingCalls", {"item": item})) == 1
         assert self.texts(self.request("textDocument/rename", position=name, newName="y")) == ["y", "y"]
         if "codeActionProvider" in self.serves:
             movement = _range(1, 3 + self.wide, 9 + self.wide)
@@ -148,6 +150,7 @@ class Session:
 
 _OTHERS = {"completionItem/resolve": "completion", "textDocument/onTypeFormatting": "documentOnTypeFormatting"}
 _OTHERS |= {"textDocument/rangeFormatting": "documentRangeFormatting", "textDocument/formatting": "documentFormatting"}
+_OTHERS |= {"textDocument/prepareCallHierarchy": "callHierarchy"}
 _OTHERS |= {"textDocument/semanticTokens/full": "semanticTokens", "workspace/symbol": "workspaceSymbol"}
 
 

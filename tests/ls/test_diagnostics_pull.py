@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote, urlsplit
 
 import pytest
 
@@ -45,7 +46,7 @@ def test_who_asks_is_told_once_and_sent_nothing() -> None:
         assert client.initialized["capabilities"]["diagnosticProvider"] == {
             "identifier": "improv",
             "interFileDependencies": True,
-            "workspaceDiagnostics": False,
+            "workspaceDiagnostics": True,
         }
         client.open(URI, PROGRAM)
         first = pull(client, URI)
@@ -104,7 +105,7 @@ def test_others_are_sent_them_with_their_version(capabilities: dict[str, Any]) -
         client.open(URI, PROGRAM)
         sent = client.wait("textDocument/publishDiagnostics")
         assert (sent["uri"], sent["version"], len(sent["diagnostics"])) == (URI, 1, 2)
-        assert not any({"tags", "relatedInformation"} & each.keys() for each in sent["diagnostics"])
+        assert not any({"tags", "relatedInformation", "codeDescription"} & each.keys() for each in sent["diagnostics"])
         client.change(URI, 7, {"text": ""})
         assert client.wait("textDocument/publishDiagnostics") == {"uri": URI, "version": 7, "diagnostics": []}
 
@@ -115,6 +116,16 @@ def test_what_a_client_takes_of_them_is_sent() -> None:
         unused, early = client.wait("textDocument/publishDiagnostics")["diagnostics"]
         assert unused["tags"] == [1]
         assert early["relatedInformation"][0]["message"] == "`𝑦` is defined here"
+
+
+def test_a_code_leads_to_its_section_in_a_page_that_is_there() -> None:
+    takes = {"textDocument": {"publishDiagnostics": {"codeDescriptionSupport": True}}}
+    with Client(QUIET, capabilities=takes) as client:
+        client.open(URI, PROGRAM)
+        for found in client.wait("textDocument/publishDiagnostics")["diagnostics"]:
+            page, _, line = found["codeDescription"]["href"].partition("#L")
+            path = Path(unquote(urlsplit(page).path))
+            assert path.read_text("utf-8").splitlines()[int(line) - 1] == f"## {found['code']}"
 
 
 def _codes(client: Client, path: Path) -> list[str]:

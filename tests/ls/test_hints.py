@@ -44,6 +44,27 @@ def test_beats_are_shown_to_those_who_want_them() -> None:
         assert not any(each["method"].endswith("/refresh") for each in client.notifications)
 
 
+def test_lines_that_play_show_their_beat_to_those_who_want_it() -> None:
+    settings = {"backend": "sim", "page": {"open": False}, "inlayHints": {"playing": True}}
+    with Client(settings, capabilities=REFRESHED) as client:
+        client.open(URI, "beat 240\r\nr $ 𝑥\r\n")
+        client.change(URI, 2, {"text": "beat 120\r\n𝑥 = repeat up\r\nr $ 𝑥\r\n"})
+        assert hints(client) == []
+        client.save(URI)
+        client.wait_for_line("▶")
+        seen: list[str] = []
+        while len(seen) < 2:  # beats, one after the other
+            client.wait("workspace/inlayHint/refresh")
+            found = hints(client)
+            assert [(line, column) for line, column, _ in found] in ([], [(2, 6)])
+            seen += [text for _, _, text in found if text not in seen]
+        assert all(text.startswith("beat ") and text.endswith("/∞") for text in seen)
+        assert hints(client, {"start": {"line": 0, "character": 0}, "end": {"line": 1, "character": 0}}) == []
+        client.request("workspace/executeCommand", {"command": "improv.hush", "arguments": []})
+        while hints(client):
+            client.wait("workspace/inlayHint/refresh")
+
+
 def test_lines_that_play_say_what_can_be_done_with_them() -> None:
     with Client({"onSave": "off"}, capabilities=REFRESHED) as client:
         client.open(URI, PROGRAM.replace("𝑥 =", "# 𝑥 ="))

@@ -45,6 +45,23 @@ def test_a_name_in_utf_16_and_crlf() -> None:
         assert client.request("textDocument/definition", place(0, 2)) == []
 
 
+def test_who_uses_a_name_and_what_it_uses() -> None:
+    with Client() as client:
+        client.open(URI, PROGRAM.replace("left", "up") + "𝑦 = 𝑥 𝑥\r\n")
+        (item,) = client.request("textDocument/prepareCallHierarchy", place(2, 13))
+        assert (item["name"], item["uri"], item["selectionRange"]["start"]) == ("𝑥", URI, {"line": 1, "character": 0})
+        client.change(URI, 2, {"text": PROGRAM + "𝑦 = 𝑥 𝑥\r\n"})
+        line, definition = client.request("callHierarchy/incomingCalls", {"item": item})
+        assert (line["from"]["name"], definition["from"]["name"]) == ("r s", "𝑦")
+        assert [spot({"range": each}) for each in line["fromRanges"]] == [(2, 6, 8), (2, 12, 14)]
+        (used,) = client.request("callHierarchy/outgoingCalls", {"item": definition["from"]})
+        assert used["to"]["name"] == "𝑥"
+        assert [spot({"range": each}) for each in used["fromRanges"]] == [(4, 5, 7), (4, 8, 10)]
+        assert client.request("textDocument/prepareCallHierarchy", place(0, 1)) == []
+        client.notify("textDocument/didClose", {"textDocument": {"uri": URI}})
+        assert client.request("callHierarchy/incomingCalls", {"item": item}) == []
+
+
 def test_a_name_is_renamed_in_the_text_as_it_is_now() -> None:
     with Client(capabilities=VERSIONED) as client:
         client.open(URI, "r $ 𝑥\r\n")

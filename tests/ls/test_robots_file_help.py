@@ -152,6 +152,41 @@ def test_a_robot_that_is_unknown_is_added(folder: Folder) -> None:
         assert new_texts(change["edits"]) == [(6, 0, 0, '\n[robots.bert]\nprofile = "rover"\n')]
 
 
+def listing(client: Client, program: Path) -> list[dict[str, Any]]:
+    """The changes of the action that lists a program's robots; none if it is not offered."""
+    position = {"line": 0, "character": 1}
+    asked = {
+        **place(0, 1, program.as_uri()),
+        "range": {"start": position, "end": position},
+        "context": {"diagnostics": []},
+    }
+    found = client.request("textDocument/codeAction", asked)
+    changes = [each["edit"]["documentChanges"] for each in found if each["title"].startswith("List these robots in ")]
+    return [change for each in changes for change in each]
+
+
+def test_robots_are_listed_in_a_file_that_may_not_exist_yet(tmp_path: Path) -> None:
+    program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
+    operations = {"workspaceEdit": {"documentChanges": True, "resourceOperations": ["create"]}}
+    creates = {**CAPABLE, "workspace": {**CAPABLE["workspace"], **operations}}
+    with Client(QUIET, capabilities=creates) as client:
+        client.open(program.as_uri(), "anna bert $ forward\n")
+        create, change = listing(client, program)
+        assert (create["kind"], create["uri"]) == ("create", robots.as_uri())
+        assert change["textDocument"] == {"uri": robots.as_uri(), "version": None}
+        assert new_texts(change["edits"]) == [(0, 0, 0, "[robots.anna]\n\n[robots.bert]\n")]
+        robots.write_text("[world]\n")
+        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 1}]})
+        (change,) = listing(client, program)
+        assert new_texts(change["edits"]) == [(1, 0, 0, "\n[robots.anna]\n\n[robots.bert]\n")]
+        client.open(robots.as_uri(), "[robots.anna]\n", "toml")  # typed, but not saved
+        assert listing(client, program) == []
+    with Client(QUIET, capabilities=CAPABLE) as client:  # which cannot create files
+        robots.unlink()
+        client.open(program.as_uri(), "anna bert $ forward\n")
+        assert listing(client, program) == []
+
+
 def test_other_requests_are_answered_with_nothing(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client, "[robots.anna\n= = {{[\n")

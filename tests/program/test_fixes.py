@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from improv_core.diagnostics import Fix
+from improv_core.diagnostics import Edit, Fix
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
@@ -40,6 +40,8 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("syntax", "repat 4 (forward left)", "turtle1 $ repeat 4 (forward left)"),
         ("syntax", "r $ forward | left", "r $ forward || left"),
         ("syntax", "r $ forward, left", "r $ forward left"),
+        ("syntax", "r $ forward,left", "r $ forward left"),
+        ("syntax", "r $ ramp 1,2 left", "r $ ramp 1 2 left"),
         ("syntax", "r $ YZ left", "r $ reflect YZ left"),
         ("syntax", "r $ 3 forward left", "r $ repeat 3 forward left"),
         ("unclosed-bracket", "r $ (forward [left\n", "r $ (forward [left)\n"),
@@ -53,6 +55,18 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("empty-group", "r $ left ()", "r $ left "),
         ("never-performed", "r $ forward left || right", "r $ forward  || right"),
         ("arguments", "x = left\nr $ x 3 up", "x = left\nr $ repeat 3 x up"),
+        ("arguments", "p n (m) = repeat n m\nr $ p", "p n (m) = repeat n m\nr $ p 2 rest"),
+        ("arguments", "p n (m) = repeat n m\nr $ p left", "p n (m) = repeat n m\nr $ p 2 left"),
+        ("arguments", "p n (m) = repeat n m\nr $ (p 3) up", "p n (m) = repeat n m\nr $ (p 3 rest) up"),
+        ("arguments", "p n = repeat n left\nr $ p 2 3*4 up", "p n = repeat n left\nr $ p 2 up"),
+        ("arguments", "p (n) (m)= n m\nr $ p 3 left", "p n (m) = n m\nr $ p 3 left"),
+        ("arguments", "b (m) (k) = m || k\nr $ b left", "b (m) (k) = m || k\nr $ b left rest"),
+        ("misplaced-canon", "x = canon 2 left\nr s $ x up\n", "x = left\nr s $ canon 2 x up\n"),
+        ("misplaced-canon", "x = canon 2 left\ny = x\nr s $ y\n", "x = left\ny = x\nr s $ y\n"),
+        ("misplaced-canon", "x = up canon 2 (left)\nr s $ x\n", "x = up (left)\nr s $ x\n"),
+        ("unknown-name", "# hi\r\nr $ qqq\r\n", "# hi\r\nqqq = rest\r\nr $ qqq\r\n"),
+        ("endless-reverse", "r $ reverse (up repeat left)", "r $ reverse (up repeat 4 left)"),
+        ("open-length", "r $ fit 4 repeat left", "r $ fit 4 repeat 4 left"),
         ("parameter-kind", "f n = n left\nr $ f up", "f (n) = n left\nr $ f up"),
         ("parameter-kind", "f a (m) (k) = scale m k a\nr $ f", "f a m (k) = scale m k a\nr $ f"),
         ("uneven-choice", "r $ choose (left slow 2 up [up up])", "r $ choose (left fit 1 slow 2 up [up up])"),
@@ -83,6 +97,42 @@ def test_fix(code: str, before: str, after: str) -> None:
 def test_too_fast_is_slowed_down_as_far_as_needed() -> None:
     robots = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
     check("too-fast", "beat 90\nburger $ forward || left\n", "beat 90\nburger $ slow 3/2 (forward || left)\n", robots)
+
+
+ANNA = """
+[robots.anna]
+profile = "anna"
+[profiles.anna]
+step = 0.1
+motions = ["forward", "turn"]
+max_linear = 0.35
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("strafeleft up", "[left forward right] up"),
+        ("retrograde [up straferight]", "retrograde [up (right forward left)]"),
+        ("choose (left straferight)", "choose (left [right forward left])"),
+        ("reverse strafeleft", "reverse rest"),
+        ("scale 1/2 strafeleft", "scale 1/2 rest"),
+        ("forward || strafeleft", "forward || rest"),
+        ("left reflect XZ down", "left reflect XZ rest"),
+    ],
+)
+def test_a_direction_is_taken_by_turning_where_that_leads_to_the_same_place(before: str, after: str) -> None:
+    robots = read_robots(ANNA)
+    analysis = analyze(f"anna $ {before}", robots)
+    problem = next(each for each in analysis.diagnostics if each.code == "unsupported-direction")
+    texts = [fixed(analysis, fix) for fix in problem.fixes]
+    assert f"anna $ {after}" in texts
+    assert texts[-1] == fixed(analysis, Fix("", (Edit(problem.span, "rest"),)))
+
+
+def test_a_motion_in_a_definition_is_left_to_the_other_robots_that_play_it() -> None:
+    analysis = analyze("x = up left\nanna $ x", read_robots(ANNA))
+    assert [(each.code, each.fixes) for each in analysis.diagnostics] == [("unsupported-direction", ())]
 
 
 WORDS = st.sampled_from(

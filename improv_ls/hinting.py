@@ -1,0 +1,60 @@
+"""Has the client ask for inlay hints again while a dance plays, where it shows at which beat each line is."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Sequence
+
+from improv_core.ide.inlay_hint import Hint
+from improv_core.stage.protocol import TransportMessage
+from improv_ls.editor import Editor
+from improv_ls.live import beat_of
+
+SHORTEST = 0.5
+"""Seconds between two requests to ask again, at least."""
+AFTER = 0.005
+"""Seconds after a beat begins: then it has surely begun."""
+
+
+class Hinting:
+    """Follows what plays. `hints` computes what is shown at a beat."""
+
+    def __init__(self, editor: Editor, hints: Callable[[float], Sequence[Hint]]) -> None:
+        self._editor = editor
+        self._hints = hints
+        self._shown: Sequence[Hint] = ()
+        self._task: asyncio.Task[None] | None = None
+
+    def follow(self, transport: TransportMessage) -> None:
+        """What plays has changed."""
+        self.stop()
+        if self._editor.can("workspace.inlay_hint.refresh_support"):
+            self._task = asyncio.create_task(self._refresh(transport))
+
+    def stop(self) -> None:
+        if self._task:
+            self._task.cancel()
+            self._task = None
+
+    def clear(self) -> None:
+        """Nothing plays any more, and nobody says so."""
+        self.stop()
+        if self._shown:
+            self._shown = ()
+            self._editor.refresh("inlay_hint")
+
+    async def _refresh(self, transport: TransportMessage) -> None:
+        """Refresh with each beat, or each part of a beat that is long enough, if something else is to be shown."""
+        period = 60 / transport["tempo"]
+        step = period / max(period // SHORTEST, 1) if period >= SHORTEST else SHORTEST
+        while True:
+            wanted = self._editor.settings.inlay_hints_playing
+            now = self._hints(beat_of(transport)) if wanted else ()
+            if now != self._shown:
+                self._shown = now
+                self._editor.refresh("inlay_hint")
+            if transport["state"] != "playing":
+                return
+            zero = transport["monotonic"] - transport["beat"] * period
+            await asyncio.sleep(step - (time.monotonic() - zero) % step + AFTER)

@@ -1,0 +1,61 @@
+"""Which fixes can be applied with every save, and what they make of a program together."""
+
+from __future__ import annotations
+
+import pytest
+
+from improv_core.ide.code_action import fix_all
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import compiled
+
+
+def applied(analysis: Analysis) -> str:
+    """The program after all safe fixes."""
+    text = analysis.text
+    for action in fix_all(analysis):
+        ((span, new),) = ((edit.span, edit.text) for edit in action.edits)
+        text = text[: span.start] + new + text[span.end :]
+    return text
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("r $ left, up, left\ns $ up | left\n", "r $ left up left\ns $ up || left\n"),
+        ("r, s $ left\n--\nr: up\n", "r s $ left\n---\nr $ up\n"),
+        ("tempo 60\nr $ left\nbeat 60\n", "beat 60\nr $ left\n"),
+        ("p n = repeat n left\nr $ p (3) | up\n", "p n = repeat n left\nr $ p 3 || up\n"),
+    ],
+)
+def test_what_can_mean_only_one_thing_is_fixed(before: str, after: str) -> None:
+    assert applied(analyze(before)) == after
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("r $ fast 1 scale 1 (left up)\n", "r $   (left up)\n"),
+        ("r $ seed 2 left chance 1/2 up\n", "r $  left chance 1/2 up\n"),
+        ("r $ canon 2 left\n---\n---\nr $ chance 1/2 up\n---\n", "r $  left\n---\nr $ chance 1/2 up\n"),
+    ],
+)
+def test_what_has_no_effect_goes_and_nothing_else_changes(before: str, after: str) -> None:
+    assert applied(analyze(before)) == after
+    one, other = (compiled(analyze(text), 20)["robots"] for text in (before, after))
+    assert one == other
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "r $ shuffle left chance 1/2 up\n",  # without the throw of `shuffle`, the other one falls differently
+        "x = fast 1 (left up)\nr $ seed 3 choose x\n",  # without `fast 1`, `choose` sees two items
+        "r $ left up || forward\nx = left\n",  # somebody is about to use it
+        "beat 60\nr $ left\nbeat 90\n",  # which one is meant?
+        "r $ slow 1,5 left\n",  # a decimal point, or two numbers?
+        "r $ fowrard (left\n",
+        "r $ left\n",
+    ],
+)
+def test_what_somebody_should_look_at_stays(program: str) -> None:
+    assert fix_all(analyze(program)) == []

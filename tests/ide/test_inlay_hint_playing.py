@@ -1,0 +1,68 @@
+"""Which beat of which line plays, as it is shown at the end of the line, also after it has been edited."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from textwrap import dedent
+
+from improv_core.ide.inlay_hint_playing import playing_hints
+from improv_core.ide.moments import SoFar
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.score.performance import SenseEdge
+
+AT_BEGIN = SoFar()
+
+
+def shown(played: Analysis, beat: float, now: Analysis | None = None, so_far: SoFar = AT_BEGIN) -> str:
+    """The program with the hints in it: `r $ left up <beat 1/2>`."""
+    now = now or played
+    text = now.text
+    for hint in reversed(playing_hints(played, now, beat, so_far)):
+        text = f"{text[: hint.offset]} <{hint.text}>{text[hint.offset :]}"
+    return text
+
+
+def check(beat: float, expected: str) -> None:
+    """The hints at a beat of the program without them."""
+    expected = dedent(expected).strip("\n")
+    program = "\n".join(line.partition(" <")[0] for line in expected.split("\n"))
+    assert shown(analyze(program), beat) == expected
+
+
+def test_each_robot_is_at_its_own_line() -> None:
+    check(0, "r s $ left up <beat 1/2>\nr $ slow 3/2 left\ns $ up")
+    check(1.9, "r s $ left up <beat 2/2>\nr $ slow 3/2 left\ns $ up")
+    check(2, "r s $ left up\nr $ slow 3/2 left <beat 1/2>\ns $ up <beat 1/1>")
+    check(3.2, "r s $ left up\nr $ slow 3/2 left <beat 2/2>\ns $ up")
+    check(4, "r s $ left up\nr $ slow 3/2 left\ns $ up")
+    check(100, "x = left\nr $ repeat x <beat 101/∞>")
+    check(1, "r s $ canon 2 left <beat 2/3>")
+
+
+def test_lines_of_later_scenes_count_from_their_scene() -> None:
+    check(1.5, "r $ left\ns $ repeat 2 up <beat 2/2>\n---\nr $ up up")
+    check(2.5, "r $ left\ns $ repeat 2 up\n---\nr $ up up <beat 1/2>")
+
+
+def test_text_that_moved_and_text_that_was_edited() -> None:
+    played = analyze("r $ left\ns $ up up\n")
+    later = played.edited(0, 0, "# first\n")
+    assert shown(played, 0, later) == "# first\nr $ left <beat 1/1>\ns $ up up <beat 1/2>\n"
+    later = played.edited(4, 8, "right")
+    assert shown(played, 0, later) == "r $ right\ns $ up up <beat 1/2>\n"
+
+
+def test_what_senses_decide_has_no_last_beat() -> None:
+    played = analyze("r $ left until near (repeat up)\nr $ left right\n")
+    edges = [SenseEdge(0, "r", "near", False)]
+    assert shown(played, 2, so_far=SoFar(edges=edges)) == "r $ left until near (repeat up) <beat 3>\nr $ left right\n"
+    edges.append(SenseEdge(Fraction(5, 2), "r", "near", True))
+    now = shown(played, 3.5, so_far=SoFar(edges=edges))
+    assert now == "r $ left until near (repeat up)\nr $ left right <beat 1/2>\n"
+
+
+def test_a_robot_that_entered_late_counts_from_there() -> None:
+    played = analyze("r $ left up\ns $ up\n")
+    so_far = SoFar({"r": 7.0}, 0, 0.0)
+    assert shown(played, 5, so_far=so_far) == "r $ left up\ns $ up\n"
+    assert shown(played, 8, so_far=so_far) == "r $ left up <beat 2/2>\ns $ up\n"

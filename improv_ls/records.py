@@ -35,7 +35,7 @@ class Records:
         self._thread = ThreadPoolExecutor(1)
         self._session = token_hex(4)
         self._distances = Distances()
-        self._told = ""  # what was last said of a problem
+        self._told: set[str] = set()
 
     async def history(self) -> history.History:
         """What has been kept, also by what happened just now."""
@@ -86,9 +86,9 @@ class Records:
         self._thread.submit(write, *what).add_done_callback(done)
 
     def _tell(self, problem: str) -> None:
-        """Warn about a problem, but not at every save."""
-        if problem != self._told:
-            self._told = problem
+        """Warn about a problem, once: it may come with every save."""
+        if problem not in self._told:
+            self._told.add(problem)
             self._editor.warn(problem)
 
 

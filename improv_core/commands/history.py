@@ -85,8 +85,8 @@ def report(file: Path) -> None:
         aligned = (cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True))
         echo("  ".join([first.ljust(widths[0]), *aligned]))
     if wrong := found.count(None):
-        lines_ = "1 line is" if wrong == 1 else f"{wrong} lines are"
-        echo(f"improv: {file}: {lines_} no event and left out", err=True)
+        what = "1 line is no event and was" if wrong == 1 else f"{wrong} lines are no events and were"
+        echo(f"improv: {file}: {what} left out", err=True)
 
 
 def _program(number: int) -> Played:

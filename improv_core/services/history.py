@@ -75,8 +75,9 @@ class History:
         """One line about what can't be read."""
         if not self.damaged:
             return None
-        files = "1 file" if self.damaged == 1 else f"{self.damaged} files"
-        return f"{files} of the history can't be read and were left out: look at them in {folder()}"
+        if self.damaged == 1:
+            return f"1 file of the history can't be read and was left out: look at it in {folder()}"
+        return f"{self.damaged} files of the history can't be read and were left out: look at them in {folder()}"
 
 
 def keep(file: str, text: str, now: datetime) -> None:

@@ -58,22 +58,32 @@ def test_the_one_before_plays_and_then_the_one_before_that(state: Path) -> None:
         assert "expected no argument" in client.wait_for_line("improv.history")
 
 
-def test_a_history_that_can_not_be_written_or_read_is_one_line_and_the_program_plays(state: Path) -> None:
+def test_what_can_not_be_written_or_read_is_said_once_and_the_program_plays(state: Path) -> None:
     state.parent.mkdir(parents=True)
     state.write_text("no folder")
+    log = state.parent / "none" / "study.jsonl"
     with Client({**QUIET, "onSave": "restart"}) as client:
+        for given in ("study.jsonl", "~root.jsonl", "/etc/passwd", 1, str(log)):
+            client.notify("workspace/didChangeConfiguration", {"settings": {"improv": {"study": {"log": given}}}})
+            if given != str(log):
+                line = client.wait_for_line("improv.study.log")
+                assert line.endswith(f"a full path that ends in .jsonl, got {given!r}; keeping the current value")
         client.open(URI, "")
         for version in (2, 3):
             assert save(client, version, f"r $ forward {version * 'left '}\n")
         assert command(client, "history") == []
+        assert said(client, "was not kept in the history") >= 1
+        assert said(client, f"{log} can't be written: no such file or directory") >= 1
         state.unlink()
+        log.parent.mkdir()
         save(client, 4, "r $ left\n")
         assert len(command(client, "history")) == 1
         (state / "5.improv").write_bytes(b"\xff")
         (kept,) = command(client, "history")
         assert kept["line"] == "r $ left"
         client.wait_for_line("1 file of the history can't be read")
-    assert said(client, "was not kept in the history") == 1
+    assert said(client, "was not kept in the history") == said(client, "can't be written") == 1
+    assert log.is_file()
 
 
 def test_a_study_log_says_what_people_do_and_how_far_robots_move(tmp_path: Path, state: Path) -> None:
@@ -103,21 +113,3 @@ def test_a_study_log_says_what_people_do_and_how_far_robots_move(tmp_path: Path,
     moved = sum(each["meters"]["r"] for each in events if each["event"] == "moved")
     assert 12 < moved < 24  # twice four steps of two meters, timed by the clock of a machine that may be busy
     assert (log.stat().st_mode & 0o777) == 0o600
-
-
-def test_a_study_log_has_a_full_path_and_its_own_kind_of_name() -> None:
-    with Client(QUIET) as client:
-        for given in ("study.jsonl", "~root.jsonl", "/etc/passwd", 1):
-            client.notify("workspace/didChangeConfiguration", {"settings": {"improv": {"study": {"log": given}}}})
-            assert f"expected a full path that ends in .jsonl, got {given!r}" in client.wait_for_line(
-                "improv.study.log"
-            )
-
-
-def test_a_study_log_that_can_not_be_written_is_said_once(tmp_path: Path, state: Path) -> None:
-    with Client({**QUIET, "study": {"log": str(tmp_path / "none" / "study.jsonl")}}) as client:
-        client.open(URI, "r $ left\n")
-        client.save(URI)
-        client.save(URI)
-        client.wait_for_line("can't be written: no such file or directory")
-    assert said(client, "can't be written") == 1

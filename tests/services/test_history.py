@@ -94,12 +94,12 @@ def test_a_full_disk_leaves_nothing_half_written(state: Path, monkeypatch: pytes
 def test_several_processes_lose_nothing(state: Path) -> None:
     script = (
         "import sys; from datetime import datetime, timezone; from improv_core.services.history import keep\n"
-        "for n in range(40): keep(sys.argv[1], str(n), datetime.now(timezone.utc))"
+        "for n in range(20): keep(sys.argv[1], str(n), datetime.now(timezone.utc))"
     )
     writers = [subprocess.Popen([sys.executable, "-c", script, f"/dances/{name}"]) for name in "ab"]
     assert [writer.wait(60) for writer in writers] == [0, 0]
     for name in "ab":
-        assert [each.text for each in read().of(f"/dances/{name}")] == [str(n) for n in reversed(range(40))]
+        assert [each.text for each in read().of(f"/dances/{name}")] == [str(n) for n in reversed(range(20))]
 
 
 def test_it_can_be_turned_off_and_is_never_in_the_workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,17 +15,20 @@ MILLISECOND = 1_000_000
 
 
 def event(line: str) -> str:
-    """A line of a log, written `SESSION TIME EVENT FIELD…`."""
-    session, time, name, *fields = line.split()
-    values: dict[str, object] = dict(field.split("=") for field in fields)
-    if name == "moved":
-        values = {"meters": {robot: float(str(far)) for robot, far in values.items()}}
+    """A line of a log, written `SESSION TIME KIND FIELD=VALUE…`."""
+    session, time, kind, *fields = line.split()
+    values: dict[str, Any] = {name: value for name, _, value in (field.partition("=") for field in fields)}
+    if kind == "moved":
+        values = {"meters": {robot: float(far) for robot, far in values.items()}}
     else:
         values = {"program": "a.improv", **values}
-    if name == "save":
-        values["errors"] = int(str(values["errors"]))
-    more = {"mistake": {"code": "syntax", "line": 1}, "play": {"robots": 1}}.get(name, {})
-    return json.dumps({"time": float(time), "session": session, "event": name, **values, **more})
+    if kind == "save":
+        values["errors"] = int(values["errors"])
+    elif kind == "mistake":
+        values |= {"code": "syntax", "line": 1}
+    elif kind == "play":
+        values["robots"] = 1
+    return json.dumps({"time": float(time), "session": session, "event": kind, **values})
 
 
 def check(log: str, table: str) -> None:

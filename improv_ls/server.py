@@ -77,7 +77,7 @@ OPTIONS: Mapping[str, Any] = {
 COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
     for name in (
-        *("play", "before", "history", "restart", "hush", "pause", "resume", "cue"),
+        *("play", "before", "history", "restart", "hush", "pause", "resume", "cue", "key"),
         *("seek", "speed", "mute", "solo", "page"),
     )
 }

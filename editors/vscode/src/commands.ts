@@ -1,8 +1,10 @@
 // The extension's own commands. The server's commands are registered by its client.
 
 import { commands, Disposable, ExtensionContext, LogOutputChannel } from "vscode";
+import { holdKey } from "./keys";
 import { stopOnSecondEscape } from "./escape";
 import { openFirstDance } from "./firstDance";
+import { showHistory } from "./history";
 import { showMenu } from "./menu";
 import { NowPlaying } from "./nowPlaying";
 import { Server } from "./server";
@@ -22,7 +24,9 @@ export function registerCommands(
     "improv.menu": () => showMenu(playing.transport, playing.robots),
     "improv.openPage": () => playing.page.open(),
     "improv.browsePage": () => playing.page.browse(),
+    "improv.holdKey": () => holdKey(),
     "improv.escape": stopOnSecondEscape(),
+    "improv.showHistory": () => showHistory(),
     "improv.openFirstDance": () => openFirstDance(),
   };
   return Disposable.from(...Object.entries(own).map(([name, run]) => commands.registerCommand(name, run)));

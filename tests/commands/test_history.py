@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import json
+import re
 import shutil
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
+from typing import get_args
 
 from click.testing import CliRunner, Result
 
 from improv_core.commands.main import improv
 from improv_core.services.history import keep
+from improv_core.services.study import Event
 from tests.commands.command_line import run
 
+ROOT = Path(__file__).parents[2]
 NOON = datetime(2026, 11, 22, 12, tzinfo=timezone.utc)
 
 
@@ -55,20 +58,13 @@ def test_what_is_not_there_is_said_in_one_line(tmp_path: Path, state: Path) -> N
         assert (done.exit_code, done.stdout, done.stderr.count("\n")) == (2, "", 1)
 
 
-def test_the_table_of_a_study_log(tmp_path: Path) -> None:
+def test_the_table_of_a_study_log_is_as_its_page_says(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "study.md").read_text(encoding="utf-8")
+    ((lines, table),) = re.findall(r"```json\n(.*?)```.*?```\n(.*?)```", page, re.DOTALL)
     log = tmp_path / "study.jsonl"
-    events: list[tuple[int, dict[str, object]]] = [
-        (0, {"event": "save", "program": "a.improv", "errors": 1}),
-        (15, {"event": "save", "program": "a.improv", "errors": 0}),
-        (15, {"event": "play", "program": "a.improv", "by": "save", "robots": 1}),
-        (60, {"event": "moved", "meters": {"anna": 3.25}}),
-    ]
-    lines = [json.dumps({"time": time, "session": "5f2a", **event}) for time, event in events]
-    log.write_text("\n".join([*lines, "half a li"]))
+    log.write_text(f"{lines}half a li")
     done = history("report", log)
-    assert done.stdout.splitlines() == [
-        "session  minutes  saves  saves/minute  played  mended  seconds to mend  meters",
-        "5f2a         1.0      2           2.0     50%       1             15.0     3.2",
-        "all          1.0      2           2.0     50%       1             15.0     3.2",
-    ]
+    assert done.stdout == table
     assert done.stderr == f"improv: {log}: 1 line is no event and was left out\n"
+    fields = {name for event in get_args(Event) for name in event.__annotations__}
+    assert set(re.findall(r"^\| `(\w+)` \|.+\|.+\|$", page, re.MULTILINE)) == {"time", "session", *fields}

@@ -65,10 +65,11 @@ class History:
         return [each for each in self.programs if each.file == file]
 
     def news(self, program: Played) -> str:
-        """The first line that is not in the version of that file before; else its first line."""
-        before = next((each.text for each in self.of(program.file) if each.id < program.id), "").splitlines()
+        """The first line that is not in the version of that file before; its last line if there is none."""
+        before = next((each.text for each in self.of(program.file) if each.id < program.id), program.text)
+        old = {line.strip() for line in before.splitlines()}
         lines = [line.strip() for line in program.text.splitlines() if line.strip()]
-        return next((line for line in lines if line not in map(str.strip, before)), "".join(lines[:1]))
+        return next((line for line in lines if line not in old), "".join(lines[-1:]))
 
     @property
     def complaint(self) -> str | None:

@@ -115,7 +115,7 @@ def test_it_can_be_turned_off_and_is_never_in_the_workspace(tmp_path: Path, monk
     ("before", "after", "news"),
     [
         ("beat 60\nr $ left", "beat 60\nr $ right", "r $ right"),
-        ("beat 60\nr $ left", "beat 60", "beat 60"),
+        ("beat 60\n# a dance\nr $ left", "beat 60\nr $ left", "r $ left"),
         ("", "\n\n  # a dance\nr $ left", "# a dance"),
         ("", "", ""),
     ],

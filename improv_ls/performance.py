@@ -30,10 +30,11 @@ from improv_core.score.performance import SenseEdge
 from improv_core.score.senses import Key
 from improv_core.stage.protocol import DEADMAN_LIMIT, SceneJson, State, TransportMessage, When
 from improv_ls import live
-from improv_ls.documents import Document, RobotsFile, moved, name_of, path_of
+from improv_ls.documents import Document, RobotsFile, moved, name_of, opened, path_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
 from improv_ls.hinting import Hinting
 from improv_ls.placing import Placing
+from improv_ls.records import By, Records, file_of
 
 TRANSPORT_PERIOD = 1.0
 """Seconds between two messages that tell which beat is playing."""
@@ -48,13 +49,19 @@ class Performance:
     """The one dance that plays in a session, on the backend of its settings."""
 
     def __init__(
-        self, editor: Editor, documents: Mapping[str, Document], robots_files: Mapping[str, RobotsFile]
+        self,
+        editor: Editor,
+        documents: Mapping[str, Document],
+        robots_files: Mapping[str, RobotsFile],
+        records: Records,
     ) -> None:
         self._editor = editor
+        self._records = records
         self._documents = documents
         self._playback: Playback | None = None
         self._sent: dict[int, Document] = {}  # by generation: the one that plays, and those that are to take over
         self._latest: Document | None = None  # of them
+        self._before: str | None = None  # its id in the history, if a version from there plays
         self._node: str | None = None  # as the improv.toml of the latest dance names it
         self._generation = 0  # of the one that plays
         self._edges: list[SenseEdge] = []  # what has been sensed since this scene began
@@ -80,11 +87,12 @@ class Performance:
         except StageError:
             await self.close()
 
-    async def play(self, document: Document, asked: int) -> None:
+    async def play(self, document: Document, asked: int, by: By = "command") -> None:
         """Play a program and say so in one line, or say why not.
 
         `asked` is the count of stops when somebody asked for it: after a stop since then, it does not begin.
         """
+        self._before = None
         self._present(document)
         if refusal := _refusal(document):
             keeps = "; the previous dance keeps playing" if self._playback and self._playback.is_on else ""
@@ -92,12 +100,12 @@ class Performance:
             return
         settings = self._editor.settings
         restarts = self._state == "playing" and settings.on_save is None
-        await self._play(document, settings.switch_at if settings.on_save == "continue" else "restart", asked)
+        await self._play(document, settings.switch_at if settings.on_save == "continue" else "restart", asked, by)
         if restarts and not self._hinted:
             self._hinted = True
             self._editor.say(HINT)
 
-    async def _play(self, document: Document, when: When, asked: int) -> None:
+    async def _play(self, document: Document, when: When, asked: int, by: By = "command") -> None:
         analysis = document.analysis
         self._node = analysis.cast.node
         playback = self._stages()
@@ -113,9 +121,27 @@ class Performance:
                 self._editor.warn(f"■ {name_of(document.uri)} was stopped before it began: save to play it")
             return
         self._sent[generation] = self._latest = document
+        self._records.played(document, by)
         self._editor.say(f"▶ {summary(analysis)}, {playback.status}")
         if self._editor.settings.page_open and playback.page and not self._page_shown:
             self._show(playback)
+
+    async def play_before(self, document: Document, asked: int) -> None:
+        """Play the version of a program that played before the one that plays now. `asked` as for `play`.
+
+        Each time again, it plays the one before that, until a save or another command plays something.
+        """
+        programs = (await self._records.history()).of(file_of(document))
+        if self._before:
+            earlier = [each for each in programs if each.id < self._before]
+        else:
+            latest = self._latest if self._latest and self._latest.uri == document.uri else None
+            earlier = [each for each in programs if not latest or each.text != latest.analysis.text]
+        if not earlier:
+            self._editor.warn(f"improv.before: no earlier version of {name_of(document.uri)} has been kept")
+            return
+        await self.play(opened(document.uri, None, earlier[0].text), asked)
+        self._before = earlier[0].id
 
     async def restart(self, asked: int) -> None:
         """Play the last dance again from beat 0. `asked` as for `play`."""
@@ -251,6 +277,7 @@ class Performance:
             settings.ros_python,
             settings.ros_discovery,
             settings.ros_standby,
+            report_sent=settings.study_log is not None,
             takes_start_poses=True,
             node=self._node,
         )
@@ -278,6 +305,10 @@ class Performance:
                 self._editor.refresh("code_lens")
             if message["state"] == "playing":
                 self._progress = asyncio.create_task(self._show_progress(message))
+            else:
+                self._records.rested()
+        elif message["type"] == "sent" and leads:
+            self._records.sent(message)
         elif message["type"] == "sensed" and message["generation"] == self._generation:
             edge = SenseEdge(near(message["beat"]), message["robot"], message["sense"], message["value"])
             self._edges.append(edge)

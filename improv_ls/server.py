@@ -81,11 +81,19 @@ OPTIONS: Mapping[str, Any] = {
 }
 COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
-    for name in ("play", "restart", "hush", "pause", "resume", "cue", "key", "seek", "speed", "mute", "solo", "page")
+    for name in (
+        *("play", "before", "history", "restart", "hush", "pause", "resume", "cue", "key"),
+        *("seek", "speed", "mute", "solo", "page"),
+    )
 }
 _NOT_SETTLED = {types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DIAGNOSTIC, types.WORKSPACE_DIAGNOSTIC}
 """Messages that need not wait until every statement is up to date: they come with every key, or all the time."""
-_ASYNCHRONOUS = {FEATURES[types.WORKSPACE_SYMBOL], FEATURES[types.WORKSPACE_DIAGNOSTIC], COMMANDS["improv.page"]}
+_ASYNCHRONOUS = {
+    FEATURES[types.WORKSPACE_SYMBOL],
+    FEATURES[types.WORKSPACE_DIAGNOSTIC],
+    COMMANDS["improv.page"],
+    COMMANDS["improv.history"],
+}
 
 
 def create_server() -> Session:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from improv_ls.coloring import Chunk
     from improv_ls.documents import Document, RobotsFile
     from improv_ls.performance import Performance
+    from improv_ls.records import Records
 
 T = TypeVar("T")
 _numbers = count(1)
@@ -75,7 +76,14 @@ class Session(StdioServer):
         from improv_ls.performance import Performance
 
         self.obey_while_busy()
-        return Performance(self.editor, self.documents, self.robots_files)
+        return Performance(self.editor, self.documents, self.robots_files, self.records)
+
+    @cached_property
+    def records(self) -> Records:
+        """What is kept on disk. Made when somebody saves."""
+        from improv_ls.records import Records
+
+        return Records(self.editor)
 
     def settle(self, params: Any) -> None:
         """Bring the statements up to date that a request may be about: all up to its place, if it names one."""
@@ -95,3 +103,5 @@ class Session(StdioServer):
         """Stop the robots, if any have been moved, and end the stages."""
         if "performance" in self.__dict__:
             await self.performance.close()
+        if "records" in self.__dict__:
+            await self.records.close()

@@ -1,6 +1,8 @@
 """What all tests share."""
 
+import os
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from hypothesis import settings
@@ -12,6 +14,18 @@ pytest.register_assert_rewrite("tests.program.drawing")
 # Machines that build other things meanwhile are slow now and then; pytest's own timeout is the limit.
 settings.register_profile("improv", deadline=None)
 settings.load_profile("improv")
+
+# No test may write into the history of the person who runs it, nor may what tests start. Set before they are imported:
+# some copy the environment then.
+_state = TemporaryDirectory(prefix="improv-state-")
+os.environ["XDG_STATE_HOME"] = _state.name
+
+
+@pytest.fixture
+def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of a history of its own, also for what the test starts."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    return tmp_path / "state" / "improv" / "history"
 
 
 @pytest.fixture(params=KINDS)

@@ -89,6 +89,8 @@ Font lock ignores an end at point, so that is one more if there are none."
   "C-c C-p" #'improv-pause
   "C-c C-r" #'improv-resume
   "C-c C-b" #'improv-restart
+  "C-c C-z" #'improv-before
+  "C-c C-l" #'improv-history
   "C-c C-q" #'improv-cue
   "C-c C-s" #'improv-seek
   "C-c C-f" #'improv-speed
@@ -103,6 +105,8 @@ Font lock ignores an end at point, so that is one more if there are none."
     ["Pause" improv-pause]
     ["Resume" improv-resume]
     ["Play from the Beginning" improv-restart]
+    ["Play the One Before" improv-before]
+    ["Show History…" improv-history]
     ["Give the Cue" improv-cue]
     ["Hold or Release Key of a Sense…" improv-key]
     ["Go to Beat…" improv-seek]
@@ -199,6 +203,25 @@ Only lines of the statement at point count."
   (interactive nil improv-mode)
   (improv--execute "improv.restart"))
 
+(defun improv-before ()
+  "Play the version of this program that played before.
+Use it again to go back further."
+  (interactive nil improv-mode)
+  (improv--execute "improv.before" (eglot-path-to-uri (or buffer-file-name (user-error "Save this buffer to a file first")))))
+
+(defun improv-history (id)
+  "Show the program with this ID in the history, to read and to copy from."
+  (interactive (list (improv--read-played)) improv-mode)
+  (let ((text (or (improv--ask "improv.history" id) (user-error "It is no longer in the history"))))
+    (with-current-buffer (get-buffer-create "*Improv history*")
+      (let ((inhibit-read-only t) improv-mode-hook)
+        (erase-buffer)
+        (insert text)
+        (goto-char (point-min))
+        (improv-mode)
+        (setq buffer-read-only t))
+      (pop-to-buffer (current-buffer)))))
+
 (defun improv-cue ()
   "Give the cue that robots wait for."
   (interactive nil improv-mode)
@@ -237,6 +260,27 @@ Only lines of the statement at point count."
 (defun improv--read-robot (what)
   "Ask which of the current robots to WHAT, such as \"Mute\"."
   (completing-read (concat what " robot: ") (improv-playing-robots (improv--server))))
+
+(defun improv--read-played ()
+  "Ask for one of the programs that played, the latest first.  Return its id."
+  (let ((programs (mapcar (lambda (each)
+                            (cons (format "%s  %s  %s" (plist-get each :played) (plist-get each :name) (plist-get each :line))
+                                  (plist-get each :id)))
+                          (improv--ask "improv.history"))))
+    (unless programs
+      (user-error "Nothing has played yet"))
+    (cdr (assoc (completing-read "Program that played: "
+                                 (lambda (string predicate action)
+                                   (if (eq action 'metadata)
+                                       '(metadata (display-sort-function . identity))
+                                     (complete-with-action action programs string predicate)))
+                                 nil t)
+                programs))))
+
+(defun improv--ask (command &rest arguments)
+  "Have the server execute COMMAND with ARGUMENTS, and return its answer."
+  (jsonrpc-request (improv--server) :workspace/executeCommand
+                   (list :command command :arguments (vconcat arguments))))
 
 (defun improv--execute (command &rest arguments)
   "Have the server execute COMMAND with ARGUMENTS.

@@ -26,6 +26,7 @@ COMMANDS = {
     "watch": "watch",
     "stop": "stop",
     "record": "record",
+    "history": "history",
     "doctor": "doctor",
     "ros": "ros_setup",
 }

@@ -18,6 +18,7 @@ from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
 from improv_core.commands.terminal import first, performance, run
 from improv_core.playback.start import Options
+from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import outcome, summary
 from improv_core.score.movement import ENDLESS
@@ -55,7 +56,9 @@ def command(
         sys.exit(play_fast(file, seconds, report=report is not None, senses=senses_of(recording)))
     options = parameters.options(file, backend, port)
     senses = senses_of(recording)
-    sys.exit(run(play(file, options, browser=not no_browser, report=report is not None, senses=senses)))
+    if not (analysis := read_to_play(file)):
+        sys.exit(PROBLEMS)
+    sys.exit(run(play(analysis, file, options, browser=not no_browser, report=report is not None, senses=senses)))
 
 
 def senses_of(recording: Path | None) -> list[Sensed] | None:
@@ -71,6 +74,7 @@ def senses_of(recording: Path | None) -> list[Sensed] | None:
 
 
 async def play(
+    analysis: Analysis,
     path: Path,
     options: Options,
     *,
@@ -79,9 +83,7 @@ async def play(
     recorder: Recorder | None = None,
     senses: Sequence[Sensed] | None = None,
 ) -> int:
-    """Play a program once; the exit code. Raises ReadError and StageError; OSError and ValueError if unrecorded."""
-    if not (analysis := read_to_play(path)):
-        return PROBLEMS
+    """Play a program without errors once; the exit code. Raises StageError; OSError and ValueError if unrecorded."""
     async with performance(options, browser=browser, quiet=report, recorder=recorder) as performing:
         await performing.play(analysis, path, senses=senses)
         await first(performing.finished.wait(), performing.interrupted.wait())

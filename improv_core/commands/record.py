@@ -85,10 +85,11 @@ async def record_live(path: Path, output: Path, options: Options, *, browser: bo
 
     Raises ReadError, StageError and RecordError.
     """
+    if not (analysis := read_to_play(path)):
+        return PROBLEMS
     with recording(output) as recorder:
-        code = await play(path, replace(options, report_sent=True), browser=browser, recorder=recorder)
-    if code != PROBLEMS:
-        echo(_summary(output, recorder))
+        code = await play(analysis, path, replace(options, report_sent=True), browser=browser, recorder=recorder)
+    echo(_summary(output, recorder))
     return code
 
 

@@ -8,6 +8,7 @@ import signal
 import sys
 import webbrowser
 from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable, Sequence
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import outcome, summary
 from improv_core.score.motion import Twist
+from improv_core.services.history import keep
 from improv_core.stage.protocol import Decided, Poses, Sensed, Sent, TransportMessage, When
 from improv_core.stage.sinks.recorder import Recorder
 
@@ -81,6 +83,7 @@ class Performance:
         self._latest: TransportMessage | None = None  # from the leading stage
         self._poses: Poses = {}  # from the stage that has them
         self._playing: set[str] = set()  # which stages play
+        self._keeping: set[asyncio.Task[None]] = set()  # programs, in the history
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
         self.broken = False  # whether a stage has ended by itself
@@ -117,6 +120,7 @@ class Performance:
         if self._recorder:
             self._recorder.prepare(score, restart=when == "restart")
         if await self._playback.play(score, path.name, asked, when, senses=senses):
+            self._keep(path, analysis.text)
             self.say(f"▶ {summary(analysis)}, {self._playback.status}")
         else:
             self.say(f"■ {path.name} was stopped before it began")
@@ -134,8 +138,20 @@ class Performance:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
         self._stop_counter()
         await self._playback.close()
+        await asyncio.gather(*self._keeping, return_exceptions=True)
         if self._not_recorded:
             raise self._not_recorded
+
+    def _keep(self, path: Path, text: str) -> None:
+        """Keep a program that plays in the history; only `close` waits for that."""
+        kept = asyncio.create_task(asyncio.to_thread(keep, str(path.absolute()), text, datetime.now(timezone.utc)))
+        self._keeping.add(kept)
+        kept.add_done_callback(self._kept)
+
+    def _kept(self, keeping: asyncio.Task[None]) -> None:
+        self._keeping.discard(keeping)
+        if problem := keeping.exception():
+            self.complain(f"improv: {problem}")
 
     def report(self) -> dict[str, Any]:
         """Where the robots of the latest program started and ended."""

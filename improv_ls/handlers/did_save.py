@@ -24,5 +24,7 @@ def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
     refresh_robots(ls)
     # What was saved is what plays, whatever is typed from here on.
     document = ls.documents.get(uri)
+    if document and ls.editor.settings.study_log:
+        ls.records.saved(document)
     if document and ls.editor.settings.on_save != "off":
-        ls.editor.soon(ls.performance.play(document, ls.arrival.stops))
+        ls.editor.soon(ls.performance.play(document, ls.arrival.stops, "save"))

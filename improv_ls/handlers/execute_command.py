@@ -2,22 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
+from improv_core.plain import printable
 from improv_core.stage.protocol import FASTEST, LAST_BEAT, SLOWEST
+from improv_ls.documents import Document
 from improv_ls.handlers.workspace_files import refresh_robots
 from improv_ls.session import Session
 
 
 def play(ls: Session, *arguments: Any) -> None:
     """Play the document whose URI is the first argument, or else the only open one."""
-    refresh_robots(ls)
-    uris = list(arguments[:1]) or list(ls.documents)
-    document = ls.documents.get(str(uris[0])) if len(uris) == 1 else None
-    if document:
+    if document := _program(ls, "play", arguments):
         ls.editor.soon(ls.performance.play(document, ls.arrival.stops))
-    else:
-        ls.editor.warn("improv.play: expected the URI of an open program")
+
+
+def before(ls: Session, *arguments: Any) -> None:
+    """Play the version of a document that played before; which document, as for `play`."""
+    if document := _program(ls, "before", arguments):
+        ls.editor.soon(ls.performance.play_before(document, ls.arrival.stops))
+
+
+async def history(ls: Session, *arguments: Any) -> list[Mapping[str, str]] | str | None:
+    """What played, the latest first; with an id from there, the text of that program."""
+    kept = await ls.records.history()
+    if not arguments:
+        if kept.complaint:
+            ls.editor.warn(kept.complaint)
+        return [
+            {"id": each.id, "played": each.when, "name": each.name, "line": printable(kept.news(each))}
+            for each in kept.programs
+        ]
+    found = next((each.text for each in kept.programs if each.id == arguments[0]), None)
+    if found is None:
+        ls.editor.warn("improv.history: expected no argument, or the id of a program in the history")
+    return found
 
 
 async def page(ls: Session, *arguments: Any) -> str | None:
@@ -78,6 +98,16 @@ def mute(ls: Session, *arguments: Any) -> None:
 def solo(ls: Session, *arguments: Any) -> None:
     """Solo a robot, so that all that are not soloed stand still, or undo that."""
     _silence(ls, "solo", arguments)
+
+
+def _program(ls: Session, command: str, arguments: tuple[Any, ...]) -> Document | None:
+    """The document whose URI is the first argument, or else the only open one, with the robots that it has now."""
+    refresh_robots(ls)
+    uris = list(arguments[:1]) or list(ls.documents)
+    document = ls.documents.get(str(uris[0])) if len(uris) == 1 else None
+    if not document:
+        ls.editor.warn(f"improv.{command}: expected the URI of an open program")
+    return document
 
 
 def _silence(ls: Session, command: str, arguments: tuple[Any, ...]) -> None:

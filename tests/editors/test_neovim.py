@@ -21,6 +21,8 @@ from tests.editors.terminal import Terminal, until, written
 
 SCRIPTS = Path(__file__).parent / "neovim"
 PLUGIN = ROOT / "editors" / "neovim"
+VARIABLES = {"nvim-0.10": "NVIM", "nvim-0.11": "NVIM_0_11", "nvim-0.12": "NVIM_0_12"}
+"""The environment variable that names each Neovim. What 0.11 does differently shows in a session."""
 PROGRAM = "beat 120\n\nturtle1 $ repeat (forward lft)\n"
 
 
@@ -73,14 +75,15 @@ class Neovim:
         assert done.returncode == 0, done.stderr
 
 
-@pytest.fixture(params=[("NVIM", "nvim-0.10"), ("NVIM_0_12", "nvim-0.12")], ids=["nvim-0.10", "nvim-0.12"])
+@pytest.fixture(params=["nvim-0.10", "nvim-0.12"])
 def neovim(request: pytest.FixtureRequest, tmp_path: Path) -> Neovim:
-    variable, fetched = request.param
-    found = Neovim(fetched, find(variable, f"{fetched}/usr/bin/nvim"), tmp_path)
+    fetched = request.param
+    found = Neovim(fetched, find(VARIABLES[fetched], f"{fetched}/usr/bin/nvim"), tmp_path)
     found.program.write_text(PROGRAM)
     return found
 
 
+@pytest.mark.parametrize("neovim", VARIABLES, indirect=True)
 @pytest.mark.timeout(LIMIT + 60)
 def test_session(neovim: Neovim) -> None:
     neovim.check("session.lua")

@@ -52,6 +52,7 @@ def test_session(tmp_path: Path) -> None:
         _a_wrong_save_changes_nothing(page, robots)
         _keys_stop_the_robots(page, robots)
         _a_new_server_plays(page)
+        _the_one_before_plays_and_the_history_shows_it(page)
         _kill_the_editor(env)
 
 
@@ -307,6 +308,19 @@ def _a_new_server_plays(page: Page) -> None:
     expect(framed_page(page).locator("#state")).to_have_text("playing")
     _robot(_robots(frame.value), "moves")
     expect(_explained(page, "forward")).to_contain_text("1 beat")
+
+
+def _the_one_before_plays_and_the_history_shows_it(page: Page) -> None:
+    word(page, "forward").click()
+    run_command(page, "Improv: Play the One Before")
+    run_command(page, "Improv: Show History")
+    rows = page.locator(".quick-input-list .monaco-list-row", has_text="dance.improv")
+    expect(rows.first).to_contain_text("turtle1 $ repeat (forward left)")
+    keep_picture(page, "history")
+    rows.first.click()
+    expect(page.get_by_role("tab", name="Untitled-1")).to_be_visible()
+    expect(word(page, "forward")).to_be_visible()
+    expect(page.locator(".view-line", has_text="A line above")).to_have_count(0)
 
 
 def _kill_the_editor(env: Mapping[str, str]) -> None:

@@ -16,6 +16,10 @@ import { showError, showInformation, showWarning, withoutLinks } from "./message
 import { Evaluated } from "./moments";
 import { Transport } from "./transport";
 
+/** Commands of the server that move no robot, and those that take a program. */
+const HARMLESS = ["improv.hush", "improv.history"];
+const OF_A_PROGRAM = ["improv.play", "improv.before"];
+
 /** Hears what the server reports to us beyond the standard protocol. */
 export interface Listener {
   onTransport(transport: Transport): void;
@@ -44,9 +48,9 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
         workspace: { configuration: ({ items }) => items.map(settings) },
         sendRequest: (type, param, token, next) => next(type, param, token).catch(rethrowWithoutLinks),
         executeCommand: (name, given, next) => {
-          if (!workspace.isTrusted && name !== "improv.hush") return askForTrust();
+          if (!workspace.isTrusted && !HARMLESS.includes(name)) return askForTrust();
           // The client registers the server's commands. The command palette passes no arguments.
-          return next(name, name === "improv.play" ? programOf(given[0]) : given);
+          return next(name, OF_A_PROGRAM.includes(name) ? programOf(given[0]) : given);
         },
         window: {
           showDocument: async (params, token, next) => {

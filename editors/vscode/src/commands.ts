@@ -4,6 +4,7 @@ import { commands, Disposable, ExtensionContext, LogOutputChannel } from "vscode
 import { holdKey } from "./keys";
 import { stopOnSecondEscape } from "./escape";
 import { openFirstDance } from "./firstDance";
+import { showHistory } from "./history";
 import { showMenu } from "./menu";
 import { NowPlaying } from "./nowPlaying";
 import { Server } from "./server";
@@ -25,6 +26,7 @@ export function registerCommands(
     "improv.browsePage": () => playing.page.browse(),
     "improv.holdKey": () => holdKey(),
     "improv.escape": stopOnSecondEscape(),
+    "improv.showHistory": () => showHistory(),
     "improv.openFirstDance": () => openFirstDance(),
   };
   return Disposable.from(...Object.entries(own).map(([name, run]) => commands.registerCommand(name, run)));

@@ -75,6 +75,17 @@
 (await "playing what is not saved" (told "▶ anna ∞, endless at beat 120, simulator"))
 (robot "moves")
 (await "lit by the command" (lit))
+
+(setq init-messages nil)
+(improv-before)
+(await "the version before plays" (told "▶ anna"))
+(let ((program (buffer-string)))
+  (save-window-excursion
+    (cl-letf (((symbol-function 'completing-read) (lambda (_prompt table &rest _) (nth 1 (all-completions "" table)))))
+      (call-interactively #'improv-history))
+    (check (equal (with-current-buffer "*Improv history*" (buffer-string)) program)
+           (with-current-buffer "*Improv history*" (buffer-string)) program)))
+(set-buffer (find-buffer-visiting (getenv "IMPROV_PROGRAM")))
 (set-buffer-modified-p nil)
 (kill-buffer)
 (await "nothing is left of the buffer" (null (left-behind)))

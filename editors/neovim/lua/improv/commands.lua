@@ -34,6 +34,38 @@ local function play()
   end
 end
 
+local function before()
+  execute("improv.before", { vim.uri_from_bufnr(vim.api.nvim_get_current_buf()) })
+end
+
+--- Show a text in a window of its own, to read and to copy from.
+local function show(text)
+  vim.cmd.new()
+  vim.api.nvim_buf_set_lines(0, 0, -1, false, vim.split(text, "\r?\n"))
+  vim.bo.buftype, vim.bo.bufhidden, vim.bo.syntax, vim.bo.modifiable = "nofile", "wipe", "improv", false
+end
+
+--- Choose one of the programs that played, and show it.
+local function history()
+  local client = here()
+  if not client then
+    return
+  end
+  server.execute(client, "improv.history", {}, function(programs)
+    if #programs == 0 then
+      return vim.notify("Nothing has played yet")
+    end
+    local function line(each) return ("%s  %s  %s"):format(each.played, each.name, each.line) end
+    vim.ui.select(programs, { prompt = "Programs that played", format_item = line }, function(chosen)
+      if chosen then
+        server.execute(client, "improv.history", { chosen.id }, function(text)
+          if type(text) == "string" then show(text) end
+        end)
+      end
+    end)
+  end)
+end
+
 local function hush()
   waiting.clear()
   for _, client in ipairs(vim.lsp.get_clients { name = "improv" }) do
@@ -61,6 +93,8 @@ function M.define(buffer)
   local a_number, a_robot = { nargs = 1 }, { nargs = 1, complete = robots }
 
   command("ImprovPlay", play, "Play this program")
+  command("ImprovBefore", before, "Play the version of this program that played before")
+  command("ImprovHistory", history, "Show a program that played")
   command("ImprovPause", function() execute("improv.pause") end, "Pause all robots")
   command("ImprovResume", function() execute("improv.resume") end, "Resume after a pause")
   command("ImprovCue", function() execute("improv.cue") end, "Give the cue that robots wait for")

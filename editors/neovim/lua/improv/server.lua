@@ -26,17 +26,19 @@ function M.request(client, method, params, handler, buffer)
   end
 end
 
---- Have the server execute a command, and show an error in one line.
-function M.execute(client, command, arguments)
+--- Have the server execute a command, and show an error in one line. `take` gets the result, if it is given.
+function M.execute(client, command, arguments, take)
   local offered = vim.tbl_get(client.server_capabilities, "executeCommandProvider", "commands") or {}
   if not vim.tbl_contains(offered, command) then
     return vim.notify("This improv-ls does not support " .. command .. "; install a newer one", vim.log.levels.WARN)
   end
-  M.request(client, "workspace/executeCommand", { command = command, arguments = arguments }, function(problem, page)
+  M.request(client, "workspace/executeCommand", { command = command, arguments = arguments }, function(problem, result)
     if problem then
       vim.notify(problem.message, vim.log.levels.ERROR)
-    elseif type(page) == "string" then
-      vim.notify("The robots are at " .. page) -- the browser may not have opened
+    elseif take then
+      take(result)
+    elseif type(result) == "string" then
+      vim.notify("The robots are at " .. result) -- the browser may not have opened
     end
   end)
 end

@@ -1,0 +1,106 @@
+"""`improv history`: the programs that played, and the table of a study log."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from improv_core.commands import parameters
+from improv_core.commands.echo import echo
+from improv_core.commands.exit_codes import PROBLEMS, CommandError
+from improv_core.commands.play import play
+from improv_core.commands.programs import report_diagnostics
+from improv_core.commands.terminal import run
+from improv_core.program.analysis import analyze
+from improv_core.program.files import robots_near
+from improv_core.robots.config import Robots
+from improv_core.services import study
+from improv_core.services.history import Played, read
+
+WIDTH = 60
+"""Characters that are listed of a line."""
+
+
+class Group(click.Group):
+    """A group in which a number is a command as well: it prints that program."""
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name.isdecimal():
+            return click.Command(cmd_name, callback=lambda: _print(_program(int(cmd_name))))
+        return super().get_command(ctx, cmd_name)
+
+
+@click.group("history", cls=Group, invoke_without_command=True, subcommand_metavar="[N | COMMAND [ARGS]...]")
+@click.pass_context
+def command(ctx: click.Context) -> None:
+    """List the programs that played; with N, print one of them. The latest is number 1."""
+    if ctx.invoked_subcommand:
+        return
+    history = read()
+    for number, each in reversed(list(enumerate(history.programs, 1))):
+        echo(f"{number:>3}  {each.when}  {each.name}  {history.news(each)[:WIDTH]}")
+    if history.complaint:
+        echo(f"improv: {history.complaint}", err=True)
+    elif not history.programs:
+        echo("nothing has played yet")
+
+
+@command.command("play")
+@click.argument("number", metavar="N", type=click.IntRange(min=1))
+@parameters.backend
+@parameters.port
+@parameters.no_browser
+def play_again(number: int, backend: str, port: int, no_browser: bool) -> None:
+    """Play a program of the history once. Ctrl-C stops the robots."""
+    program = _program(number)
+    path = Path(program.file)
+    if path.is_absolute() and not path.parent.is_dir():
+        raise CommandError(
+            f"{path.parent} is gone, and with it what its improv.toml says of the robots: "
+            f"save the program elsewhere with `improv history {number} > dance.improv`, then play that"
+        )
+    analysis = analyze(program.text, robots_near(path.parent) if path.is_absolute() else Robots())
+    report_diagnostics(path, analysis)
+    if not analysis.ok:
+        sys.exit(PROBLEMS)
+    options = parameters.options(path, backend, port)
+    sys.exit(run(play(analysis, path, options, browser=not no_browser)))
+
+
+@command.command("report")
+@click.argument("file", type=click.Path(path_type=Path))
+def report(file: Path) -> None:
+    """Print the table of a study log, which an editor writes if its setting study.log names one."""
+    try:
+        with file.open(encoding="utf-8", errors="replace") as lines:
+            found = list(study.read(lines))
+    except OSError as error:
+        raise CommandError(f"{file} can't be read: {(error.strerror or 'no reason').lower()}") from None
+    rows = study.rows(each for each in found if each)
+    table = [study.HEADINGS, *map(study.cells, [*rows, study.total(rows)])]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    for first, *others in table:
+        aligned = (cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True))
+        echo("  ".join([first.ljust(widths[0]), *aligned]))
+    if wrong := found.count(None):
+        what = "1 line is no event and was" if wrong == 1 else f"{wrong} lines are no events and were"
+        echo(f"improv: {file}: {what} left out", err=True)
+
+
+def _program(number: int) -> Played:
+    """The program with this number in the list. Raises CommandError."""
+    programs = read().programs
+    if not 1 <= number <= len(programs):
+        raise CommandError(f"the history has no program {number}: `improv history` lists what it has")
+    return programs[number - 1]
+
+
+def _print(program: Played) -> None:
+    """Print a program: in a terminal as printable text, elsewhere exactly."""
+    if sys.stdout.isatty():
+        for line in program.text.splitlines():
+            echo(line)
+    else:
+        click.echo(program.text, nl=False)

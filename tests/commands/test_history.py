@@ -1,0 +1,70 @@
+"""`improv history`."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+from typing import get_args
+
+from click.testing import CliRunner, Result
+
+from improv_core.commands.main import improv
+from improv_core.services.history import keep
+from improv_core.services.study import Event
+from tests.commands.command_line import run
+
+ROOT = Path(__file__).parents[2]
+NOON = datetime(2026, 11, 22, 12, tzinfo=timezone.utc)
+
+
+def history(*arguments: object) -> Result:
+    return CliRunner().invoke(improv, ["history", *map(str, arguments)])
+
+
+def test_what_played_is_listed_printed_and_played_again(tmp_path: Path, state: Path) -> None:
+    assert history().stdout == "nothing has played yet\n"
+    folder, texts = tmp_path / "folder", ["beat 600\r\nr $ forward\r\n", "beat 600\nr q $ left\n"]
+    folder.mkdir()
+    for second, text in enumerate(texts):
+        keep(str(folder / "dance.improv"), text, NOON + timedelta(seconds=second))
+    assert [line.split(maxsplit=3) for line in history().stdout.splitlines()] == [
+        ["2", "2026-11-22", f"{NOON.astimezone():%H:%M}:00", "dance.improv  r $ forward"],
+        ["1", "2026-11-22", f"{NOON.astimezone():%H:%M}:01", "dance.improv  r q $ left"],
+    ]
+    assert [history(number).stdout_bytes.decode() for number in (2, 1)] == texts
+
+    (folder / "improv.toml").write_text('[robots.r]\nprofile = "turtlebot3_burger"\n')
+    again = run("history", "play", "2", "--backend", "sim", "--no-browser")
+    assert again.returncode == 0
+    assert "limit of 0.22 m/s" in again.stderr  # as improv.toml beside its file says now
+    assert "▶ r 1 beat, 0.10 s at beat 600, simulator" in again.stdout
+    assert history(1).stdout_bytes.decode() == texts[0]
+
+    shutil.rmtree(folder)
+    gone = history("play", "2")
+    assert (gone.exit_code, gone.stderr[: len(f"improv: {folder} is gone")]) == (2, f"improv: {folder} is gone")
+
+
+def test_what_is_not_there_is_said_in_one_line(tmp_path: Path, state: Path) -> None:
+    state.mkdir(parents=True)
+    (state / "1.improv").write_text("damaged")
+    damaged = history()
+    assert (damaged.exit_code, damaged.stdout) == (0, "")
+    assert damaged.stderr.startswith("improv: 1 file of the history can't be read and was left out: look at it in ")
+    for arguments in (("1",), ("play", "1"), ("report", tmp_path / "none.jsonl"), ("report", tmp_path)):
+        done = history(*arguments)
+        assert (done.exit_code, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+
+
+def test_the_table_of_a_study_log_is_as_its_page_says(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "study.md").read_text(encoding="utf-8")
+    ((lines, table),) = re.findall(r"```json\n(.*?)```.*?```\n(.*?)```", page, re.DOTALL)
+    log = tmp_path / "study.jsonl"
+    log.write_text(f"{lines}half a li")
+    done = history("report", log)
+    assert done.stdout == table
+    assert done.stderr == f"improv: {log}: 1 line is no event and was left out\n"
+    fields = {name for event in get_args(Event) for name in event.__annotations__}
+    assert set(re.findall(r"^\| `(\w+)` \|.+\|.+\|$", page, re.MULTILINE)) == {"time", "session", *fields}

@@ -22,6 +22,11 @@ export class Camera {
   insets = { top: 0, bottom: 0, left: 0 } // pixels that are covered
   fits = true // whether it follows the robots and paths
 
+  /** The shorter side of the stage, in pixels. */
+  get shorter() {
+    return Math.min(this.size.width, this.size.height)
+  }
+
   /** The view, once there is one. */
   get sight() {
     if (!this.view) throw new Error("nothing has been drawn yet")

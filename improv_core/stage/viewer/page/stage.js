@@ -15,7 +15,8 @@ import { picture, REACH } from "./robots.js"
 /** @typedef {Scene["cast"][number] & { pose: Pose, place: Point, size: number }} Drawn a robot, with its place in pixels */
 /** @typedef {Omit<Scene, "cast"> & { cast: Drawn[], camera: Camera, ratio: number, colors: Colors }} GroundScene */
 
-const LEAST_RADIUS = 0.021 // of the stage's shorter side
+const LEAST_RADIUS = 0.034 // of the stage's shorter side,
+const CROWD = 8 // as long as there are no more robots; more of them are smaller
 const PAINTING = 3 // milliseconds of each frame
 const NARROW = 720 // pixels
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
@@ -80,7 +81,7 @@ export class Stage {
     const seen = scene.cast.flatMap((robot) => (robot.pose ? [{ ...robot, pose: robot.pose }] : []))
     const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), seconds)
     const { scale } = camera.sight
-    const least = Math.max(12, LEAST_RADIUS * Math.min(camera.size.width, camera.size.height))
+    const least = Math.max(12, (LEAST_RADIUS * camera.shorter) / Math.sqrt(Math.max(seen.length / CROWD, 1)))
     const cast = seen.map((robot) => ({
       ...robot,
       place: camera.toScreen(robot.pose),
@@ -98,7 +99,7 @@ export class Stage {
     for (const robot of cast) this.#drawName(robot)
     for (const ring of scene.rings) this.#drawRing(ring)
     this.#drawBumps(scene)
-    this.#drawScale()
+    if (cast.length) this.#drawScale()
     return turning || painting
   }
 
@@ -157,8 +158,7 @@ export class Stage {
 
   /** @param {Drawn} robot */
   #drawName({ name, pose, place, size, silent }) {
-    const { width, height } = this.camera.size
-    const text = Math.round(Math.min(Math.max(14, Math.min(width, height) * 0.026), 32))
+    const text = Math.round(Math.min(Math.max(14, this.camera.shorter * 0.032), 44))
     const below = place.y + size * 1.35 + text * 0.8
     this.#drawText(silent ? `${name} · muted` : name, place.x, below, text)
     if (Math.abs(pose.z) < 0.05) return
@@ -190,7 +190,7 @@ export class Stage {
   /** @param {Scene} scene */
   #drawBumps({ bumps, still }) {
     const pen = this.#pen
-    const unit = Math.max(1, Math.min(this.camera.size.width, this.camera.size.height) / 600)
+    const unit = Math.max(1, this.camera.shorter / 600)
     pen.lineWidth = 4 * unit
     for (const { x, y, age } of bumps) {
       const place = this.camera.toScreen({ x, y })
@@ -238,7 +238,8 @@ export class Stage {
   #drawText(name, x, y, size, color = this.colors.ink) {
     const label = this.#label(name, size, color)
     const [width, height] = [label.width / this.#ratio, label.height / this.#ratio]
-    this.#pen.drawImage(label, Math.round(x - width / 2), Math.round(y - height / 2), width, height)
+    const left = Math.max(Math.min(x - width / 2, this.camera.size.width - width), 0) // a long name fits at an edge
+    this.#pen.drawImage(label, Math.round(left), Math.round(y - height / 2), width, height)
   }
 
   /**

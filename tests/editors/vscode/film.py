@@ -15,6 +15,7 @@ from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from PIL import Image
 from playwright.sync_api import Page, expect
@@ -115,8 +116,9 @@ def save(looks: list[Look], path: Path) -> None:
     times = [look.time for look in looks] + [looks[-1].time + 2.0]
     durations = [round((end - start) * 1000) for start, end in pairwise(times)]
     frames = [Image.open(BytesIO(look.picture)).convert("RGB") for look in looks]
-    made = {"duration": durations, "loop": 0, "quality": QUALITY, "method": 4, "minimize_size": True}
-    frames[0].save(path, save_all=True, append_images=frames[1:], **made)
+    first, *others = frames
+    small: dict[str, Any] = {"quality": QUALITY, "method": 4, "minimize_size": True}
+    first.save(path, save_all=True, append_images=others, duration=durations, loop=0, **small)
     print(f"{path}: {len(frames)} frames, {sum(durations) / 1000:.0f} s, {path.stat().st_size // 1000} KB")
 
 

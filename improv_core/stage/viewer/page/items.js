@@ -13,7 +13,7 @@ const SIGNS = { x: ["↑", "↓"], y: ["←", "→"], z: ["⤒", "⤓"], yaw: ["
 const HALF_TURNS = ["↖", "↗"]
 const REST = "·"
 const CHANCE = "chance" // in the place of what dice have left out
-const BEFORE = 400 // stretches that are searched for the beginning of a phrase
+const BEFORE = 20 // stretches to the left whose names may reach into view
 const AXES = /** @type {const} */ (["x", "y", "z", "yaw"])
 
 /** Reads a program's text by code points, as the server counts. */

@@ -2,6 +2,7 @@
 // Draws the stage in each frame: the ground as it was last painted, and on it everything that moves.
 
 import { bounds, Camera, roundLength } from "./camera.js"
+import { RADIUS } from "./cast.js"
 import { mix, readColors } from "./colors.js"
 import { Ground, paintTail } from "./ground.js"
 import { penOn } from "./pen.js"
@@ -79,7 +80,8 @@ export class Stage {
     const { camera } = this
     if (!camera.size.width || !camera.size.height) return false
     const seen = scene.cast.flatMap((robot) => (robot.pose ? [{ ...robot, pose: robot.pose }] : []))
-    const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), seconds)
+    const radius = seen.length ? Math.max(...seen.map(({ radius }) => radius)) : RADIUS
+    const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), radius, seconds)
     const { scale } = camera.sight
     const least = Math.max(12, (LEAST_RADIUS * camera.shorter) / Math.sqrt(Math.max(seen.length / CROWD, 1)))
     const cast = seen.map((robot) => ({

@@ -83,7 +83,8 @@ export class Stage {
     const radius = seen.length ? Math.max(...seen.map(({ radius }) => radius)) : RADIUS
     const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), radius, seconds)
     const { scale } = camera.sight
-    const least = Math.max(12, (LEAST_RADIUS * camera.shorter) / Math.sqrt(Math.max(seen.length / CROWD, 1)))
+    const crowd = Math.sqrt(Math.max(seen.length / CROWD, 1))
+    const least = Math.max(12, (LEAST_RADIUS * camera.shorter) / crowd)
     const cast = seen.map((robot) => ({
       ...robot,
       place: camera.toScreen(robot.pose),
@@ -97,8 +98,10 @@ export class Stage {
     if (scene.trail > 0) for (const robot of cast) paintTail(pen, { ...scene, camera, ratio: this.#ratio }, robot, painted.get(robot.name))
     cast.sort((one, other) => one.pose.z - other.pose.z)
     for (const robot of cast) this.#drawFields(robot)
+    const text = Math.round(Math.min(Math.max(14, (camera.shorter * 0.032) / crowd), 44))
+    if (crowd > 1) for (const robot of cast) this.#drawName(robot, text) // must not hide the others
     for (const robot of cast) this.#drawRobot(robot)
-    for (const robot of cast) this.#drawName(robot)
+    if (crowd === 1) for (const robot of cast) this.#drawName(robot, text)
     for (const ring of scene.rings) this.#drawRing(ring)
     this.#drawBumps(scene)
     if (cast.length) this.#drawScale()
@@ -158,9 +161,11 @@ export class Stage {
     pen.globalAlpha = 1
   }
 
-  /** @param {Drawn} robot */
-  #drawName({ name, pose, place, size, silent }) {
-    const text = Math.round(Math.min(Math.max(14, this.camera.shorter * 0.032), 44))
+  /**
+   * @param {Drawn} robot
+   * @param {number} text pixels
+   */
+  #drawName({ name, pose, place, size, silent }, text) {
     const below = place.y + size * 1.35 + text * 0.8
     this.#drawText(silent ? `${name} · muted` : name, place.x, below, text)
     if (Math.abs(pose.z) < 0.05) return

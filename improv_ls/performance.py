@@ -314,8 +314,8 @@ class Performance:
             self._edges.append(edge)
         elif message["type"] == "decided" and message["generation"] == self._generation:
             self._tell_soon(message["beat"])
-        elif message["type"] == "place" and self._latest:
-            self._editor.soon(self._placing.offer(self._latest, message["start_poses"]))
+        elif (message["type"] == "place" or message["type"] == "form") and self._latest:
+            self._editor.soon(self._placing.offer(self._latest, message))
         elif message["type"] == "warning":
             self._editor.warn(message["message"])
         elif message["type"] == "error" or message["type"] == "gone":

@@ -23,6 +23,7 @@ from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
     Cue,
     Force,
+    Form,
     Held,
     KeySense,
     Load,
@@ -56,7 +57,7 @@ Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How a person changes what plays, apart from stopping, pausing and resuming it."""
 Mistake = tuple[str, int, int, str, str]
 """What keeps a program from being played: the file, the line and the column from 1, the word there, and a message."""
-News = Heard | Place
+News = Heard | Place | Form
 """What a listener gets: a message from a stage, its end, or new start poses of robots that were dragged."""
 
 
@@ -433,7 +434,7 @@ class Playback:
                 self._send_score(self._score, self._name, "restart", BEATS_PER_BAR, asked)
         elif request["type"] == "silence":
             self.silence(request["muted"], request["soloed"])
-        elif request["type"] == "place":
+        elif request["type"] == "place" or request["type"] == "form":
             self._listen(request, True)
         elif request["type"] == "resume":
             self.resume(asked)

@@ -28,7 +28,7 @@ def score_of(analysis: Analysis) -> Score:
     """The score of a program."""
     cast = analysis.cast
     robots = {name: cast.robot(name) for name in analysis.robots}
-    poses = start_poses(robots, cast.world.size)
+    poses = start_poses(robots, cast.world.size, cast.formation)
     parts = {}
     for name, robot in robots.items():
         profile = replace(robot.profile, message=robot.message)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
+from improv_core.robots.formation import Formation, read_formation
 from improv_core.robots.ros_names import full_name, node_name, ros_name
 from improv_core.robots.schema import known
 from improv_core.robots.senses import read_senses
@@ -47,7 +48,8 @@ class Robots:
     """The valid content of an `improv.toml`. `profiles` are its own and the built-in ones.
 
     `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab". `node` is the name
-    of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones.
+    of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones. The listed robots stand in
+    the `formation` already; without any, it is for the robots of a program.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -61,6 +63,7 @@ class Robots:
     safety: Safety = field(default_factory=Safety)
     node: str | None = None
     senses: Mapping[str, Source] = field(default_factory=dict)
+    formation: Formation | None = None
 
     @property
     def ok(self) -> bool:
@@ -106,9 +109,18 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     node = node_name(reading, ("ros", "node"), ros)
     world = read_world(reading, sections.get("world", {}))
     robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
+    free = {name: robot.profile for name, robot in robots.items() if not robot.start}
+    formation = None
+    if isinstance(toml.data.get("formation"), dict):
+        formation = read_formation(reading, sections["formation"], free, world)
+    if formation:
+        starts = dict(zip(free, formation.poses(len(free)), strict=True))
+        robots = {name: replace(robot, start=robot.start or starts[name]) for name, robot in robots.items()}
     senses = read_senses(reading, sections.get("senses", {}))
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
-    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world, safety, node, senses)
+    return Robots(
+        robots, profiles, path, text, diagnostics, namespace, use_sim_time, world, safety, node, senses, formation
+    )
 
 
 def find_robots_file(folder: Path) -> Path | None:

@@ -1,4 +1,4 @@
-"""Writes start poses and robots into the text of an `improv.toml` and leaves everything else unchanged."""
+"""Writes start poses, formations, and robots into the text of an `improv.toml` and leaves everything else unchanged."""
 
 from __future__ import annotations
 
@@ -25,15 +25,36 @@ def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | 
         return None
     line_end = "\r\n" if "\r\n" in text else "\n"
     edits = [_edit(text, toml, name, start, line_end) for name, start in starts.items() if name in robots]
-    made = text
-    for edit in sorted((edit for edit in edits if edit), key=lambda edit: edit.span, reverse=True):
-        made = made[: edit.span.start] + edit.text + made[edit.span.end :]
+    made = _applied(text, filter(None, edits))
     missing = [name for name in dict.fromkeys([*(() if robots else cast), *starts]) if name not in robots]
     if missing:
         made += _gap(made, line_end)
         made += line_end.join(_section(name, starts.get(name), line_end) for name in missing)
     # TOML has many ways to write the same thing, so check that the new text means what it should.
     return made if read_toml(made).data == _expected(toml.data, robots, missing, starts) else None
+
+
+def form(text: str, shape: str, distance: float, facing: str) -> str | None:
+    """The text with this formation; None if the file can't be read, or writes its formation in an unusual form."""
+    toml = read_toml(text)
+    old = toml.data.get("formation", {})
+    if toml.diagnostics or not isinstance(old, dict):
+        return None
+    line_end = "\r\n" if "\r\n" in text else "\n"
+    lines = formation_lines(shape, distance, facing)
+    if "formation" in toml.data:
+        made = _reformed(text, toml, lines, line_end)
+    else:
+        made = text + _gap(text, line_end) + "".join(f"{line}{line_end}" for line in ("[formation]", *lines))
+    new = read_toml(made)
+    expected = {**toml.data, "formation": read_toml("\n".join(lines)).data}
+    return made if not new.diagnostics and new.data == expected else None
+
+
+def formation_lines(shape: str, distance: float, facing: str) -> list[str]:
+    """A formation as written in improv.toml. Only robots in a circle face in or out."""
+    lines = [f'shape = "{shape}"', f"distance = {round(distance, 3):.10g}"]
+    return [*lines, f'facing = "{facing}"'] if shape == "circle" else lines
 
 
 def add(text: str, robot: str) -> Edit | None:
@@ -60,6 +81,35 @@ def inline(start: Start) -> str:
     """A start pose as written in improv.toml."""
     x, y, heading = (f"{value:.10g}" for value in _rounded(start).values())
     return f"{{ x = {x}, y = {y}, heading = {heading} }}"
+
+
+def _reformed(text: str, toml: TomlText, lines: Iterable[str], line_end: str) -> str:
+    """The text with these lines in the section that it has. Comments stay, also those behind what goes."""
+    entries = toml.positions.entries
+    after_header = text.find("\n", entries["formation",].key.end) + 1 or len(text)
+    wanted = {line.split(" = ")[0]: line.split(" = ")[1] for line in lines}
+    edits = [
+        Edit(known.value, wanted[key])
+        if key in wanted
+        else Edit(_whole(text, Span(known.key.start, known.value.end)), "")
+        for key in ("shape", "distance", "facing")
+        if (known := entries.get(("formation", key)))
+    ]
+    missing = [f"{key} = {value}{line_end}" for key, value in wanted.items() if ("formation", key) not in entries]
+    edits.append(Edit(Span(after_header, after_header), "".join(missing)))
+    return _applied(text, edits)
+
+
+def _whole(text: str, span: Span) -> Span:
+    """The span with its line end if nothing else is on its line."""
+    start, end = text.rfind("\n", 0, span.start) + 1, text.find("\n", span.end) + 1 or len(text)
+    return span if text[start : span.start].strip() or text[span.end : end].strip() else Span(start, end)
+
+
+def _applied(text: str, edits: Iterable[Edit]) -> str:
+    for edit in sorted(edits, key=lambda edit: edit.span, reverse=True):
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    return text
 
 
 def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) -> Edit | None:

@@ -15,6 +15,8 @@ from improv_core.score.score import Rejoin
 from improv_core.score.senses import Message
 
 MOST_BUTTON = 99
+SHAPES = "line", "circle", "grid"
+FACING = "in", "out"
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,7 @@ _ROBOT = {
         "its pose at beat 0: `x`, `y` in meters, `heading` in degrees, counterclockwise from the x axis; each defaults"
         " to 0",
         "object",
-        default="next to the other robots",
+        default="in the formation, or next to the other robots",
         keys=_START,
         example="{ x = 0, y = 0, heading = 0 }",
     ),
@@ -269,11 +271,24 @@ _SENSE = {
     ),
     "key": Key("a letter or a digit, instead of a topic", example='"d"'),
 }
+_FORMATION = {
+    "shape": Key(
+        'how they stand: side by side in a `"line"`, in a `"circle"`, or in the rows of a `"grid"`, around the origin',
+        choices=SHAPES,
+    ),
+    "distance": _number("how far neighbors are apart, from center to center", "meters", 0.001, 1000, "3"),
+    "facing": Key(
+        'where robots in a circle look: `"in"`, to its center, or `"out"`; in other shapes, all look along x',
+        default='`"in"`',
+        choices=FACING,
+    ),
+}
 SCHEMA = _table(
     "an `improv.toml`",
     {
         "robots": Key("the robots, by their names in programs", "object", named=_table("a robot", _ROBOT)),
         "profiles": Key("your own kinds of robots, by name", "object", named=_table("a kind of robot", _PROFILE)),
+        "formation": _table("where robots without a `start` start", _FORMATION, required=("shape",)),
         "ros": _table("names, time, and safety in ROS 2, for all robots", _ROS),
         "world": _table("the simulator's walls and obstacles", _WORLD),
         "senses": Key("where senses come from, by their names in programs", "object", named=_table("a sense", _SENSE)),

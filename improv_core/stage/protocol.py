@@ -238,13 +238,26 @@ class Place(TypedDict):
     start_poses: Mapping[str, StartPoseJson]
 
 
+Shape = Literal["line", "circle", "grid"]
+Facing = Literal["in", "out"]
+
+
+class Form(TypedDict):
+    """Somebody chose a formation on the page: its distance in meters, and where robots look if it is a circle."""
+
+    type: Literal["form"]
+    shape: Shape
+    distance: float
+    facing: Facing
+
+
 class Watched(TypedDict):
     """Somebody opened a page."""
 
     type: Literal["watched"]
 
 
-PageRequest = Conduct | Restart | Place
+PageRequest = Conduct | Restart | Place | Form
 """What somebody may ask for at the page."""
 
 

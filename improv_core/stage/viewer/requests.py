@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from typing import cast
+from typing import cast, get_args
 
-from improv_core.stage.protocol import FASTEST, LAST_BEAT, SLOWEST, FromPage
+from improv_core.stage.protocol import FASTEST, LAST_BEAT, SLOWEST, Facing, FromPage, Shape
 
 MOST_NAMES, LONGEST_NAME = 1000, 100
 
@@ -32,6 +32,10 @@ def _fits(message: Mapping[str, object], checks: Mapping[str, Check]) -> bool:
 def _between(least: float, most: float) -> Check:
     """A number within limits; NaN, infinity and booleans are not."""
     return lambda value: isinstance(value, (int, float)) and not isinstance(value, bool) and least <= value <= most
+
+
+def _one_of(choices: object) -> Check:
+    return lambda value: value in get_args(choices)
 
 
 def _is_name(value: object) -> bool:
@@ -80,6 +84,7 @@ REQUESTS: Mapping[str, Mapping[str, Check]] = {
     "speed": {"factor": _between(SLOWEST, FASTEST)},
     "silence": {"muted": _are_names, "soloed": _are_names},
     "place": {"start_poses": _are_start_poses},
+    "form": {"shape": _one_of(Shape), "distance": _between(0.001, 1000), "facing": _one_of(Facing)},
     "window": {"generation": _between(0, LAST_BEAT), "from": _between(0, LAST_BEAT), "to": _between(0, LAST_BEAT)},
 }
 """Each request and the values it needs. The viewer answers `window` itself; the others go to the parent."""

@@ -372,6 +372,7 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.Simpl
             "type": "place",
             "start_poses": {"ada": {"x": 1, "y": -2.5, "heading": 90}, "bo": {"x": 0, "y": 0, "heading": 0}},
         },
+        {"type": "form", "shape": "circle", "distance": 1.5, "facing": "out"},
     ],
     ids=lambda message: str(message["type"]),
 )
@@ -413,6 +414,9 @@ def test_a_command_is_passed_on_with_its_values_only(
         '{"type": "place", "start_poses": {"ada": {"x": 1001, "y": 1, "heading": 0}}}',
         '{"type": "place", "start_poses": {"ada": {"x": 1, "y": 1, "heading": 0, "more": 1}}}',
         '{"type": "place", "start_poses": {"": {"x": 1, "y": 1, "heading": 0}}}',
+        '{"type": "form", "shape": "ring", "distance": 1, "facing": "in"}',
+        '{"type": "form", "shape": ["line"], "distance": 1, "facing": "in"}',
+        '{"type": "form", "shape": "line", "distance": 0, "facing": "in"}',
         '{"type": "window", "generation": 1, "from": 0}',
         '{"type": "window", "generation": 1, "from": -1, "to": 4}',
         '{"type": "watched"}',

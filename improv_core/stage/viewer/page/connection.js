@@ -14,6 +14,7 @@ import { withToken } from "./token.js"
  *   | { type: "key", key: string, held: boolean }
  *   | { type: "force", robot: string, sense: string, value: boolean | null }
  *   | { type: "place", start_poses: Record<string, StartPose> }
+ *   | { type: "form", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" }
  *   | { type: "window", generation: number, from: number, to: number }} Request what a page may ask for
  */
 

@@ -106,7 +106,7 @@ export class Controls {
     find("tempo").textContent = played ? `${round(tempo)} beats/min` : ""
     find("backend").textContent = backend ?? ""
     find("play").setAttribute("aria-label", playing ? "Pause" : "Play")
-    find("play").title = `${playing ? "Pause" : "Play"} (P)`
+    find("play").title = `${playing ? "Pause" : "Play"} (K)`
     find("normal").textContent = `${round(speed)}×`
     find("normal").setAttribute("aria-label", `Speed ${round(speed)}, back to normal`)
     find("stop").setAttribute("aria-disabled", String(!open))

@@ -232,7 +232,7 @@ function paintGrid(pen, scene) {
  * @param {SheetScene} scene
  * @param {Drawn} robot
  */
-function paintAhead(pen, { view, colors, beat, until }, { path, moved, color }) {
+function paintAhead(pen, { view, size, colors, beat, until }, { path, moved, color }) {
   if (!path) return
   const first = path.findIndex(({ end }) => end > beat)
   if (first < 0) return
@@ -251,7 +251,7 @@ function paintAhead(pen, { view, colors, beat, until }, { path, moved, color }) 
     trace(pen, from, velocity, seconds * (1 - done))
   }
   pen.strokeStyle = mix(colors.ground, color, AHEAD)
-  pen.lineWidth = Math.min(Math.max(view.scale * 0.03, 2), 4) / view.scale
+  pen.lineWidth = (trailWidth(view, size) * 0.5) / view.scale
   pen.stroke()
 }
 
@@ -263,7 +263,7 @@ function paintAhead(pen, { view, colors, beat, until }, { path, moved, color }) 
  * @returns {Reached}
  */
 function paintTrail(pen, scene, { name, color, pose }) {
-  const { at, colors, view, trail, trails } = scene
+  const { at, colors, view, size, trail, trails } = scene
   const pieces = trail > 0 ? [...trails.pieces(name, at - trail, at, pose)] : []
   if (!pieces.length) return reached(scene)
   const oldest = pieces[0].at
@@ -275,7 +275,7 @@ function paintTrail(pen, scene, { name, color, pose }) {
     pen.stroke()
   }
   inWorld(pen, scene)
-  pen.lineWidth = trailWidth(view) / view.scale
+  pen.lineWidth = trailWidth(view, size) / view.scale
   for (const { pose: from, velocity, at: start, end } of pieces) {
     const long = Math.max(end - start, 1e-9)
     for (let time = start; time < end; ) {
@@ -294,7 +294,7 @@ function paintTrail(pen, scene, { name, color, pose }) {
   }
   finish()
   pen.setTransform(scene.ratio, 0, 0, scene.ratio, 0, 0)
-  if (trail === Infinity) paintStart(pen, onSheet(scene, pieces[0].pose), trailWidth(view), colors.ground, mix(colors.ground, color, 0.7))
+  if (trail === Infinity) paintStart(pen, onSheet(scene, pieces[0].pose), trailWidth(view, size), colors.ground, mix(colors.ground, color, 0.7))
   return reached(scene)
 }
 
@@ -325,7 +325,7 @@ export function paintTail(pen, { camera, ratio, trails, at }, { name, pose, colo
     trace(pen, piece.pose, piece.velocity, 1)
   }
   pen.strokeStyle = color
-  pen.lineWidth = trailWidth(camera.sight) / camera.sight.scale
+  pen.lineWidth = trailWidth(camera.sight, camera.size) / camera.sight.scale
   pen.stroke()
   pen.setTransform(ratio, 0, 0, ratio, 0, 0)
 }
@@ -348,9 +348,11 @@ function paintStart(pen, { x, y }, width, ground, color) {
 }
 
 /**
- * Pixels.
+ * Pixels: as wide as a pen would draw, but within limits that suit the size of the picture.
  * @param {Sight} view
+ * @param {{ width: number, height: number }} size
  */
-function trailWidth(view) {
-  return Math.min(Math.max(view.scale * 0.06, 3), 9)
+function trailWidth(view, { width, height }) {
+  const shorter = Math.min(width, height)
+  return Math.min(Math.max(view.scale * 0.06, shorter * 0.006, 3), Math.max(shorter * 0.012, 6))
 }

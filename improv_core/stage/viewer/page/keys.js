@@ -21,7 +21,7 @@ export function listen(stop, keys, shifted, lettersWork) {
     const arrow = event.key.startsWith("Arrow")
     const action = arrow && event.shiftKey ? shifted[event.key] : keys[event.key.length === 1 ? event.key.toLowerCase() : event.key]
     if (!action || (event.key.length === 1 && !lettersWork())) return
-    if (arrow && !event.shiftKey && target.closest("#score-text, #start-poses-lines")) return // the arrows scroll there
+    if (arrow && !event.shiftKey && target.closest("#score-text, .offer pre")) return // the arrows scroll there
     if (event.repeat && !arrow && !"+-".includes(event.key)) return
     event.preventDefault()
     action()

@@ -8,6 +8,7 @@ import { connect } from "./connection.js"
 import { Controls } from "./controls.js"
 import { Deadman } from "./deadman.js"
 import { find, findA } from "./elements.js"
+import { Formation } from "./formation.js"
 import { hold } from "./hands.js"
 import { Invitation } from "./invitation.js"
 import { Motion } from "./motion.js"
@@ -39,6 +40,7 @@ const controls = new Controls(clock, send)
 const deadman = new Deadman(send)
 const timeline = new Timeline(clock, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const senses = new Senses(clock, send, () => view.touch())
+const formation = new Formation(send)
 const startPoses = new StartPoses(send, () => view.touch())
 const panels = new Panels({
   touch: () => view.touch(),
@@ -135,7 +137,8 @@ function change(now) {
 function showProgram() {
   if (!program.current) return
   lights.showText(program.current.score)
-  find("dynamics").textContent = dynamics(Object.values(program.current.score.robots))
+  const [kind, meaning] = dynamics(Object.values(program.current.score.robots))
+  Object.assign(find("dynamics"), { textContent: kind, title: meaning })
   showCast()
 }
 
@@ -147,17 +150,20 @@ function showCast() {
     .filter(({ name }) => Object.hasOwn(score.robots, name))
   timeline.show(score, playing)
   startPoses.show(score, playing)
+  formation.show(score)
   senses.show(score, playing)
 }
 
 /**
- * How the simulator moves its robots, so that nobody takes ideal motion for the real world.
+ * How the simulator moves its robots, and what that means, so that nobody takes ideal motion for the real world.
  * @param {{ dynamics: string }[]} robots
  */
 function dynamics(robots) {
   const kinds = new Set(robots.map((robot) => robot.dynamics))
   const some = kinds.size > 1 ? "some " : ""
-  return kinds.has("motors") ? `${some}with motors` : kinds.has("limits") ? `${some}within limits` : "ideal motion"
+  if (kinds.has("motors")) return [`${some}with motors`, "Simulated robots speed up and slow down like real ones."]
+  if (kinds.has("limits")) return [`${some}within limits`, "Simulated robots are no faster than the limits of their profiles allow."]
+  return ["ideal motion", "Simulated robots change speed at once and are exactly where the program puts them. Real ones are not."]
 }
 
 function showTransport() {
@@ -195,7 +201,10 @@ function resize() {
   const card = find("start-poses").getBoundingClientRect() // must not cover the robots
   const beside = card.width < hall.width / 2
   const bottom = Math.max(find("tools").offsetHeight + 20, beside ? 0 : card.height)
-  stage.resize({ top: 8, bottom, left: beside ? card.width : 0 })
+  const beat = panels.presenting ? find("status").getBoundingClientRect() : null // it lies on the stage
+  const upright = hall.height > hall.width
+  const left = beat && !upright ? beat.width : beside ? card.width : 0
+  stage.resize({ top: beat && upright ? beat.height : 8, bottom, left })
   timeline.resize()
   view.touch()
 }

@@ -35,6 +35,7 @@ export class Panels {
   #trails = findA("trail", HTMLSelectElement)
   trail = Infinity // seconds
   ahead = true
+  presenting = false
 
   /**
    * `page` is everything that panels act on.
@@ -57,6 +58,7 @@ export class Panels {
       "zoom-in": () => this.#zoom(ZOOM),
       "zoom-out": () => this.#zoom(1 / ZOOM),
       ahead: () => this.#turnAhead(),
+      present: () => this.#turnPresent(),
       fit: () => this.#fit(),
       record: () => this.#record(),
       "save-svg": () => this.#save(".svg", (svg) => new Blob([svg], { type: "image/svg+xml" })),
@@ -95,7 +97,8 @@ export class Panels {
       if (event.key === "Escape") for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
     }
     const keys = {
-      p: () => controls.playOrPause(),
+      k: () => controls.playOrPause(),
+      p: () => this.#turnPresent(),
       r: () => controls.restart(),
       n: () => controls.step(),
       "[": () => controls.slower(),
@@ -178,6 +181,15 @@ export class Panels {
     this.ahead = !this.ahead
     find("ahead").setAttribute("aria-pressed", String(this.ahead))
     this.#page.touch()
+  }
+
+  /** The stage and the beat alone, or everything again. Not the browser's full screen: there, Escape wouldn't reach us. */
+  #turnPresent() {
+    this.presenting = !this.presenting
+    document.body.classList.toggle("presenting", this.presenting)
+    find("present").setAttribute("aria-pressed", String(this.presenting))
+    for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
+    this.#page.resize()
   }
 
   /** @param {number} factor */

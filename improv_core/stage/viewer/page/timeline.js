@@ -12,6 +12,7 @@ import { find, findA } from "./elements.js"
 /** @import { Messages } from "./messages.js" */
 
 
+const LONG = 12 // letters: a longer name takes two or three smaller lines
 const LEAST = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls
 const LEAD = 0.25 // where in the view the playhead stays
 const CROWD = 16 // robots; with more, rows are lower, to leave room for the stage
@@ -189,8 +190,9 @@ export class Timeline {
     const dot = document.createElement("span")
     dot.className = "dot"
     const label = document.createElement("span")
-    label.className = "name"
-    label.textContent = name
+    label.className = name.length > LONG ? "name long" : "name"
+    label.title = name
+    label.append(...name.split(/(?<=_)/).flatMap((part) => [part, document.createElement("wbr")]))
     row.append(dot, label)
     if (this.#score?.robots[name]?.ends === null) {
       const endless = document.createElement("span")
@@ -211,7 +213,7 @@ export class Timeline {
     button.type = "button"
     button.className = kind
     button.textContent = word[0]
-    button.title = `${word} ${name}`
+    button.title = kind === "mute" ? `Mute: ${name} stands still while the others play` : `Solo: only ${name} and other soloed robots play`
     button.setAttribute("aria-label", `${word} ${name}`)
     button.addEventListener("click", () => {
       const { muted, soloed } = this.#clock.transport

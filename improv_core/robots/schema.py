@@ -117,6 +117,13 @@ _PROFILE = {
     "base": Key("the profile it starts from", profile=True),
     "step": _number("the distance of `forward`", "meters", 0.001, 100),
     "quarter_turn": _number("the angle of `left`", "degrees", 45, 135, "90"),
+    "left_right": _number(
+        "how far the left wheel of the real robot rolls for each meter of the right one; below 1, it pulls to the left",
+        "meters per meter",
+        0.8,
+        1.25,
+        "1",
+    ),
     "max_linear": _number("the maximum speed in any direction", "m/s", 0.001, 100, "no limit"),
     "max_angular": _number("the maximum turning speed", "rad/s", 0.001, 100, "no limit"),
     "max_linear_acceleration": _number(

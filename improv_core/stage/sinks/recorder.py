@@ -68,7 +68,7 @@ def sensed_in(file: IO[bytes]) -> list[Sensed]:
 
 
 class Recorder:
-    """A sink that records the robots' commands on their topics, within the limits of their profiles.
+    """A sink that records the robots' commands on their topics, as their profiles have them told.
 
     `start` is the Unix time of beat 0, in nanoseconds. `finish` completes the file, which the caller closes. It is
     written in chunks of 1 MiB. Only the index is kept in memory, about a hundred bytes per chunk.
@@ -126,7 +126,7 @@ class Recorder:
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
         profile, channel = self._robots[robot]
-        data = twist_message(twist.within(profile.max_linear, profile.max_angular))
+        data = twist_message(profile.told(twist))
         if profile.message == "TwistStamped":
             data = stamped(data, time)
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)

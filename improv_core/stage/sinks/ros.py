@@ -276,11 +276,10 @@ class _Robot:
     message: bytes = b""
 
     def message_of(self, twist: Twist) -> bytes:
-        """The serialized Twist, within the limits of the profile. Raises ValueError if a number is not finite."""
+        """The serialized Twist, as the profile has it told. Raises ValueError if a number is not finite."""
         if twist is not self.twist:
             if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
                 raise ValueError(f"{self.part.robot} was given a speed that is not a finite number")
-            profile = self.part.profile
-            self.message = twist_message(twist.within(profile.max_linear, profile.max_angular))
+            self.message = twist_message(self.part.profile.told(twist))
             self.twist = twist
         return self.message

@@ -26,6 +26,7 @@ COMMANDS = {
     "watch": "watch",
     "stop": "stop",
     "record": "record",
+    "calibrate": "calibrate",
     "doctor": "doctor",
     "ros": "ros_setup",
 }

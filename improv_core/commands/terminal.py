@@ -23,7 +23,7 @@ from improv_core.playback.stops import Stops
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import outcome, summary
-from improv_core.score.motion import Twist
+from improv_core.score.motion import Pose, Twist
 from improv_core.stage.protocol import Decided, Poses, Sensed, Sent, TransportMessage, When
 from improv_core.stage.sinks.recorder import Recorder
 
@@ -52,7 +52,12 @@ async def first(*several: Awaitable[Any]) -> None:
 
 @contextlib.asynccontextmanager
 async def performance(
-    options: Options, *, browser: bool, quiet: bool = False, recorder: Recorder | None = None
+    options: Options,
+    *,
+    browser: bool,
+    quiet: bool = False,
+    recorder: Recorder | None = None,
+    hears_keys: bool = True,
 ) -> AsyncIterator[Performance]:
     """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
     performing = Performance(options, quiet, recorder)
@@ -61,7 +66,7 @@ async def performance(
             asyncio.get_running_loop().add_signal_handler(number, performing.interrupted.set)
     try:
         await first(performing.open(browser), performing.interrupted.wait())
-        with pressed({"c": performing.cue}):
+        with pressed({"c": performing.cue}) if hears_keys else contextlib.nullcontext():
             yield performing
     finally:
         await performing.close()
@@ -88,6 +93,11 @@ class Performance:
     @property
     def is_playing(self) -> bool:
         return bool(self._playing)
+
+    @property
+    def is_real(self) -> bool:
+        """Whether real robots play."""
+        return self._playback.is_real
 
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
@@ -140,6 +150,13 @@ class Performance:
     def report(self) -> dict[str, Any]:
         """Where the robots of the latest program started and ended."""
         return outcome(self._latest, self._poses)
+
+    def simulated_move(self, robot: str) -> tuple[Pose, Pose] | None:
+        """Where a robot was at beat 0 and is now, if the leading stage simulates it."""
+        if not self._latest or "poses" not in self._latest:
+            return None
+        start, now = (self._latest[which][robot] for which in ("start", "poses"))
+        return Pose(**start), Pose(**now)
 
     def say(self, line: str) -> None:
         """Print a line, unless this is a quiet performance."""

@@ -120,16 +120,18 @@ def _settings(
         else:
             new.append(f"{key} = {_value(value)}")
     if new:
-        yield _below(text, toml, table, new, line_end)
+        inside = [entry for keys, entry in toml.positions.entries.items() if keys[:-1] == table]
+        last = max((each.value.end for each in inside if each.value != each.key), default=0)  # not a table in a header
+        yield _below(text, max(last, toml.positions.entries[table].key.end), new, line_end)
 
 
 def _value(value: float | str) -> str:
     return f'"{value}"' if isinstance(value, str) else f"{value:.10g}"
 
 
-def _below(text: str, toml: TomlText, table: tuple[str, str], lines: Iterable[str], line_end: str) -> Edit:
-    """The edit that adds lines below the header of a table."""
-    end = text.find("\n", toml.positions.entries[table].key.end) + 1
+def _below(text: str, offset: int, lines: Iterable[str], line_end: str) -> Edit:
+    """The edit that adds lines below the one at an offset."""
+    end = text.find("\n", offset) + 1
     written = "".join(f"{line}{line_end}" for line in lines)
     return Edit(Span(end, end), written) if end else Edit(Span(len(text), len(text)), line_end + written)
 
@@ -138,7 +140,7 @@ def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) ->
     """The edit that sets the start pose of a listed robot."""
     if known := toml.positions.entries.get(("robots", robot, "start")):
         return Edit(known.value, inline(start)) if text[known.value.start] == "{" else None
-    return _below(text, toml, ("robots", robot), [f"start = {inline(start)}"], line_end)
+    return _below(text, toml.positions.entries["robots", robot].key.end, [f"start = {inline(start)}"], line_end)
 
 
 def _gap(text: str, line_end: str) -> str:

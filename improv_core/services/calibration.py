@@ -18,7 +18,8 @@ QUARTERS = 8
 LEAST_ROUNDS, MOST_ROUNDS = 3, 8
 PRECISION = 0.005
 """The standard error, as a share, at which a setting counts as known: 1 cm in 2 m, half a degree in a quarter turn."""
-_USUAL_TEMPO = Fraction(60)
+_CALIBRATED = 0.25
+"""How far, as a share, a step may be from that of its base and still be taken for a correction of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,19 +86,28 @@ def goal_in(room: float, step: float) -> Goal:
     return Goal(max(math.floor(room / step + 1e-9), 1), step)
 
 
-def straight_dance(robot: str, profile: Profile, goal: Goal) -> str:
-    """The program of the straight dance."""
-    return _program(robot, profile, f"repeat {goal.steps} forward", "forward")
+def likely_step(profile: Profile, base: Profile | None) -> float:
+    """What a step is probably meant to be: if it is near that of the base, that one, which has been calibrated."""
+    if base and abs(profile.step / base.step - 1) <= _CALIBRATED:
+        return base.step
+    return profile.step
 
 
-def turning_dance(robot: str, profile: Profile) -> str:
-    """The program of the turning dance."""
-    return _program(robot, profile, f"repeat {QUARTERS} left", "left")
+def straight_dance(robot: str, profile: Profile, goal: Goal, tempo: int) -> str:
+    """The program of the straight dance, at this tempo if the robot's limits allow it."""
+    return _program(robot, profile, f"repeat {goal.steps} forward", "forward", tempo)
 
 
-def _program(robot: str, profile: Profile, movement: str, word: str) -> str:
-    over = excess(PRIMITIVES[word], profile, _USUAL_TEMPO)
-    return f"beat {over.tempo or 1 if over else _USUAL_TEMPO}\n{robot} $ {movement}\n"
+def turning_dance(robot: str, profile: Profile, tempo: int) -> str:
+    """The program of the turning dance, likewise."""
+    return _program(robot, profile, f"repeat {QUARTERS} left", "left", tempo)
+
+
+def _program(robot: str, profile: Profile, movement: str, word: str, tempo: int) -> str:
+    """At the end comes a rest of at least a second, in which a base slows down and stops."""
+    if over := excess(PRIMITIVES[word], profile, Fraction(tempo)):
+        tempo = over.tempo or 1
+    return f"beat {tempo}\n{robot} $ {movement}{' rest' * math.ceil(tempo / 60)}\n"
 
 
 def straight_by_tape(ahead: float, aside: float) -> Straight:

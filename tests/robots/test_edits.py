@@ -153,7 +153,7 @@ def crlf(text: str) -> str:
 def test_a_profile_of_its_own_is_changed_where_it_is() -> None:
     check_calibrated(
         '[profiles.lab] # ours\nstep = 0.2 # measured\nradius = 0.1\n\n[robots.anna]\nprofile = "lab"\n',
-        "[profiles.lab] # ours\nquarter_turn = 94.7\nleft_right = 1.02\nstep = 0.2105 # measured\nradius = 0.1\n\n"
+        "[profiles.lab] # ours\nstep = 0.2105 # measured\nradius = 0.1\nquarter_turn = 94.7\nleft_right = 1.02\n\n"
         '[robots.anna]\nprofile = "lab"\n',
     )
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.profiles import BUILT_IN, HUSKY, TURTLEBOT4
+from improv_core.score.profiles import BUILT_IN, HUSKY, TURTLEBOT4, TURTLESIM
 from improv_core.services.calibration import (
     MOST_ROUNDS,
     PRECISION,
@@ -141,12 +141,16 @@ def test_errors_in_words() -> None:
 def test_every_built_in_profile_can_dance_both(name: str) -> None:
     robots = read_robots(f'[robots.anna]\nprofile = "{name}"\n')
     profile = BUILT_IN[name]
-    for program in (straight_dance("anna", profile, goal_in(2.0, profile.step)), turning_dance("anna", profile)):
+    for program in (
+        straight_dance("anna", profile, goal_in(2.0, profile.step), 60),
+        turning_dance("anna", profile, 60),
+    ):
         assert analyze(program, robots).diagnostics == ()
 
 
 def test_the_dances() -> None:
     assert goal_in(2.0, 0.2) == Goal(10, 0.2)
     assert goal_in(1.0, 2.0) == Goal(1, 2.0)
-    assert straight_dance("anna", TURTLEBOT4, GOAL) == "beat 60\nanna $ repeat 10 forward\n"
-    assert turning_dance("anna", HUSKY) == "beat 38\nanna $ repeat 8 left\n"
+    assert straight_dance("anna", TURTLEBOT4, GOAL, 60) == "beat 60\nanna $ repeat 10 forward rest\n"
+    assert turning_dance("anna", HUSKY, 60) == "beat 38\nanna $ repeat 8 left rest\n"
+    assert turning_dance("anna", TURTLESIM, 90) == "beat 90\nanna $ repeat 8 left rest rest\n"

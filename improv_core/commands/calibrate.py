@@ -20,6 +20,7 @@ from improv_core.commands.replacing import replacing
 from improv_core.commands.terminal import Performance, first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
 from improv_core.program.files import robots_near
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.robots.edits import calibrate as edited
@@ -27,6 +28,7 @@ from improv_core.robots.schema import known
 from improv_core.robots.toml_text import read_toml
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import Profile
+from improv_core.score.score import Score
 from improv_core.services.calibration import (
     LEAST_ROUNDS,
     MOST_ROUNDS,
@@ -46,10 +48,13 @@ from improv_core.services.calibration import (
     turn_by_poses,
     turning_dance,
 )
+from improv_core.stage.odometry import CONTINUOUS
 
 USUAL_ROOM = 2.0
 """Meters straight ahead: errors of a percent are easy to measure there, and many floors have them."""
 ROOM = (0.1, 100.0)
+PATIENCE = 0.3
+"""Seconds after the beginning of a dance, and before the end of the rest that ends it, that may be without poses."""
 
 
 @click.command("calibrate")
@@ -104,7 +109,7 @@ class _Conversation:
         self._robots = robots
         self._robot = robot
         self._tempo = tempo
-        self._asks = tape or performing.is_real
+        self._asks = tape or (performing.is_real and not robots.robots[robot].odom)
 
     @property
     def _profile(self) -> Profile:
@@ -200,14 +205,36 @@ class _Conversation:
         while True:
             mark = f"Put {self._robot} on its mark, along its line, and press" if self._asks else "Press"
             await self._answers.to(f"{mark} Enter: {what}.")
-            asked = performing.stops.count
-            await performing.play(analyze(program, self._robots), Path(f"calibration of {self._robot}"), asked)
+            asked, analysis = performing.stops.count, analyze(program, self._robots)
+            await performing.play(analysis, Path(f"calibration of {self._robot}"), asked)
             await performing.finished.wait()
             if performing.broken:
                 raise CommandError(f"{self._robot} was not calibrated: {FILE_NAME} was not changed")
-            if performing.stops.count == asked:
-                return None if self._asks else performing.simulated_move(self._robot)
-            self._say("it was stopped, so nothing was measured")
+            try:
+                if performing.stops.count != asked:
+                    raise _NothingMeasuredError("it was stopped, so nothing was measured")
+                return None if self._asks else self._moved(score_of(analysis))
+            except _NothingMeasuredError as problem:
+                self._say(str(problem))
+
+    def _moved(self, score: Score) -> tuple[Pose, Pose]:
+        """Where the robot was before and after a dance, seen from outside. Raises _NothingMeasuredError."""
+        if simulated := self._performing.simulated_move(self._robot):
+            return simulated
+        poses = f"the poses of {self._robot} on {self._robots.robots[self._robot].odom}"
+        if self._robot not in self._performing.measured:
+            raise _NothingMeasuredError(f"{poses} didn't arrive: check their publisher, or use `--tape`")
+        first, last = self._performing.measured[self._robot]
+        if first["source"] == CONTINUOUS:
+            self._asks = True
+            raise _NothingMeasuredError(
+                f"{poses} are {CONTINUOUS}: a base's own odometry counts how far its wheels turn, and is blind to their"
+                " size, so measure with a tape"
+            )
+        late, missing = first["performed"], score.seconds(score.beats) - last["performed"]
+        if late > PATIENCE or missing > PATIENCE or first["aligned"] != last["aligned"]:
+            raise _NothingMeasuredError(f"{poses} were interrupted, so nothing was measured: check their publisher")
+        return score.parts[self._robot].start, Pose(**last["pose"])
 
     async def _number(
         self, question: str, limits: tuple[float, float] = (-math.inf, math.inf), usual: float | None = None
@@ -250,6 +277,10 @@ class _Conversation:
 
     def _say(self, line: str) -> None:
         self._performing.say(line)
+
+
+class _NothingMeasuredError(Exception):
+    """Why a dance has to be played again; one plain line."""
 
 
 def _written(settings: Settings) -> Mapping[str, float]:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from improv_core.score.score import Score
 from improv_core.stage.protocol import (
     Decided,
+    Measured,
     PageRequest,
     Program,
     Sensed,
@@ -73,7 +74,7 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | Program | ShownScore | Sensed | Decided) -> None:
+    def publish(self, message: TransportMessage | Stopped | Program | ShownScore | Sensed | Decided | Measured) -> None:
         """Send a message to every page, and to later ones until another of its type, about the same, replaces it."""
         shown = self._answers.shown
         if message["type"] == "sensed" and shown and message["generation"] == shown.generation:

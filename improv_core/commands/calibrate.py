@@ -37,6 +37,7 @@ from improv_core.services.calibration import (
     Round,
     Settings,
     Straight,
+    are_whole,
     calibrate,
     doubt,
     errors,
@@ -53,8 +54,6 @@ from improv_core.stage.odometry import CONTINUOUS
 USUAL_ROOM = 2.0
 """Meters straight ahead: errors of a percent are easy to measure there, and many floors have them."""
 ROOM = (0.1, 100.0)
-PATIENCE = 0.3
-"""Seconds after the beginning of a dance, and before the end of the rest that ends it, that may be without poses."""
 
 
 @click.command("calibrate")
@@ -231,8 +230,7 @@ class _Conversation:
                 f"{poses} are {CONTINUOUS}: a base's own odometry counts how far its wheels turn, and is blind to their"
                 " size, so measure with a tape"
             )
-        late, missing = first["performed"], score.seconds(score.beats) - last["performed"]
-        if late > PATIENCE or missing > PATIENCE or first["aligned"] != last["aligned"]:
+        if not are_whole(first, last, score.seconds(score.beats)):
             raise _NothingMeasuredError(f"{poses} were interrupted, so nothing was measured: check their publisher")
         return score.parts[self._robot].start, Pose(**last["pose"])
 

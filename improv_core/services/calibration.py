@@ -12,12 +12,15 @@ from improv_core.robots.limits import excess
 from improv_core.score.motion import Pose
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.profiles import Profile
+from improv_core.stage.protocol import MeasuredRobot
 
 QUARTERS = 8
 """The quarter turns of the turning dance: after two full turns, errors add up, and the robot faces its line again."""
 LEAST_ROUNDS, MOST_ROUNDS = 3, 8
 PRECISION = 0.005
 """The standard error, as a share, at which a setting counts as known: 1 cm in 2 m, half a degree in a quarter turn."""
+PATIENCE = 0.3
+"""Seconds at the beginning of a dance, and at the end of the rest that ends it, that may be without poses."""
 _CALIBRATED = 0.25
 """How far, as a share, a step may be from that of its base and still be taken for a correction of it."""
 
@@ -132,6 +135,12 @@ def _arc(chord: float, bend: float) -> Straight:
 def turn_by_poses(start: Pose, end: Pose, goal: Goal) -> float:
     """How far a robot turned on the spot, if that is less than half a turn off."""
     return goal.turn + math.remainder(end.heading - start.heading - goal.turn, math.tau)
+
+
+def are_whole(first: MeasuredRobot, last: MeasuredRobot, seconds: float) -> bool:
+    """Whether poses came all through a dance of so many seconds, and in one frame, by the first and the last."""
+    begun, ended = first["performed"] <= PATIENCE, last["performed"] >= seconds - PATIENCE
+    return begun and ended and first["aligned"] == last["aligned"]
 
 
 def doubt(goal: Goal, straight: Straight | None = None, turn: float | None = None) -> str | None:

@@ -21,6 +21,7 @@ from improv_core.services.calibration import (
     Round,
     Settings,
     Straight,
+    are_whole,
     calibrate,
     doubt,
     errors,
@@ -31,6 +32,7 @@ from improv_core.services.calibration import (
     turn_by_poses,
     turning_dance,
 )
+from improv_core.stage.protocol import MeasuredRobot, to_pose_json
 from improv_core.stage.sinks.dynamics import Wheels
 
 GOAL = Goal(10, 0.2)
@@ -130,6 +132,27 @@ def test_two_turns_are_known_from_two_headings(turned: float) -> None:
 )
 def test_what_can_not_be_right(straight: Straight | None, turn: float | None, why: str | None) -> None:
     assert doubt(GOAL, straight, turn) == why
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "aligned", "whole"),
+    [(0.02, 4.98, 1, True), (0.5, 4.98, 1, False), (0.02, 3.0, 1, False), (0.02, 4.98, 2, False)],
+    ids=["whole", "late", "stops", "jumps"],
+)
+def test_poses_count_if_they_came_all_the_time(begin: float, end: float, aligned: int, whole: bool) -> None:
+    def measured(performed: float, aligned: int) -> MeasuredRobot:
+        pose = to_pose_json(Pose())
+        return {
+            "source": "geometry_msgs/PoseStamped",
+            "pose": pose,
+            "ideal": pose,
+            "aligned": aligned,
+            "beat": performed,
+            "performed": performed,
+            "wall": 0,
+        }
+
+    assert are_whole(measured(begin, 1), measured(end, aligned), 5.0) == whole
 
 
 def test_errors_in_words() -> None:

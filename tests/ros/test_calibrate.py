@@ -1,0 +1,61 @@
+"""`improv calibrate` with a base whose wheels roll too little, measured by its true pose."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from improv_core.robots.config import read_robots
+from tests.commands.command_line import IMPROV
+from tests.ros.conftest import LIMIT, Script
+from tests.ros.test_base import BASE
+
+ROBOTS = """
+[profiles.base]
+base = "turtlebot4"
+max_linear = 1
+max_angular = 4
+
+[robots.anna]
+profile = "base"
+odom = "{topic}"
+"""
+
+
+def calibrate(folder: Path, env: dict[str, str], topic: str, answers: str) -> subprocess.CompletedProcess[str]:
+    (folder / "improv.toml").write_text(ROBOTS.format(topic=topic))
+    command = [*IMPROV, "calibrate", "anna", "--backend", "ros", "--tempo", "120", "--write"]
+    return subprocess.run(
+        command, input=answers, capture_output=True, text=True, cwd=folder, env=env, timeout=2 * LIMIT
+    )
+
+
+def test_a_base_keeps_to_its_path_afterward(
+    script: Script, ros_env: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    script(BASE, "anna", "--wheel-error", "0.96", "0.94", "--noise", "0.01", "--loss", "0")
+    done = calibrate(tmp_path, ros_env, "true_pose", "1\n" + 10 * "\n")  # a meter of room, and Enter each time
+    assert done.returncode == 0
+    found = re.findall(r"(?:before|after): +([\d.]+) m .*?, ([\d.]+)° to the .*?; ([\d.]+)°", done.stdout)
+    errors = [(abs(float(meters) - 1), float(bend), abs(float(turn) - 720)) for meters, bend, turn in found]
+    with capsys.disabled():
+        print(f"\nerrors before and after calibration, in m, °, and °: {errors}")
+    (before, after) = errors
+    assert all(new < old / 2 for old, new in zip(before, after, strict=True))
+    profile = read_robots((tmp_path / "improv.toml").read_text()).robots["anna"].profile
+    assert profile.step == pytest.approx(0.2 / 0.95, rel=0.02)
+    assert profile.left_right == pytest.approx(0.96 / 0.94, abs=0.01)
+
+
+def test_odometry_that_counts_turns_of_wheels_is_not_used(
+    script: Script, ros_env: dict[str, str], tmp_path: Path
+) -> None:
+    script(BASE, "anna")
+    done = calibrate(tmp_path, ros_env, "odom", "0.2\n\n\n")
+    assert "the poses of anna on /anna/odom are nav_msgs/Odometry: a base's own odometry counts" in done.stdout
+    assert "Put anna on its mark, along its line, and press Enter" in done.stdout
+    assert done.stderr.endswith("improv: nobody answers: nothing was changed\n")
+    assert (tmp_path / "improv.toml").read_text() == ROBOTS.format(topic="odom")

@@ -198,19 +198,18 @@ class _Conversation:
     async def _dance(self, program: str, what: str) -> tuple[Pose, Pose] | None:
         """Play a program once somebody has pressed Enter.
 
-        Returns the robot's poses before and after, or None if people have to measure. Raises CommandError.
+        Returns the robot's poses before and after, or None if people have to measure. Raises CommandError and StageError.
         """
         performing = self._performing
         while True:
             mark = f"Put {self._robot} on its mark, along its line, and press" if self._asks else "Press"
             await self._answers.to(f"{mark} Enter: {what}.")
             asked, analysis = performing.stops.count, analyze(program, self._robots)
+            performing.broken = False  # a stage that ended is started again
             await performing.play(analysis, Path(f"calibration of {self._robot}"), asked)
             await performing.finished.wait()
-            if performing.broken:
-                raise CommandError(f"{self._robot} was not calibrated: {FILE_NAME} was not changed")
             try:
-                if performing.stops.count != asked:
+                if performing.broken or performing.stops.count != asked:
                     raise _NothingMeasuredError("it was stopped, so nothing was measured")
                 return None if self._asks else self._moved(score_of(analysis))
             except _NothingMeasuredError as problem:

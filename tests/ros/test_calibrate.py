@@ -37,7 +37,7 @@ def test_a_base_keeps_to_its_path_afterward(
     script: Script, ros_env: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     script(BASE, "anna", "--wheel-error", "0.96", "0.94", "--noise", "0.01", "--loss", "0")
-    done = calibrate(tmp_path, ros_env, "true_pose", "1\n" + 10 * "\n")  # a meter of room, and Enter each time
+    done = calibrate(tmp_path, ros_env, "true_pose", "1\n" + 20 * "\n")  # a meter of room, and Enter each time
     assert done.returncode == 0
     found = re.findall(r"(?:before|after): +([\d.]+) m .*?, ([\d.]+)° to the .*?; ([\d.]+)°", done.stdout)
     errors = [(abs(float(meters) - 1), float(bend), abs(float(turn) - 720)) for meters, bend, turn in found]

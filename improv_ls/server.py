@@ -83,6 +83,7 @@ COMMANDS = {
         "pause",
         "resume",
         "cue",
+        "key",
         "seek",
         "speed",
         "mute",

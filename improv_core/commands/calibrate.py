@@ -196,9 +196,9 @@ class _Conversation:
         self._say(f"{why}: check the numbers, and that {self._robot} listens on {topic}; then play it again")
 
     async def _dance(self, program: str, what: str) -> tuple[Pose, Pose] | None:
-        """Play a program once somebody has pressed Enter.
+        """Play a program once somebody has pressed Enter. Raises CommandError and StageError.
 
-        Returns the robot's poses before and after, or None if people have to measure. Raises CommandError and StageError.
+        Returns the robot's poses before and after, or None if people have to measure.
         """
         performing = self._performing
         while True:

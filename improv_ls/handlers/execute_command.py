@@ -66,6 +66,11 @@ def calibrate(ls: Session, *arguments: Any) -> None:
     ls.editor.say(f"in a terminal in {listed.path.parent}, run `{improv} calibrate NAME` (one of {names})")
 
 
+def key(ls: Session, *arguments: Any) -> None:
+    """Hold the key of a sense, or release it."""
+    ls.performance.toggle_key(str(arguments[0]) if len(arguments) == 1 else "")
+
+
 def seek(ls: Session, *arguments: Any) -> None:
     """Continue from the beat that is the argument, counted from 0."""
     if len(arguments) == 1 and _is_beat(arguments[0]):

@@ -19,13 +19,13 @@ class Answers:
     """Answers to questions, from standard input; `say` shows a line."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
-        self._say = say
+        self.say = say
         self._read = b""
 
     async def to(self, question: str) -> str:
         """The line that answers a question, without blanks around it. Raises CommandError if nobody can answer."""
         self._drop()
-        self._say(question)
+        self.say(question)
         while b"\n" not in self._read:
             if not (more := await _more()):
                 raise CommandError("nobody answers: nothing was changed")

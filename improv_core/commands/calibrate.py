@@ -132,16 +132,15 @@ class _Conversation:
             if len(rounds) >= LEAST_ROUNDS and found.is_known:
                 break
         values = _written(found.settings)
-        text = edited(self._robots.text, self._robot, values)
-        if problem := _out_of_range(values):
-            raise CommandError(f"{problem}: check the robot; {FILE_NAME} was not changed")
-        self._say(f"known after {len(rounds)} rounds: {_summary(found)}")
+        check(values)
+        vary = "" if found.is_known else ", but they still vary"
+        self._say(f"the values after {len(rounds)} rounds{vary}: {_summary(found)}")
         self._say(f"{self._robot} now plays once more, with these values")
         self._use(found.settings)
         after = await self._round(goal)
         self._say(f"before: {errors(goal, rounds)}")
         self._say(f"after:  {errors(goal, [after])}")
-        return await self._offer(values, text, write=write)
+        return await offer(self._robots, self._robot, values, self._answers, write=write)
 
     async def _goal(self) -> Goal:
         """Ask for room, and how long a step is meant to be: if the profile was calibrated before, it doesn't say so."""
@@ -247,33 +246,33 @@ class _Conversation:
             answer = await self._answers.to(f"write a number{bounds}")
         return usual
 
-    async def _offer(self, values: Mapping[str, float], text: str | None, *, write: bool) -> int:
-        """Show the edit of improv.toml, and make it if that is wanted. Raises CommandError."""
-        path = self._robots.path
-        assert path
-        if text is None:
-            lines = "; ".join(f"{name} = {value:.10g}" for name, value in values.items())
-            self._say(f"{path} is written in an unusual form, so write this into the profile yourself: {lines}")
-            return PROBLEMS
-        for line in difflib.unified_diff(self._robots.text.splitlines(), text.splitlines(), str(path), str(path), n=1):
-            self._say(line.rstrip("\n"))
-        if not write:
-            answer = await self._answers.to(f"Write this into {path}? [y/N]")
-            if answer.lower() not in ("y", "yes"):
-                self._say(f"{path} was not changed")
-                return 0
-        if robots_near(path.parent).text != self._robots.text:
-            raise CommandError(f"{path} has changed since the calibration began, so it was not written")
-        try:
-            with replacing(path) as file:
-                file.write(text.encode())
-        except OSError as error:
-            raise CommandError(f"{path} was not written: {(error.strerror or str(error)).lower()}") from None
-        self._say(f"{path} was written")
-        return 0
-
     def _say(self, line: str) -> None:
         self._performing.say(line)
+
+
+async def offer(robots: Robots, robot: str, values: Mapping[str, float], answers: Answers, *, write: bool) -> int:
+    """Show the edit of improv.toml, and make it if that is wanted; the exit code. Raises CommandError."""
+    path, text = robots.path, edited(robots.text, robot, values)
+    assert path
+    if text is None:
+        lines = "; ".join(f"{name} = {value:.10g}" for name, value in values.items())
+        answers.say(f"{path} is written in an unusual form, so write this into the profile yourself: {lines}")
+        return PROBLEMS
+    before, after = robots.text.splitlines(), text.splitlines()
+    for line in difflib.unified_diff(before, after, str(path), str(path), n=1, lineterm=""):
+        answers.say(line)
+    if not write and (await answers.to(f"Write this into {path}? [y/N]")).lower() not in ("y", "yes"):
+        answers.say(f"{path} was not changed")
+        return 0
+    if robots_near(path.parent).text != robots.text:
+        raise CommandError(f"{path} has changed since the calibration began, so it was not written")
+    try:
+        with replacing(path) as file:
+            file.write(text.encode())
+    except OSError as error:
+        raise CommandError(f"{path} was not written: {(error.strerror or str(error)).lower()}") from None
+    answers.say(f"{path} was written")
+    return 0
 
 
 class _NothingMeasuredError(Exception):
@@ -289,13 +288,13 @@ def _written(settings: Settings) -> Mapping[str, float]:
     }
 
 
-def _out_of_range(values: Mapping[str, float]) -> str | None:
-    """Which value a profile can't have, if there is one."""
+def check(values: Mapping[str, float]) -> None:
+    """Raise CommandError if a profile can't have one of these values."""
     for name, value in values.items():
         key = known(("profiles", "", name))
         if not key.least <= value <= key.most:
-            return f"`{name}` would be {value:g} {key.unit}, which is not from {key.least:g} to {key.most:g}"
-    return None
+            range_ = f"{value:g} {key.unit}, which is not from {key.least:g} to {key.most:g}"
+            raise CommandError(f"`{name}` would be {range_}: check the robot; {FILE_NAME} was not changed")
 
 
 def _summary(found: Calibration) -> str:

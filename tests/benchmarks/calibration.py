@@ -93,9 +93,8 @@ def _calibrated(robots: str) -> str:
         done = subprocess.run(
             command, input=answers, capture_output=True, text=True, cwd=folder, env=environment, check=True
         )
-        print(
-            "\n".join(line for line in done.stdout.splitlines() if line.startswith(("known", "before", "after"))), "\n"
-        )
+        told = [line for line in done.stdout.splitlines() if line.startswith(("the values", "before", "after"))]
+        print("\n".join(told), "\n")
         profile, _, _ = file.read_text().partition("[robots.")
     return profile + robots[robots.index("[robots.") :]
 

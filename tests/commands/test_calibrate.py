@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import pty
 import re
@@ -14,8 +15,10 @@ from select import select
 
 import pytest
 
-from improv_core.commands.calibrate import command
+from improv_core.commands.answers import Answers
+from improv_core.commands.calibrate import check, command, offer
 from improv_core.commands.exit_codes import CommandError
+from improv_core.program.files import robots_near
 from tests.commands.command_line import IMPROV, LIMIT
 
 ROBOTS = """# ours
@@ -151,3 +154,39 @@ def test_what_can_not_be_calibrated(
         with pytest.raises(CommandError, match=re.escape(why)):
             command(["anna", "--backend", "sim", "--no-browser"], standalone_mode=False)
     assert (tmp_path / "improv.toml").exists() == (text is not None)
+
+
+def offered(folder: Path, text: str, *, changed: str | None = None) -> list[str]:
+    """What is said when values are offered for this improv.toml, which may have been changed meanwhile."""
+    (folder / "improv.toml").write_text(text)
+    robots = robots_near(folder)
+    if changed:
+        (folder / "improv.toml").write_text(changed)
+    said: list[str] = []
+    asyncio.run(offer(robots, "anna", {"step": 0.21}, Answers(said.append), write=True))
+    return said
+
+
+def test_the_edit_is_shown_and_made(tmp_path: Path) -> None:
+    lines = "\n".join(offered(tmp_path, "[robots.anna]\n"))
+    assert '+profile = "anna"\n+\n+[profiles.anna]\n+step = 0.21\n' in lines
+    assert (tmp_path / "improv.toml").read_text() == '[robots.anna]\nprofile = "anna"\n\n[profiles.anna]\nstep = 0.21\n'
+
+
+def test_an_unusual_form_is_left_to_its_author(tmp_path: Path) -> None:
+    text = "robots.anna = {}\n"
+    assert offered(tmp_path, text) == [
+        f"{tmp_path}/improv.toml is written in an unusual form, so write this into the profile yourself: step = 0.21"
+    ]
+    assert (tmp_path / "improv.toml").read_text() == text
+
+
+def test_what_somebody_else_has_written_meanwhile_stays(tmp_path: Path) -> None:
+    with pytest.raises(CommandError, match="has changed since the calibration began, so it was not written"):
+        offered(tmp_path, "[robots.anna]\n", changed="[robots.anna]\n# mine\n")
+    assert (tmp_path / "improv.toml").read_text() == "[robots.anna]\n# mine\n"
+
+
+def test_values_that_no_profile_can_have_are_refused() -> None:
+    with pytest.raises(CommandError, match=r"`left_right` would be 1\.4 meters per meter, which is not from 0\.8 to"):
+        check({"step": 0.2, "left_right": 1.4})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from random import Random
 
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.profiles import BUILT_IN, HUSKY, TURTLEBOT4, TURTLESIM
+from improv_core.score.profiles import BUILT_IN, HUSKY, TURTLEBOT4, TURTLESIM, Profile
 from improv_core.services.calibration import (
     MOST_ROUNDS,
     PRECISION,
@@ -26,6 +27,7 @@ from improv_core.services.calibration import (
     doubt,
     errors,
     goal_in,
+    likely_step,
     straight_by_poses,
     straight_by_tape,
     straight_dance,
@@ -169,6 +171,18 @@ def test_every_built_in_profile_can_dance_both(name: str) -> None:
         turning_dance("anna", profile, 60),
     ):
         assert analyze(program, robots).diagnostics == ()
+
+
+@pytest.mark.parametrize(
+    ("step", "base", "likely"),
+    [
+        (0.2, None, 0.2),
+        (0.2105, TURTLEBOT4, 0.2),  # it was calibrated before
+        (0.5, TURTLEBOT4, 0.5),  # somebody wants longer steps
+    ],
+)
+def test_what_a_step_is_meant_to_be(step: float, base: Profile | None, likely: float) -> None:
+    assert likely_step(replace(TURTLEBOT4, step=step), base) == likely
 
 
 def test_the_dances() -> None:

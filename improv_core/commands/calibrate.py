@@ -39,7 +39,8 @@ from improv_core.services.calibration import (
     Straight,
     are_whole,
     calibrate,
-    doubt,
+    doubtful_distance,
+    doubtful_turn,
     errors,
     goal_in,
     likely_step,
@@ -53,7 +54,7 @@ from improv_core.stage.odometry import CONTINUOUS
 
 USUAL_ROOM = 2.0
 """Meters straight ahead: errors of a percent are easy to measure there, and many floors have them."""
-ROOM = (0.1, 100.0)
+MOST_ROOM = 100.0
 
 
 @click.command("calibrate")
@@ -145,11 +146,13 @@ class _Conversation:
     async def _goal(self) -> Goal:
         """Ask for room, and how long a step is meant to be: if the profile was calibrated before, it doesn't say so."""
         self._say(f"{self._robot} will drive straight ahead and turn on the spot. Ctrl-C stops it.")
-        room = await self._number(f"How many meters of free floor are ahead of {self._robot}?", ROOM, USUAL_ROOM)
-        key = known(("profiles", "", "step"))
+        step = self._profile.step
+        ahead = f"How many meters of free floor are ahead of {self._robot}, at least a step of {step:g} m?"
+        room = await self._number(ahead, (step, max(step, MOST_ROOM)), max(step, USUAL_ROOM))
         likely = likely_step(self._profile, self._base)
-        step = await self._number("How many meters is a step to be on the floor?", (key.least, key.most), likely)
-        return goal_in(room, step)
+        least = known(("profiles", "", "step")).least
+        wanted = await self._number("How many meters is a step to be on the floor?", (least, room), likely)
+        return goal_in(room, wanted, step)
 
     def _use(self, settings: Settings) -> None:
         """From now on, play with other settings."""
@@ -163,7 +166,8 @@ class _Conversation:
         return Round(await self._straight(goal), await self._turn(goal))
 
     async def _straight(self, goal: Goal) -> Straight:
-        what = f"{self._robot} drives {goal.distance:g} m straight ahead"
+        told = goal.steps * self._profile.step
+        what = f"{self._robot} drives {told:.2f} m straight ahead"
         while True:
             moved = await self._dance(straight_dance(self._robot, self._profile, goal, self._tempo), what)
             if moved:
@@ -172,7 +176,7 @@ class _Conversation:
                 ahead = await self._number("How many meters is it ahead of its mark?")
                 aside = await self._number("How many meters is it to the left of its line? Negative: to the right.")
                 straight = straight_by_tape(ahead, aside)
-            if not (why := doubt(goal, straight=straight)):
+            if not (why := doubtful_distance(straight, told)):
                 return straight
             self._doubt(why)
 
@@ -186,7 +190,7 @@ class _Conversation:
             else:
                 beyond = await self._number("How many degrees beyond two full turns is it? Negative: short of them.")
                 turn = goal.turn + math.radians(beyond)
-            if not (why := doubt(goal, turn=turn)):
+            if not (why := doubtful_turn(turn, goal.turn)):
                 return turn
             self._doubt(why)
 
@@ -204,11 +208,10 @@ class _Conversation:
             mark = f"Put {self._robot} on its mark, along its line, and press" if self._asks else "Press"
             await self._answers.to(f"{mark} Enter: {what}.")
             asked, analysis = performing.stops.count, analyze(program, self._robots)
-            performing.broken = False  # a stage that ended is started again
-            await performing.play(analysis, Path(f"calibration of {self._robot}"), asked)
+            began = await performing.play(analysis, Path(f"calibration of {self._robot}"), asked)
             await performing.finished.wait()
             try:
-                if performing.broken or performing.stops.count != asked:
+                if not (began and performing.has_ended):
                     raise _NothingMeasuredError("it was stopped, so nothing was measured")
                 return None if self._asks else self._moved(score_of(analysis))
             except _NothingMeasuredError as problem:

@@ -113,6 +113,11 @@ class Performance:
         """Whether real robots play."""
         return self._playback.is_real
 
+    @property
+    def has_ended(self) -> bool:
+        """Whether the latest program was played to its end."""
+        return self._latest is not None and self._latest["state"] == "ended"
+
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
         await self._playback.open()
@@ -131,10 +136,13 @@ class Performance:
         asked: int = 0,
         when: When = "restart",
         senses: Sequence[Sensed] | None = None,
-    ) -> None:
-        """Play a program, unless a stop has come since the count of stops was `asked`; `senses` are of a recording."""
+    ) -> bool:
+        """Play a program, unless a stop has come since the count of stops was `asked`; `senses` are of a recording.
+
+        Returns whether it begins.
+        """
         if self.interrupted.is_set():
-            return
+            return False
         self.present(path)
         self.finished.clear()
         score = score_of(analysis)
@@ -142,9 +150,10 @@ class Performance:
             self._recorder.prepare(score, restart=when == "restart")
         if await self._playback.play(score, path.name, asked, when, senses=senses):
             self.say(f"▶ {summary(analysis)}, {self._playback.status}")
-        else:
-            self.say(f"■ {path.name} was stopped before it began")
-            self.finished.set()
+            return True
+        self.say(f"■ {path.name} was stopped before it began")
+        self.finished.set()
+        return False
 
     def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
         """Have the page show which program is to be played, and what keeps it from being played."""

@@ -84,9 +84,9 @@ class Calibration:
         return max(shares) <= PRECISION
 
 
-def goal_in(room: float, step: float) -> Goal:
-    """As many steps as there is room for, both in meters; at least one."""
-    return Goal(max(math.floor(room / step + 1e-9), 1), step)
+def goal_in(room: float, step: float, told: float) -> Goal:
+    """As many steps as there is room for, in meters: as they are to be, and as they have been told so far."""
+    return Goal(math.floor(room / max(step, told) + 1e-9), step)
 
 
 def likely_step(profile: Profile, base: Profile | None) -> float:
@@ -143,16 +143,18 @@ def are_whole(first: MeasuredRobot, last: MeasuredRobot, seconds: float) -> bool
     return begun and ended and first["aligned"] == last["aligned"]
 
 
-def doubt(goal: Goal, straight: Straight | None = None, turn: float | None = None) -> str | None:
-    """Why a measurement can't be right, or None."""
-    if straight is not None:
-        if not 0.5 * goal.distance <= straight.distance <= 1.5 * goal.distance:
-            return f"{straight.distance:.2f} m can't be right for {goal.distance:.2f} m"
-        if abs(straight.bend) > math.pi / 2:
-            return f"{_degrees(abs(straight.bend))} off a straight line can't be right"
-    if turn is not None and not 0.5 * goal.turn <= turn <= 1.5 * goal.turn:
-        return f"{_degrees(turn)} can't be right for {_degrees(goal.turn)}"
+def doubtful_distance(straight: Straight, told: float) -> str | None:
+    """Why a measurement can't be right of a robot that was told to drive so many meters, or None."""
+    if not 0.5 * told <= straight.distance <= 1.5 * told:
+        return f"{straight.distance:.2f} m can't be right for {told:.2f} m"
+    if abs(straight.bend) > math.pi / 2:
+        return f"{_degrees(abs(straight.bend))} off a straight line can't be right"
     return None
+
+
+def doubtful_turn(turn: float, told: float) -> str | None:
+    """Likewise for a turn on the spot, in radians."""
+    return None if 0.5 * told <= turn <= 1.5 * told else f"{_degrees(turn)} can't be right for {_degrees(told)}"
 
 
 def calibrate(now: Settings, goal: Goal, rounds: Sequence[Round], separation: float) -> Calibration:

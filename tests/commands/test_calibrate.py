@@ -95,10 +95,10 @@ def terminals(folder: Path) -> Iterator[list[Terminal]]:
 
 def test_the_simulated_base_keeps_to_its_path_afterward(folder: Path, terminals: list[Terminal]) -> None:
     terminals.append(terminal := Terminal(folder))
-    terminal.answer("How many meters of free floor are ahead of anna? [2]", "-1", "0.6")
+    terminal.answer("How many meters of free floor are ahead of anna, at least a step of 0.2 m? [2]", "0.1", "0.6")
     terminal.answer("How many meters is a step to be on the floor? [0.2]", "")
     for _ in range(4):
-        terminal.answer("Press Enter: anna drives 0.6 m straight ahead", "")
+        terminal.answer("Press Enter: anna drives 0.6", "")
         terminal.answer("Press Enter: anna turns left on the spot, twice", "")
     terminal.wait("before: 0.570 m instead of 0.600 m, 1.6° to the right; 684.0° instead of 720.0°")
     terminal.wait("after:  0.600 m instead of 0.600 m, 0.0° to the ")

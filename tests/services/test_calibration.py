@@ -24,7 +24,8 @@ from improv_core.services.calibration import (
     Straight,
     are_whole,
     calibrate,
-    doubt,
+    doubtful_distance,
+    doubtful_turn,
     errors,
     goal_in,
     likely_step,
@@ -122,18 +123,21 @@ def test_two_turns_are_known_from_two_headings(turned: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("straight", "turn", "why"),
+    ("straight", "why"),
     [
-        (Straight(1.9, -0.1), 12.0, None),
-        (Straight(190.0, 0.0), None, "190.00 m can't be right for 2.00 m"),
-        (Straight(0.0, 0.0), None, "0.00 m can't be right for 2.00 m"),
-        (Straight(2.0, 2.0), None, "114.6° off a straight line can't be right"),
-        (None, 2 * math.pi, None),
-        (None, 0.1, "5.7° can't be right for 720.0°"),
+        (Straight(1.9, -0.1), None),
+        (Straight(190.0, 0.0), "190.00 m can't be right for 2.00 m"),
+        (Straight(0.0, 0.0), "0.00 m can't be right for 2.00 m"),
+        (Straight(2.0, 2.0), "114.6° off a straight line can't be right"),
     ],
 )
-def test_what_can_not_be_right(straight: Straight | None, turn: float | None, why: str | None) -> None:
-    assert doubt(GOAL, straight, turn) == why
+def test_distances_that_can_not_be_right(straight: Straight, why: str | None) -> None:
+    assert doubtful_distance(straight, 2.0) == why
+
+
+@pytest.mark.parametrize(("turn", "why"), [(12.0, None), (2 * math.pi, None), (0.1, "5.7° can't be right for 720.0°")])
+def test_turns_that_can_not_be_right(turn: float, why: str | None) -> None:
+    assert doubtful_turn(turn, GOAL.turn) == why
 
 
 @pytest.mark.parametrize(
@@ -167,7 +171,7 @@ def test_every_built_in_profile_can_dance_both(name: str) -> None:
     robots = read_robots(f'[robots.anna]\nprofile = "{name}"\n')
     profile = BUILT_IN[name]
     for program in (
-        straight_dance("anna", profile, goal_in(2.0, profile.step), 60),
+        straight_dance("anna", profile, goal_in(2.0, profile.step, profile.step), 60),
         turning_dance("anna", profile, 60),
     ):
         assert analyze(program, robots).diagnostics == ()
@@ -186,8 +190,8 @@ def test_what_a_step_is_meant_to_be(step: float, base: Profile | None, likely: f
 
 
 def test_the_dances() -> None:
-    assert goal_in(2.0, 0.2) == Goal(10, 0.2)
-    assert goal_in(1.0, 2.0) == Goal(1, 2.0)
+    assert goal_in(2.0, 0.2, 0.2) == Goal(10, 0.2)
+    assert goal_in(2.0, 0.2, 2.0) == Goal(1, 0.2)  # so far, a step is 2 m: there is no room for a second one
     assert straight_dance("anna", TURTLEBOT4, GOAL, 60) == "beat 60\nanna $ repeat 10 forward rest\n"
     assert turning_dance("anna", HUSKY, 60) == "beat 38\nanna $ repeat 8 left rest\n"
     assert turning_dance("anna", TURTLESIM, 90) == "beat 90\nanna $ repeat 8 left rest rest\n"

@@ -21,11 +21,12 @@ from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
 from improv_core.stage.current_scene import CurrentScene
 from improv_core.stage.interlocks import stop_of, waits_for
 from improv_core.stage.listeners import Listeners
-from improv_core.stage.odometry import SIMULATED, Comparison, Odometry
+from improv_core.stage.odometry import Comparison, Odometry
 from improv_core.stage.open_part import TooManyChangesError
 from improv_core.stage.protocol import (
     FASTEST,
     LAST_BEAT,
+    SIMULATED,
     SLOWEST,
     Begins,
     Decided,

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part
+from improv_core.stage.protocol import SIMULATED
 from improv_core.stage.sinks import RawPose
 
 RECENT = 0.2
@@ -25,8 +26,6 @@ LEAST_SPEED, LEAST_TURN = 1.0, 3.0
 """m/s and rad/s at which somebody else may move a robot: that is no jump."""
 CONTINUOUS = "nav_msgs/Odometry"
 """The source whose frame never jumps (REP 105): if it does, it has started over. Others may correct themselves."""
-SIMULATED = "simulator"
-"""The source that knows where robots are in the world."""
 
 
 class Comparison(NamedTuple):

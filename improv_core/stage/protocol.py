@@ -515,12 +515,23 @@ class DrawnPoses(TypedDict):
     poses: Sequence[Sequence[float]]
 
 
+SIMULATED = "simulator"
+"""The source of poses that need not be measured: the simulator knows where its robots are."""
 DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[float]]})
-"""Further places of a robot's trail: seconds after beat 0, x, y, and heading. `from` counts the places before them."""
+"""Further places of a robot: seconds after beat 0, x, y, and heading. `from` counts the places before them.
+
+Where it was measured: seconds, beat, x, y, heading; its ideal x, y, heading; how far it was off in meters and radians;
+how often its source was aligned; and 1 if that was the simulator, otherwise 0.
+"""
 
 
 class DrawnTrails(TypedDict):
     type: Literal["trails"]
+    robots: Mapping[str, DrawnTrail]
+
+
+class DrawnMeasured(TypedDict):
+    type: Literal["measured"]
     robots: Mapping[str, DrawnTrail]
 
 
@@ -605,6 +616,7 @@ ToPage = (
     DrawnRobots
     | DrawnPoses
     | DrawnTrails
+    | DrawnMeasured
     | TransportMessage
     | Stopped
     | Program

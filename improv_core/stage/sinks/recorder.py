@@ -25,12 +25,12 @@ _POINT = "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z"
 _QUATERNION = "MSG: geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1"
 _BETWEEN = f"\n{'=' * 80}\n"
 SCHEMAS = {
-    "String": "string data",
-    "Twist": _BETWEEN.join([_TWIST, _VECTOR3]),
-    "TwistStamped": _BETWEEN.join(
+    "std_msgs/msg/String": "string data",
+    "geometry_msgs/msg/Twist": _BETWEEN.join([_TWIST, _VECTOR3]),
+    "geometry_msgs/msg/TwistStamped": _BETWEEN.join(
         ["std_msgs/Header header\nTwist twist", f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME]
     ),
-    "Odometry": _BETWEEN.join(
+    "nav_msgs/msg/Odometry": _BETWEEN.join(
         [
             "std_msgs/Header header\nstring child_frame_id\n"
             "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist",
@@ -41,7 +41,6 @@ SCHEMAS = {
     ),
 }
 """Each message and its components, in the order and with the lines of 80 `=` that `ros2msg` requires."""
-_PACKAGES = {"String": "std_msgs", "Odometry": "nav_msgs"}
 
 # What sinks/ros.py offers: keep last 10, reliable, volatile. Written as numbers, as in rosbag2 up to Iron: later
 # releases understand both forms, Humble only this one. A duration of 9223372036.854775807 s means infinite.
@@ -121,7 +120,7 @@ class Recorder:
     def prepare(self, score: Score, restart: bool) -> None:
         for robot, part in score.parts.items():
             kind = "TwistStamped" if part.profile.message == "TwistStamped" else "Twist"
-            self._robots[robot] = part.profile, self._channel(part.topic, kind)
+            self._robots[robot] = part.profile, self._channel(part.topic, f"geometry_msgs/msg/{kind}")
             if part.odom:
                 self._odometry[robot] = part.odom
 
@@ -156,7 +155,7 @@ class Recorder:
 
     def note(self, message: Sensed | Decided, time: int) -> None:
         """Record what was sensed or decided, as JSON, at a Unix time in nanoseconds. Raises OSError."""
-        channel = self._channel(CHANNELS[message["type"]], "String")
+        channel = self._channel(CHANNELS[message["type"]], "std_msgs/msg/String")
         data = string_message(json.dumps(message))
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
 
@@ -165,7 +164,7 @@ class Recorder:
         for robot, each in message["robots"].items():
             if topic := self._odometry.get(robot):
                 data = odometry_message(Pose(**each["pose"]), each["wall"])
-                channel = self._channel(topic, "Odometry")
+                channel = self._channel(topic, "nav_msgs/msg/Odometry")
                 self._writer.add_message(channel, log_time=each["wall"], publish_time=each["wall"], data=data)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
@@ -193,8 +192,7 @@ class Recorder:
 
     def _channel(self, topic: str, kind: str) -> int:
         if kind not in self._schemas:
-            name = f"{_PACKAGES.get(kind, 'geometry_msgs')}/msg/{kind}"
-            self._schemas[kind] = self._writer.register_schema(name, "ros2msg", SCHEMAS[kind].encode())
+            self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", SCHEMAS[kind].encode())
         if (topic, kind) not in self._channels:
             offered = {"offered_qos_profiles": OFFERED_QOS_PROFILES}
             self._channels[topic, kind] = self._writer.register_channel(topic, "cdr", self._schemas[kind], offered)

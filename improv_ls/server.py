@@ -83,7 +83,7 @@ COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
     for name in (
         *("play", "before", "history", "restart", "hush", "pause", "resume", "cue", "key"),
-        *("seek", "speed", "mute", "solo", "page"),
+        *("seek", "speed", "mute", "solo", "page", "calibrate"),
     )
 }
 _NOT_SETTLED = {types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DIAGNOSTIC, types.WORKSPACE_DIAGNOSTIC}

@@ -44,7 +44,7 @@ LIBRARIES = {
         "stage/graph.py",
         *(
             f"stage/sinks/{name}.py"
-            for name in ("ros", "ros_listening", "ros_nodes", "ros_requests", "ros_subscriptions")
+            for name in ("ros", "ros_listening", "ros_nodes", "ros_poses", "ros_requests", "ros_subscriptions")
         ),
     ],
     "aiohttp": ["stage/viewer/application.py"],

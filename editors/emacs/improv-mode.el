@@ -113,7 +113,8 @@ Font lock ignores an end at point, so that is one more if there are none."
     ["Set Speed…" improv-speed]
     ["Mute Robot…" improv-mute]
     ["Solo Robot…" improv-solo]
-    ["Show Robots in Browser" improv-page]))
+    ["Show Robots in Browser" improv-page]
+    ["Calibrate a Robot" improv-calibrate]))
 
 ;;;###autoload
 (define-derived-mode improv-mode prog-mode "Improv"
@@ -256,6 +257,11 @@ Use it again to go back further."
   "Show the simulated robots in the browser."
   (interactive nil improv-mode)
   (improv--execute "improv.page"))
+
+(defun improv-calibrate ()
+  "Show how to calibrate a robot in a terminal."
+  (interactive nil improv-mode)
+  (improv--execute "improv.calibrate"))
 
 (defun improv--read-robot (what)
   "Ask which of the current robots to WHAT, such as \"Mute\"."

@@ -27,6 +27,7 @@ COMMANDS = {
     "stop": "stop",
     "record": "record",
     "history": "history",
+    "calibrate": "calibrate",
     "doctor": "doctor",
     "ros": "ros_setup",
 }

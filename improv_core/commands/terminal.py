@@ -23,10 +23,21 @@ from improv_core.playback.start import Options
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
+from improv_core.program.errors import Errors
 from improv_core.program.report import outcome, summary
-from improv_core.score.motion import Twist
+from improv_core.score.motion import Pose, Twist
 from improv_core.services.history import keep
-from improv_core.stage.protocol import Decided, Poses, Sensed, Sent, TransportMessage, When
+from improv_core.stage.player import REST
+from improv_core.stage.protocol import (
+    Decided,
+    Measured,
+    MeasuredRobot,
+    Poses,
+    Sensed,
+    Sent,
+    TransportMessage,
+    When,
+)
 from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
@@ -54,7 +65,12 @@ async def first(*several: Awaitable[Any]) -> None:
 
 @contextlib.asynccontextmanager
 async def performance(
-    options: Options, *, browser: bool, quiet: bool = False, recorder: Recorder | None = None
+    options: Options,
+    *,
+    browser: bool,
+    quiet: bool = False,
+    recorder: Recorder | None = None,
+    hears_keys: bool = True,
 ) -> AsyncIterator[Performance]:
     """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
     performing = Performance(options, quiet, recorder)
@@ -63,7 +79,7 @@ async def performance(
             asyncio.get_running_loop().add_signal_handler(number, performing.interrupted.set)
     try:
         await first(performing.open(browser), performing.interrupted.wait())
-        with pressed({"c": performing.cue}):
+        with pressed({"c": performing.cue}) if hears_keys else contextlib.nullcontext():
             yield performing
     finally:
         await performing.close()
@@ -82,6 +98,9 @@ class Performance:
         self._counted = False  # whether the cursor is behind a beat
         self._latest: TransportMessage | None = None  # from the leading stage
         self._poses: Poses = {}  # from the stage that has them
+        self._errors = Errors()
+        self.measured: dict[str, tuple[MeasuredRobot, MeasuredRobot]] = {}
+        """The first and the latest pose of robots since beat 0, if they are measured."""
         self._playing: set[str] = set()  # which stages play
         self._keeping: set[asyncio.Task[None]] = set()  # programs, in the history
         self.finished = asyncio.Event()
@@ -91,6 +110,16 @@ class Performance:
     @property
     def is_playing(self) -> bool:
         return bool(self._playing)
+
+    @property
+    def is_real(self) -> bool:
+        """Whether real robots play."""
+        return self._playback.is_real
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the latest program was played to its end."""
+        return self._latest is not None and self._latest["state"] == "ended"
 
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
@@ -110,10 +139,13 @@ class Performance:
         asked: int = 0,
         when: When = "restart",
         senses: Sequence[Sensed] | None = None,
-    ) -> None:
-        """Play a program, unless a stop has come since the count of stops was `asked`; `senses` are of a recording."""
+    ) -> bool:
+        """Play a program, unless a stop has come since the count of stops was `asked`; `senses` are of a recording.
+
+        Returns whether it begins.
+        """
         if self.interrupted.is_set():
-            return
+            return False
         self.present(path)
         self.finished.clear()
         score = score_of(analysis)
@@ -122,9 +154,10 @@ class Performance:
         if await self._playback.play(score, path.name, asked, when, senses=senses):
             self._keep(path, analysis.text)
             self.say(f"▶ {summary(analysis)}, {self._playback.status}")
-        else:
-            self.say(f"■ {path.name} was stopped before it began")
-            self.finished.set()
+            return True
+        self.say(f"■ {path.name} was stopped before it began")
+        self.finished.set()
+        return False
 
     def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
         """Have the page show which program is to be played, and what keeps it from being played."""
@@ -133,6 +166,13 @@ class Performance:
     def cue(self) -> None:
         """Give the cue that robots wait for."""
         self._playback.conduct({"type": "cue"})
+
+    async def settle(self) -> None:
+        """If it is measured where robots are, wait until they have come to rest, and say how far off they were."""
+        if self._errors.robots:
+            await asyncio.sleep(REST)
+            for line in self._errors.lines():
+                self.say(line)
 
     async def close(self) -> None:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
@@ -154,8 +194,15 @@ class Performance:
             self.complain(f"improv: {problem}")
 
     def report(self) -> dict[str, Any]:
-        """Where the robots of the latest program started and ended."""
-        return outcome(self._latest, self._poses)
+        """Where the robots of the latest program started and ended, and how far off they were if that was measured."""
+        return outcome(self._latest, self._poses, self._errors)
+
+    def simulated_move(self, robot: str) -> tuple[Pose, Pose] | None:
+        """Where a robot was at beat 0 and is now, if the leading stage simulates it."""
+        if not self._latest or "poses" not in self._latest:
+            return None
+        start, now = (self._latest[which][robot] for which in ("start", "poses"))
+        return Pose(**start), Pose(**now)
 
     def say(self, line: str) -> None:
         """Print a line, unless this is a quiet performance."""
@@ -173,7 +220,11 @@ class Performance:
             self._follow(message, leads)
         elif message["type"] == "stopped":
             self._keep_poses(message)
-        elif message["type"] in ("sent", "sensed", "decided") and leads:
+        elif message["type"] in ("sent", "sensed", "decided", "measured") and leads:
+            if message["type"] == "measured":
+                self._errors.take(message)
+                for robot, each in message["robots"].items():
+                    self.measured[robot] = self.measured.get(robot, (each, each))[0], each
             self._record(message)
         elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
             if not self.interrupted.is_set():
@@ -186,6 +237,8 @@ class Performance:
     def _follow(self, transport: TransportMessage, leads: bool) -> None:
         self._keep_poses(transport)
         if leads:
+            if not self._latest or transport["restarted"] != self._latest["restarted"]:
+                self._errors, self.measured = Errors(), {}
             self._latest = transport
         if transport["state"] == "playing":
             self._playing.add(_role(leads))
@@ -202,12 +255,14 @@ class Performance:
         if "poses" in message:
             self._poses = message
 
-    def _record(self, message: Sent | Sensed | Decided) -> None:
+    def _record(self, message: Sent | Sensed | Decided | Measured) -> None:
         if not self._recorder or self._not_recorded:
             return
         try:
             if message["type"] == "sent":
                 self._recorder.record(message["robot"], Twist(*message["twist"]), message["wall"])
+            elif message["type"] == "measured":
+                self._recorder.record_poses(message)
             else:
                 self._recorder.note(message, message["wall"])
         except (OSError, ValueError) as problem:  # raised later: from here, it would end listening to the stage

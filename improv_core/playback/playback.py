@@ -168,6 +168,11 @@ class Playback:
         return f"{about}, with the simulator alongside" if self._twin else about
 
     @property
+    def is_real(self) -> bool:
+        """Whether real robots play."""
+        return self._leader is not None and self._leader.ready["real"]
+
+    @property
     def page(self) -> str | None:
         """The address of the simulator's page."""
         for stage in (self._twin, self._leader):
@@ -412,6 +417,8 @@ class Playback:
                 self._twin.send(message)
             if not leads:
                 return
+        elif message["type"] == "measured" and leads and self._twin:
+            self._twin.send(message)
         if message["type"] == "gone":
             self.stops.discard(stage)
             self._written.pop(stage, None)

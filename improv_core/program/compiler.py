@@ -40,6 +40,7 @@ def score_of(analysis: Analysis) -> Score:
             robot.topic,
             robot.reset,
             cast.use_sim_time,
+            robot.odom,
             _senses(cast, name, analysis.parts[name]),
         )
     if len(analysis.text) > LONGEST_TEXT:

@@ -33,7 +33,7 @@ FILE_NAME = "improv.toml"
 class Robot:
     """One robot: its profile, its pose at beat 0 (None: next to the others), its topic, and the message type on it.
 
-    `reset` is the service that moves it back to its start pose, if it has one.
+    `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
     """
 
     profile: Profile
@@ -41,6 +41,7 @@ class Robot:
     topic: str
     message: str
     reset: str | None = None
+    odom: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +189,9 @@ class _RobotsReading(TomlReading):
         start = self.start((*keys, "start"), table["start"]) if "start" in table else None
         message = self.one_of((*keys, "message"), table) or profile.message
         topic = ros_name(self, (*keys, "topic"), table, namespace) or _topic(namespace, name)
-        return Robot(profile, start, topic, message, ros_name(self, (*keys, "reset"), table, namespace))
+        reset = ros_name(self, (*keys, "reset"), table, namespace)
+        odom = ros_name(self, (*keys, "odom"), table, f"{namespace}/{name}")
+        return Robot(profile, start, topic, message, reset, odom)
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin

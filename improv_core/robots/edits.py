@@ -1,12 +1,14 @@
-"""Writes start poses, formations, and robots into the text of an `improv.toml` and leaves everything else unchanged."""
+"""Writes start poses, formations, robots, and calibration into the text of an `improv.toml`; the rest stays."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import count
 from typing import Any
 
 from improv_core.diagnostics import Edit
 from improv_core.robots.toml_text import TomlText, read_toml
+from improv_core.score.profiles import BUILT_IN
 from improv_core.text import Span
 
 Start = tuple[float, float, float]
@@ -77,6 +79,47 @@ def add(text: str, robot: str) -> Edit | None:
     return Edit(Span(len(text), len(text)), written)
 
 
+def calibrate(text: str, robot: str, values: Mapping[str, float]) -> str | None:
+    """The text in which the profile of a listed robot has these values.
+
+    If other robots or profiles use its profile too, or it is a built-in one, the robot gets a profile of its own, based
+    on that one. None if the file can't be read or has no such robot, or if it writes them in an unusual form.
+    """
+    toml = read_toml(text)
+    robots, profiles = (toml.data.get(section, {}) for section in ("robots", "profiles"))
+    if toml.diagnostics or not isinstance(robots, dict) or not isinstance(profiles, dict):
+        return None
+    table = robots.get(robot)
+    if not isinstance(table, dict) or not all(
+        isinstance(each, dict) for each in (*robots.values(), *profiles.values())
+    ):
+        return None
+    line_end = "\r\n" if "\r\n" in text else "\n"
+    profile = table.get("profile")
+    if not isinstance(profile, str | None):
+        return None
+    users = [each for each in robots.values() if each.get("profile") == profile]
+    heirs = [each for each in profiles.values() if each.get("base") == profile]
+    if profile and profile in profiles and len(users) == 1 and not heirs:
+        made = _applied(text, _settings(text, toml, ("profiles", profile), values, line_end))
+        expected = {**profiles, profile: {**profiles[profile], **values}}
+        return made if read_toml(made).data == {**toml.data, "profiles": expected} else None
+    own = next(name for name in _names(robot) if name not in profiles and name not in BUILT_IN)
+    contents: dict[str, float | str] = {**({} if profile is None else {"base": profile}), **values}
+    made = _applied(text, _settings(text, toml, ("robots", robot), {"profile": own}, line_end))
+    lines = [f"[profiles.{own}]", *(f"{key} = {_value(value)}" for key, value in contents.items())]
+    made += _gap(made, line_end) + "".join(line + line_end for line in lines)
+    expected = {"robots": {**robots, robot: {**table, "profile": own}}, "profiles": {**profiles, own: contents}}
+    return made if read_toml(made).data == {**toml.data, **expected} else None
+
+
+def _names(robot: str) -> Iterator[str]:
+    """Names for a profile of a robot's own."""
+    yield robot
+    yield f"{robot}_calibrated"
+    yield from (f"{robot}_calibrated_{number}" for number in count(2))
+
+
 def inline(start: Start) -> str:
     """A start pose as written in improv.toml."""
     x, y, heading = (f"{value:.10g}" for value in _rounded(start).values())
@@ -112,13 +155,38 @@ def _applied(text: str, edits: Iterable[Edit]) -> str:
     return text
 
 
+def _settings(
+    text: str, toml: TomlText, table: tuple[str, str], values: Mapping[str, float | str], line_end: str
+) -> Iterator[Edit]:
+    """The edits that give these keys of a table that is there these values."""
+    new = []
+    for key, value in values.items():
+        if known := toml.positions.entries.get((*table, key)):
+            yield Edit(known.value, _value(value))
+        else:
+            new.append(f"{key} = {_value(value)}")
+    if new:
+        inside = [entry for keys, entry in toml.positions.entries.items() if keys[:-1] == table]
+        last = max((each.value.end for each in inside if each.value != each.key), default=0)  # not a table in a header
+        yield _below(text, max(last, toml.positions.entries[table].key.end), new, line_end)
+
+
+def _value(value: float | str) -> str:
+    return f'"{value}"' if isinstance(value, str) else f"{value:.10g}"
+
+
+def _below(text: str, offset: int, lines: Iterable[str], line_end: str) -> Edit:
+    """The edit that adds lines below the one at an offset."""
+    end = text.find("\n", offset) + 1
+    written = "".join(f"{line}{line_end}" for line in lines)
+    return Edit(Span(end, end), written) if end else Edit(Span(len(text), len(text)), line_end + written)
+
+
 def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) -> Edit | None:
     """The edit that sets the start pose of a listed robot."""
     if known := toml.positions.entries.get(("robots", robot, "start")):
         return Edit(known.value, inline(start)) if text[known.value.start] == "{" else None
-    end = text.find("\n", toml.positions.entries["robots", robot].key.end)
-    line = f"start = {inline(start)}{line_end}"
-    return Edit(Span(end + 1, end + 1), line) if end >= 0 else Edit(Span(len(text), len(text)), f"{line_end}{line}")
+    return _below(text, toml.positions.entries["robots", robot].key.end, [f"start = {inline(start)}"], line_end)
 
 
 def _gap(text: str, line_end: str) -> str:

@@ -113,12 +113,25 @@ _ROBOT = {
     "reset": Key(
         "a service of type `std_srvs/srv/Empty` that moves it back to its start", default="none", example='"/reset"'
     ),
+    "odom": Key(
+        "a topic that says where it really is; without a leading `/`, the name is in the robot's namespace, which is in"
+        " that of `[ros]`",
+        default="none",
+        example='"odom"',
+    ),
 }
 # The ranges catch typical errors: 0, millimeters, an angle in radians.
 _PROFILE = {
     "base": Key("the profile it starts from", profile=True),
     "step": _number("the distance of `forward`", "meters", 0.001, 100),
     "quarter_turn": _number("the angle of `left`", "degrees", 45, 135, "90"),
+    "left_right": _number(
+        "how far the left wheel of the real robot rolls for each meter of the right one; below 1, it pulls to the left",
+        "meters per meter",
+        0.8,
+        1.25,
+        "1",
+    ),
     "max_linear": _number("the maximum speed in any direction", "m/s", 0.001, 100, "no limit"),
     "max_angular": _number("the maximum turning speed", "rad/s", 0.001, 100, "no limit"),
     "max_linear_acceleration": _number(

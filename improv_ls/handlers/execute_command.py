@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from improv_core.plain import printable
@@ -67,6 +70,20 @@ def resume(ls: Session, *arguments: Any) -> None:
 def cue(ls: Session, *arguments: Any) -> None:
     """Give the cue that robots wait for."""
     ls.performance.conduct({"type": "cue"})
+
+
+def calibrate(ls: Session, *arguments: Any) -> None:
+    """Say how to calibrate a robot: that takes a conversation, so it needs a terminal."""
+    refresh_robots(ls)
+    casts = [document.analysis.cast for document in ls.documents.values()]
+    listed = next((cast for cast in casts if cast.path and cast.robots), None)
+    if not listed or not listed.path:
+        ls.editor.warn("improv.calibrate: list your robots in improv.toml first, and open a program of theirs")
+        return
+    own = Path(sys.executable).with_name("improv")
+    improv = "improv" if shutil.which("improv") or not own.exists() else str(own)
+    names = ", ".join(sorted(listed.robots))
+    ls.editor.say(f"in a terminal in {listed.path.parent}, run `{improv} calibrate NAME` (one of {names})")
 
 
 def key(ls: Session, *arguments: Any) -> None:

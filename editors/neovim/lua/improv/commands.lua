@@ -105,6 +105,7 @@ function M.define(buffer)
   command("ImprovMute", with_argument("improv.mute"), "Mute or unmute a robot", a_robot)
   command("ImprovSolo", with_argument("improv.solo"), "Play only this robot, or all robots again", a_robot)
   command("ImprovPage", function() execute("improv.page") end, "Show the robots in the browser")
+  command("ImprovCalibrate", function() execute("improv.calibrate") end, "Show how to calibrate a robot")
   vim.api.nvim_create_user_command("ImprovHush", hush, { desc = "Stop all robots immediately" })
 end
 

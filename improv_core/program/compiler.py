@@ -41,6 +41,7 @@ def score_of(analysis: Analysis) -> Score:
             robot.reset,
             cast.use_sim_time,
             _senses(cast, name, analysis.parts[name]),
+            frame=robot.frame,
         )
     if len(analysis.text) > LONGEST_TEXT:
         return Score(analysis.tempo, parts, world=cast.world, safety=cast.safety)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
-from improv_core.robots.ros_names import full_name, node_name, ros_name
+from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_name
 from improv_core.robots.schema import known
 from improv_core.robots.senses import read_senses
 from improv_core.robots.toml_positions import Keys
@@ -19,7 +19,7 @@ from improv_core.robots.toml_text import read_toml
 from improv_core.robots.world import read_world
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, Profile
-from improv_core.score.score import Deadman, Rejoin, Safety
+from improv_core.score.score import BASE_FRAME, Deadman, Rejoin, Safety
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
 from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
 from improv_core.score.world import EMPTY, World
@@ -32,7 +32,7 @@ FILE_NAME = "improv.toml"
 class Robot:
     """One robot: its profile, its pose at beat 0 (None: next to the others), its topic, and the message type on it.
 
-    `reset` is the service that moves it back to its start pose, if it has one.
+    `reset` is the service that moves it back to its start pose, if it has one. `frame` is the frame of its velocities.
     """
 
     profile: Profile
@@ -40,6 +40,7 @@ class Robot:
     topic: str
     message: str
     reset: str | None = None
+    frame: str = BASE_FRAME
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +177,9 @@ class _RobotsReading(TomlReading):
         start = self.start((*keys, "start"), table["start"]) if "start" in table else None
         message = self.one_of((*keys, "message"), table) or profile.message
         topic = ros_name(self, (*keys, "topic"), table, namespace) or _topic(namespace, name)
-        return Robot(profile, start, topic, message, ros_name(self, (*keys, "reset"), table, namespace))
+        reset = ros_name(self, (*keys, "reset"), table, namespace)
+        frame = frame_id(self, (*keys, "frame"), table) or BASE_FRAME
+        return Robot(profile, start, topic, message, reset, frame)
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin

@@ -108,6 +108,7 @@ _ROBOT = {
         default="the profile's",
         choices=MESSAGES,
     ),
+    "frame": Key("the `frame_id` of its `TwistStamped` messages", default='`"base_link"`', example='"anna/base_link"'),
     "reset": Key(
         "a service of type `std_srvs/srv/Empty` that moves it back to its start", default="none", example='"/reset"'
     ),

@@ -18,6 +18,8 @@ from improv_core.score.scenes import NOTHING, performance, scene_begins
 from improv_core.score.senses import Senses
 from improv_core.score.world import World
 
+BASE_FRAME = "base_link"
+"""The frame of a robot's velocities by default, as in REP 105."""
 UNNUMBERED = 0
 """The edition of a part that nobody has compared with others."""
 
@@ -28,8 +30,8 @@ class Part:
 
     `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
     that moves it to its start pose, if there is one. With `use_sim_time`, its messages are stamped with the time on
-    /clock. `senses` are those that its movements read. `editions` has a number for each scene: where two parts of a
-    robot have the same, they move it alike.
+    /clock. `frame` is the frame of its velocities. `senses` are those that its movements read. `editions` has a number
+    for each scene: where two parts of a robot have the same, they move it alike.
 
     `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
     beginning of all, `entered` is where the robot ideally was then. `movement` is all that it performs from there on.
@@ -50,6 +52,7 @@ class Part:
     entered: Pose | None = None
     scene: int = 0
     scene_begins: tuple[algebra.Exact, ...] = field(default=(), compare=False)
+    frame: str = BASE_FRAME
     movement: Movement = field(init=False, compare=False)
 
     def __post_init__(self) -> None:

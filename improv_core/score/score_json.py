@@ -52,8 +52,8 @@ class _Written(NamedTuple):
         one, two = self.part, other.part
         return (
             self.scenes == other.scenes
-            and (one.editions, one.topic, one.reset, one.use_sim_time)
-            == (two.editions, two.topic, two.reset, two.use_sim_time)
+            and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame)
+            == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame)
             and one.profile == two.profile
             and one.start == two.start
             and one.senses == two.senses
@@ -112,6 +112,7 @@ def _part_json(written: _Written) -> dict[str, Any]:
         "topic": part.topic,
         "reset": part.reset,
         "use_sim_time": part.use_sim_time,
+        "frame": part.frame,
         "senses": senses.to_json(part.senses),
         "editions": part.editions,
     }
@@ -124,6 +125,7 @@ class _PartJson(TypedDict):
     topic: str
     reset: str | None
     use_sim_time: bool
+    frame: str
     senses: Mapping[str, Mapping[str, Any]]
     editions: Sequence[int]
 
@@ -190,6 +192,7 @@ def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
         data["use_sim_time"],
         senses.from_json(data["senses"]),
         tuple(data["editions"]),
+        frame=data["frame"],
     )
 
 

@@ -361,10 +361,11 @@ class Withdraw(TypedDict):
 
 
 class Moves(TypedDict):
-    """A robot is about to be told to move; `patience` as in `Pulse`."""
+    """A robot is about to be told to move, by velocities in a frame; `patience` as in `Pulse`."""
 
     type: Literal["moves"]
     topic: str
+    frame: str
     patience: float
 
 

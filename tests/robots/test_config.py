@@ -350,7 +350,7 @@ def test_names_that_robots_cannot_have() -> None:
         [robots.9]
                 ^ robots: `9` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         step = 1
-        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `reset`
+        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`
     """)
     assert found.robots == {}
 
@@ -387,11 +387,13 @@ def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> Non
         [robots.a]
         topic = "a/nav_vel"
         reset = "reset"
+        frame = "a/base_footprint"
         [robots.b]
         topic = "/cmd_vel"
         reset = "/reset"
         [robots.c]
     """)
+    assert [robot.frame for robot in found.robots.values()] == ["a/base_footprint", "base_link", "base_link"]
     names = [(robot.topic, robot.reset) for robot in found.robots.values()]
     assert names == [
         ("/lab/east/a/nav_vel", "/lab/east/reset"),
@@ -467,6 +469,8 @@ def test_wrong_keys_and_values_of_ros() -> None:
         [robots.a]
         reset = ["/reset"]
                 ^^^^^^^^^^ robots: write `reset` as text, in quotes
+        frame = "/base_link"
+                ^^^^^^^^^^^^ robots: use the letters a to z, digits, `_`, `.`, `-`, and `/`, but no `/` at the start
     """)
     assert found.robots["a"] == Robot(DEFAULT, None, "/a/cmd_vel", "auto")
     check("""
@@ -647,7 +651,7 @@ def test_what_the_page_shows_is_right(block: str) -> None:
 
 
 def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
-    ours = ("profile", "start", "topic", "message", "reset", "namespace", "node", "use_sim_time", "base")
+    ours = ("profile", "start", "topic", "message", "frame", "reset", "namespace", "node", "use_sim_time", "base")
     for key in (*ours, *(set(Profile.__slots__) - {"name"})):
         assert f"| `{key}` |" in PAGE
     for key in known(("senses", "near")).keys:

@@ -1,7 +1,7 @@
 """Serialized `geometry_msgs/Twist`, `TwistStamped`, and `std_msgs/String`. Standard library only.
 
-CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after a four-byte header, each field is aligned to its own size. An
-empty string is its length, 1, and a zero byte; three more bytes align the first float64.
+CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after a four-byte header, each field is aligned to its own size. A
+string is its length, its bytes, and a zero byte.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ SECOND = 1_000_000_000
 
 _HEADER = b"\x00\x01\x00\x00"
 _TWIST = struct.Struct("<4s6d")
-_STAMP = struct.Struct("<4siII4x")
+_STAMP = struct.Struct("<4siI")
 _VELOCITY = slice(len(_HEADER), None)
 
 
@@ -26,8 +26,7 @@ def twist_message(twist: Twist) -> bytes:
 
 def string_message(text: str) -> bytes:
     """A `std_msgs/String`."""
-    data = text.encode() + b"\0"
-    return _HEADER + struct.pack("<I", len(data)) + data
+    return _HEADER + _string(text)
 
 
 def string_of(message: bytes) -> str:
@@ -37,6 +36,17 @@ def string_of(message: bytes) -> str:
     return message[len(_HEADER) + 4 : -1].decode()
 
 
-def stamped(message: bytes, time: int) -> bytes:
-    """A Twist as a TwistStamped of this time, in nanoseconds."""
-    return _STAMP.pack(_HEADER, *divmod(time, SECOND), 1) + message[_VELOCITY]
+def frame_field(frame: str) -> bytes:
+    """The `frame_id` of a header, for `stamped`: as long as it takes to align the velocity after it."""
+    data = _string(frame)
+    return data + bytes(-len(data) % 8)  # the stamp before it has eight bytes
+
+
+def stamped(message: bytes, time: int, frame: bytes) -> bytes:
+    """A Twist as a TwistStamped of this time, in nanoseconds, and this `frame_field`."""
+    return _STAMP.pack(_HEADER, *divmod(time, SECOND)) + frame + message[_VELOCITY]
+
+
+def _string(text: str) -> bytes:
+    data = text.encode() + b"\0"
+    return struct.pack("<I", len(data)) + data

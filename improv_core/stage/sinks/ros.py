@@ -17,7 +17,7 @@ from improv_core.score.senses import Topic as SenseTopic
 from improv_core.stage.discovery import described, limited
 from improv_core.stage.protocol import LOADING_LIMIT, FromStage
 from improv_core.stage.sinks import Edge
-from improv_core.stage.sinks.cdr import twist_message
+from improv_core.stage.sinks.cdr import frame_field, twist_message
 from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import READER, STANDBY, Nodes, is_harmless, node_name, without_name
 from improv_core.stage.sinks.ros_reader import Reader
@@ -110,7 +110,7 @@ class Ros:
         self._advertise_new(score, at_once=not restart)
         for robot, part in parts.items():
             self._topics[part.topic].take(part.profile.message)
-            self._robots[robot] = _Robot(part, self._topics[part.topic])
+            self._robots[robot] = _Robot(part, self._topics[part.topic], frame_field(part.frame))
         if restart:
             self._standby_until = self._now() + STANDBY_LIMIT
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
@@ -175,8 +175,8 @@ class Ros:
         known, stands = self._robots[robot], twist == STILL
         message = known.message_of(twist)
         if not stands:
-            self._standby.moves(known.topic.name)
-        known.topic.publish(message, self._clock)
+            self._standby.moves(known.topic.name, known.part.frame)
+        known.topic.publish(message, self._clock, known.frame)
         if stands:
             self._standby.stands(known.topic.name)
 
@@ -272,6 +272,7 @@ class _Robot:
 
     part: Part
     topic: Topic
+    frame: bytes
     twist: Twist | None = None
     message: bytes = b""
 

@@ -44,9 +44,9 @@ def score_of(analysis: Analysis) -> Score:
             frame=robot.frame,
         )
     if len(analysis.text) > LONGEST_TEXT:
-        return Score(analysis.tempo, parts, world=cast.world, safety=cast.safety)
+        return Score(analysis.tempo, parts, world=cast.world, safety=cast.safety, publish=cast.publish)
     offsets = dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
-    return Score(analysis.tempo, parts, analysis.text, offsets, cast.world, cast.safety)
+    return Score(analysis.tempo, parts, analysis.text, offsets, cast.world, cast.safety, publish=cast.publish)
 
 
 def _senses(cast: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:

@@ -48,7 +48,8 @@ class Robots:
     """The valid content of an `improv.toml`. `profiles` are its own and the built-in ones.
 
     `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab". `node` is the name
-    of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones.
+    of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones. With `publish`, others in
+    ROS 2 can watch what plays.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -62,6 +63,7 @@ class Robots:
     safety: Safety = field(default_factory=Safety)
     node: str | None = None
     senses: Mapping[str, Source] = field(default_factory=dict)
+    publish: bool = False
 
     @property
     def ok(self) -> bool:
@@ -105,11 +107,13 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
     safety = reading.safety(ros, namespace)
     node = node_name(reading, ("ros", "node"), ros)
+    publish = reading.flag(("ros", "publish"), ros)
     world = read_world(reading, sections.get("world", {}))
     robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
     senses = read_senses(reading, sections.get("senses", {}))
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
-    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world, safety, node, senses)
+    rest = (namespace, use_sim_time, world, safety, node, senses, publish)
+    return Robots(robots, profiles, path, text, diagnostics, *rest)
 
 
 def find_robots_file(folder: Path) -> Path | None:

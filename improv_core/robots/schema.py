@@ -163,6 +163,12 @@ _ROS = {
         default="`improv_HOST_PID`",
         example='"conductor"',
     ),
+    "publish": Key(
+        "publish what plays, for rviz, Foxglove, and monitors: paths, markers, the position, and diagnostics",
+        "boolean",
+        default="false",
+        example="true",
+    ),
     "use_sim_time": Key(
         "stamp messages with the time on `/clock`, for simulated robots", "boolean", default="false", example="true"
     ),

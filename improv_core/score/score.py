@@ -103,8 +103,8 @@ class Score:
     """All parts, which play together at `tempo` beats per minute.
 
     It plays from scene `scene` on (counted from 0), which began at beat `since`; the beats at which that one and the
-    later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For the page, `text` is the
-    program, and `offsets` are the offsets of its statements by ID.
+    later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For those who watch, `text` is
+    the program, and `offsets` are the offsets of its statements by ID; with `publish`, others in ROS 2 may watch.
     """
 
     tempo: Fraction
@@ -115,6 +115,7 @@ class Score:
     safety: Safety = Safety()
     scene: int = 0
     since: algebra.Exact = 0
+    publish: bool = False
     scene_begins: tuple[algebra.Exact, ...] = field(init=False)
 
     def __post_init__(self) -> None:

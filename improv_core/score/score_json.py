@@ -99,6 +99,7 @@ def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
         "parts": parts,
         "world": worlds.to_json(score.world),
         "safety": asdict(score.safety),
+        "publish": score.publish,
         **program,
     }
 
@@ -150,6 +151,7 @@ class _ScoreJson(TypedDict):
     text: str
     offsets: Sequence[Sequence[int]]
     safety: _SafetyJson
+    publish: bool
 
 
 def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
@@ -212,7 +214,7 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     safety = data["safety"]
     deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
     rules = Safety(safety["stop"], deadman, safety["rejoin"])
-    return Score(tempo, parts, data["text"], dict(data["offsets"]), world, rules)
+    return Score(tempo, parts, data["text"], dict(data["offsets"]), world, rules, publish=data["publish"])
 
 
 def _playable(movement: Movement) -> Movement:

@@ -427,6 +427,25 @@ class Unread(TypedDict):
     message: str
 
 
+class Plays(TypedDict):
+    """A score arrives at the stage: what `score_json.to_json` makes."""
+
+    type: Literal["plays"]
+    generation: int
+    score: Mapping[str, Any]
+
+
+class Health(TypedDict):
+    """How well robots are served: `late` is in seconds, and `missing` says why robots can't hear."""
+
+    type: Literal["health"]
+    late: float
+    missing: Mapping[str, str]
+    clipped: Sequence[str]
+
+
+ToPublisher = Plays | TransportMessage | Sensed | WarningLine | ErrorLine | Health
+"""From the stage to the process that publishes what plays, over a pipe."""
 ToReader = Read
 """From the stage to the reader of sensors, over a pipe."""
 FromReader = SenseEdge | Alive | Unread

@@ -37,7 +37,10 @@ def check(marked: str, *labels: str, cast: tuple[str, ...] = ()) -> None:
 def test_sections_that_are_not_there() -> None:
     check("[|\n[world]\nsize = [6, 4]", "robots", "profiles", "ros", "senses")
     check("[ro|]", "robots", "profiles", "ros", "world", "senses")
-    check("[robots.anna]\nprofile = 'husky'\nstart = {}\ntopic = 'a'\nmessage = 'auto'\nframe = 'a'\nreset = 'a'\n|", *SECTIONS)
+    check(
+        "[robots.anna]\nprofile = 'husky'\nstart = {}\ntopic = 'a'\nmessage = 'auto'\nframe = 'a'\nreset = 'a'\n|",
+        *SECTIONS,
+    )
 
 
 def test_robots_of_programs_and_built_in_senses() -> None:

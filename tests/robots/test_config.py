@@ -384,6 +384,7 @@ def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> Non
         [ros]
         namespace = "lab/east"
         use_sim_time = true
+        publish = true
         [robots.a]
         topic = "a/nav_vel"
         reset = "reset"
@@ -402,6 +403,7 @@ def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> Non
     ]
     assert found.robot("unlisted").topic == "/lab/east/unlisted/cmd_vel"
     assert found.use_sim_time
+    assert found.publish
 
 
 def test_what_stops_robots_besides_the_program() -> None:
@@ -464,8 +466,10 @@ def test_wrong_keys_and_values_of_ros() -> None:
                     ^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
         use_sim_time = "yes"
                        ^^^^^ robots: write `use_sim_time` as `true` or `false`
+        publish = 1
+                  ^ robots: write `publish` as `true` or `false`
         qos = 3
-        ^^^ robots: `qos` is not valid here: write one of `namespace`, `node`, `use_sim_time`, `stop`, `deadman`, `rejoin`
+        ^^^ robots: `qos` is not valid here: write one of `namespace`, `node`, `publish`, `use_sim_time`, `stop`, `deadman`, `rejoin`
         [robots.a]
         reset = ["/reset"]
                 ^^^^^^^^^^ robots: write `reset` as text, in quotes
@@ -651,7 +655,19 @@ def test_what_the_page_shows_is_right(block: str) -> None:
 
 
 def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
-    ours = ("profile", "start", "topic", "message", "frame", "reset", "namespace", "node", "use_sim_time", "base")
+    ours = (
+        "profile",
+        "start",
+        "topic",
+        "message",
+        "frame",
+        "reset",
+        "namespace",
+        "node",
+        "publish",
+        "use_sim_time",
+        "base",
+    )
     for key in (*ours, *(set(Profile.__slots__) - {"name"})):
         assert f"| `{key}` |" in PAGE
     for key in known(("senses", "near")).keys:

@@ -247,6 +247,8 @@ class _RobotsReading(TomlReading):
                 changes[word] = written
         if "wheel_error" in table:
             changes["wheel_error"] = self.wheel_error((*keys, "wheel_error"), table["wheel_error"])
+        if "smooth" in table:
+            changes["smooth"] = self.flag((*keys, "smooth"), table)
         profile = replace(base, name=name, motions=motions or base.motions, **changes)
         if profile.dynamics != "motors":
             for key in _MOTORS_ONLY:

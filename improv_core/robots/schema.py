@@ -150,6 +150,12 @@ _PROFILE = {
     "noise": _number(
         "the standard deviation of that, which changes ten times a second", "shares of the speed", 0, 0.5, "0"
     ),
+    "smooth": Key(
+        "begin and end each movement gently, for robots that are tall or heavy",
+        "boolean",
+        default="false",
+        example="true",
+    ),
     "near": _number(
         "how far ahead the sense `near` looks in the simulator, from the robot's rim", "meters", 0.001, 100, "one step"
     ),

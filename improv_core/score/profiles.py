@@ -24,7 +24,8 @@ class Profile:
     make, in both directions. `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in
     the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as
     the score says, or as motors would. With motors, `wheel_error` holds how far its left and right wheels really roll
-    for each meter that their encoders count, and `noise` the standard deviation of that, as a share. `near`: meters
+    for each meter that their encoders count, and `noise` the standard deviation of that, as a share. `smooth`: whether
+    its movements begin and end gently, stretch by stretch. `near`: meters
     ahead of it in which it senses what is near; None is one step.
     """
 
@@ -45,6 +46,7 @@ class Profile:
     dynamics: str = "ideal"
     wheel_error: Sequence[float] = (1.0, 1.0)
     noise: float = 0.0
+    smooth: bool = False
     near: float | None = None
 
     @property

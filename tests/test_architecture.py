@@ -43,7 +43,15 @@ LIBRARIES = {
         "stage/graph.py",
         *(
             f"stage/sinks/{name}.py"
-            for name in ("ros", "ros_listening", "ros_nodes", "ros_publications", "ros_requests", "ros_subscriptions")
+            for name in (
+                "ros",
+                "ros_listening",
+                "ros_nodes",
+                "ros_poses",
+                "ros_publications",
+                "ros_requests",
+                "ros_subscriptions",
+            )
         ),
     ],
     "aiohttp": ["stage/viewer/application.py"],

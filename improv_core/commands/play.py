@@ -19,6 +19,7 @@ from improv_core.commands.rehearsal import perform
 from improv_core.commands.terminal import first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
+from improv_core.program.errors import Errors
 from improv_core.program.report import outcome, summary
 from improv_core.score.movement import ENDLESS
 from improv_core.stage.player import Told
@@ -86,6 +87,8 @@ async def play(
         await performing.play(analysis, path, senses=senses)
         await first(performing.finished.wait(), performing.interrupted.wait())
         stopped = performing.interrupted.is_set() or performing.stops.count > 0
+        if not stopped:
+            await performing.settle()
     if report:
         echo_json(performing.report())
     return INTERRUPTED if stopped else FAILED if performing.broken else 0
@@ -104,11 +107,14 @@ def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequen
     if score.beats == ENDLESS and seconds is None:
         raise CommandError("this program never ends: limit it, for example with `--for 60` (seconds)")
     last: TransportMessage | None = None
+    errors = Errors()
 
     def tell(message: Told) -> None:
         nonlocal last
         if message["type"] == "transport":
             last = message
+        elif message["type"] == "measured":
+            errors.take(message)
         elif message["type"] == "warning" or message["type"] == "error":
             echo(f"improv: {message['message']}", err=True)
 
@@ -119,10 +125,12 @@ def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequen
     simulator = Simulator(period=None)
     perform(score, simulator, seconds, tell, None if senses is None else map(foreseen, senses))
     poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
-    ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses})
+    ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses}, errors)
     if report:
         echo_json(ended)
     else:
         took = time.perf_counter() - began
         echo(f"{summary(analysis)}: {ended['seconds']:.1f} s, played in {took:.2f} s")
+        for line in errors.lines():
+            echo(line)
     return 0

@@ -22,9 +22,11 @@ from improv_core.playback.start import Options
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
+from improv_core.program.errors import Errors
 from improv_core.program.report import outcome, summary
 from improv_core.score.motion import Twist
-from improv_core.stage.protocol import Decided, Poses, Sensed, Sent, TransportMessage, When
+from improv_core.stage.player import REST
+from improv_core.stage.protocol import Decided, Measured, Poses, Sensed, Sent, TransportMessage, When
 from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
@@ -80,6 +82,7 @@ class Performance:
         self._counted = False  # whether the cursor is behind a beat
         self._latest: TransportMessage | None = None  # from the leading stage
         self._poses: Poses = {}  # from the stage that has them
+        self._errors = Errors()
         self._playing: set[str] = set()  # which stages play
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
@@ -130,6 +133,13 @@ class Performance:
         """Give the cue that robots wait for."""
         self._playback.conduct({"type": "cue"})
 
+    async def settle(self) -> None:
+        """If it is measured where robots are, wait until they have come to rest, and say how far off they were."""
+        if self._errors.robots:
+            await asyncio.sleep(REST)
+            for line in self._errors.lines():
+                self.say(line)
+
     async def close(self) -> None:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
         self._stop_counter()
@@ -138,8 +148,8 @@ class Performance:
             raise self._not_recorded
 
     def report(self) -> dict[str, Any]:
-        """Where the robots of the latest program started and ended."""
-        return outcome(self._latest, self._poses)
+        """Where the robots of the latest program started and ended, and how far off they were if that was measured."""
+        return outcome(self._latest, self._poses, self._errors)
 
     def say(self, line: str) -> None:
         """Print a line, unless this is a quiet performance."""
@@ -157,7 +167,9 @@ class Performance:
             self._follow(message, leads)
         elif message["type"] == "stopped":
             self._keep_poses(message)
-        elif message["type"] in ("sent", "sensed", "decided") and leads:
+        elif message["type"] in ("sent", "sensed", "decided", "measured") and leads:
+            if message["type"] == "measured":
+                self._errors.take(message)
             self._record(message)
         elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
             if not self.interrupted.is_set():
@@ -170,6 +182,8 @@ class Performance:
     def _follow(self, transport: TransportMessage, leads: bool) -> None:
         self._keep_poses(transport)
         if leads:
+            if not self._latest or transport["restarted"] != self._latest["restarted"]:
+                self._errors = Errors()
             self._latest = transport
         if transport["state"] == "playing":
             self._playing.add(_role(leads))
@@ -186,12 +200,14 @@ class Performance:
         if "poses" in message:
             self._poses = message
 
-    def _record(self, message: Sent | Sensed | Decided) -> None:
+    def _record(self, message: Sent | Sensed | Decided | Measured) -> None:
         if not self._recorder or self._not_recorded:
             return
         try:
             if message["type"] == "sent":
                 self._recorder.record(message["robot"], Twist(*message["twist"]), message["wall"])
+            elif message["type"] == "measured":
+                self._recorder.record_poses(message)
             else:
                 self._recorder.note(message, message["wall"])
         except (OSError, ValueError) as problem:  # raised later: from here, it would end listening to the stage

@@ -411,6 +411,8 @@ class Playback:
                 self._twin.send(message)
             if not leads:
                 return
+        elif message["type"] == "measured" and leads and self._twin:
+            self._twin.send(message)
         if message["type"] == "gone":
             self.stops.discard(stage)
             self._written.pop(stage, None)

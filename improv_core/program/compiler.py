@@ -45,6 +45,7 @@ def score_of(analysis: Analysis) -> Score:
             robot.topic,
             robot.reset,
             cast.use_sim_time,
+            robot.odom,
             _senses(cast, name, scenes),
             frame=robot.frame,
         )

@@ -32,7 +32,8 @@ FILE_NAME = "improv.toml"
 class Robot:
     """One robot: its profile, its pose at beat 0 (None: next to the others), its topic, and the message type on it.
 
-    `reset` is the service that moves it back to its start pose, if it has one. `frame` is the frame of its velocities.
+    `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
+    `frame` is the frame of its velocities.
     """
 
     profile: Profile
@@ -40,6 +41,7 @@ class Robot:
     topic: str
     message: str
     reset: str | None = None
+    odom: str | None = None
     frame: str = BASE_FRAME
 
 
@@ -182,8 +184,9 @@ class _RobotsReading(TomlReading):
         message = self.one_of((*keys, "message"), table) or profile.message
         topic = ros_name(self, (*keys, "topic"), table, namespace) or _topic(namespace, name)
         reset = ros_name(self, (*keys, "reset"), table, namespace)
+        odom = ros_name(self, (*keys, "odom"), table, f"{namespace}/{name}")
         frame = frame_id(self, (*keys, "frame"), table) or BASE_FRAME
-        return Robot(profile, start, topic, message, reset, frame)
+        return Robot(profile, start, topic, message, reset, odom, frame)
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin

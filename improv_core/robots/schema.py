@@ -112,6 +112,12 @@ _ROBOT = {
     "reset": Key(
         "a service of type `std_srvs/srv/Empty` that moves it back to its start", default="none", example='"/reset"'
     ),
+    "odom": Key(
+        "a topic that says where it really is; without a leading `/`, the name is in the robot's namespace, which is in"
+        " that of `[ros]`",
+        default="none",
+        example='"odom"',
+    ),
 }
 # The ranges catch typical errors: 0, millimeters, an angle in radians.
 _PROFILE = {

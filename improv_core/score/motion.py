@@ -62,6 +62,11 @@ class Pose:
         dy = (twist.x * across + twist.y * along) * seconds
         return self.then(Pose(dx, dy, twist.z * seconds, angle))
 
+    def inverse(self) -> Pose:
+        """The pose of the world in the frame of this pose: `pose.then(pose.inverse())` is the origin."""
+        cos, sin = math.cos(self.heading), math.sin(self.heading)
+        return Pose(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, -self.z, -self.heading)
+
     def then(self, other: Pose) -> Pose:
         """The composition of two poses: `other` is relative to this pose; the result is in the world frame."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)

@@ -52,8 +52,8 @@ class _Written(NamedTuple):
         one, two = self.part, other.part
         return (
             self.scenes == other.scenes
-            and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame)
-            == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame)
+            and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame, one.odom)
+            == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame, two.odom)
             and one.profile == two.profile
             and one.start == two.start
             and one.senses == two.senses
@@ -114,6 +114,7 @@ def _part_json(written: _Written) -> dict[str, Any]:
         "reset": part.reset,
         "use_sim_time": part.use_sim_time,
         "frame": part.frame,
+        "odom": part.odom,
         "senses": senses.to_json(part.senses),
         "editions": part.editions,
     }
@@ -127,6 +128,7 @@ class _PartJson(TypedDict):
     reset: str | None
     use_sim_time: bool
     frame: str
+    odom: str | None
     senses: Mapping[str, Mapping[str, Any]]
     editions: Sequence[int]
 
@@ -192,6 +194,7 @@ def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
         data["topic"],
         data["reset"],
         data["use_sim_time"],
+        data["odom"],
         senses.from_json(data["senses"]),
         tuple(data["editions"]),
         frame=data["frame"],

@@ -121,7 +121,7 @@ def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None
         raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
 
     def tell(message: FromStage) -> None:
-        if message["type"] in ("transport", "stopped", "sensed", "decided"):
+        if message["type"] in ("transport", "stopped", "sensed", "decided", "measured"):
             viewer.publish(message)
         put(message)
 

@@ -14,6 +14,7 @@ from typing import Any, Literal, TypedDict, cast, get_args
 
 from improv_core.plain import message as in_plain_text
 from improv_core.score.fits import fits, hints_of
+from improv_core.score.motion import Pose
 
 VERSION = 1
 """The protocol's version."""
@@ -48,6 +49,11 @@ class PoseJson(TypedDict):
     heading: float
 
 
+def to_pose_json(pose: Pose) -> PoseJson:
+    """A pose for a message."""
+    return {"x": pose.x, "y": pose.y, "z": pose.z, "heading": pose.heading}
+
+
 class StartPoseJson(TypedDict):
     """A start pose in meters and degrees, as improv.toml has it."""
 
@@ -76,6 +82,30 @@ class Sensed(Moment):
     type: Literal["sensed"]
     sense: str
     value: bool | None
+
+
+class MeasuredRobot(TypedDict):
+    """Where a robot was and where it ideally was: at this beat, so many seconds after beat 0, at this Unix time (ns).
+
+    `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
+    source was laid on the world of the score: before and after that, poses don't belong together.
+    """
+
+    source: str
+    pose: PoseJson
+    ideal: PoseJson
+    aligned: int
+    beat: float
+    performed: float
+    wall: int
+
+
+class Measured(TypedDict):
+    """Where robots really were, in the world of the score."""
+
+    type: Literal["measured"]
+    generation: int
+    robots: Mapping[str, MeasuredRobot]
 
 
 class _Load(TypedDict):
@@ -221,7 +251,7 @@ class Ping(TypedDict):
 
 Conduct = Hush | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How somebody, at an editor or at the page, has a say in what plays."""
-ToStage = Load | Conduct | Sensed | Decided | Program | Ping
+ToStage = Load | Conduct | Sensed | Decided | Measured | Program | Ping
 
 
 class Restart(TypedDict):
@@ -339,7 +369,18 @@ class Stopped(_Stopped, Poses, total=False):
 
 
 FromStage = (
-    Ready | TransportMessage | Request | Sensed | Decided | Sent | WarningLine | ErrorLine | Pong | Lacks | Stopped
+    Ready
+    | TransportMessage
+    | Request
+    | Sensed
+    | Decided
+    | Measured
+    | Sent
+    | WarningLine
+    | ErrorLine
+    | Pong
+    | Lacks
+    | Stopped
 )
 
 
@@ -397,10 +438,11 @@ class SenseToRead(TypedDict):
 
 
 class Read(TypedDict):
-    """Read these senses, and no others."""
+    """Read these senses and the poses of these robots (robot: topic), and no others."""
 
     type: Literal["read"]
     senses: Sequence[SenseToRead]
+    odometry: Mapping[str, str]
 
 
 class SenseEdge(TypedDict):
@@ -446,9 +488,27 @@ class Health(TypedDict):
 
 ToPublisher = Plays | TransportMessage | Sensed | WarningLine | ErrorLine | Health
 """From the stage to the process that publishes what plays, over a pipe."""
+
+
+class MeasuredPose(TypedDict):
+    """Where a robot is in the frame of its source (the type of the message), at a time on the monotonic clock."""
+
+    robot: str
+    source: str
+    pose: PoseJson
+    at: float
+
+
+class MeasuredPoses(TypedDict):
+    """The latest poses of robots, at most twenty a second of each."""
+
+    type: Literal["poses"]
+    poses: Sequence[MeasuredPose]
+
+
 ToReader = Read
 """From the stage to the reader of sensors, over a pipe."""
-FromReader = SenseEdge | Alive | Unread
+FromReader = SenseEdge | MeasuredPoses | Alive | Unread
 
 ToStandby = Publish | Withdraw | Moves | Pulse | Stands | EndStandby
 """From the stage to its standby, over a pipe."""
@@ -474,12 +534,23 @@ class DrawnPoses(TypedDict):
     poses: Sequence[Sequence[float]]
 
 
+SIMULATED = "simulator"
+"""The source of poses that need not be measured: the simulator knows where its robots are."""
 DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[float]]})
-"""Further places of a robot's trail: seconds after beat 0, x, y, and heading. `from` counts the places before them."""
+"""Further places of a robot: seconds after beat 0, x, y, and heading. `from` counts the places before them.
+
+Where it was measured: seconds, beat, x, y, heading; its ideal x, y, heading; how far it was off in meters and radians;
+how often its source was aligned; and 1 if that was the simulator, otherwise 0.
+"""
 
 
 class DrawnTrails(TypedDict):
     type: Literal["trails"]
+    robots: Mapping[str, DrawnTrail]
+
+
+class DrawnMeasured(TypedDict):
+    type: Literal["measured"]
     robots: Mapping[str, DrawnTrail]
 
 
@@ -564,6 +635,7 @@ ToPage = (
     DrawnRobots
     | DrawnPoses
     | DrawnTrails
+    | DrawnMeasured
     | TransportMessage
     | Stopped
     | Program

@@ -350,7 +350,7 @@ def test_names_that_robots_cannot_have() -> None:
         [robots.9]
                 ^ robots: `9` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         step = 1
-        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`
+        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`, `odom`
     """)
     assert found.robots == {}
 
@@ -374,6 +374,8 @@ def test_names_of_ros_are_not_too_long() -> None:
                 ^^^^^^^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
         reset = "2nd"
                 ^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
+        odom = "a b"
+               ^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
     """)
     (diagnostic,) = read_robots(f'[robots.a]\ntopic = "/{"a" * 247}"').diagnostics
     assert diagnostic.message == "this name is too long for ROS 2: use at most 247 characters"
@@ -389,17 +391,19 @@ def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> Non
         topic = "a/nav_vel"
         reset = "reset"
         frame = "a/base_footprint"
+        odom = "odom"
         [robots.b]
         topic = "/cmd_vel"
         reset = "/reset"
+        odom = "/odom"
         [robots.c]
     """)
     assert [robot.frame for robot in found.robots.values()] == ["a/base_footprint", "base_link", "base_link"]
-    names = [(robot.topic, robot.reset) for robot in found.robots.values()]
+    names = [(robot.topic, robot.reset, robot.odom) for robot in found.robots.values()]
     assert names == [
-        ("/lab/east/a/nav_vel", "/lab/east/reset"),
-        ("/cmd_vel", "/reset"),
-        ("/lab/east/c/cmd_vel", None),
+        ("/lab/east/a/nav_vel", "/lab/east/reset", "/lab/east/a/odom"),
+        ("/cmd_vel", "/reset", "/odom"),
+        ("/lab/east/c/cmd_vel", None, None),
     ]
     assert found.robot("unlisted").topic == "/lab/east/unlisted/cmd_vel"
     assert found.use_sim_time
@@ -662,6 +666,7 @@ def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
         "message",
         "frame",
         "reset",
+        "odom",
         "namespace",
         "node",
         "publish",

@@ -16,7 +16,7 @@ from improv_core.score.senses import CUE, BuiltIn, RobotSense
 from improv_core.score.senses import Topic as SenseTopic
 from improv_core.stage.discovery import described, limited
 from improv_core.stage.protocol import LOADING_LIMIT, FromStage
-from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks import Edge, RawPoses
 from improv_core.stage.sinks.cdr import frame_field, twist_message
 from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
@@ -39,9 +39,9 @@ class Ros:
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
     `discovery` is how far it looks for robots if the environment does not set that (stage/discovery.py). `hear` gets
-    edges, and `ask` what somebody in ROS 2 asks for, from a thread of their own. `node` is the name of its node, if it
-    is to have one that is not unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what rclpy
-    raises if the arguments are wrong.
+    edges and poses, and `ask` what somebody in ROS 2 asks for, from a thread of their own. `node` is the name of its
+    node, if it is to have one that is not unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what
+    rclpy raises if the arguments are wrong.
     """
 
     name: str = "ROS 2"
@@ -52,7 +52,7 @@ class Ros:
         self,
         discovery: str | None,
         standby: bool,
-        hear: Callable[[Edge], None],
+        hear: Callable[[Edge | RawPoses], None],
         ask: Ask,
         node: str | None = None,
         arguments: Sequence[str] = (),
@@ -117,7 +117,7 @@ class Ros:
         self._publishing.health.keep(parts.keys())
         if restart:
             self._publishing.health.zero = None  # performance time starts over
-        self._reader.read(_read_from_topics(parts))
+        self._reader.read(_read_from_topics(parts), {name: part.odom for name, part in parts.items() if part.odom})
         self._cast = list(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
         self._advertise_new(score, at_once=not restart)
@@ -181,7 +181,7 @@ class Ros:
                     f"messages on {topic.name} carry this machine's time, but a node publishes /clock: "
                     "if the robot is simulated, set `use_sim_time = true` under [ros] in improv.toml",
                 )
-            elif silent := self._silent(robot):
+            elif silent := self._silent(robot) or self._unmeasured(robot):
                 found.setdefault(robot, silent)
         return found
 
@@ -189,6 +189,7 @@ class Ros:
         """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
         known, stands = self._robots[robot], twist == STILL
         message = known.message_of(twist)
+        known.moves_since = None if stands else known.moves_since or self._now()
         if not stands:
             self._standby.moves(known.topic.name, known.part.frame)
         known.topic.publish(message, self._clock, known.frame)
@@ -264,6 +265,15 @@ class Ros:
             return f"{source.topic} carries {', '.join(sorted(kinds))}, not {source.message}"
         return f"nothing usable comes on {source.topic}"
 
+    def _unmeasured(self, robot: str) -> str | None:
+        """Why it is not known where a robot is that has been told to move; None if it is known."""
+        known = self._robots[robot]
+        topic = known.part.odom
+        if not topic or known.moves_since is None or not self._reader.lacks_poses(robot, known.moves_since):
+            return None
+        silent = "no pose comes" if self._node.count_publishers(topic) else "nobody publishes"
+        return f"{self._reader.unread.get(topic) or f'{silent} on {topic}'}: nobody knows where {robot} really is"
+
     def _topic(self, robot: str) -> Topic:
         return self._robots[robot].topic
 
@@ -294,6 +304,7 @@ class _Robot:
     twist: Twist | None = None
     message: bytes = b""
     is_clipped: bool = False
+    moves_since: float | None = None
 
     def message_of(self, twist: Twist) -> bytes:
         """The serialized Twist, within the limits of the profile. Raises ValueError if a number is not finite."""

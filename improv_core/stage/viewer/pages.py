@@ -8,7 +8,8 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from improv_core.stage.protocol import DrawnPoses, DrawnRobot, DrawnRobots
+from improv_core.stage.protocol import DrawnPoses, DrawnRobot, DrawnRobots, Measured
+from improv_core.stage.viewer.measured import MeasuredTrail, measured_place
 from improv_core.stage.viewer.outbox import Outbox, bumps_message
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ class Pages:
         self._drawn: dict[str, object] = {}
         self._bumps: tuple[Bump, ...] = ()
         self._trails: dict[str, tuple[Trail, int]] = {}  # with their lengths
+        self._measured: dict[str, MeasuredTrail] = {}
         self._problem = ""
 
     def __len__(self) -> int:
@@ -44,7 +46,9 @@ class Pages:
         if self._bumps:
             outbox.put("past", bumps_message(self._bumps, past=True))
         if self._trails:
-            outbox.show_trails({name: trail for name, (trail, _) in self._trails.items()})
+            outbox.show_trails("trails", {name: trail for name, (trail, _) in self._trails.items()})
+        if self._measured:
+            outbox.show_trails("measured", self._measured)
         self._outboxes.add(outbox)
         self._watched.set()
         return outbox
@@ -60,6 +64,19 @@ class Pages:
         self._latest[kind] = text
         for outbox in self._outboxes:
             outbox.put(kind, text)
+
+    def measure(self, message: Measured) -> None:
+        """Show where robots really were."""
+        for name, each in message["robots"].items():
+            trail = self._measured.get(name, MeasuredTrail())
+            trail.places.append(measured_place(each))
+            self._measured[name] = trail.renewed()
+        for outbox in self._outboxes:
+            outbox.show_trails("measured", self._measured)
+
+    def forget_measured(self) -> None:
+        """Another performance begins."""
+        self._measured = {}
 
     async def watch(self) -> None:
         """Send what moves, 60 times a second while a page is open, forever."""
@@ -105,7 +122,7 @@ class Pages:
         if trails != self._trails:
             self._trails = trails
             for outbox in self._outboxes:
-                outbox.show_trails(snapshot.trails)
+                outbox.show_trails("trails", snapshot.trails)
         known = set(map(id, self._bumps))  # a dance that is played again may have equal bumps
         new = [bump for bump in snapshot.bumps if id(bump) not in known]
         self._bumps = snapshot.bumps

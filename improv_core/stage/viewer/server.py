@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from improv_core.score.score import Score
 from improv_core.stage.protocol import (
     Decided,
+    Measured,
     PageRequest,
     Program,
     Sensed,
@@ -61,6 +62,7 @@ class Viewer:
         self._port: int = self._socket.getsockname()[1]
         self._pages = Pages(snapshot)
         self._answers = Answers()
+        self._restarted = 0
         self._stop = asyncio.Event()
         self._loop = asyncio.new_event_loop()
         application = Application(self._token, self._pages, self._answers, command)
@@ -73,8 +75,14 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | Program | ShownScore | Sensed | Decided) -> None:
+    def publish(self, message: TransportMessage | Stopped | Program | ShownScore | Sensed | Decided | Measured) -> None:
         """Send a message to every page, and to later ones until another of its type, about the same, replaces it."""
+        if message["type"] == "measured":
+            self._soon(self._pages.measure, message)
+            return
+        if message["type"] == "transport" and message["restarted"] != self._restarted:
+            self._restarted = message["restarted"]
+            self._soon(self._pages.forget_measured)
         shown = self._answers.shown
         if message["type"] == "sensed" and shown and message["generation"] == shown.generation:
             about = message["robot"], message["sense"]

@@ -10,6 +10,7 @@ import { Deadman } from "./deadman.js"
 import { find, findA } from "./elements.js"
 import { hold } from "./hands.js"
 import { Invitation } from "./invitation.js"
+import { Measured } from "./measured.js"
 import { Motion } from "./motion.js"
 import { Notices } from "./notices.js"
 import { Panels } from "./panels.js"
@@ -27,6 +28,7 @@ import { View } from "./view.js"
 const clock = new Clock()
 const motion = new Motion()
 const trails = new Trails()
+const measured = new Measured()
 const bumps = new Bumps(find("bumps"))
 const cast = new Cast()
 const notices = new Notices()
@@ -37,7 +39,7 @@ const send = connect(take, change)
 const program = new Program(clock, send)
 const controls = new Controls(clock, send)
 const deadman = new Deadman(send)
-const timeline = new Timeline(clock, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
+const timeline = new Timeline(clock, measured, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const senses = new Senses(clock, send, () => view.touch())
 const startPoses = new StartPoses(send, () => view.touch())
 const panels = new Panels({
@@ -52,12 +54,13 @@ const panels = new Panels({
   camera: stage.camera,
   canvas: findA("stage", HTMLCanvasElement),
 })
-const view = new View({ clock, motion, trails, bumps, cast, program, stage, panels, startPoses, senses })
+const view = new View({ clock, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses })
 
 /** @param {Message} message */
 function take(message) {
   if (message.type === "poses") takePoses(message)
   else if (message.type === "trails") trails.take(message)
+  else if (message.type === "measured") takeMeasured(message)
   else if (message.type === "program") takeProgram(message)
   else if (message.type === "robots") takeRobots(message)
   else if (message.type === "transport") takeTransport(message)
@@ -74,6 +77,12 @@ function take(message) {
 function takeScore(message) {
   deadman.require(message.deadman)
   if (program.takeScore(message)) showProgram()
+}
+
+/** @param {Messages["measured"]} message */
+function takeMeasured(message) {
+  measured.take(message)
+  timeline.showMeasured()
 }
 
 /** @param {Messages["program"]} message */
@@ -110,6 +119,8 @@ function takeTransport(message) {
   if (begins) bumps.clear()
   if (message.restarted !== restarted) {
     trails.restart()
+    measured.restart()
+    timeline.showMeasured()
     senses.restart()
     timeline.forgetMarks()
   }
@@ -245,6 +256,10 @@ const improv = Object.freeze({
         return [name, [...pieces].map(({ pose: { x, y }, at }) => [x, y, at])]
       }),
     )
+  },
+  /** How far off each robot is, in words, if that is measured. */
+  get off() {
+    return Object.fromEntries(cast.names.filter((name) => measured.has(name)).map((name) => [name, measured.off(name)]))
   },
   /** How paths are moved that do not begin at their start poses. */
   get moved() {

@@ -91,9 +91,10 @@ export class Stage {
     const painted = this.#ground.draw(pen, camera, this.colors)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     pen.lineJoin = pen.lineCap = "round"
-    if (scene.trail > 0) for (const robot of cast) paintTail(pen, { ...scene, camera, ratio: this.#ratio }, robot, painted.get(robot.name))
+    if (scene.trail > 0) for (const robot of cast) paintTail(pen, { ...scene, camera, ratio: this.#ratio, colors: this.colors }, robot, painted.get(robot.name))
     cast.sort((one, other) => one.pose.z - other.pose.z)
     for (const robot of cast) this.#drawFields(robot)
+    for (const robot of cast) this.#drawIdeal(robot)
     for (const robot of cast) this.#drawRobot(robot)
     for (const robot of cast) this.#drawName(robot)
     for (const ring of scene.rings) this.#drawRing(ring)
@@ -133,6 +134,23 @@ export class Stage {
     }
   }
 
+  /**
+   * Draws where a measured robot ideally is.
+   * @param {Drawn} robot
+   */
+  #drawIdeal({ ideal, size, pose }) {
+    if (!ideal || Math.hypot(ideal.x - pose.x, ideal.y - pose.y) * this.camera.sight.scale < 1) return
+    const pen = this.#pen
+    const { x, y } = this.camera.toScreen(ideal)
+    pen.beginPath()
+    pen.arc(x, y, size, 0, 2 * Math.PI)
+    pen.moveTo(x + size * Math.cos(ideal.heading), y - size * Math.sin(ideal.heading))
+    pen.lineTo(x + size * 1.38 * Math.cos(ideal.heading), y - size * 1.38 * Math.sin(ideal.heading))
+    pen.strokeStyle = this.colors.ink
+    pen.lineWidth = 1.5
+    pen.stroke()
+  }
+
   /** @param {Drawn} robot */
   #drawRobot({ kind, pose, place, size, color, silent }) {
     const pen = this.#pen
@@ -156,11 +174,12 @@ export class Stage {
   }
 
   /** @param {Drawn} robot */
-  #drawName({ name, pose, place, size, silent }) {
+  #drawName({ name, pose, place, size, silent, off }) {
     const { width, height } = this.camera.size
     const text = Math.round(Math.min(Math.max(14, Math.min(width, height) * 0.026), 32))
-    const below = place.y + size * 1.35 + text * 0.8
+    let below = place.y + size * 1.35 + text * 0.8
     this.#drawText(silent ? `${name} · muted` : name, place.x, below, text)
+    if (off) this.#drawText(off, place.x, (below += text * 1.15), Math.round(text * 0.85), this.colors.quiet)
     if (Math.abs(pose.z) < 0.05) return
     const high = `${pose.z > 0 ? "↑" : "↓"} ${Math.abs(pose.z).toFixed(1)} m`
     this.#drawText(high, place.x, below + text * 1.15, text)

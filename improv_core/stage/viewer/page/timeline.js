@@ -8,6 +8,7 @@ import { find, findA } from "./elements.js"
 /** @import { Robot } from "./cast.js" */
 /** @import { Clock } from "./clock.js" */
 /** @import { Colors } from "./colors.js" */
+/** @import { Measured } from "./measured.js" */
 /** @import { Lookahead } from "./lookahead.js" */
 /** @import { Messages } from "./messages.js" */
 
@@ -34,15 +35,20 @@ export class Timeline {
   /** @type {Messages["score"] | null} */
   #score = null
   #clock
+  #measured
+  /** @type {number | null} */
+  #pointed = null // the beat under a pointer that presses nothing
 
   /**
    * `seek` and `silence` ask the server.
    * @param {Clock} clock
+   * @param {Measured} measured
    * @param {(beat: number) => void} seek
    * @param {(muted: string[], soloed: string[]) => void} silence
    */
-  constructor(clock, seek, silence) {
+  constructor(clock, measured, seek, silence) {
     this.#clock = clock
+    this.#measured = measured
     this.#seek = seek
     this.#silence = silence
     this.#tracks = find("tracks")
@@ -52,6 +58,7 @@ export class Timeline {
     this.#line.addEventListener("pointerdown", (event) => this.#press(event))
     this.#line.addEventListener("pointermove", (event) => this.#drag(event))
     for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) this.#line.addEventListener(end, () => this.#release())
+    this.#line.addEventListener("pointerleave", () => this.#point(null))
     this.#tracks.addEventListener("scroll", () => this.touch())
   }
 
@@ -104,6 +111,7 @@ export class Timeline {
     this.#sheet.show(score, cast)
     this.#list.replaceChildren(...cast.map((robot) => this.#row(robot)))
     this.showSilence()
+    this.showMeasured()
     this.showPosition()
     this.resize()
   }
@@ -118,6 +126,19 @@ export class Timeline {
       row.querySelector(".solo")?.setAttribute("aria-pressed", String(soloed.includes(robot)))
     }
     this.touch()
+  }
+
+  /** Shows how far off robots are, or were at the beat under the pointer. */
+  showMeasured() {
+    const rows = [...this.#list.querySelectorAll("li")]
+    const known = rows.filter(({ dataset: { robot = "" } }) => this.#measured.has(robot))
+    const beat = known.length ? this.#pointed : null
+    find("cast-head").textContent = beat === null ? "" : `beat ${Math.floor(beat) + 1}`
+    for (const row of rows) {
+      const off = row.querySelector(".off")
+      const text = this.#measured.off(row.dataset.robot ?? "", beat)
+      if (off && off.textContent !== text) off.textContent = text
+    }
   }
 
   /** Tells screen readers the position. */
@@ -191,7 +212,13 @@ export class Timeline {
     const label = document.createElement("span")
     label.className = "name"
     label.textContent = name
-    row.append(dot, label)
+    const off = document.createElement("span")
+    off.className = "off"
+    off.addEventListener("pointerenter", () => (off.title = `at most ${this.#measured.most(name)}`))
+    const both = document.createElement("span")
+    both.className = "named"
+    both.append(label, off)
+    row.append(dot, both)
     if (this.#score?.robots[name]?.ends === null) {
       const endless = document.createElement("span")
       Object.assign(endless, { className: "endless", textContent: "∞", title: "endless" })
@@ -233,6 +260,7 @@ export class Timeline {
   /** @param {PointerEvent} event */
   #drag(event) {
     if (this.#scrubbed !== null) this.#scrub(event, performance.now() - this.#sent > SENDING)
+    else this.#point(this.#beatOf(event))
   }
 
   #release() {
@@ -241,13 +269,24 @@ export class Timeline {
     this.#scrubbed = null
   }
 
+  /** @param {PointerEvent} event */
+  #beatOf(event) {
+    const x = event.clientX - this.#line.getBoundingClientRect().left
+    return Math.max(this.#left + x / this.#scale, 0)
+  }
+
+  /** @param {number | null} beat */
+  #point(beat) {
+    this.#pointed = beat
+    this.showMeasured()
+  }
+
   /**
    * @param {PointerEvent} event
    * @param {boolean} send
    */
   #scrub(event, send) {
-    const x = event.clientX - this.#line.getBoundingClientRect().left
-    const beat = Math.max(this.#left + x / this.#scale, 0)
+    const beat = this.#beatOf(event)
     this.#scrubbed = Number(Math.min(beat, this.#score?.beats ?? Infinity).toFixed(3))
     if (!send) return
     this.#sent = performance.now()

@@ -13,7 +13,7 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
-from improv_core.stage.protocol import Entry, SceneJson, Sensed, Stretch, TransportMessage
+from improv_core.stage.protocol import Entry, Measured, SceneJson, Sensed, Stretch, TransportMessage
 from improv_core.stage.swap import Before, Swap, edited, joined
 from improv_core.stage.viewer.lookahead import window
 
@@ -23,13 +23,26 @@ LARGEST_TURN = math.radians(10)
 """Between two poses of a path: an arc is drawn as chords."""
 MOST_POSES = 1_000
 """In one path."""
+WORLD = "improv"
+"""The frame in which start poses are."""
 JUMP = 0.01
 """Seconds by which the position may differ from what is expected before it counts as another one."""
 
 
 @dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame, and where the origin of the world of the score is in it."""
+
+    name: str
+    origin: Pose
+
+
+@dataclass(frozen=True, slots=True)
 class Sight:
-    """A robot now: where it ideally is (None if that can't be known), and the words that play, the outermost first."""
+    """A robot now: where it ideally is (None if that can't be known), and the words that play, the outermost first.
+
+    Here and in paths, poses are in the robot's `Outlook.frame`.
+    """
 
     pose: Pose | None
     words: Sequence[str]
@@ -43,6 +56,7 @@ class Outlook:
         self._begun: Score | None = None  # as it took over, before scenes began that could not be foreseen
         self._sensed: list[Sensed] = []
         self._stretches: Mapping[str, Stretch] = {}
+        self._frames: dict[str, Frame] = {}
         self.score: Score | None = None
         """The score that plays, with the beats and the poses at which its parts began."""
         self.transport: TransportMessage | None = None
@@ -52,16 +66,25 @@ class Outlook:
         """A score may play from now on."""
         self._met[generation] = score
 
-    def take(self, message: TransportMessage | Sensed) -> None:
-        """Take what the stage says of where playing stands, or of what robots sense."""
+    def take(self, message: TransportMessage | Sensed | Measured) -> None:
+        """Take what the stage says of where playing stands, or of what robots sense, or where they were."""
         if message["type"] == "sensed":
             self._sensed.append(message)
+        elif message["type"] == "measured":
+            for robot, each in message["robots"].items():
+                if each["frame"]:
+                    self._frames[robot] = Frame(each["frame"], Pose(**each["origin"]))
         elif message["generation"] in self._met:
             before, self.score = self.score, self._score_of(message)
             if before is not self.score or self._jumps_to(message):
                 self._sensed.clear()
             self.transport = message
             self._met = {number: each for number, each in self._met.items() if number >= message["generation"]}
+
+    def frame(self, robot: str) -> Frame:
+        """The frame of a robot's odometry, if it is known, or else the world of the score."""
+        part = self.score.parts.get(robot) if self.score else None
+        return self._frames.get(robot, _IN_WORLD) if part and part.odom else _IN_WORLD
 
     def beat(self, now: float) -> float:
         """The beat of the performance."""
@@ -87,17 +110,8 @@ class Outlook:
 
     def sight(self, robot: str, now: float) -> Sight:
         """What can be seen of a robot."""
-        stretch, beat = self._stretches.get(robot), self.beat(now)
-        if not stretch or not self.score or stretch["pose"] is None:
-            return Sight(None, ())
-        pose, words = Pose(*stretch["pose"]), list[str]()
-        for start, beats, *velocity, sources in stretch["moments"]:
-            if start > beat:
-                break
-            inside = beat < start + beats
-            words = [self._word(*source) for source in sources] if inside else []
-            pose = pose.after(Twist(*velocity), self.score.seconds(min(beats, beat - start)))
-        return Sight(pose, words)
+        sight = self._sight(robot, now)
+        return replace(sight, pose=self.frame(robot).origin.then(sight.pose)) if sight.pose else sight
 
     def path(self, robot: str) -> Iterator[tuple[float, Pose]]:
         """A robot's next poses, and in how many seconds it is there; none if nothing plays, or it is silent."""
@@ -106,7 +120,8 @@ class Outlook:
             return
         if transport["state"] not in _GOES_ON:
             return
-        beat_seconds, pose, count = 60 / transport["tempo"], Pose(*stretch["pose"]), 1
+        beat_seconds, count = 60 / transport["tempo"], 1
+        pose = self.frame(robot).origin.then(Pose(*stretch["pose"]))
         begin: float | None = None
         for start, beats, *velocity, _ in stretch["moments"]:
             if begin is None:
@@ -123,6 +138,20 @@ class Outlook:
                 passed = (start - begin + beats * chord / chords) * beat_seconds
                 yield passed, pose.after(moving, seconds * chord / chords)
             pose = pose.after(moving, seconds)
+
+    def _sight(self, robot: str, now: float) -> Sight:
+        """The same, in the world of the score."""
+        stretch, beat = self._stretches.get(robot), self.beat(now)
+        if not stretch or not self.score or stretch["pose"] is None:
+            return Sight(None, ())
+        pose, words = Pose(*stretch["pose"]), list[str]()
+        for start, beats, *velocity, sources in stretch["moments"]:
+            if start > beat:
+                break
+            inside = beat < start + beats
+            words = [self._word(*source) for source in sources] if inside else []
+            pose = pose.after(Twist(*velocity), self.score.seconds(min(beats, beat - start)))
+        return Sight(pose, words)
 
     def _score_of(self, message: TransportMessage) -> Score:
         """The score that a message is about, with the beats and the poses at which its parts began."""
@@ -152,7 +181,7 @@ class Outlook:
         beat = near(begins)
         at = self._clock(begins)
         self.look(at)
-        poses = {robot: self.sight(robot, at).pose for robot in old.parts}
+        poses = {robot: self._sight(robot, at).pose for robot in old.parts}
         parts = {
             robot: replace(part, begins=beat, scene=index, scene_begins=(), entered=poses[robot] or pose_at(part, beat))
             for robot, part in old.parts.items()
@@ -181,6 +210,7 @@ class Outlook:
         return "" if offset is None else self.score.text[offset + start : offset + end]
 
 
+_IN_WORLD = Frame(WORLD, Pose())
 _FIRST_SCENE: SceneJson = {"index": 0, "begins": 0.0}
 _GOES_ON = ("waiting", "playing", "paused")
 """States in which something is yet to be performed."""

@@ -88,10 +88,13 @@ class MeasuredRobot(TypedDict):
     """Where a robot was and where it ideally was: at this beat, so many seconds after beat 0, at this Unix time (ns).
 
     `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
-    source was laid on the world of the score: before and after that, poses don't belong together.
+    source was laid on the world of the score: before and after that, poses don't belong together. `frame` is the name
+    of that frame, and `origin` is where the origin of the world is in it.
     """
 
     source: str
+    frame: str
+    origin: PoseJson
     pose: PoseJson
     ideal: PoseJson
     aligned: int
@@ -486,7 +489,7 @@ class Health(TypedDict):
     clipped: Sequence[str]
 
 
-ToPublisher = Plays | TransportMessage | Sensed | WarningLine | ErrorLine | Health
+ToPublisher = Plays | TransportMessage | Sensed | Measured | WarningLine | ErrorLine | Health
 """From the stage to the process that publishes what plays, over a pipe."""
 
 
@@ -495,6 +498,7 @@ class MeasuredPose(TypedDict):
 
     robot: str
     source: str
+    frame: str
     pose: PoseJson
     at: float
 

@@ -68,6 +68,8 @@ def _publish(publications: Publications) -> None:
             elif message["type"] == "transport" or message["type"] == "sensed":
                 outlook.take(message)
                 due = 0.0
+            elif message["type"] == "measured":
+                outlook.take(message)
             elif message["type"] == "health":
                 health = message
             else:

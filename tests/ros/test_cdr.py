@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.score.motion import STILL, Twist
-from improv_core.stage.sinks.cdr import SECOND, frame_field, stamped, twist_message
+from improv_core.stage.sinks.cdr import SECOND, frame_field, frame_in, stamped, twist_message
 
 READ = """
 import json, sys
@@ -55,5 +55,6 @@ def test_rclpy_reads_and_writes_the_same(ros_python: str, ros_env: dict[str, str
     one, other, sec, nanosec, read_frame, again, length = json.loads(read.stdout)
     assert one == other == [twist.x, twist.y, twist.z, 0, 0, twist.yaw]
     assert (sec, nanosec, read_frame) == (1_700_000_000, 123_456_789, frame)
+    assert frame_in(made) == frame
     assert again == plain.hex()
     assert length == len(made)  # the bytes between the frame and the velocity are whatever rclpy finds there

@@ -15,6 +15,7 @@ from tests.processes import descendants
 from tests.ros.conftest import Listen, Script
 from tests.ros.dance import Server
 
+BASE = Path(__file__).with_name("base.py")
 WATCHER = Path(__file__).with_name("watcher.py")
 CAST = """
 [ros]
@@ -22,6 +23,7 @@ publish = true
 
 [robots.anna]
 start = { x = 1, y = 2, heading = 90 }
+odom = "odom"
 
 [robots.bert]
 
@@ -64,20 +66,21 @@ def command_of(pid: int) -> str:
     return Path(f"/proc/{pid}/cmdline").read_text()
 
 
-def test_all_that_is_published(watch: Watch, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+def test_all_that_is_published(
+    watch: Watch, script: Script, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
     """Also by another process, after the first has failed; and nothing, once the file no longer asks for it."""
-    for robot in ("anna", "carl"):
-        listen(f"/{robot}/cmd_vel", "--name", robot)
+    script(BASE, "anna", "--loss", "0", "--noise", "0")
+    listen("/carl/cmd_vel")
     toml = tmp_path / "improv.toml"
     toml.write_text(CAST)
     with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as editor:
         editor.save(PROGRAM)
-        path = watch("/improv/anna/path", lambda path: bool(path["poses"]))
-        assert path["frames"] == ["improv"]
+        path = watch("/improv/anna/path", lambda path: path["poses"] and path["frames"] == ["odom"])
         assert path["at"][0] == 0
         assert path["at"][-1] == pytest.approx(30, abs=0.001)
-        # A square of 2 m, from its start at (1, 2), upward and then to the left.
-        assert all(-1.001 <= x <= 1.001 and 1.999 <= y <= 4.001 for x, y in path["poses"])
+        # A square of 2 m. Its odometry begins at 0, wherever the robot starts.
+        assert all(-0.1 <= x <= 2.1 and -0.1 <= y <= 2.1 for x, y in path["poses"])
         (text,) = [text for text in watch("markers", lambda seen: True)["texts"] if text.startswith("anna")]
         name, beat, word = text.split("\n")
         assert name == "anna"

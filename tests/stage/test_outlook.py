@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 
 from improv_core.score.motion import Pose
 from improv_core.stage.outlook import AHEAD, MOST_POSES, Outlook
-from improv_core.stage.protocol import When
+from improv_core.stage.protocol import MeasuredRobot, PoseJson, When
 from tests.stage.test_player import Stage, score
 
 
@@ -133,6 +134,34 @@ def test_what_senses_decide() -> None:
     assert stage.see() == (3, 2, 90, "")
     stage.player.seek(0.5, stage.now)
     assert stage.see() == (1, 0, 0, "forward")
+
+
+def test_in_the_frame_of_odometry() -> None:
+    """Once it is known, and as long as the robot has one."""
+    stage = Watched()
+    stage.load("r $ repeat forward\n")
+    stage.see()
+    at: PoseJson = {"x": 0, "y": 5, "z": 0, "heading": math.pi / 2}
+    robot: MeasuredRobot = {
+        "source": "nav_msgs/Odometry",
+        "frame": "r/odom",
+        "origin": at,
+        "pose": at,
+        "ideal": at,
+        "aligned": 1,
+        "beat": 0,
+        "performed": 0,
+        "wall": 0,
+    }
+    outlook = stage.outlook
+    outlook.take({"type": "measured", "generation": 1, "robots": {"r": robot}})
+    stage.run(1)
+    assert (stage.see()[:3], outlook.frame("r").name) == ((2, 0, 0), "improv")
+    assert outlook.score
+    outlook.score = replace(outlook.score, parts={"r": replace(outlook.score.parts["r"], odom="/r/odom")})
+    assert (stage.see()[:3], outlook.frame("r").name) == ((0, 7, 90), "r/odom")
+    last = stage.path()[-1][1]
+    assert (last.x, last.y) == pytest.approx((0, 67))
 
 
 def test_nothing_is_known_before_anything_is_said() -> None:

@@ -56,6 +56,14 @@ def odometry_message(pose: Pose, time: int) -> bytes:
     return _HEADER + struct.pack("<iI", *divmod(time, SECOND)) + frames + numbers + bytes(8 * (36 + 6 + 36))
 
 
+def frame_in(message: bytes) -> str:
+    """The frame in a message that begins with a header. What is no text becomes replacement characters."""
+    order = "<" if message[1] & 1 else ">"
+    (length,) = struct.unpack_from(f"{order}I", message, len(_HEADER) + 8)  # after the stamp
+    begin = len(_HEADER) + 12
+    return message[begin : begin + length].rstrip(b"\0").decode(errors="replace")
+
+
 def pose_in(message: bytes, texts: int) -> Pose | None:
     """The pose in a message that begins with a stamp and so many texts; None if it is no pose.
 

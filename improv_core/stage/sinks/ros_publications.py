@@ -14,8 +14,6 @@ from improv_core.stage.outlook import Outlook
 from improv_core.stage.protocol import Health, TransportMessage
 from improv_core.stage.sinks.ros_nodes import Nodes
 
-FRAME = "improv"
-"""The frame in which start poses are."""
 LATE = 0.05
 """Seconds from which on late commands are a warning: by then the next one is due, at the default rate."""
 TEXT_HEIGHT, ABOVE = 0.15, 0.4
@@ -93,9 +91,10 @@ class Publications:
         for number, robot in enumerate(score.parts):
             sight = outlook.sight(robot, now)
             marker = Marker(ns=robot, type=Marker.TEXT_VIEW_FACING, action=Marker.ADD)
-            marker.header.frame_id, marker.header.stamp = FRAME, stamp
+            frame = outlook.frame(robot)
+            marker.header.frame_id, marker.header.stamp = frame.name, stamp
             marker.text = f"{robot}\n{_position(outlook, now)}\n{' '.join(sight.words)}"
-            _place(marker.pose, sight.pose or score.parts[robot].start, ABOVE)
+            _place(marker.pose, sight.pose or frame.origin.then(score.parts[robot].start), ABOVE)
             marker.scale.z = TEXT_HEIGHT
             marker.color.r, marker.color.g, marker.color.b = colorsys.hsv_to_rgb(number * GOLDEN % 1, 0.6, 1.0)
             marker.color.a = 1.0
@@ -124,11 +123,11 @@ class Publications:
             if not is_heard(self._paths[topic]):
                 continue
             now = self._clock.now()
-            path, nanoseconds = Path(), now.nanoseconds
-            path.header.frame_id, path.header.stamp = FRAME, now.to_msg()
+            path, nanoseconds, frame = Path(), now.nanoseconds, outlook.frame(robot).name
+            path.header.frame_id, path.header.stamp = frame, now.to_msg()
             for seconds, pose in outlook.path(robot):
                 stamped = PoseStamped()
-                stamped.header.frame_id = FRAME
+                stamped.header.frame_id = frame
                 sec, nanosec = divmod(nanoseconds + round(seconds * 1e9), 1_000_000_000)
                 stamped.header.stamp = Time(sec=sec, nanosec=nanosec)
                 _place(stamped.pose, pose)

@@ -19,6 +19,8 @@ from improv_core.stage.protocol import FOLDER, FromStage, Health, ToPublisher
 
 HEALTH_PERIOD = 1.0
 """Seconds between two reports of how well robots are served; REP 107 has diagnostics once a second."""
+MEASURED_PERIOD = 1.0
+"""Seconds between two reports of where a robot was, which lay its odometry's frame on the world of the score."""
 MOST_WAITING = 10_000
 """Messages that may wait for the process. One that lets more of them wait hangs."""
 END_LIMIT = 2.0
@@ -37,6 +39,7 @@ class Publishing:
         self._command = [sys.executable, str(FOLDER / "publisher.py"), node, *arguments]
         self._clock = clock
         self._due = 0.0  # when the next health is
+        self._measured: dict[str, float] = {}  # when to say again where each robot was
         self._process: _Process | None = None
         self.health = _Noticed()
 
@@ -55,8 +58,15 @@ class Publishing:
             self._process.put((score, generation))
 
     def show(self, message: FromStage) -> None:
-        """The stage says something of itself."""
-        if self._process and (
+        """The stage says something of itself. Of where robots were, it may say more than is needed."""
+        if not self._process:
+            return
+        if message["type"] == "measured":
+            now = self._clock()
+            if any(now >= self._measured.get(robot, 0.0) for robot in message["robots"]):
+                self._measured.update(dict.fromkeys(message["robots"], now + MEASURED_PERIOD))
+                self._process.put(message)
+        elif (
             message["type"] == "transport"
             or message["type"] == "sensed"
             or message["type"] == "warning"

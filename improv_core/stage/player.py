@@ -425,6 +425,7 @@ class Player:
         self._start_poses = _as_json(self._sink.poses())
         self._queue.restart({*old, *score.parts}, performed)
         self._next, self._advanced, self._measured_at = None, 0.0, -math.inf
+        self._odometry.cast(score.parts, now)
         self._sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
         self._queue.stop_leaving(old, score.parts, 0.0)
         self._listeners.forget()
@@ -701,8 +702,8 @@ class Player:
         self._advanced = max(self._advanced, performed)
         if performed >= self._measured_at + MEASURE_PERIOD and not self._sink.real and self._odometry.robots:
             self._measured_at, at = performed, self._transport.clock(performed)
-            poses = self._sink.poses()
-            self.measure([RawPose(robot, SIMULATED, poses[robot], at) for robot in self._odometry.robots], at)
+            poses = [each for each in self._sink.poses().items() if each[0] in self._odometry.robots]
+            self.measure([RawPose(robot, SIMULATED, pose, at) for robot, pose in poses], at)
 
     def _look_at(self, robots: Collection[str]) -> None:
         """Check robots at once, and tell what came up."""

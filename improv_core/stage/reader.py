@@ -55,13 +55,13 @@ def main() -> int:
     gc.set_threshold(50_000, 20, 100)
     with suppress(BrokenPipeError):  # the stage is gone
         while not lines.ended:
-            _tell({"type": "alive"})
             for message in lines.read():
                 _tell_edges(senses.read(_sources(message), time.monotonic()))
                 subscriptions.keep(senses.topics)
                 subscriptions.poses.keep(message["odometry"])
             subscriptions.spin(LOOK)
             _tell_poses(subscriptions.poses.take())
+            _tell({"type": "alive"})
             _tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
     subscriptions.close()
     return 0

@@ -60,6 +60,7 @@ class Reader:
         self._asked = -math.inf  # when the latest sense was asked for
         self._values: dict[RobotSense, bool | None] = {}
         self._odometry: Mapping[str, str] = {}
+        self._alive = -math.inf  # when the process last showed signs of life
         self._posed: dict[str, tuple[float, float]] = {}  # when each robot's latest pose came, and how often they do
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -85,7 +86,8 @@ class Reader:
         if robot not in self._odometry:
             return False
         at, usual = self._posed.get(robot, (-math.inf, 0.0))
-        return self._clock() > max(at, since) + max(POSE_LIMIT, USUAL * usual)
+        # By when the process last showed signs of life: while it stands still, it can't have heard anything.
+        return self._alive > max(at, since) + max(POSE_LIMIT, USUAL * usual)
 
     def is_silent(self, sense: RobotSense) -> bool:
         """Whether nothing is known of a sense."""
@@ -147,6 +149,8 @@ class Reader:
     def _take(self, message: FromReader) -> None:
         if message["type"] == "edge":
             self._turn(RobotSense(message["robot"], message["sense"]), message["value"], message["at"])
+        elif message["type"] == "alive":
+            self._alive = self._clock()
         elif message["type"] == "poses":
             self._measure(message)
         elif message["type"] == "unread":

@@ -733,6 +733,8 @@ class Player:
         raw, pose, ideal, aligned = comparison
         return {
             "source": raw.source,
+            "frame": raw.frame,
+            "origin": to_pose_json(raw.pose.then(pose.inverse())),
             "pose": to_pose_json(pose),
             "ideal": to_pose_json(ideal),
             "aligned": aligned,

@@ -91,10 +91,13 @@ class MeasuredRobot(TypedDict):
     """Where a robot was and where it ideally was: at this beat, so many seconds after beat 0, at this Unix time (ns).
 
     `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
-    source was laid on the world of the score: before and after that, poses don't belong together.
+    source was laid on the world of the score: before and after that, poses don't belong together. `frame` is the name
+    of that frame, and `origin` is where the origin of the world is in it.
     """
 
     source: str
+    frame: str
+    origin: PoseJson
     pose: PoseJson
     ideal: PoseJson
     aligned: int
@@ -418,10 +421,11 @@ class Withdraw(TypedDict):
 
 
 class Moves(TypedDict):
-    """A robot is about to be told to move; `patience` as in `Pulse`."""
+    """A robot is about to be told to move, by velocities in a frame; `patience` as in `Pulse`."""
 
     type: Literal["moves"]
     topic: str
+    frame: str
     patience: float
 
 
@@ -484,11 +488,33 @@ class Unread(TypedDict):
     message: str
 
 
+class Plays(TypedDict):
+    """A score arrives at the stage: what `score_json.to_json` makes."""
+
+    type: Literal["plays"]
+    generation: int
+    score: Mapping[str, Any]
+
+
+class Health(TypedDict):
+    """How well robots are served: `late` is in seconds, and `missing` says why robots can't hear."""
+
+    type: Literal["health"]
+    late: float
+    missing: Mapping[str, str]
+    clipped: Sequence[str]
+
+
+ToPublisher = Plays | TransportMessage | Sensed | Measured | WarningLine | ErrorLine | Health
+"""From the stage to the process that publishes what plays, over a pipe."""
+
+
 class MeasuredPose(TypedDict):
     """Where a robot is in the frame of its source (the type of the message), at a time on the monotonic clock."""
 
     robot: str
     source: str
+    frame: str
     pose: PoseJson
     at: float
 

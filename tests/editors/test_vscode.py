@@ -232,6 +232,9 @@ def _words_are_checked_and_explained(page: Page) -> None:
     page.wait_for_function("picture => picture.naturalWidth > 100", arg=picture.element_handle())
     keep_picture(page, "hover")
     page.keyboard.press("Escape")
+    word(page, "lft").hover()
+    expect(page.locator(".monaco-hover:visible a", has_text="unknown-name")).to_be_visible()  # leads to its section
+    page.keyboard.press("Escape")
 
     word(page, "lft").dblclick()
     page.keyboard.type("le")  # completion comes by itself

@@ -64,7 +64,7 @@ class Odometry:
         for robot in self._tracks.keys() - parts.keys():
             del self._tracks[robot]
         for robot, part in parts.items():
-            if not part.odom:
+            if not part.odom and part.profile.dynamics == "ideal":
                 self._tracks.pop(robot, None)
             elif robot not in self._tracks:
                 self._tracks[robot] = _Track(at, part.entered or part.start)

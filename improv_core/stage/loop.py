@@ -224,10 +224,7 @@ class _Loop:
     def _load(self, asked: Play, now: float) -> None:
         load, score = asked.load, asked.score
         if "entry" in load:  # real robots lead
-            parts = {
-                name: replace(part, profile=beside_robots(part.profile), odom=None)
-                for name, part in score.parts.items()
-            }
+            parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}
             score = replace(score, parts=parts)
         self.player.backend = load["backend"]
         self._opened.show(score, load["generation"])

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from improv_core.stage.protocol import DrawnPoses, DrawnRobot, DrawnRobots, Measured
+from improv_core.stage.protocol import SIMULATED, DrawnPoses, DrawnRobot, DrawnRobots, Measured
 from improv_core.stage.viewer.measured import MeasuredTrail, measured_place
 from improv_core.stage.viewer.outbox import Outbox, bumps_message
 
@@ -66,9 +66,13 @@ class Pages:
             outbox.put(kind, text)
 
     def measure(self, message: Measured) -> None:
-        """Show where robots really were."""
+        """Show where robots really were. What is only simulated of a robot gives way to what is measured."""
         for name, each in message["robots"].items():
-            trail = self._measured.get(name, MeasuredTrail())
+            trail, simulated = self._measured.get(name), each["source"] == SIMULATED
+            if not trail or trail.simulated > simulated:
+                trail = MeasuredTrail(simulated)
+            elif trail.simulated < simulated:
+                continue
             trail.places.append(measured_place(each))
             self._measured[name] = trail.renewed()
         for outbox in self._outboxes:

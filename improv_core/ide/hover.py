@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import chain, islice
 
 from improv_core.ide.cursor import Cursor, cursor
 from improv_core.ide.phrases import comment, label, parameters
+from improv_core.ide.references import lines_playing
 from improv_core.ide.senses import about as about_sense
 from improv_core.ide.senses import source
 from improv_core.plain import printable
@@ -44,8 +45,8 @@ from improv_core.text import LINE_END, Span
 LONGEST_SOURCE = 500
 """The most characters of a definition that are shown."""
 LONGEST_NAME = 100
-MOST_ROBOTS, MOST_USERS = 100, 1_000
-"""Robots, and statements that use a definition, that are looked at to find whose distances are shown."""
+MOST_ROBOTS = 100
+"""Robots that are looked at to find whose distances are shown."""
 MOST_HEADS = 20
 """Of a line that are listed."""
 _NOWHERE = Span(0, 0)
@@ -325,24 +326,12 @@ def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
 
 def _performers(analysis: Analysis, placed: Placed) -> dict[Profile, str]:
     """The profiles of the robots that play a statement, or of all robots if none does, and the first robot of each."""
-    robots = dict.fromkeys(chain.from_iterable(_players(analysis, placed.index))) or analysis.cast.robots
+    players = (analysis.meanings[line].robots for line in lines_playing(analysis, placed.index))
+    robots = dict.fromkeys(chain.from_iterable(players)) or analysis.cast.robots
     found: dict[Profile, str] = {}
     for robot in islice(robots, MOST_ROBOTS):
         found.setdefault(analysis.cast.robot(robot).profile, printable(robot))
     return found or {DEFAULT: ""}
-
-
-def _players(analysis: Analysis, index: int) -> Iterator[Sequence[str]]:
-    """The robots of each line that plays a statement, itself or by the names that are defined with it."""
-    reached, waiting = {index}, [index]
-    while waiting:
-        index = waiting.pop(0)
-        if robots := analysis.meanings[index].robots:
-            yield robots
-        name = analysis.statements[index].defines
-        following = analysis.bindings.users(name, index)[:MOST_USERS] if name else ()
-        waiting += [each for each in following if each not in reached and len(reached) < MOST_USERS]
-        reached.update(waiting)
 
 
 def _profile(analysis: Analysis, placed: Placed) -> Profile:

@@ -27,10 +27,12 @@ _MOMENTS_PER_SEGMENT = 2
 def score_of(analysis: Analysis) -> Score:
     """The score of a program."""
     cast = analysis.cast
-    robots = {name: cast.robot(name) for name in analysis.robots}
-    poses = start_poses(robots, cast.world.size)
+    named = (name for line in analysis.played.values() for name, _ in line.parts)
+    robots = {name: cast.robot(name) for name in dict.fromkeys([*named, *analysis.robots])}
+    poses = start_poses(robots, cast.world.size)  # also of those that a selection leaves out: all keep their places
     parts = {}
-    for name, robot in robots.items():
+    for name in analysis.robots:
+        robot = robots[name]
         profile = replace(robot.profile, message=robot.message)
         parts[name] = Part(
             name,

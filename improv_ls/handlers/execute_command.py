@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import PurePosixPath
 from typing import Any
 from urllib.parse import unquote
 
@@ -40,7 +41,10 @@ def play(ls: Session, *arguments: Any) -> None:
 
 def _program(ls: Session, path: str, arguments: Sequence[Any]) -> tuple[Document | None, Sequence[Any]]:
     """The program that is to play, and the arguments that say how much of it. `path` is the first, if it is text."""
-    ending = [document for uri, document in ls.documents.items() if unquote(uri).endswith(f"/{path}")]
+    end = "/".join(
+        part for part in PurePosixPath(path).parts if part not in ("~", "..", "/")
+    )  # `~/dance.improv` in Helix
+    ending = [document for uri, document in ls.documents.items() if unquote(uri).endswith(f"/{end}")]
     named = ls.documents.get(path) or (ending[0] if len(ending) == 1 and path else None)
     if named or (path and not path.isidentifier()):
         return named, arguments[1:]

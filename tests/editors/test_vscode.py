@@ -52,6 +52,7 @@ def test_session(tmp_path: Path) -> None:
         _a_wrong_save_changes_nothing(page, robots)
         _keys_stop_the_robots(page, robots)
         _a_new_server_plays(page)
+        _only_a_line_plays(page)
         _kill_the_editor(env)
 
 
@@ -307,6 +308,22 @@ def _a_new_server_plays(page: Page) -> None:
     expect(framed_page(page).locator("#state")).to_have_text("playing")
     _robot(_robots(frame.value), "moves")
     expect(_explained(page, "forward")).to_contain_text("1 beat")
+
+
+def _only_a_line_plays(page: Page) -> None:
+    lit = page.locator(".view-overlays [class*=TextEditorDecorationType]")
+    word(page, "forward").click()
+    page.keyboard.press("End")
+    page.keyboard.type("\nbob $ repeat right")
+    page.keyboard.press("Control+Shift+Enter")
+    page.wait_for_function(IS_LIT, arg="right")
+    expect(lit).to_have_count(1)
+    page.keyboard.press("Control+S")
+    expect(lit).to_have_count(2)
+    keep_picture(page, "lenses")
+    page.get_by_text("▶ this line").first.click()
+    expect(lit).to_have_count(1)
+    page.wait_for_function(IS_LIT, arg="left")
 
 
 def _kill_the_editor(env: Mapping[str, str]) -> None:

@@ -62,7 +62,7 @@ def test_a_name_or_lines_are_enough_where_one_program_is_open() -> None:
             (["𝑥"], "▶ 𝑥: ghost ∞, "),
             ([URI, "𝑥"], "▶ 𝑥: ghost ∞, "),
             ([4], "▶ line 4: bert ∞, "),
-            (["my dance.improv", 3, 4], "▶ lines 3 to 4: anna ∞ · bert ∞, "),
+            (["~/../my dance.improv", 3, 4], "▶ lines 3 to 4: anna ∞ · bert ∞, "),
         ):
             play(client, *arguments)
             assert client.wait_for_line("▶").startswith(expected)

@@ -11,6 +11,7 @@ from fractions import Fraction
 from functools import cached_property
 from heapq import heapify, heappop, heappush
 from itertools import count, islice, pairwise
+from typing import NamedTuple
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
@@ -58,8 +59,7 @@ class Placed:
         return Span(self.start, self.start + len(self.statement.text))
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(NamedTuple):
     """What robots play in a scene (from 0), each from the same throw of the dice on, and the statement it is from."""
 
     parts: Sequence[tuple[str, Movement]]

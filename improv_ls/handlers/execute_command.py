@@ -41,9 +41,8 @@ def play(ls: Session, *arguments: Any) -> None:
 
 def _program(ls: Session, path: str, arguments: Sequence[Any]) -> tuple[Document | None, Sequence[Any]]:
     """The program that is to play, and the arguments that say how much of it. `path` is the first, if it is text."""
-    end = "/".join(
-        part for part in PurePosixPath(path).parts if part not in ("~", "..", "/")
-    )  # `~/dance.improv` in Helix
+    folders = (part for part in PurePosixPath(path).parts if part not in ("~", "..", "/"))  # as Helix shortens it
+    end = "/".join(folders)
     ending = [document for uri, document in ls.documents.items() if unquote(uri).endswith(f"/{end}")]
     named = ls.documents.get(path) or (ending[0] if len(ending) == 1 and path else None)
     if named or (path and not path.isidentifier()):

@@ -124,7 +124,7 @@ def _danced(analysis: Analysis, placed: Placed, part: Span | None, ghost: str) -
     playing = next(lines_playing(analysis, placed.index), None)
     robots = (ghost,) if playing is None else analysis.meanings[playing].robots
     own_id = analysis.statement_ids[placed.index]
-    if is_broken(placed):
+    if is_broken(placed) and (part or not _sign(placed)):
         written = _written(analysis, placed, part or placed.span)
         body = placed.meaning.body
         if not _sign(placed) and not part and body:  # as it stands there, so that its words light up

@@ -148,6 +148,7 @@ def test_errors_that_it_does_not_need_do_not_stop_it() -> None:
     refused("anna $ forw«ard lft", "line 1: `lft` is not defined: did you mean `left`?")
     refused("anna $ forward «lft» up", "line 1: `lft` is not defined: did you mean `left`?")
     refused("beat 0\nanna $ forw«ard", "line 1: write the tempo as a number above 0")
+    refused("x = (forward«\nanna $ x", "line 1: close this bracket with `)`")
     refused("4 forward«", "line 1: write `repeat 4 forward` or `scale 4 forward`")
     refused(
         "x = up«\nanna $ x",

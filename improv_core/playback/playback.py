@@ -132,6 +132,7 @@ class Playback:
         self._socket: StopSocket | None = None
         self._leader: RunningStage | None = None
         self._twin: RunningStage | None = None
+        self._idle: RunningStage | None = None  # of real robots, while the simulator plays alone
         self._score: Score | None = None
         self._senses: Sequence[Sensed] | None = None  # of the recording that it is performed by
         self._name = ""  # of the program that plays, or is about to
@@ -189,7 +190,7 @@ class Playback:
 
     @property
     def _stages(self) -> list[RunningStage]:
-        return [stage for stage in (self._leader, self._twin) if stage]
+        return [stage for stage in (self._leader, self._twin, self._idle) if stage]
 
     def present(self, name: str, folder: str, mistakes: Iterable[Mistake] = ()) -> None:
         """Have pages show which program is to be played, and what keeps it from being played."""
@@ -205,7 +206,7 @@ class Playback:
     async def open(self) -> None:
         """Start the stages unless they are running. Raises StageError."""
         async with self._opening:
-            if self._leader and self._leader.alive and (not self._twin or self._twin.alive):
+            if self._leader and all(stage.alive for stage in self._stages):
                 return
             await self._close()
             self._open_socket()
@@ -232,14 +233,17 @@ class Playback:
         when: When = "restart",
         beats_per_bar: int = BEATS_PER_BAR,
         senses: Sequence[Sensed] | None = None,
+        simulated: bool = False,
     ) -> int | None:
         """Play a program's score: `restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`.
 
-        Parts that are the same as in the score that plays are not touched when it takes over.
+        Parts that are the same as in the score that plays are not touched when it takes over. If `simulated`, only the
+        simulator plays it, and real robots stop.
 
         With `senses`, robots sense what is in this recording, and nothing else. `asked` is the count of `stops` when
         somebody asked for it. Returns its generation; None if it has been stopped
-        since then, before it began, or if an emergency stop is on. Raises StageError.
+        since then, before it began, or if an emergency stop is on. Raises StageError, also if it is to be `simulated`
+        and there is no simulator.
         """
         ends = self._ends
         if not self.is_on:
@@ -254,12 +258,26 @@ class Playback:
         if (stop := score.safety.stop) and stop in self._waits_for:
             self._listen({"type": "error", "message": refused_by(stop)}, True)
             return None
+        self._let_lead(simulated)
         self._senses = senses
         return self._generation if self._send_score(score, name, when, beats_per_bar, asked) else None
 
+    def _let_lead(self, simulated: bool) -> None:
+        """Have the simulator play alone, while the stage of real robots stops them and waits, or both play again."""
+        assert self._leader
+        if simulated and self._twin:
+            self._leader.send({"type": "hush"})
+            self._idle, self._leader, self._twin = self._leader, self._twin, None
+        elif simulated and self._leader.ready["real"]:
+            raise StageError("no robot is named, and there is no simulator: set improv.backend to auto, sim, or both")
+        elif not simulated and self._idle:
+            self._leader.send({"type": "hush"})  # its ghost must not go on while robots are waited for
+            self._leader, self._twin, self._idle = self._idle, self._leader, None
+
     def resume(self, asked: int) -> None:
         """Resume all stages after a pause. `asked` is as for `play`."""
-        self.stops.send({"type": "resume", "at": time.monotonic()}, self._stages, asked)
+        stages = [stage for stage in (self._leader, self._twin) if stage]
+        self.stops.send({"type": "resume", "at": time.monotonic()}, stages, asked)
 
     def conduct(self, message: Change) -> None:
         """Send a command to all stages, effective at the same time."""
@@ -273,6 +291,8 @@ class Playback:
         timed["at"] = time.monotonic()
         if self._leader:
             self._leader.send(timed)
+        if self._idle and message["type"] in ("speed", "silence"):
+            self._idle.send(timed)  # it holds for what it plays next
         if not self._twin or message["type"] in ("cue", "key", "force"):  # the twin is told what was sensed
             return
         if not self._behind:
@@ -305,7 +325,7 @@ class Playback:
         for stage in stages:
             self.stops.discard(stage)
             self._written.pop(stage, None)
-        self._leader = self._twin = None
+        self._leader = self._twin = self._idle = None
         self.is_on = False
         if self._socket:
             self._socket.close()
@@ -474,6 +494,8 @@ class Playback:
 
         A new leading stage first stops the robots, even if a standby should have: that one may have failed too.
         """
+        if dead is self._idle:
+            return {**gone, "message": f"{gone['message']}: its robots stand still; the next dance starts a new one"}
         leads = dead is self._leader
         if leads:
             self.is_on = False

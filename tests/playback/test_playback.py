@@ -296,6 +296,52 @@ def test_while_an_emergency_stop_is_on_a_score_that_names_it_is_refused() -> Non
     check(performs)
 
 
+def test_what_only_the_simulator_is_to_play_stops_real_robots_until_the_next_score() -> None:
+    async def performs(show: Show) -> None:
+        ros, simulator = await show.play()
+        alone = await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+        assert (ros.kinds[-1], simulator.loads[-1]["generation"]) == ("hush", alone)
+        assert "entry" not in simulator.loads[-1]  # it leads
+        simulator.tell("playing", 1.0)
+        ros.tell("stopped")
+        assert show.playback.is_on
+        assert show.playback.status == "simulator"
+        show.playback.conduct({"type": "speed", "factor": 2.0})
+        assert ros.kinds[-1] == simulator.kinds[-1] == "speed"
+        show.playback.resume(show.stops.count)
+        assert ros.kinds[-1] == "speed"  # only what paused resumes
+
+        both = await show.begin()
+        assert simulator.kinds[-1] == "hush"
+        assert ros.loads[-1]["generation"] == both
+        ros.tell("playing", monotonic=700.0)
+        assert simulator.loads[-1]["entry"]["monotonic"] == 700.0
+
+    check(performs)
+
+
+def test_a_stage_that_dies_while_the_simulator_plays_alone_is_replaced_by_the_next_score() -> None:
+    async def performs(show: Show) -> None:
+        ros, _ = await show.play()
+        await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+        ros.die()
+        assert show.lines == ["the stage exited unexpectedly: its robots stand still; the next dance starts a new one"]
+        await show.play()
+        assert show.latest("ros") is not ros
+        assert show.latest("ros").kinds == ["load"]
+
+    check(performs)
+
+
+def test_without_a_simulator_nothing_is_simulated() -> None:
+    async def performs(show: Show) -> None:
+        with pytest.raises(StageError, match="no robot is named, and there is no simulator"):
+            await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+        assert show.latest("ros").kinds == []
+
+    check(performs, "ros")
+
+
 def test_a_twin_pauses_while_what_leads_waits() -> None:
     async def performs(show: Show) -> None:
         leader, twin = await show.play()

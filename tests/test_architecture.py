@@ -29,9 +29,10 @@ ROWS: Mapping[str, Sequence[str]] = {
     "ide": ["program", *BELOW_PROGRAM],
     "stage": ["score", "plain", "text"],
     "playback": ["stage.protocol", "stage.discovery", "stage.urgent_queue", "stage.tickets", "score"],
-    "commands": ["improv_core", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
+    "services": ["playback", "stage.protocol", "ide", "program", *BELOW_PROGRAM],
+    "commands": ["improv_core", "services", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
     "__main__": ["commands"],
-    "improv_ls": ["improv_core", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
+    "improv_ls": ["improv_core", "services", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
 }
 """What each folder or module may import besides itself; of a package of ours, everything in it."""
 

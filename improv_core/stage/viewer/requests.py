@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from typing import cast
 
-from improv_core.stage.protocol import FASTEST, LAST_BEAT, SLOWEST, FromPage
+from improv_core.stage.protocol import FASTEST, LAST_BEAT, LONGEST_TEXT, SLOWEST, FromPage
 
 MOST_NAMES, LONGEST_NAME = 1000, 100
 
@@ -40,6 +40,21 @@ def _is_name(value: object) -> bool:
 
 def _is_truth(value: object) -> bool:
     return isinstance(value, bool)
+
+
+def _is_count(value: object) -> bool:
+    return type(value) is int and 0 <= value <= LAST_BEAT
+
+
+def _is_text(value: object) -> bool:
+    """A text that can be saved: without halves of characters."""
+    if not isinstance(value, str) or len(value) > LONGEST_TEXT:
+        return False
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _are_names(value: object) -> bool:
@@ -81,5 +96,9 @@ REQUESTS: Mapping[str, Mapping[str, Check]] = {
     "silence": {"muted": _are_names, "soloed": _are_names},
     "place": {"start_poses": _are_start_poses},
     "window": {"generation": _between(0, LAST_BEAT), "from": _between(0, LAST_BEAT), "to": _between(0, LAST_BEAT)},
+    "analyze": {"number": _is_count, "text": _is_text},
+    "complete": {"number": _is_count, "offset": _is_count},
+    "explain": {"number": _is_count, "offset": _is_count},
+    "write": {"number": _is_count, "text": _is_text, "revision": _is_text},
 }
 """Each request and the values it needs. The viewer answers `window` itself; the others go to the parent."""

@@ -17,10 +17,10 @@ from improv_core.score.score import Score
 from improv_core.stage.protocol import (
     Decided,
     PageRequest,
-    Program,
     Sensed,
     ShownScore,
     Stopped,
+    ToPages,
     TransportMessage,
     Watched,
 )
@@ -73,8 +73,15 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | Program | ShownScore | Sensed | Decided) -> None:
-        """Send a message to every page, and to later ones until another of its type, about the same, replaces it."""
+    def publish(self, message: TransportMessage | Stopped | ToPages | ShownScore | Sensed | Decided) -> None:
+        """Send a message to every page, and to later ones until another of its type, about the same, replaces it.
+
+        An answer goes to the page that has asked.
+        """
+        if message["type"] == "answer":
+            answer = message["answer"]
+            self._soon(self._pages.answer, message["page"], answer["type"], json.dumps(answer))
+            return
         shown = self._answers.shown
         if message["type"] == "sensed" and shown and message["generation"] == shown.generation:
             about = message["robot"], message["sense"]

@@ -7,6 +7,7 @@ import { Clock } from "./clock.js"
 import { connect } from "./connection.js"
 import { Controls } from "./controls.js"
 import { Deadman } from "./deadman.js"
+import { Editor } from "./editor.js"
 import { find, findA } from "./elements.js"
 import { hold } from "./hands.js"
 import { Invitation } from "./invitation.js"
@@ -32,8 +33,13 @@ const cast = new Cast()
 const notices = new Notices()
 const stage = new Stage(findA("stage", HTMLCanvasElement))
 const invitation = new Invitation()
-const lights = new Lights(new Score(find("score-text")), clock)
 const send = connect(take, change)
+const editor = new Editor(send)
+const score = new Score(find("score-text"))
+const lights = new Lights(
+  { show: (message) => shownText().show(message), light: (places) => shownText().light(places) },
+  clock,
+)
 const program = new Program(clock, send)
 const controls = new Controls(clock, send)
 const deadman = new Deadman(send)
@@ -66,7 +72,9 @@ function take(message) {
   else if (message.type === "bumps") bumps.take(message)
   else if (message.type === "sensed") senses.take(message)
   else if (message.type === "decided") takeDecision(message)
-  else notices.end(message)
+  else if (message.type === "source") takeSource(message)
+  else if (message.type === "stopped") notices.end(message)
+  else editor.takeAnswer(message)
   view.touch()
 }
 
@@ -80,6 +88,23 @@ function takeScore(message) {
 function takeProgram(message) {
   invitation.take(message)
   showTransport()
+}
+
+/** @param {Messages["source"]} message */
+function takeSource(message) {
+  if (!editor.takeSource(message)) return
+  controls.writes = () => {
+    const writes = !editor.isSaved || clock.transport.generation === 0
+    if (writes) editor.write()
+    return writes
+  }
+  panels.openScore()
+  showTransport()
+}
+
+/** Where the program is shown. */
+function shownText() {
+  return editor.open ? editor : score
 }
 
 /** @param {Messages["decided"]} message */
@@ -128,6 +153,7 @@ function change(now) {
     program.reconnect()
   }
   notices.change(now)
+  editor.connect(now === "open")
   view.touch()
   showTransport()
 }

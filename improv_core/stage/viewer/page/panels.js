@@ -73,6 +73,13 @@ export class Panels {
     if (this.#recording) this.#record()
   }
 
+  /** Shows the program, which can be written. */
+  openScore() {
+    this.#open("score", true)
+    if (SMALL.matches) this.#open("timeline", false)
+    this.#page.resize()
+  }
+
   showFit() {
     find("fit").setAttribute("aria-pressed", String(this.#page.camera.fits))
   }

@@ -1,0 +1,390 @@
+// @ts-check
+// The program as text that can be written. The text control is the browser's own; this module keeps what belongs to it
+// up to date: colors, mistakes, offers, hovers, what is saved, and what plays.
+
+import { Draft } from "./draft.js"
+import { apply, difference, moved } from "./edits.js"
+import { find, findA } from "./elements.js"
+import { Ink } from "./ink.js"
+import { list } from "./mistakes.js"
+import { Offers } from "./offers.js"
+import { Points } from "./points.js"
+import { Tooltip } from "./tooltip.js"
+
+/** @import { Request } from "./connection.js" */
+/** @import { Color } from "./ink.js" */
+/** @import { Messages } from "./messages.js" */
+/** @import { Mistake } from "./mistakes.js" */
+
+const CALM = 400 // milliseconds without a key after which mistakes are shown: half a word is one
+const MARGIN = 8 // pixels around the cursor that stay in view
+
+export class Editor {
+  #send
+  #connected = false
+  #control = findA("text", HTMLTextAreaElement)
+  #ink = new Ink(find("ink"))
+  #offers = new Offers(this.#control, (word) => this.#pick(word))
+  #tooltip = new Tooltip(this.#control, (x, y) => this.#explain(x, y))
+  /** @type {Draft | null} */
+  #draft = null // from when the server says that the program may be written here
+  #text = ""
+  #points = new Points("")
+  #number = 0 // of the text
+  #asking = false // about colors and mistakes
+  #edited = -Infinity // when, in milliseconds
+  #calm = 0 // the timer that shows mistakes
+  /** @type {Color[]} */
+  #colors = []
+  /** @type {Mistake[]} */
+  #mistakes = []
+  /** @type {Mistake[]} */
+  #shown = [] // of the mistakes
+  /** @type {{ start: number, end: number, asked: boolean } | null} */
+  #offering = null // for what is written here
+  /** @type {{ number: number, text: string } | null} */
+  #writing = null
+  #again = false // write once more as soon as that is done
+  #problem = "" // why the text could not be saved
+  #played = ""
+  /** @type {Map<number, string>} */
+  #places = new Map() // of the words that play, in code points of the played text
+
+  /** @param {(request: Request) => void} send asks the server for something */
+  constructor(send) {
+    this.#send = send
+    const control = this.#control
+    control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
+    control.addEventListener("keydown", (event) => this.#press(event))
+    control.addEventListener("compositionstart", () => this.#offers.hide())
+    control.addEventListener("focus", () => (find("stop-key").textContent = "Esc")) // Space is a letter here
+    control.addEventListener("blur", () => (find("stop-key").textContent = "Space"))
+    for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#offers.hide())
+    find("paper").addEventListener("scroll", () => this.#offers.hide())
+    find("write").addEventListener("click", () => this.write())
+    find("use-file").addEventListener("click", () => this.#choose("file"))
+    find("keep-mine").addEventListener("click", () => this.#choose("mine"))
+    find("swap").addEventListener("click", () => this.#draft && this.#replace(this.#draft.swap(this.#text)))
+    find("forget").addEventListener("click", () => {
+      if (this.#draft) this.#draft.other = null
+      this.#show()
+    })
+    addEventListener("keydown", (event) => {
+      const saves = (event.ctrlKey || event.metaKey) && (event.key === "Enter" || event.key === "s")
+      if (!this.open || !saves || event.isComposing) return
+      event.preventDefault()
+      if (!event.repeat) this.write()
+    })
+    addEventListener("pagehide", () => this.#draft?.keep(this.#text))
+    addEventListener("beforeunload", (event) => {
+      if (this.#draft && !this.#draft.isKept && !this.#draft.isSaved(this.#text)) event.preventDefault()
+    })
+  }
+
+  /** Whether the program can be written here. */
+  get open() {
+    return this.#draft !== null
+  }
+
+  get isSaved() {
+    return this.#draft?.isSaved(this.#text) ?? true
+  }
+
+  /** Takes what the file holds. Whether this is the first time. @param {Messages["source"]} source */
+  takeSource(source) {
+    const first = !this.#draft
+    if (!this.#draft) {
+      this.#draft = new Draft(source)
+      document.body.classList.add("editing")
+      find("file-name").textContent = source.path.split(/[\\/]/).at(-1) ?? ""
+      find("file-name").title = source.path
+      this.#set(this.#draft.begin())
+    } else {
+      const text = this.#draft.take(source, this.#text, this.#writing?.text)
+      if (text !== null) this.#set(text)
+    }
+    this.#analyze() // the robots may have changed, too
+    this.#show()
+    return first
+  }
+
+  /** @param {Messages["analyzed" | "completed" | "explained" | "written"]} message */
+  takeAnswer(message) {
+    if (message.type === "written") this.#takeWritten(message)
+    else if (message.type === "analyzed") this.#takeAnalysis(message)
+    else if (message.number !== this.#number) return
+    else if (message.type === "completed") this.#takeWords(message)
+    else this.#tooltip.show([...this.#wrongAt(message.start, message.end), message.text].join("\n"), message.picture)
+  }
+
+  /** @param {boolean} connected */
+  connect(connected) {
+    this.#connected = connected
+    this.#asking = false
+    this.#writing = null
+    if (connected && this.open) this.#analyze()
+    this.#show()
+  }
+
+  /** Saves the text, and plays it. */
+  write() {
+    if (!this.#draft || !this.#connected) return
+    if (this.#draft.changed) {
+      find("use-file").focus()
+      return
+    }
+    this.#again = this.#writing !== null
+    if (this.#writing) return
+    this.#writing = { number: this.#number, text: this.#text }
+    this.#problem = ""
+    this.#send({ type: "write", ...this.#writing, revision: this.#draft.base.revision })
+    this.#showMistakes()
+    this.#show()
+  }
+
+  /** The program that plays now. @param {{ text: string }} score */
+  show({ text }) {
+    this.#played = text.replace(/\r\n?/g, "\n")
+  }
+
+  /** Lights words of the played text, given by offset in code points. @param {Map<number, string>} places */
+  light(places) {
+    this.#places = places
+    this.#light()
+  }
+
+  /** @param {InputEvent | null} event */
+  #take(event) {
+    this.#edited = performance.now()
+    this.#tooltip.hide()
+    this.#refresh()
+    const typed = event?.inputType === "insertText" || event?.inputType === "deleteContentBackward"
+    if (typed && !event?.isComposing) this.#complete(false)
+    else this.#offers.hide()
+    this.#reveal()
+  }
+
+  /** @param {KeyboardEvent} event */
+  #press(event) {
+    if (event.isComposing) return
+    if (event.key === " " && event.ctrlKey) {
+      event.preventDefault()
+      this.#complete(true)
+    } else if (!event.ctrlKey && !event.metaKey && !event.altKey) {
+      if (this.#offers.takes(event)) event.preventDefault()
+      else if (event.key === "Escape" && this.#tooltip.open) event.preventDefault() // it closes by itself
+      else if (event.key.startsWith("Arrow") || event.key === "Enter") this.#offers.hide()
+    }
+  }
+
+  /** Puts another text in, which can't be undone: another program's edit is not one's own. @param {string} text */
+  #set(text) {
+    const { selectionStart, selectionEnd } = this.#control
+    const edit = difference(this.#control.value, text)
+    this.#control.value = text
+    const [start, end] = [selectionStart, selectionEnd].map((offset) =>
+      offset <= edit.start ? offset : Math.max(edit.start, offset + text.length - this.#text.length),
+    )
+    this.#control.setSelectionRange(start, end)
+    this.#refresh()
+  }
+
+  /** Replaces the text as if it had been typed, so that it can be undone. @param {string} text */
+  #replace(text) {
+    const { start, end, text: put } = difference(this.#control.value, text)
+    this.#control.focus()
+    this.#control.setSelectionRange(start, end)
+    const done = put ? document.execCommand("insertText", false, put) : start === end || document.execCommand("delete")
+    if (!done) this.#control.setRangeText(put, start, end, "end")
+    this.#refresh()
+    this.#reveal()
+  }
+
+  /** The text may have changed. */
+  #refresh() {
+    const text = this.#control.value
+    if (text !== this.#text) {
+      const edit = difference(this.#text, text)
+      this.#text = text
+      this.#points = new Points(text)
+      this.#number++
+      this.#colors = moved(this.#colors, edit)
+      this.#mistakes = moved(this.#mistakes, edit)
+      this.#shown = moved(this.#shown, edit)
+      this.#problem = ""
+      this.#analyze()
+    }
+    this.#draw()
+    this.#show()
+  }
+
+  #analyze() {
+    if (this.#asking || !this.#connected) return
+    this.#asking = true
+    this.#send({ type: "analyze", number: this.#number, text: wellFormed(this.#text) })
+  }
+
+  /** @param {Messages["analyzed"]} message */
+  #takeAnalysis({ number, colors, problems }) {
+    this.#asking = false
+    if (number !== this.#number) {
+      this.#analyze()
+      return
+    }
+    this.#colors = []
+    for (let i = 0, at = 0; i < colors.length; i += 3) {
+      const start = at + colors[i]
+      at = start + colors[i + 1]
+      this.#colors.push({ start: this.#points.toUnits(start), end: this.#points.toUnits(at), kind: colors[i + 2] })
+    }
+    /** @type {<T extends { start: number, end: number }>(span: T) => T} */
+    const inUnits = (span) => ({ ...span, start: this.#points.toUnits(span.start), end: this.#points.toUnits(span.end) })
+    this.#mistakes = problems.map((problem) => ({
+      ...inUnits(problem),
+      fixes: problem.fixes.map(({ title, edits }) => ({ title, edits: edits.map(inUnits) })),
+    }))
+    clearTimeout(this.#calm)
+    const rest = this.#edited + CALM - performance.now()
+    if (rest <= 0) this.#showMistakes()
+    else this.#calm = window.setTimeout(() => this.#showMistakes(), rest)
+    this.#draw()
+  }
+
+  #showMistakes() {
+    this.#shown = this.#mistakes
+    const number = this.#number
+    list(
+      this.#shown,
+      (offset) => this.#go(offset),
+      (edits) => number === this.#number && this.#replace(apply(this.#text, edits)),
+    )
+    this.#draw()
+  }
+
+  #draw() {
+    this.#ink.show(this.#text, this.#colors, this.#shown.filter(({ file }) => !file))
+    this.#control.scrollTop = 0
+    this.#light()
+  }
+
+  /** Lights what plays, where the text is still as it was played. */
+  #light() {
+    const played = new Points(this.#played)
+    const { start, end, text } = difference(this.#played, this.#text)
+    /** @type {Map<number, string>} */
+    const places = new Map()
+    for (const [place, color] of this.#places) {
+      const offset = played.toUnits(place)
+      if (offset < start) places.set(offset, color)
+      else if (offset >= end) places.set(offset + text.length - (end - start), color)
+    }
+    this.#ink.light(places)
+  }
+
+  /** @param {boolean} asked whether somebody has asked for it, instead of only writing */
+  #complete(asked) {
+    const { selectionStart, selectionEnd } = this.#control
+    this.#offering = null
+    if (selectionStart !== selectionEnd) return
+    this.#analyze()
+    this.#offering = { start: this.#number, end: selectionEnd, asked }
+    this.#send({ type: "complete", number: this.#number, offset: this.#points.toPoints(selectionEnd) })
+  }
+
+  /** @param {Messages["completed"]} message */
+  #takeWords({ start, end, words }) {
+    const [from, to] = [this.#points.toUnits(start), this.#points.toUnits(end)]
+    const offering = this.#offering
+    if (!offering || offering.end !== this.#control.selectionEnd || to !== offering.end) return
+    const begun = this.#text.slice(from, to)
+    const complete = words.some(({ word }) => word === begun)
+    if (!words.length || (!offering.asked && (!begun || complete))) {
+      this.#offers.hide()
+      return
+    }
+    this.#offering = { ...offering, start: from }
+    this.#offers.show(words, this.#ink.place(from))
+  }
+
+  /** @param {string} word */
+  #pick(word) {
+    if (!this.#offering) return
+    const { start, end } = this.#offering
+    this.#replace(this.#text.slice(0, start) + word + this.#text.slice(end))
+    this.#control.setSelectionRange(start + word.length, start + word.length)
+  }
+
+  /**
+   * @param {number} x
+   * @param {number} y
+   */
+  #explain(x, y) {
+    const word = this.#ink.wordAt(x, y)
+    if (!word) return false
+    this.#send({ type: "explain", number: this.#number, offset: this.#points.toPoints(word.start) })
+    return true
+  }
+
+  /** The messages about a place, which counts in code points. @param {number} start @param {number} end */
+  #wrongAt(start, end) {
+    const [from, to] = [this.#points.toUnits(start), this.#points.toUnits(end)]
+    return this.#shown.filter((each) => !each.file && each.start < to && each.end > from).map(({ message }) => message)
+  }
+
+  /** @param {number} offset */
+  #go(offset) {
+    this.#control.focus()
+    this.#control.setSelectionRange(offset, offset)
+    this.#reveal()
+  }
+
+  /** Scrolls to the cursor. */
+  #reveal() {
+    const paper = find("paper")
+    const { top, bottom } = paper.getBoundingClientRect()
+    const place = this.#ink.place(this.#control.selectionEnd)
+    if (place.top < top + MARGIN) paper.scrollTop -= top + MARGIN - place.top
+    else if (place.bottom > bottom - MARGIN) paper.scrollTop += place.bottom - bottom + MARGIN
+  }
+
+  /** @param {Messages["written"]} message */
+  #takeWritten({ revision, problem }) {
+    const written = this.#writing
+    this.#writing = null
+    this.#problem = problem
+    if (written && this.#draft && !problem) this.#draft.base = { ...this.#draft.base, text: written.text, revision }
+    this.#show()
+    if (this.#again) this.write()
+  }
+
+  /** @param {"file" | "mine"} which */
+  #choose(which) {
+    if (this.#draft) this.#replace(this.#draft.choose(which, this.#text))
+    this.#control.focus()
+  }
+
+  /** Shows what is saved, and the other text, if there is one. */
+  #show() {
+    const draft = this.#draft
+    if (!draft) return
+    draft.keep(this.#text)
+    const saved = draft.isSaved(this.#text)
+    const name = find("file-name").textContent
+    find("file-state").textContent =
+      this.#problem || (this.#writing ? "saving…" : saved ? "saved" : draft.isKept ? "not saved yet" : "not saved: this browser keeps nothing")
+    find("file-state").classList.toggle("wrong", Boolean(this.#problem) || (!saved && !draft.isKept))
+    find("write").setAttribute("aria-disabled", String(!this.#connected))
+    const { changed, other } = draft
+    find("versions").hidden = !changed && other === null
+    find("versions-text").textContent = changed
+      ? `Another program has changed ${name}, and your text is not saved. Choose one: the other is kept here.`
+      : "Another text is kept in this browser."
+    for (const id of ["use-file", "keep-mine"]) find(id).hidden = !changed
+    for (const id of ["swap", "forget"]) find(id).hidden = Boolean(changed)
+  }
+}
+
+/** Without halves of characters, which can't be saved. @param {string} text */
+function wellFormed(text) {
+  return text.replace(/[\uD800-\uDBFF](?![\uDC00-\uDFFF])|(?<![\uD800-\uDBFF])[\uDC00-\uDFFF]/g, "\uFFFD")
+}

@@ -32,6 +32,7 @@ export class Editor {
   #points = new Points("")
   #number = 0 // of the text
   #asking = false // about colors and mistakes
+  #analyzed = -1 // the number of the text that the server has
   #edited = -Infinity // when, in milliseconds
   #calm = 0 // the timer that shows mistakes
   /** @type {Color[]} */
@@ -56,11 +57,11 @@ export class Editor {
     const control = this.#control
     control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
     control.addEventListener("keydown", (event) => this.#press(event))
-    control.addEventListener("compositionstart", () => this.#offers.hide())
+    control.addEventListener("compositionstart", () => this.#endOffer())
     control.addEventListener("focus", () => (find("stop-key").textContent = "Esc")) // Space is a letter here
     control.addEventListener("blur", () => (find("stop-key").textContent = "Space"))
-    for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#offers.hide())
-    find("paper").addEventListener("scroll", () => this.#offers.hide())
+    for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#endOffer())
+    find("paper").addEventListener("scroll", () => this.#endOffer())
     find("write").addEventListener("click", () => this.write())
     find("use-file").addEventListener("click", () => this.#choose("file"))
     find("keep-mine").addEventListener("click", () => this.#choose("mine"))
@@ -120,6 +121,7 @@ export class Editor {
   /** @param {boolean} connected */
   connect(connected) {
     this.#connected = connected
+    this.#analyzed = -1
     this.#asking = false
     this.#writing = null
     if (connected && this.open) this.#analyze()
@@ -160,7 +162,7 @@ export class Editor {
     this.#refresh()
     const typed = event?.inputType === "insertText" || event?.inputType === "deleteContentBackward"
     if (typed && !event?.isComposing) this.#complete(false)
-    else this.#offers.hide()
+    else this.#endOffer()
     this.#reveal()
   }
 
@@ -173,7 +175,7 @@ export class Editor {
     } else if (!event.ctrlKey && !event.metaKey && !event.altKey) {
       if (this.#offers.takes(event)) event.preventDefault()
       else if (event.key === "Escape" && this.#tooltip.open) event.preventDefault() // it closes by itself
-      else if (event.key.startsWith("Arrow") || event.key === "Enter") this.#offers.hide()
+      else if (event.key.startsWith("Arrow") || event.key === "Enter") this.#endOffer()
     }
   }
 
@@ -231,6 +233,8 @@ export class Editor {
       this.#analyze()
       return
     }
+    this.#analyzed = number
+    if (this.#offering) this.#askForWords()
     this.#colors = []
     for (let i = 0, at = 0; i < colors.length; i += 3) {
       const start = at + colors[i]
@@ -286,9 +290,14 @@ export class Editor {
     const { selectionStart, selectionEnd } = this.#control
     this.#offering = null
     if (selectionStart !== selectionEnd) return
-    this.#analyze()
-    this.#offering = { start: this.#number, end: selectionEnd, asked }
-    this.#send({ type: "complete", number: this.#number, offset: this.#points.toPoints(selectionEnd) })
+    this.#offering = { start: selectionEnd, end: selectionEnd, asked }
+    if (this.#analyzed === this.#number) this.#askForWords()
+  }
+
+  /** Only once the server has the text. */
+  #askForWords() {
+    const offset = this.#points.toPoints(this.#control.selectionEnd)
+    this.#send({ type: "complete", number: this.#number, offset })
   }
 
   /** @param {Messages["completed"]} message */
@@ -298,18 +307,21 @@ export class Editor {
     if (!offering || offering.end !== this.#control.selectionEnd || to !== offering.end) return
     const begun = this.#text.slice(from, to)
     const complete = words.some(({ word }) => word === begun)
-    if (!words.length || (!offering.asked && (!begun || complete))) {
-      this.#offers.hide()
-      return
-    }
+    if (!words.length || (!offering.asked && (!begun || complete))) return this.#endOffer()
     this.#offering = { ...offering, start: from }
     this.#offers.show(words, this.#ink.place(from))
+  }
+
+  #endOffer() {
+    this.#offering = null
+    this.#offers.hide()
   }
 
   /** @param {string} word */
   #pick(word) {
     if (!this.#offering) return
     const { start, end } = this.#offering
+    this.#offering = null
     this.#replace(this.#text.slice(0, start) + word + this.#text.slice(end))
     this.#control.setSelectionRange(start + word.length, start + word.length)
   }

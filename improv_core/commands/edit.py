@@ -11,9 +11,8 @@ from zlib import crc32
 import click
 
 from improv_core.commands import parameters
-from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
-from improv_core.commands.new import create_named
+from improv_core.commands.new import make, with_ending
 from improv_core.commands.terminal import Performance, first, performance, run
 from improv_core.diagnostics import Diagnostic
 from improv_core.playback.start import Options
@@ -42,9 +41,10 @@ def command(file: Path | None, backend: str, port: int, no_browser: bool, when: 
     """
     if backend == "ros":
         raise CommandError("the page belongs to the simulator: use --backend both")
+    if file and not file.exists():
+        file = with_ending(file)
     if not file or not file.exists():
-        file = create_named(file)
-        echo(f"made {file}")
+        file = make(file)
     version = read_version(file)
     if len(version.text) > LONGEST_TEXT:
         raise CommandError(f"{file}: it is too long for the page: edit it in an editor, and use `improv watch`")

@@ -15,12 +15,19 @@ from improv_core.services.program_file import ENDING, WriteError, create
 @click.argument("name", required=False, type=click.Path(path_type=Path))
 def command(name: Path | None) -> None:
     """Make a small program to begin with: dance.improv, or the next free name."""
-    echo(f"made {create_named(name)}")
+    make(name and with_ending(name))
 
 
-def create_named(name: Path | None) -> Path:
-    """Make a program's file; its name gets the usual ending if it has none. Raises CommandError."""
+def with_ending(name: Path) -> Path:
+    """The name of a program, with the usual ending if it has none."""
+    return name if name.suffix or not name.name else name.with_name(name.name + ENDING)
+
+
+def make(path: Path | None) -> Path:
+    """Make a small program, with the first free name if none is given. Raises CommandError."""
     try:
-        return create(name.with_name(name.name + ENDING) if name and name.name and not name.suffix else name)
+        made = create(path)
     except WriteError as problem:
         raise CommandError(str(problem)) from None
+    echo(f"made {made}")
+    return made

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 
-from tests.benchmarks import continuity, faults, keystroke, requests, senses, simulator, stage, worst
+from tests.benchmarks import continuity, edit, faults, keystroke, requests, senses, simulator, stage, worst
 
 BENCHMARKS = {
     "continuity": (continuity.run, "what a save does to robots it does not change, and what it costs"),
+    "edit": (edit.run, "from `improv edit` to the first key, and from Ctrl+Enter to motion"),
     "faults": (faults.run, "from a fault to the first zero that a robot hears"),
     "keystroke": (keystroke.run, "from a keystroke to its diagnostics, beside ruff and bare pygls"),
     "requests": (requests.run, "from a request to its answer, and typing while a dance plays"),

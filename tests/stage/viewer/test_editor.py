@@ -118,8 +118,8 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     expect(offer).to_have_text(["left A quarter turn to the left."])
     page.keyboard.press("Tab")
     write(page, ")\nbo $ left\n")  # Enter is a new line, also while words are offered
-    expect(page.locator("#ink .error")).to_have_text("forwrd")
-    expect(fix).to_have_text("Change to forward")
+    expect(page.locator("#ink .error")).to_have_text(["forwrd"])
+    expect(fix).to_have_text(["Change to forward"])
     page.screenshot(path=artifacts / "edit-mistake.png")
     page.keyboard.press("Control+Enter")
     expect(page.get_by_role("alert").first).to_contain_text("dance.improv can't play")
@@ -146,7 +146,8 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     page.locator("#text").focus()
     page.keyboard.press("Escape")  # closes the tooltip
     expect(page.get_by_role("tooltip")).to_be_hidden()
-    wait(page, PLAYING)
+    beat = page.evaluate("improv.beat")
+    wait(page, f"{PLAYING} && improv.beat > {beat} + 0.5")
     page.keyboard.press("Escape")
     expect(page.locator("#state")).to_have_text("stopped")
 

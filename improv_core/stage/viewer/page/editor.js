@@ -158,7 +158,6 @@ export class Editor {
   /** @param {InputEvent | null} event */
   #take(event) {
     this.#edited = performance.now()
-    this.#tooltip.hide()
     this.#refresh()
     const typed = event?.inputType === "insertText" || event?.inputType === "deleteContentBackward"
     if (typed && !event?.isComposing) this.#complete(false)
@@ -169,12 +168,14 @@ export class Editor {
   /** @param {KeyboardEvent} event */
   #press(event) {
     if (event.isComposing) return
+    const tooltip = this.#tooltip.open
+    this.#tooltip.hide()
     if (event.key === " " && event.ctrlKey) {
       event.preventDefault()
       this.#complete(true)
     } else if (!event.ctrlKey && !event.metaKey && !event.altKey) {
       if (this.#offers.takes(event)) event.preventDefault()
-      else if (event.key === "Escape" && this.#tooltip.open) event.preventDefault() // it closes by itself
+      else if (event.key === "Escape" && tooltip) event.preventDefault()
       else if (event.key.startsWith("Arrow") || event.key === "Enter") this.#endOffer()
     }
   }

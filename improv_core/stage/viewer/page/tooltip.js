@@ -23,7 +23,7 @@ export class Tooltip {
       if (pointerType !== "mouse" || buttons) return
       this.#timer = window.setTimeout(() => (this.#place = ask(x, y) ? { left: x, top: y - 12, bottom: y + 12 } : null), REST)
     })
-    for (const kind of ["pointerleave", "pointerdown", "wheel", "keydown", "blur"]) {
+    for (const kind of ["pointerleave", "pointerdown", "wheel", "blur"]) {
       owner.addEventListener(kind, () => this.hide(), { passive: true })
     }
   }

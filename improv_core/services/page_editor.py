@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import islice
 
 from improv_core.diagnostics import Diagnostic
@@ -104,9 +105,12 @@ def _colors(analysis: Analysis) -> Iterator[int]:
     """Three integers for each colored word; the kinds are those of `semantic_tokens_legend`."""
     before = 0
     for offset, text, unknown, strange in pieces(analysis):
-        for start, end, kind, _ in colored(text, unknown, strange):
+        for start, end, kind, _ in _colored(text, unknown, strange):
             yield from (offset + start - before, end - start, kind)
             before = offset + end
+
+
+_colored = lru_cache(maxsize=10_000)(colored)
 
 
 def _problems(analysis: Analysis, robots: Robots) -> Iterator[TextProblem]:

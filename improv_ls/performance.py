@@ -25,7 +25,8 @@ from improv_core.program.report import Mistake, mistakes, summary
 from improv_core.robots.config import FILE_NAME
 from improv_core.score.movement import near
 from improv_core.score.performance import SenseEdge
-from improv_core.stage.protocol import SceneJson, State, TransportMessage, When
+from improv_core.score.senses import Key
+from improv_core.stage.protocol import DEADMAN_LIMIT, SceneJson, State, TransportMessage, When
 from improv_ls import live
 from improv_ls.documents import Document, RobotsFile, moved, name_of, path_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
@@ -33,6 +34,8 @@ from improv_ls.placing import Placing
 
 TRANSPORT_PERIOD = 1.0
 """Seconds between two messages that tell which beat is playing."""
+KEY_PERIOD = DEADMAN_LIMIT / 3
+"""Seconds between two messages that a sense's key is held: if they stop, it counts as let go."""
 DECIDED_PERIOD = 0.03
 """Seconds in which what senses decide is collected before the editor is told."""
 HINT = "this save started the dance over; with the setting improv.onSave at continue, robots you don't edit dance on"
@@ -53,6 +56,7 @@ class Performance:
         self._generation = 0  # of the one that plays
         self._edges: list[SenseEdge] = []  # what has been sensed since this scene began
         self._so_far = SoFar(edges=self._edges)  # how it has been performed
+        self._held: dict[str, asyncio.Task[None]] = {}  # keys of senses
         self._changed: asyncio.TimerHandle | None = None  # what was decided is about to be told
         self._state: State = "stopped"
         self._hinted = False
@@ -170,6 +174,32 @@ class Performance:
                 muted ^ {robot} if command == "mute" else muted, soloed ^ {robot} if command == "solo" else soloed
             )
 
+    def toggle_key(self, key: str) -> None:
+        """Hold the key of a sense until this is called again or the dance stops."""
+        if key in self._held:
+            self._held.pop(key).cancel()
+            self.conduct({"type": "key", "key": key, "held": False})
+            self._editor.say(f"{key} is released")
+        elif self._state != "playing" or not self._latest:
+            self._editor.warn("improv.key: nothing plays; save a program first")
+        elif key not in (
+            keys := {each.key for each in self._latest.analysis.cast.senses.values() if isinstance(each, Key)}
+        ):
+            known = f"one of {', '.join(sorted(keys))}" if keys else "but no sense in improv.toml has a key"
+            self._editor.warn(f"improv.key: expected the key of a sense, {known}")
+        else:
+            self._held[key] = asyncio.create_task(self._keep_held(key))
+            self._editor.say(f"{key} is held; the same command releases it")
+
+    async def _keep_held(self, key: str) -> None:
+        while True:
+            self.conduct({"type": "key", "key": key, "held": True})
+            await asyncio.sleep(KEY_PERIOD)
+
+    def _release_keys(self) -> None:
+        while self._held:
+            self._held.popitem()[1].cancel()
+
     @property
     def silenced(self) -> tuple[frozenset[str], frozenset[str]]:
         """The muted robots, and the soloed ones."""
@@ -219,6 +249,8 @@ class Performance:
         if message["type"] == "transport" and leads:
             self._stop_progress()
             self._follow(message)
+            if message["state"] in ("stopped", "ended"):
+                self._release_keys()
             self._tell_transport(message)
             if self.silenced != self._silenced:
                 self._silenced = self.silenced
@@ -288,6 +320,7 @@ class Performance:
 
     def _stop_telling(self) -> None:
         self._stop_progress()
+        self._release_keys()
         if self._changed:
             self._changed.cancel()
             self._changed = None

@@ -76,7 +76,7 @@ OPTIONS: Mapping[str, Any] = {
 }
 COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
-    for name in ("play", "restart", "hush", "pause", "resume", "cue", "seek", "speed", "mute", "solo", "page")
+    for name in ("play", "restart", "hush", "pause", "resume", "cue", "key", "seek", "speed", "mute", "solo", "page")
 }
 _NOT_SETTLED = {types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DIAGNOSTIC}
 """Messages that need not wait until every statement is up to date: they come with every key."""

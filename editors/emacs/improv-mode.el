@@ -104,6 +104,7 @@ Font lock ignores an end at point, so that is one more if there are none."
     ["Resume" improv-resume]
     ["Play from the Beginning" improv-restart]
     ["Give the Cue" improv-cue]
+    ["Hold or Release Key of a Sense…" improv-key]
     ["Go to Beat…" improv-seek]
     ["Set Speed…" improv-speed]
     ["Mute Robot…" improv-mute]
@@ -202,6 +203,11 @@ Only lines of the statement at point count."
   "Give the cue that robots wait for."
   (interactive nil improv-mode)
   (improv--execute "improv.cue"))
+
+(defun improv-key (key)
+  "Hold the KEY of a sense until you use this again or the dance stops."
+  (interactive "cKey of the sense: " improv-mode)
+  (improv--execute "improv.key" (char-to-string key)))
 
 (defun improv-seek (beat)
   "Continue from BEAT, counted from 0.  Real robots stay where they are."

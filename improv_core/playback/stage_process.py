@@ -194,9 +194,10 @@ class Stage:
             self._watch.pong(message["number"], time.monotonic())
             return
         if message["type"] == "transport":
-            moves = message["state"] in ("playing", "waiting") or bool(message.get("waits_for"))
-            self._watch.moving(moves, time.monotonic())
-            if moves:
+            plays = message["state"] == "playing"
+            may_play = message["state"] == "waiting" or bool(message.get("waits_for"))
+            self._watch.moving(plays, may_play, time.monotonic())
+            if plays or may_play:
                 self._outbox.put(_Wake())
                 with suppress(RuntimeError):
                     self._loop.call_soon_threadsafe(self._begin_to_look)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from improv_core.stage.protocol import END_LIMIT, LOADING_LIMIT
+from improv_core.stage.protocol import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
 
 PING_PERIOD = 0.1
 """Seconds between two pings. They show the stage that we are alive, and its answers show us that it is."""
 LOOK_PERIOD = PING_PERIOD / 4
 """Seconds between two checks whether the stage hangs."""
-HANG_LIMIT = 0.4
-"""Seconds without an answer after which a stage counts as hung. With the ping period, this is noticed within 0.5 s."""
-SIMULATED_HANG_LIMIT = 3.0
-"""The same for a stage without real robots, which does no harm if it is late on a busy machine."""
+HARMLESS_HANG_LIMIT = 3.0
+"""Seconds without an answer after which a stage that moves no real robots counts as hung: it does no harm if late."""
 REST = 1.0
 """Seconds after the last message until a stage that moves nothing and has answered is no longer pinged."""
 PULSE_LIMIT = 3.0
@@ -30,7 +28,8 @@ class Watch:
         self._pings = 0  # written by the writer
         self._loads_end_with = 0  # by the writer: the ping after the latest score
         self._wrote = now  # by the writer: when something other than a ping was last sent
-        self._moves = False  # by the reader: whether robots move, or may move by themselves
+        self._plays = False  # by the reader: whether robots move
+        self._moves = False  # by the reader: whether they do, or may do so by themselves
         self._moved = now  # by the reader: when it was last told that
         self._answered = now  # by the reader
         self._pongs = 0  # by the reader: the number of the latest answer
@@ -52,9 +51,9 @@ class Watch:
         """Something other than a ping is about to be sent. If the stage rested, a ping must come before it."""
         self._wrote = now
 
-    def moving(self, moves: bool, now: float) -> None:
-        """The stage says whether it moves robots, or may move them without being asked."""
-        self._moves, self._moved = moves, now
+    def moving(self, plays: bool, may_play: bool, now: float) -> None:
+        """The stage says whether it moves robots, and whether it may move them without being asked."""
+        self._plays, self._moves, self._moved = plays, plays or may_play, now
 
     def loading(self) -> None:
         """A score is being sent, followed by a ping. Until that ping is answered, the stage may take longer."""
@@ -71,12 +70,12 @@ class Watch:
     def look(self, now: float, real: bool) -> float | None:
         """The limit that the stage has exceeded, in seconds; None if it responds. Call this every LOOK_PERIOD.
 
-        `real` is whether it moves real robots.
+        `real` is whether its robots are real.
         """
         if now > self._looked + LOOK_PERIOD + PING_PERIOD:
             self._forgiven = now  # we had stalled, which says nothing about the stage
         self._looked = now
-        limit = HANG_LIMIT if real else SIMULATED_HANG_LIMIT
+        limit = HANG_LIMIT if real and self._plays else HARMLESS_HANG_LIMIT
         if self._pongs < self._loads_end_with:
             limit = LOADING_LIMIT
         return limit if now - max(self._answered, self._forgiven) > limit else None

@@ -26,6 +26,9 @@ LAST_BEAT = 1e15
 """The last beat one can seek: beyond it, numbers in JavaScript are no longer exact."""
 SILENCE_LIMIT = 0.5
 """Seconds without a ping after which a stage with real robots takes its parent for hung, and stops the robots."""
+HANG_LIMIT = 0.9
+"""Seconds without an answer after which a stage that moves real robots counts as hung. With the ping period, that is
+noticed within 1 s. Less would stop healthy stages on a busy machine."""
 LOADING_LIMIT = 10.0
 """Seconds either side may take over a new score: to read a long one, or to make a thousand robots' publishers."""
 DEADMAN_LIMIT = 0.3

@@ -49,6 +49,11 @@ def cue(ls: Session, *arguments: Any) -> None:
     ls.performance.conduct({"type": "cue"})
 
 
+def key(ls: Session, *arguments: Any) -> None:
+    """Hold the key of a sense, or release it."""
+    ls.performance.toggle_key(str(arguments[0]) if len(arguments) == 1 else "")
+
+
 def seek(ls: Session, *arguments: Any) -> None:
     """Continue from the beat that is the argument, counted from 0."""
     if len(arguments) == 1 and _is_beat(arguments[0]):

@@ -1,9 +1,10 @@
-"""The commands that show the page, play again, and give the cue."""
+"""The commands that show the page, play again, give the cue, and hold keys."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,8 +25,8 @@ def client() -> Iterator[Client]:
         yield client
 
 
-def command(client: Client, name: str) -> Any:
-    return client.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": []})
+def command(client: Client, name: str, *arguments: object) -> Any:
+    return client.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": arguments})
 
 
 def test_what_was_saved_plays_again(client: Client) -> None:
@@ -48,6 +49,40 @@ def test_the_cue_is_given() -> None:
         waiting.wait("improv/transport", lambda params: params["state"] == "playing")
         assert command(waiting, "cue") is None
         waiting.wait("improv/transport", lambda params: params["state"] == "ended")
+
+
+def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None:
+    (tmp_path / "improv.toml").write_text('[senses.go]\nkey = "g"\n[senses.halt]\nkey = "h"\n')
+    uri = (tmp_path / "dance.improv").as_uri()
+    with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as waiting:
+        command(waiting, "key", "g")
+        waiting.wait_for_line("improv.key: nothing plays; save a program first")
+        waiting.open(uri, "beat 600\nr $ until go (repeat left) until not go (repeat forward)\n")
+        waiting.save(uri)
+        waiting.wait("improv/transport", lambda params: params["state"] == "playing")
+        for wrong in ("x", "G", ""):
+            command(waiting, "key", wrong)
+            waiting.wait_for_line("improv.key: expected the key of a sense, one of g, h")
+        command(waiting, "key", "g")
+        waiting.wait_for_line("g is held; the same command releases it")
+        waiting.wait("improv/evaluated")  # it walks
+        command(waiting, "key", "g")
+        waiting.wait_for_line("g is released")
+        waiting.wait("improv/transport", lambda params: params["state"] == "ended")
+
+
+def test_a_stop_releases_the_key_of_a_sense(tmp_path: Path) -> None:
+    (tmp_path / "improv.toml").write_text('[senses.go]\nkey = "g"\n')
+    uri = (tmp_path / "dance.improv").as_uri()
+    with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as waiting:
+        waiting.open(uri, "r $ until go (repeat left) repeat 9999 forward\n")
+        for _ in range(2):
+            waiting.save(uri)
+            waiting.wait("improv/transport", lambda params: params["state"] == "playing")
+            command(waiting, "key", "g")
+            waiting.wait_for_line("g is held; the same command releases it")
+            command(waiting, "hush")
+            waiting.wait("improv/transport", lambda params: params["state"] == "stopped")
 
 
 def test_the_page_is_shown_also_before_anything_plays(client: Client) -> None:

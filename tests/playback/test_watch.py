@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.playback.watch import HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, SIMULATED_HANG_LIMIT, Watch
-from improv_core.stage.protocol import END_LIMIT, LOADING_LIMIT
+from improv_core.playback.watch import HARMLESS_HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, Watch
+from improv_core.stage.protocol import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
 
 
 class Turned:
-    """A watch over a stage with real robots, whose clock is turned look by look."""
+    """A watch over a stage that moves real robots, whose clock is turned look by look."""
 
-    def __init__(self, real: bool = True) -> None:
+    def __init__(self, real: bool = True, plays: bool = True) -> None:
         self.now = 0.0
         self.watch = Watch(self.now)
+        self.watch.moving(plays, False, self.now)
         self._real = real
 
     def exceeds(self, seconds: float) -> float | None:
@@ -35,9 +36,12 @@ class Turned:
         return self.ping()
 
 
-@pytest.mark.parametrize(("real", "limit"), [(True, HANG_LIMIT), (False, SIMULATED_HANG_LIMIT)])
-def test_a_stage_hangs_that_does_not_answer(real: bool, limit: float) -> None:
-    turned = Turned(real)
+@pytest.mark.parametrize(
+    ("real", "plays", "limit"),
+    [(True, True, HANG_LIMIT), (True, False, HARMLESS_HANG_LIMIT), (False, True, HARMLESS_HANG_LIMIT)],
+)
+def test_a_stage_hangs_that_does_not_answer(real: bool, plays: bool, limit: float) -> None:
+    turned = Turned(real, plays)
     assert turned.exceeds(limit - LOOK_PERIOD) is None
     turned.watch.pong(turned.ping(), turned.now)
     assert turned.exceeds(limit - LOOK_PERIOD) is None
@@ -86,7 +90,7 @@ def test_no_pings_go_out_while_our_event_loop_hangs() -> None:
 
 
 def test_a_stage_rests_that_moves_nothing_and_has_answered() -> None:
-    turned = Turned()
+    turned = Turned(plays=False)
     assert not turned.watch.rests(REST)
     number = turned.ping()
     assert not turned.watch.rests(10.0)
@@ -94,9 +98,9 @@ def test_a_stage_rests_that_moves_nothing_and_has_answered() -> None:
     assert turned.watch.rests(10.0)
     turned.watch.writing(10.0)
     assert not turned.watch.rests(10.0 + REST)
-    turned.watch.moving(True, 10.5)
+    turned.watch.moving(False, True, 10.5)
     assert not turned.watch.rests(20.0)
-    turned.watch.moving(False, 30.0)
+    turned.watch.moving(False, False, 30.0)
     assert not turned.watch.rests(30.0 + REST)
     assert turned.watch.rests(30.1 + REST)
 

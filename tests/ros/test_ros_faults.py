@@ -155,7 +155,7 @@ def test_a_stage_that_hangs_in_a_c_call(
 ) -> None:
     turtle = listen(TOPICS[0])
     with Server(with_python_code(ros_env, tmp_path, HANGING)) as server:
-        line = "the stage did not answer for 0.4 s: its robots were stopped; save to play again"
+        line = "the stage did not answer for 0.9 s: its robots were stopped; save to play again"
         survives(server, turtle, lambda _: (tmp_path / "hang").touch(), line, BY_STANDBY, record_property)
 
 

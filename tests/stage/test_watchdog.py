@@ -14,8 +14,7 @@ import pytest
 
 from improv_core.playback.stage_process import Heard, Stage
 from improv_core.playback.stops import Stops
-from improv_core.playback.watch import HANG_LIMIT
-from improv_core.stage.protocol import END_LIMIT, LOADING_LIMIT, ToStage
+from improv_core.stage.protocol import END_LIMIT, HANG_LIMIT, LOADING_LIMIT, ToStage, TransportMessage
 from tests.ls.client import Client
 from tests.processes import descendants, wait_until_gone
 
@@ -23,23 +22,42 @@ LIMIT = 30.0
 MARGIN = 2.0
 """Seconds that a busy machine adds."""
 READY = 'print(json.dumps({"type": "ready", "protocol": 1, "sink": "fake", "real": True}), flush=True)'
+PLAYING: TransportMessage = {
+    "type": "transport",
+    "generation": 1,
+    "restarted": 0,
+    "state": "playing",
+    "backend": "fake",
+    "tempo": 60.0,
+    "speed": 1.0,
+    "beats": None,
+    "beat": 0.0,
+    "performed": 0.0,
+    "muted": [],
+    "soloed": [],
+    "monotonic": 0.0,
+    "wall": 0.0,
+}
 PONG = 'print(json.dumps({**message, "type": "pong"}), flush=True)'
 
 
 def stage(*lines: str) -> str:
-    """A stage that says it is ready, and runs these lines for each message, among them those that have its name."""
-    return "\n".join(["import json, sys, time", READY, "for line in sys.stdin:", " message = json.loads(line)", *lines])
+    """A stage that says it moves robots, and runs these lines for each message, which is called `message` in them."""
+    moves = f"print(json.dumps({PLAYING}), flush=True)"
+    loop = ["for line in sys.stdin:", " message = json.loads(line)", *lines]
+    return "\n".join(["import json, sys, time", READY, moves, *loop])
 
 
 def told_of(code: str, *messages: ToStage) -> tuple[list[Heard], float]:
-    """What a stage that runs this code says until it has ended, and the seconds from the messages to that."""
+    """What a stage that runs this code says after it moves robots until it has ended, and the seconds to that."""
 
     async def listen() -> tuple[list[Heard], float]:
         told: list[Heard] = []
         gone = asyncio.Event()
 
         def hear(_: Stage, message: Heard, stops: int) -> None:
-            told.append(message)
+            if message["type"] != "transport":
+                told.append(message)
             if message["type"] == "gone":
                 gone.set()
 
@@ -82,10 +100,10 @@ def test_a_stage_may_take_long_to_get_ready_for_a_score_but_not_after_that() -> 
 
 def test_what_a_stage_fails_of_is_in_the_line_of_its_end_and_it_may_take_its_time() -> None:
     last = '{"type": "stopped", "message": "no such topic"}'
-    told, seconds = told_of(stage(f" print('{last}', flush=True); time.sleep({HANG_LIMIT * 2}); sys.exit(1)"))
+    told, seconds = told_of(stage(f" print('{last}', flush=True); time.sleep({HANG_LIMIT * 1.5}); sys.exit(1)"))
     assert [message["type"] for message in told] == ["stopped", "gone"]
     assert told[-1] == {"type": "gone", "message": "the stage failed: no such topic"}
-    assert HANG_LIMIT * 2 < seconds < END_LIMIT
+    assert HANG_LIMIT * 1.5 < seconds < END_LIMIT
 
 
 def test_a_stage_that_rests_hears_nothing_until_it_is_needed_and_then_a_ping_first() -> None:

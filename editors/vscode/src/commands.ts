@@ -1,6 +1,7 @@
 // The extension's own commands. The server's commands are registered by its client.
 
 import { commands, Disposable, ExtensionContext, LogOutputChannel } from "vscode";
+import { holdKey } from "./keys";
 import { stopOnSecondEscape } from "./escape";
 import { openFirstDance } from "./firstDance";
 import { showMenu } from "./menu";
@@ -22,6 +23,7 @@ export function registerCommands(
     "improv.menu": () => showMenu(playing.transport, playing.robots),
     "improv.openPage": () => playing.page.open(),
     "improv.browsePage": () => playing.page.browse(),
+    "improv.holdKey": () => holdKey(),
     "improv.escape": stopOnSecondEscape(),
     "improv.openFirstDance": () => openFirstDance(),
   };

@@ -10,10 +10,12 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 
-from improv_core.stage.protocol import FOLDER, SILENCE_LIMIT, ToStandby
+from improv_core.stage.protocol import FOLDER, HANG_LIMIT, ToStandby
 
 PULSE_PERIOD = 0.1
 """Seconds between two signs of life while robots move."""
+PATIENCE = HANG_LIMIT + PULSE_PERIOD
+"""Seconds without a sign of life after which the stage counts as hung. The parent comes first, since it says so."""
 START_LIMIT = 5.0
 """Seconds to wait until it has started; on a quiet machine it takes half a second."""
 PIPE_SIZE = 1 << 20
@@ -70,7 +72,7 @@ class Standby:
         for (topic, kind), second in self._publishers.items():
             self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
         for topic in self._moving:
-            self._tell({"type": "moves", "topic": topic, "patience": SILENCE_LIMIT})
+            self._tell({"type": "moves", "topic": topic, "patience": PATIENCE})
 
     def publish(self, topic: str, kind: str, second: bool) -> None:
         """The stage has created a publisher of a message type on a topic, on its second node or not."""
@@ -87,7 +89,7 @@ class Standby:
         """The robot on a topic is about to be told to move."""
         if topic not in self._moving:
             self._moving.add(topic)
-            self._tell({"type": "moves", "topic": topic, "patience": SILENCE_LIMIT})
+            self._tell({"type": "moves", "topic": topic, "patience": PATIENCE})
             self._pulse = self._clock() + PULSE_PERIOD
 
     def stands(self, topic: str) -> None:
@@ -97,10 +99,10 @@ class Standby:
             if not self._moving:
                 self._tell({"type": "stands"})
 
-    def live(self, patience: float = SILENCE_LIMIT) -> None:
+    def live(self, patience: float = PATIENCE) -> None:
         """A sign of life, at most once per `PULSE_PERIOD`, or at once if it needs more patience than usual."""
         now = self._clock()
-        if self._moving and (now >= self._pulse or patience != SILENCE_LIMIT):
+        if self._moving and (now >= self._pulse or patience != PATIENCE):
             self._tell({"type": "pulse", "patience": patience})
             self._pulse = now + PULSE_PERIOD
 

@@ -48,7 +48,7 @@ local function robots(typed)
   end, client and playing.robots(client.id) or {})
 end
 
-local function of_robot(command)
+local function with_argument(command)
   return function(given) execute(command, { given.args }) end
 end
 
@@ -64,11 +64,12 @@ function M.define(buffer)
   command("ImprovPause", function() execute("improv.pause") end, "Pause all robots")
   command("ImprovResume", function() execute("improv.resume") end, "Resume after a pause")
   command("ImprovCue", function() execute("improv.cue") end, "Give the cue that robots wait for")
+  command("ImprovKey", with_argument("improv.key"), "Hold the key of a sense, or release it", { nargs = 1 })
   command("ImprovRestart", function() execute("improv.restart") end, "Play the current program from the beginning")
   command("ImprovSeek", function(given) execute("improv.seek", number(given.args)) end, "Go to a beat", a_number)
   command("ImprovSpeed", function(given) execute("improv.speed", number(given.args)) end, "Set the speed", a_number)
-  command("ImprovMute", of_robot("improv.mute"), "Mute or unmute a robot", a_robot)
-  command("ImprovSolo", of_robot("improv.solo"), "Play only this robot, or all robots again", a_robot)
+  command("ImprovMute", with_argument("improv.mute"), "Mute or unmute a robot", a_robot)
+  command("ImprovSolo", with_argument("improv.solo"), "Play only this robot, or all robots again", a_robot)
   command("ImprovPage", function() execute("improv.page") end, "Show the robots in the browser")
   vim.api.nvim_create_user_command("ImprovHush", hush, { desc = "Stop all robots immediately" })
 end

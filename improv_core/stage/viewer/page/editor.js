@@ -12,6 +12,7 @@ import { Points } from "./points.js"
 import { Tooltip } from "./tooltip.js"
 
 /** @import { Request } from "./connection.js" */
+/** @import { Edit } from "./edits.js" */
 /** @import { Color } from "./ink.js" */
 /** @import { Messages } from "./messages.js" */
 /** @import { Mistake } from "./mistakes.js" */
@@ -87,8 +88,9 @@ export class Editor {
     return this.#draft !== null
   }
 
-  get isSaved() {
-    return this.#draft?.isSaved(this.#text) ?? true
+  /** Whether the text is saved and plays, or was played last. */
+  get isPlayed() {
+    return this.#text === this.#played && (this.#draft?.isSaved(this.#text) ?? true)
   }
 
   /** Takes what the file holds. Whether this is the first time. @param {Messages["source"]} source */
@@ -159,8 +161,9 @@ export class Editor {
   #take(event) {
     this.#edited = performance.now()
     this.#refresh()
-    const typed = event?.inputType === "insertText" || event?.inputType === "deleteContentBackward"
-    if (typed && !event?.isComposing) this.#complete(false)
+    // A phone's keyboard composes every word.
+    const typed = ["insertText", "insertCompositionText", "deleteContentBackward"].includes(event?.inputType ?? "")
+    if (typed) this.#complete(false)
     else this.#endOffer()
     this.#reveal()
   }
@@ -180,27 +183,39 @@ export class Editor {
     }
   }
 
-  /** Puts another text in, which can't be undone: another program's edit is not one's own. @param {string} text */
+  /** Puts another text in; the cursor stays where it is in what has not changed. @param {string} text */
   #set(text) {
-    const { selectionStart, selectionEnd } = this.#control
-    const edit = difference(this.#control.value, text)
-    this.#control.value = text
+    const { value, selectionStart, selectionEnd } = this.#control
+    const edit = difference(value, text)
     const [start, end] = [selectionStart, selectionEnd].map((offset) =>
-      offset <= edit.start ? offset : Math.max(edit.start, offset + text.length - this.#text.length),
+      offset <= edit.start ? offset : Math.max(edit.start, offset + text.length - value.length),
     )
+    this.#put(edit, text)
     this.#control.setSelectionRange(start, end)
     this.#refresh()
   }
 
-  /** Replaces the text as if it had been typed, so that it can be undone. @param {string} text */
+  /** Puts another text in, as if it had been typed. @param {string} text */
   #replace(text) {
-    const { start, end, text: put } = difference(this.#control.value, text)
     this.#control.focus()
-    this.#control.setSelectionRange(start, end)
-    const done = put ? document.execCommand("insertText", false, put) : start === end || document.execCommand("delete")
-    if (!done) this.#control.setRangeText(put, start, end, "end")
+    this.#put(difference(this.#control.value, text), text)
     this.#refresh()
     this.#reveal()
+  }
+
+  /**
+   * With the focus, the edit can be undone.
+   * @param {Edit} edit
+   * @param {string} text after it
+   */
+  #put({ start, end, text: put }, text) {
+    const control = this.#control
+    if (control.value === text) return
+    if (document.activeElement === control) {
+      control.setSelectionRange(start, end)
+      document.execCommand(put ? "insertText" : "delete", false, put)
+    }
+    if (control.value !== text) control.value = text
   }
 
   /** The text may have changed. */

@@ -94,7 +94,7 @@ function takeProgram(message) {
 function takeSource(message) {
   if (!editor.takeSource(message)) return
   controls.writes = () => {
-    const writes = !editor.isSaved || clock.transport.generation === 0
+    const writes = !editor.isPlayed
     if (writes) editor.write()
     return writes
   }

@@ -1,1 +1,1 @@
-"""What the command line and the language server share, and neither is."""
+"""What the command line and the server share and neither is."""

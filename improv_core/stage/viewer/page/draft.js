@@ -40,7 +40,7 @@ export class Draft {
    * Takes what the file holds now, while the page has a text. Returns the text to show, if that is another.
    * @param {Source} source
    * @param {string} text
-   * @param {string | undefined} writing the text that is just being saved
+   * @param {string | null} writing the text that is just being saved
    */
   take(source, text, writing) {
     const clean = text === this.base.text && !this.changed

@@ -1,14 +1,14 @@
 // @ts-check
 // The program as text that can be written. The text control is the browser's own; this module keeps what belongs to it
-// up to date: colors, mistakes, offers, hovers, what is saved, and what plays.
+// up to date: colors, mistakes, offers, hovers, and the words that play.
 
-import { Draft } from "./draft.js"
 import { apply, difference, moved } from "./edits.js"
 import { find, findA } from "./elements.js"
 import { Ink } from "./ink.js"
 import { list } from "./mistakes.js"
 import { Offers } from "./offers.js"
 import { Points } from "./points.js"
+import { Saving } from "./saving.js"
 import { Tooltip } from "./tooltip.js"
 
 /** @import { Request } from "./connection.js" */
@@ -27,8 +27,6 @@ export class Editor {
   #ink = new Ink(find("ink"))
   #offers = new Offers(this.#control, (word) => this.#pick(word))
   #tooltip = new Tooltip(this.#control, (x, y) => this.#explain(x, y))
-  /** @type {Draft | null} */
-  #draft = null // from when the server says that the program may be written here
   #text = ""
   #points = new Points("")
   #number = 0 // of the text
@@ -44,10 +42,6 @@ export class Editor {
   #shown = [] // of the mistakes
   /** @type {{ start: number, end: number, asked: boolean } | null} */
   #offering = null // for what is written here
-  /** @type {{ number: number, text: string } | null} */
-  #writing = null
-  #again = false // write once more as soon as that is done
-  #problem = "" // why the text could not be saved
   #played = ""
   /** @type {Map<number, string>} */
   #places = new Map() // of the words that play, in code points of the played text
@@ -63,57 +57,34 @@ export class Editor {
     control.addEventListener("blur", () => (find("stop-key").textContent = "Space"))
     for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#endOffer())
     find("paper").addEventListener("scroll", () => this.#endOffer())
-    find("write").addEventListener("click", () => this.write())
-    find("use-file").addEventListener("click", () => this.#choose("file"))
-    find("keep-mine").addEventListener("click", () => this.#choose("mine"))
-    find("swap").addEventListener("click", () => this.#draft && this.#replace(this.#draft.swap(this.#text)))
-    find("forget").addEventListener("click", () => {
-      if (this.#draft) this.#draft.other = null
-      this.#show()
-    })
-    addEventListener("keydown", (event) => {
-      const saves = (event.ctrlKey || event.metaKey) && (event.key === "Enter" || event.key === "s")
-      if (!this.open || !saves || event.isComposing) return
-      event.preventDefault()
-      if (!event.repeat) this.write()
-    })
-    addEventListener("pagehide", () => this.#draft?.keep(this.#text))
-    addEventListener("beforeunload", (event) => {
-      if (this.#draft && !this.#draft.isKept && !this.#draft.isSaved(this.#text)) event.preventDefault()
+    this.saving = new Saving(send, {
+      getText: () => this.#text,
+      set: (text) => this.#set(text),
+      replace: (text) => this.#replace(text),
+      wrote: () => this.#showMistakes(),
     })
   }
 
   /** Whether the program can be written here. */
   get open() {
-    return this.#draft !== null
+    return this.saving.open
   }
 
   /** Whether the text is saved and plays, or was played last. */
   get isPlayed() {
-    return this.#text === this.#played && (this.#draft?.isSaved(this.#text) ?? true)
+    return this.#text === this.#played && this.saving.isSaved
   }
 
   /** Takes what the file holds. Whether this is the first time. @param {Messages["source"]} source */
   takeSource(source) {
-    const first = !this.#draft
-    if (!this.#draft) {
-      this.#draft = new Draft(source)
-      document.body.classList.add("editing")
-      find("file-name").textContent = source.path.split(/[\\/]/).at(-1) ?? ""
-      find("file-name").title = source.path
-      this.#set(this.#draft.begin())
-    } else {
-      const text = this.#draft.take(source, this.#text, this.#writing?.text)
-      if (text !== null) this.#set(text)
-    }
+    const first = this.saving.takeSource(source)
     this.#analyze() // the robots may have changed, too
-    this.#show()
     return first
   }
 
   /** @param {Messages["analyzed" | "completed" | "explained" | "written"]} message */
   takeAnswer(message) {
-    if (message.type === "written") this.#takeWritten(message)
+    if (message.type === "written") this.saving.takeWritten(message)
     else if (message.type === "analyzed") this.#takeAnalysis(message)
     else if (message.number !== this.#number) return
     else if (message.type === "completed") this.#takeWords(message)
@@ -125,25 +96,8 @@ export class Editor {
     this.#connected = connected
     this.#analyzed = -1
     this.#asking = false
-    this.#writing = null
     if (connected && this.open) this.#analyze()
-    this.#show()
-  }
-
-  /** Saves the text, and plays it. */
-  write() {
-    if (!this.#draft || !this.#connected) return
-    if (this.#draft.changed) {
-      find("use-file").focus()
-      return
-    }
-    this.#again = this.#writing !== null
-    if (this.#writing) return
-    this.#writing = { number: this.#number, text: this.#text }
-    this.#problem = ""
-    this.#send({ type: "write", ...this.#writing, revision: this.#draft.base.revision })
-    this.#showMistakes()
-    this.#show()
+    this.saving.connect(connected)
   }
 
   /** The program that plays now. @param {{ text: string }} score */
@@ -220,7 +174,7 @@ export class Editor {
 
   /** The text may have changed. */
   #refresh() {
-    const text = this.#control.value
+    const text = wellFormed(this.#control.value)
     if (text !== this.#text) {
       const edit = difference(this.#text, text)
       this.#text = text
@@ -229,17 +183,16 @@ export class Editor {
       this.#colors = moved(this.#colors, edit)
       this.#mistakes = moved(this.#mistakes, edit)
       this.#shown = moved(this.#shown, edit)
-      this.#problem = ""
       this.#analyze()
+      this.saving.edited()
     }
     this.#draw()
-    this.#show()
   }
 
   #analyze() {
     if (this.#asking || !this.#connected) return
     this.#asking = true
-    this.#send({ type: "analyze", number: this.#number, text: wellFormed(this.#text) })
+    this.#send({ type: "analyze", number: this.#number, text: this.#text })
   }
 
   /** @param {Messages["analyzed"]} message */
@@ -373,42 +326,6 @@ export class Editor {
     const place = this.#ink.place(this.#control.selectionEnd)
     if (place.top < top + MARGIN) paper.scrollTop -= top + MARGIN - place.top
     else if (place.bottom > bottom - MARGIN) paper.scrollTop += place.bottom - bottom + MARGIN
-  }
-
-  /** @param {Messages["written"]} message */
-  #takeWritten({ revision, problem }) {
-    const written = this.#writing
-    this.#writing = null
-    this.#problem = problem
-    if (written && this.#draft && !problem) this.#draft.base = { ...this.#draft.base, text: written.text, revision }
-    this.#show()
-    if (this.#again) this.write()
-  }
-
-  /** @param {"file" | "mine"} which */
-  #choose(which) {
-    if (this.#draft) this.#replace(this.#draft.choose(which, this.#text))
-    this.#control.focus()
-  }
-
-  /** Shows what is saved, and the other text, if there is one. */
-  #show() {
-    const draft = this.#draft
-    if (!draft) return
-    draft.keep(this.#text)
-    const saved = draft.isSaved(this.#text)
-    const name = find("file-name").textContent
-    find("file-state").textContent =
-      this.#problem || (this.#writing ? "saving…" : saved ? "saved" : draft.isKept ? "not saved yet" : "not saved: this browser keeps nothing")
-    find("file-state").classList.toggle("wrong", Boolean(this.#problem) || (!saved && !draft.isKept))
-    find("write").setAttribute("aria-disabled", String(!this.#connected))
-    const { changed, other } = draft
-    find("versions").hidden = !changed && other === null
-    find("versions-text").textContent = changed
-      ? `Another program has changed ${name}, and your text is not saved. Choose one: the other is kept here.`
-      : "Another text is kept in this browser."
-    for (const id of ["use-file", "keep-mine"]) find(id).hidden = !changed
-    for (const id of ["swap", "forget"]) find(id).hidden = Boolean(changed)
   }
 }
 

@@ -95,7 +95,7 @@ function takeSource(message) {
   if (!editor.takeSource(message)) return
   controls.writes = () => {
     const writes = !editor.isPlayed
-    if (writes) editor.write()
+    if (writes) editor.saving.write()
     return writes
   }
   panels.openScore()

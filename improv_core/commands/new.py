@@ -14,7 +14,10 @@ from improv_core.services.program_file import ENDING, WriteError, create
 @click.command("new")
 @click.argument("name", required=False, type=click.Path(path_type=Path))
 def command(name: Path | None) -> None:
-    """Make a small program to begin with: dance.improv, or the next free name."""
+    """Make a small program to begin with.
+
+    Without NAME, it is dance.improv or the next free name.
+    """
     make(name and with_ending(name))
 
 

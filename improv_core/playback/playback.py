@@ -21,7 +21,9 @@ from improv_core.score.score import Score
 from improv_core.score.score_json import Written, to_json
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
+    Answer,
     Cue,
+    Editing,
     Force,
     Form,
     Held,
@@ -36,6 +38,7 @@ from improv_core.stage.protocol import (
     Seek,
     Sensed,
     Silence,
+    Source,
     Speed,
     ToStage,
     TransportMessage,
@@ -57,6 +60,8 @@ Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How a person changes what plays, apart from stopping, pausing and resuming it."""
 Mistake = tuple[str, int, int, str, str]
 """What keeps a program from being played: the file, the line and the column from 1, the word there, and a message."""
+Edit = Callable[[Editing, int], None]
+"""What obeys a page on which somebody edits the program, with the count of stops at that moment."""
 News = Heard | Place | Form
 """What a listener gets: a message from a stage, its end, or new start poses of robots that were dragged."""
 
@@ -119,15 +124,21 @@ class Playback:
     """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
 
     `listen` gets every message from a stage, and whether that stage leads. Use it from one event loop only, except
-    `stops`. While the stages are open, `improv stop` stops them.
+    `stops`. While the stages are open, `improv stop` stops them. Without `edit`, no page can edit the program.
     """
 
     def __init__(
-        self, options: Options, listen: Callable[[News, bool], None], stops: Stops, start: Start = start_stage
+        self,
+        options: Options,
+        listen: Callable[[News, bool], None],
+        stops: Stops,
+        start: Start = start_stage,
+        edit: Edit | None = None,
     ) -> None:
         self.options = options
         self.stops = stops
         self._listen = listen
+        self._edit = edit
         self._start = start
         self._socket: StopSocket | None = None
         self._leader: RunningStage | None = None
@@ -142,7 +153,7 @@ class Playback:
         self._latest: Asked | None = None
         self._behind = 0.0  # how many seconds the twin plays behind the leading stage
         self._entered: TransportMessage | None = None  # the first message of the latest score's playing
-        self._kept: dict[str, Speed | Silence | Program] = {}  # also sent to new stages
+        self._kept: dict[str, Speed | Silence | Program | Source] = {}  # also sent to new stages
         self._opening = asyncio.Lock()
         self._ends = 0  # how often everything had to end
         self._reviving: set[asyncio.Task[None]] = set()
@@ -202,6 +213,14 @@ class Playback:
         self._kept["program"] = program
         for stage in self._stages:
             stage.send(program)
+
+    def tell_pages(self, message: Source | Answer) -> None:
+        """Tell pages what they may edit, now and when they are opened, or answer one of them."""
+        if message["type"] == "source":
+            self._kept["source"] = message
+        for stage in self._stages:
+            if "page" in stage.ready:
+                stage.send(message)
 
     async def open(self) -> None:
         """Start the stages unless they are running. Raises StageError."""
@@ -463,6 +482,9 @@ class Playback:
             self.silence(request["muted"], request["soloed"])
         elif request["type"] == "place" or request["type"] == "form":
             self._listen(request, True)
+        elif request["type"] == "editing":
+            if self._edit:
+                self._edit(request, asked)
         elif request["type"] == "resume":
             self.resume(asked)
         elif request["type"] != "hush" and request["type"] != "pause":

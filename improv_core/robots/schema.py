@@ -110,6 +110,7 @@ _ROBOT = {
         default="the profile's",
         choices=MESSAGES,
     ),
+    "frame": Key("the `frame_id` of its `TwistStamped` messages", default='`"base_link"`', example='"anna/base_link"'),
     "reset": Key(
         "a service of type `std_srvs/srv/Empty` that moves it back to its start", default="none", example='"/reset"'
     ),
@@ -164,6 +165,12 @@ _PROFILE = {
     "noise": _number(
         "the standard deviation of that, which changes ten times a second", "shares of the speed", 0, 0.5, "0"
     ),
+    "smooth": Key(
+        "begin and end each movement gently, for robots that are tall or heavy",
+        "boolean",
+        default="false",
+        example="true",
+    ),
     "near": _number(
         "how far ahead the sense `near` looks in the simulator, from the robot's rim", "meters", 0.001, 100, "one step"
     ),
@@ -176,6 +183,12 @@ _ROS = {
         "the name of Improv's node, for its services and parameters",
         default="`improv_HOST_PID`",
         example='"conductor"',
+    ),
+    "publish": Key(
+        "publish what plays, for rviz, Foxglove, and monitors: paths, markers, the position, and diagnostics",
+        "boolean",
+        default="false",
+        example="true",
     ),
     "use_sim_time": Key(
         "stamp messages with the time on `/clock`, for simulated robots", "boolean", default="false", example="true"

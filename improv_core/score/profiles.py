@@ -30,7 +30,8 @@ class Profile:
     make, in both directions. `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in
     the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as
     the score says, or as motors would. With motors, `wheel_error` holds how far its left and right wheels really roll
-    for each meter that their encoders count, and `noise` the standard deviation of that, as a share. `near`: meters
+    for each meter that their encoders count, and `noise` the standard deviation of that, as a share. `smooth`: whether
+    its movements begin and end gently, stretch by stretch. `near`: meters
     ahead of it in which it senses what is near; None is one step.
     """
 
@@ -52,6 +53,7 @@ class Profile:
     dynamics: str = "ideal"
     wheel_error: Sequence[float] = (1.0, 1.0)
     noise: float = 0.0
+    smooth: bool = False
     near: float | None = None
 
     @property
@@ -66,8 +68,15 @@ class Profile:
 
     def told(self, twist: Twist) -> Twist:
         """What the real robot is told so that it moves like this: balanced by `left_right`, and within its limits."""
-        balanced = twist if self.left_right == 1 else twist.balanced(self.left_right, self.wheel_separation)
-        return balanced.within(self.max_linear, self.max_angular)
+        return self.limited(self.balanced(twist))
+
+    def balanced(self, twist: Twist) -> Twist:
+        """The twist that makes a base that pulls to one side move like this."""
+        return twist if self.left_right == 1 else twist.balanced(self.left_right, self.wheel_separation)
+
+    def limited(self, twist: Twist) -> Twist:
+        """This twist, or a slower one if it exceeds a limit."""
+        return twist.within(self.max_linear, self.max_angular)
 
     def __post_init__(self) -> None:
         for name in ("motions", "wheel_error"):

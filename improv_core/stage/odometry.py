@@ -64,7 +64,7 @@ class Odometry:
         for robot in self._tracks.keys() - parts.keys():
             del self._tracks[robot]
         for robot, part in parts.items():
-            if not part.odom:
+            if not part.odom and part.profile.dynamics == "ideal":
                 self._tracks.pop(robot, None)
             elif robot not in self._tracks:
                 self._tracks[robot] = _Track(at, part.entered or part.start)
@@ -85,11 +85,11 @@ class Odometry:
         track = self._tracks.get(raw.robot)
         if not track:
             return None
-        jumped = track.jumped(raw)
-        if jumped:
-            what = f"the odometry of {raw.robot} jumped by {jumped:.2f} m"
+        jump = track.jump(raw)
+        if jump and track.frame:
+            what = f"the odometry of {raw.robot} jumped by {jump}"
             self._lines.append(f"{what}: Improv assumes that it started over, and that {raw.robot} did not move")
-        return track.take(raw, jumped is not None)
+        return track.take(raw, bool(jump))
 
     def news(self) -> Iterable[str]:
         """The lines to tell since the last call."""
@@ -142,16 +142,16 @@ class _Track:
         self.fastest = max(self.fastest, 2 * math.hypot(twist.x, twist.y, twist.z))
         self.fastest_turn = max(self.fastest_turn, 2 * abs(twist.yaw))
 
-    def jumped(self, raw: RawPose) -> float | None:
-        """By how many meters a frame jumped that never does; None if it didn't."""
+    def jump(self, raw: RawPose) -> str:
+        """How far a frame jumped that never does, in words; empty if it didn't."""
         before = self.latest
         if raw.source != CONTINUOUS or not before or raw.at <= before.at:
-            return None
+            return ""
         passed, far = raw.at - before.at, _distance(before.pose, raw.pose)
         turn = abs(math.remainder(raw.pose.heading - before.pose.heading, math.tau))
         if far < JUMP + self.fastest * passed and turn < JUMP_TURN + self.fastest_turn * passed:
-            return None
-        return far
+            return ""
+        return f"{far:.2f} m and {math.degrees(turn):.0f} degrees"
 
     def take(self, raw: RawPose, jumped: bool) -> Comparison | None:
         before, self.latest = self.latest, raw

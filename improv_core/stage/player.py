@@ -62,7 +62,7 @@ LATE = 0.5
 should have."""
 
 MEASURE_PERIOD = 0.05
-"""Seconds between two poses of a simulated robot that count as measured."""
+"""Seconds in which a simulated robot is measured once."""
 REST = 1.0
 """Seconds after robots were told to stop in which they are still measured: it takes them that long at most."""
 
@@ -85,7 +85,7 @@ class Player:
         self._speed = Fraction(1)
         self._transport = Transport(0.0, 0.0, 0, EMPTY.tempo)
         self._odometry = Odometry()
-        self._measured_at = -math.inf  # the performance time of the latest poses of simulated robots
+        self._measured = -math.inf  # the period in which simulated robots were measured last
         self._measured_until = -math.inf  # the time on the clock at which robots that stop have come to rest
         self._queue = SetpointQueue(self._send, lambda robot: self._state == "playing" and self._is_silent(robot))
         self._next: Swap | None = None
@@ -424,8 +424,8 @@ class Player:
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
         self._queue.restart({*old, *score.parts}, performed)
-        self._next, self._advanced, self._measured_at = None, 0.0, -math.inf
-        self._odometry.cast(score.parts, now)
+        self._next, self._advanced, self._measured = None, 0.0, -math.inf
+        self._odometry.begin(score.parts, now)
         self._sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
         self._queue.stop_leaving(old, score.parts, 0.0)
         self._listeners.forget()
@@ -700,8 +700,9 @@ class Player:
     def _advance_sink(self, performed: float) -> None:
         self._sink.advance(performed)
         self._advanced = max(self._advanced, performed)
-        if performed >= self._measured_at + MEASURE_PERIOD and not self._sink.real and self._odometry.robots:
-            self._measured_at, at = performed, self._transport.clock(performed)
+        period = performed // MEASURE_PERIOD
+        if period > self._measured and not self._sink.real and self._odometry.robots:
+            self._measured, at = period, self._transport.clock(performed)
             poses = [each for each in self._sink.poses().items() if each[0] in self._odometry.robots]
             self.measure([RawPose(robot, SIMULATED, pose, at) for robot, pose in poses], at)
 
@@ -733,6 +734,8 @@ class Player:
         raw, pose, ideal, aligned = comparison
         return {
             "source": raw.source,
+            "frame": raw.frame,
+            "origin": to_pose_json(raw.pose.then(pose.inverse())),
             "pose": to_pose_json(pose),
             "ideal": to_pose_json(ideal),
             "aligned": aligned,

@@ -145,7 +145,8 @@ def _tell_edges(edges: Iterable[Edge]) -> None:
 
 def _tell_poses(poses: Iterable[RawPose]) -> None:
     told: list[MeasuredPose] = [
-        {"robot": robot, "source": source, "pose": to_pose_json(pose), "at": at} for robot, source, pose, at in poses
+        {"robot": robot, "source": source, "pose": to_pose_json(pose), "at": at, "frame": frame}
+        for robot, source, pose, at, frame in poses
     ]
     if told:
         _tell({"type": "poses", "poses": told})

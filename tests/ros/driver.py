@@ -109,7 +109,7 @@ def pose() -> Any:
     """The next pose: robot, source, x, y, heading; and how long ago it came."""
     while not isinstance(found := edges.get(timeout=LIMIT), RawPoses):
         pass
-    robot, source, where, at = found.poses[0]
+    robot, source, where, at, _ = found.poses[0]
     return [robot, source, where.x, where.y, round(where.heading, 6)], time.monotonic() - at
 
 

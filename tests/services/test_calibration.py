@@ -150,6 +150,8 @@ def test_poses_count_if_they_came_all_the_time(begin: float, end: float, aligned
         pose = to_pose_json(Pose())
         return {
             "source": "geometry_msgs/PoseStamped",
+            "frame": "map",
+            "origin": pose,
             "pose": pose,
             "ideal": pose,
             "aligned": aligned,

@@ -169,8 +169,21 @@ def test_odometry_that_jumps_has_started_over_but_localization_has_corrected_its
     robot.pose(Pose(1.8))
     robot.run(0.05)
     assert robot.off(Pose(-5.98)) == (off, 0)
-    line = "the odometry of r jumped by 7.78 m: Improv assumes that it started over, and that r did not move"
+    what = "the odometry of r jumped by 7.78 m and 0 degrees"
+    line = f"{what}: Improv assumes that it started over, and that r did not move"
     assert robot.lines == ([line] if jumps else [])
+
+
+def test_a_reset_between_two_performances_is_no_jump() -> None:
+    robot = Robot()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(3)
+    robot.pose(Pose(2, 2, 0, math.pi / 2))
+    robot.play()
+    robot.run(0.05)
+    assert robot.off(Pose()) == (0, 0)
+    assert robot.lines == []
 
 
 def test_simulated_robots_are_measured_in_their_world() -> None:

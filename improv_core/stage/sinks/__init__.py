@@ -25,12 +25,13 @@ class Edge:
 
 class RawPose(NamedTuple):
     """Where a robot is in the frame of its source: the type of the message, or the simulator. `at` is when it came, in
-    monotonic seconds."""
+    monotonic seconds, and `frame` the name of that frame."""
 
     robot: str
     source: str
     pose: Pose
     at: float
+    frame: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Serialized messages with velocities, texts, and poses. Standard library only.
 
-CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after a four-byte header, each field is aligned to its own size. An
-empty string is its length, 1, and a zero byte; three more bytes align the first float64.
+CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after a four-byte header, each field is aligned to its own size. A
+string is its length, its bytes, and a zero byte.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ SECOND = 1_000_000_000
 
 _HEADER = b"\x00\x01\x00\x00"
 _TWIST = struct.Struct("<4s6d")
-_STAMP = struct.Struct("<4siII4x")
+_STAMP = struct.Struct("<4siI")
 _VELOCITY = slice(len(_HEADER), None)
 
 
@@ -27,8 +27,7 @@ def twist_message(twist: Twist) -> bytes:
 
 def string_message(text: str) -> bytes:
     """A `std_msgs/String`."""
-    data = text.encode() + b"\0"
-    return _HEADER + struct.pack("<I", len(data)) + data
+    return _HEADER + _string(text)
 
 
 def string_of(message: bytes) -> str:
@@ -38,9 +37,15 @@ def string_of(message: bytes) -> str:
     return message[len(_HEADER) + 4 : -1].decode()
 
 
-def stamped(message: bytes, time: int) -> bytes:
-    """A Twist as a TwistStamped of this time, in nanoseconds."""
-    return _STAMP.pack(_HEADER, *divmod(time, SECOND), 1) + message[_VELOCITY]
+def frame_field(frame: str) -> bytes:
+    """The `frame_id` of a header, for `stamped`: as long as it takes to align the velocity after it."""
+    data = _string(frame)
+    return data + bytes(-len(data) % 8)  # the stamp before it has eight bytes
+
+
+def stamped(message: bytes, time: int, frame: bytes) -> bytes:
+    """A Twist as a TwistStamped of this time, in nanoseconds, and this `frame_field`."""
+    return _STAMP.pack(_HEADER, *divmod(time, SECOND)) + frame + message[_VELOCITY]
 
 
 def odometry_message(pose: Pose, time: int) -> bytes:
@@ -49,6 +54,14 @@ def odometry_message(pose: Pose, time: int) -> bytes:
     half = pose.heading / 2
     numbers = struct.pack("<7d", pose.x, pose.y, pose.z, 0.0, 0.0, math.sin(half), math.cos(half))
     return _HEADER + struct.pack("<iI", *divmod(time, SECOND)) + frames + numbers + bytes(8 * (36 + 6 + 36))
+
+
+def frame_in(message: bytes) -> str:
+    """The frame in a message that begins with a header. What is no text becomes replacement characters."""
+    order = "<" if message[1] & 1 else ">"
+    (length,) = struct.unpack_from(f"{order}I", message, len(_HEADER) + 8)  # after the stamp
+    begin = len(_HEADER) + 12
+    return message[begin : begin + length].rstrip(b"\0").decode(errors="replace")
 
 
 def pose_in(message: bytes, texts: int) -> Pose | None:
@@ -71,3 +84,8 @@ def pose_in(message: bytes, texts: int) -> Pose | None:
     if not all(map(math.isfinite, (x, y, z, *turn))) or not any(turn):
         return None
     return Pose(x, y, z, math.atan2(2 * (w * k + i * j), w * w + i * i - j * j - k * k))
+
+
+def _string(text: str) -> bytes:
+    data = text.encode() + b"\0"
+    return struct.pack("<I", len(data)) + data

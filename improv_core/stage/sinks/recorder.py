@@ -14,7 +14,15 @@ from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
 from improv_core.stage.protocol import Decided, Measured, Sensed, read_from_stage
 from improv_core.stage.sinks import Edge
-from improv_core.stage.sinks.cdr import SECOND, odometry_message, stamped, string_message, string_of, twist_message
+from improv_core.stage.sinks.cdr import (
+    SECOND,
+    frame_field,
+    odometry_message,
+    stamped,
+    string_message,
+    string_of,
+    twist_message,
+)
 
 _VECTOR3 = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z"
 _TWIST = "Vector3 linear\nVector3 angular"
@@ -96,7 +104,7 @@ class Recorder:
         self._writer = Writer(file)
         self._writer.start(profile="ros2")
         self._start = start
-        self._robots: dict[str, tuple[Profile, int]] = {}  # and the channel of each
+        self._robots: dict[str, tuple[Profile, bytes, int]] = {}  # and the frame and the channel of each
         self._odometry: dict[str, str] = {}  # the topics of poses
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
@@ -120,7 +128,8 @@ class Recorder:
     def prepare(self, score: Score, restart: bool) -> None:
         for robot, part in score.parts.items():
             kind = "TwistStamped" if part.profile.message == "TwistStamped" else "Twist"
-            self._robots[robot] = part.profile, self._channel(part.topic, f"geometry_msgs/msg/{kind}")
+            channel = self._channel(part.topic, f"geometry_msgs/msg/{kind}")
+            self._robots[robot] = part.profile, frame_field(part.frame), channel
             if part.odom:
                 self._odometry[robot] = part.odom
 
@@ -140,10 +149,10 @@ class Recorder:
         """Record a command at a Unix time in nanoseconds. Raises ValueError if it is not finite, and OSError."""
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
-        profile, channel = self._robots[robot]
+        profile, frame, channel = self._robots[robot]
         data = twist_message(profile.told(twist))
         if profile.message == "TwistStamped":
-            data = stamped(data, time)
+            data = stamped(data, time, frame)
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
         first, last = self._times or (time, time)
         self._times = min(first, time), max(last, time)

@@ -17,9 +17,10 @@ from improv_core.score.senses import Topic as SenseTopic
 from improv_core.stage.discovery import described, limited
 from improv_core.stage.protocol import LOADING_LIMIT, FromStage
 from improv_core.stage.sinks import Edge, RawPoses
-from improv_core.stage.sinks.cdr import twist_message
+from improv_core.stage.sinks.cdr import frame_field, twist_message
 from improv_core.stage.sinks.ros_listening import Listening
-from improv_core.stage.sinks.ros_nodes import READER, STANDBY, Nodes, is_harmless, node_name, without_name
+from improv_core.stage.sinks.ros_nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
+from improv_core.stage.sinks.ros_publishing import Publishing
 from improv_core.stage.sinks.ros_reader import Reader
 from improv_core.stage.sinks.ros_requests import Ask, Requests
 from improv_core.stage.sinks.ros_reset import Resets
@@ -75,6 +76,7 @@ class Ros:
         self._resets = Resets(self._node, now)
         self._listening = Listening(self._node, hear, now)
         self._reader = Reader(node_name() + READER, hear, now)
+        self._publishing = Publishing(node_name() + PUBLISHER, arguments, now)
         self._robots: dict[str, _Robot] = {}
         self._topics: dict[str, Topic] = {}
         self._cast: list[str] = []
@@ -90,6 +92,14 @@ class Ros:
     def show(self, message: FromStage) -> None:
         """Show what the stage says of itself to those in ROS 2."""
         self._requests.show(message)
+        self._publishing.show(message)
+        if message["type"] == "transport":
+            zero = message["monotonic"] - message["performed"]
+            self._publishing.health.zero = zero if message["state"] == "playing" else None
+
+    def announce(self, score: Score, generation: int) -> None:
+        """Show a score, before it plays, to those in ROS 2."""
+        self._publishing.take(score, generation)
 
     def meet(self, score: Score) -> None:
         """Create publishers for new topics, so that listeners are found before the score begins."""
@@ -104,13 +114,16 @@ class Ros:
         self._standby.live(LOADING_LIMIT)
         self._listening.take(score.safety)
         parts = score.parts
+        self._publishing.health.keep(parts.keys())
+        if restart:
+            self._publishing.health.zero = None  # performance time starts over
         self._reader.read(_read_from_topics(parts), {name: part.odom for name, part in parts.items() if part.odom})
         self._cast = list(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
         self._advertise_new(score, at_once=not restart)
         for robot, part in parts.items():
             self._topics[part.topic].take(part.profile.message)
-            self._robots[robot] = _Robot(part, self._topics[part.topic])
+            self._robots[robot] = _Robot(part, self._topics[part.topic], frame_field(part.frame))
         if restart:
             self._standby_until = self._now() + STANDBY_LIMIT
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
@@ -140,6 +153,7 @@ class Ros:
                 found[robot] = (
                     f"no time has arrived on /clock, so messages on {topic.name} are stamped 0: start the simulation"
                 )
+        self._publishing.health.asked(self._cast if robots is None else robots, found)
         return found
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
@@ -148,8 +162,9 @@ class Ros:
         if self._standby.problem:
             found[self._standby.problem] = self._standby.problem
         found |= self._listening.warnings()
-        if self._reader.problem:
-            found[self._reader.problem] = self._reader.problem
+        for problem in (self._reader.problem, self._publishing.problem):
+            if problem:
+                found[problem] = problem
         clocked = not self._clock.ros_time_is_active and self._node.count_publishers("/clock")
         for robot in asked:
             topic = self._topic(robot)
@@ -176,17 +191,19 @@ class Ros:
         message = known.message_of(twist)
         known.moves_since = None if stands else known.moves_since or self._now()
         if not stands:
-            self._standby.moves(known.topic.name)
-        known.topic.publish(message, self._clock)
+            self._standby.moves(known.topic.name, known.part.frame)
+        known.topic.publish(message, self._clock, known.frame)
         if stands:
             self._standby.stands(known.topic.name)
+        self._publishing.health.sent(robot, at, self._now(), known.is_clipped)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: real robots stay where they are."""
 
     def advance(self, to: float) -> None:
-        """Tell the standby that the stage is alive. Real robots need nothing."""
+        """Tell the standby that the stage is alive, and the publisher how that goes. Real robots need nothing."""
         self._standby.live()
+        self._publishing.report()
 
     def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
         self.advance(to)
@@ -201,6 +218,7 @@ class Ros:
     def close(self) -> None:
         self._standby.close()
         self._reader.close()
+        self._publishing.close()
         time.sleep(LINGER)
         self._closing.set()
         self._executor.shutdown()
@@ -282,8 +300,10 @@ class _Robot:
 
     part: Part
     topic: Topic
+    frame: bytes
     twist: Twist | None = None
     message: bytes = b""
+    is_clipped: bool = False
     moves_since: float | None = None
 
     def message_of(self, twist: Twist) -> bytes:
@@ -291,6 +311,8 @@ class _Robot:
         if twist is not self.twist:
             if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
                 raise ValueError(f"{self.part.robot} was given a speed that is not a finite number")
-            self.message = twist_message(self.part.profile.told(twist))
+            balanced = self.part.profile.balanced(twist)
+            told = self.part.profile.limited(balanced)
+            self.message, self.is_clipped = twist_message(told), told is not balanced
             self.twist = twist
         return self.message

@@ -14,6 +14,8 @@ STANDBY = "_standby"
 """The suffix of the names of nodes that publish only after their stage has died."""
 READER = "_reader"
 """The suffix of the names of nodes that read sensors."""
+PUBLISHER = "_publisher"
+"""The suffix of the names of nodes that publish what plays."""
 
 
 class Nodes:

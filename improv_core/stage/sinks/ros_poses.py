@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import Any
 
 from improv_core.stage.sinks import RawPose
-from improv_core.stage.sinks.cdr import SECOND, pose_in
+from improv_core.stage.sinks.cdr import SECOND, frame_in, pose_in
 from improv_core.stage.sinks.ros_nodes import subscribe
 
 TEXTS = {
@@ -61,7 +61,8 @@ class Poses:
                 taken = subscription.handle.take_message(subscription.msg_type, True)
             if taken and (pose := pose_in(taken[0], TEXTS[kind])):
                 at = _arrived(taken[1])
-                found += [RawPose(robot, kind, pose, at) for robot in self._robots[topic]]
+                frame = frame_in(taken[0])
+                found += [RawPose(robot, kind, pose, at, frame) for robot in self._robots[topic]]
         return found
 
     def close(self) -> None:

@@ -157,8 +157,11 @@ class Reader:
             self.unread[message["topic"]] = in_plain_text(" ".join(message["message"].split()))
 
     def _measure(self, message: MeasuredPoses) -> None:
-        poses = [RawPose(each["robot"], each["source"], Pose(**each["pose"]), each["at"]) for each in message["poses"]]
-        for robot, _, _, at in poses:
+        poses = [
+            RawPose(each["robot"], each["source"], Pose(**each["pose"]), each["at"], each["frame"])
+            for each in message["poses"]
+        ]
+        for robot, _, _, at, _ in poses:
             if robot in self._odometry:
                 before, usual = self._posed.get(robot, (at, 0.0))
                 self._posed[robot] = at, min(max(at - before, 0.9 * usual), LONGEST_USUAL)

@@ -11,16 +11,17 @@ MOST_PLACES = 20_000
 
 
 class MeasuredTrail:
-    """The places at which one robot was measured, oldest first. It only ever becomes longer, at its end."""
+    """Where one robot was measured or simulated, oldest place first. It only ever becomes longer, at its end."""
 
-    def __init__(self) -> None:
+    def __init__(self, simulated: bool) -> None:
+        self.simulated = simulated
         self.places: list[list[float]] = []
 
     def renewed(self) -> MeasuredTrail:
         """The trail without its older half, once it has too many places."""
         if len(self.places) <= MOST_PLACES:
             return self
-        trail = MeasuredTrail()
+        trail = MeasuredTrail(self.simulated)
         trail.places = self.places[MOST_PLACES // 2 :]
         return trail
 

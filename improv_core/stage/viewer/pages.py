@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from improv_core.stage.protocol import DrawnPoses, DrawnRobot, DrawnRobots, Measured
+from improv_core.stage.protocol import SIMULATED, DrawnPoses, DrawnRobot, DrawnRobots, Measured
 from improv_core.stage.viewer.measured import MeasuredTrail, measured_place
 from improv_core.stage.viewer.outbox import Outbox, bumps_message
 
@@ -26,6 +26,7 @@ class Pages:
     def __init__(self, snapshot: Callable[[], Snapshot]) -> None:
         self._snapshot = snapshot
         self._outboxes: set[Outbox] = set()
+        self._joined = 0  # pages so far
         self._watched = asyncio.Event()
         self._latest: dict[str, str] = {}
         self._drawn: dict[str, object] = {}
@@ -40,7 +41,8 @@ class Pages:
     def join(self) -> Outbox:
         """A new page's outbox, filled with everything that the other pages know."""
         self._draw()
-        outbox = Outbox()
+        self._joined += 1
+        outbox = Outbox(self._joined)
         for kind, text in self._latest.items():
             outbox.put(kind, text)
         if self._bumps:
@@ -66,9 +68,13 @@ class Pages:
             outbox.put(kind, text)
 
     def measure(self, message: Measured) -> None:
-        """Show where robots really were."""
+        """Show where robots really were. What is only simulated of a robot gives way to what is measured."""
         for name, each in message["robots"].items():
-            trail = self._measured.get(name, MeasuredTrail())
+            trail, simulated = self._measured.get(name), each["source"] == SIMULATED
+            if not trail or trail.simulated > simulated:
+                trail = MeasuredTrail(simulated)
+            elif trail.simulated < simulated:
+                continue
             trail.places.append(measured_place(each))
             self._measured[name] = trail.renewed()
         for outbox in self._outboxes:
@@ -77,6 +83,12 @@ class Pages:
     def forget_measured(self) -> None:
         """Another performance begins."""
         self._measured = {}
+
+    def answer(self, page: int, kind: str, text: str) -> None:
+        """Send a message to one page, unless it has been closed."""
+        for outbox in self._outboxes:
+            if outbox.number == page:
+                outbox.put(kind, text)
 
     async def watch(self) -> None:
         """Send what moves, 60 times a second while a page is open, forever."""

@@ -276,6 +276,8 @@ def test_measured_poses_are_recorded_as_odometry(tmp_path: Path) -> None:
     pose: PoseJson = {"x": 1.5, "y": -2.0, "z": 0.25, "heading": math.radians(150)}
     measured: MeasuredRobot = {
         "source": "geometry_msgs/PoseStamped",
+        "frame": "map",
+        "origin": pose,
         "pose": pose,
         "ideal": pose,
         "aligned": 1,

@@ -19,6 +19,8 @@ import { bounds } from "./camera.js"
  * @property {number} simulated 1 if the simulator, which shows the robot there anyway, is the source
  */
 
+const LEAST = 0.005 // meters by which a simulated robot has to be off, so that this is shown
+const LEAST_TURN = 0.01 // radians
 const NEAR = 0.003 // meters that a line may leave out
 const NEAR_BEAT = 0.5 // beats between a place and the beat that it is shown for
 const EASING = 12 // how much of the way to its latest place a picture goes in a second
@@ -29,7 +31,9 @@ export class Measured {
   /** @type {Map<string, number>} */
   #begins = new Map() // the first place that is drawn, by robot
   /** @type {Map<string, Pose>} */
-  #shown = new Map()
+  #poses = new Map() // of their pictures
+  /** @type {Set<string>} */
+  #shown = new Set()
   #cleared = -Infinity // seconds of performance
   /** @type {Point[]} */
   room = [] // corners around all that is drawn
@@ -47,6 +51,10 @@ export class Measured {
           this.version++
         }
         known.push(place)
+        if (!this.#shown.has(name) && (!place.simulated || place.off > LEAST || place.turned > LEAST_TURN)) {
+          this.#shown.add(name)
+          this.version++
+        }
         this.room = bounds([this.room, [place.pose, place.ideal]])
       }
       this.#places.set(name, known)
@@ -69,9 +77,12 @@ export class Measured {
     this.version++
   }
 
-  /** @param {string} name */
+  /**
+   * Whether it is shown how far off a robot is: it is real, or it has not been where it ideally is.
+   * @param {string} name
+   */
   has(name) {
-    return this.#places.has(name)
+    return this.#shown.has(name)
   }
 
   /**
@@ -91,11 +102,11 @@ export class Measured {
   pose(name, seconds) {
     const latest = this.#places.get(name)?.at(-1)
     if (!latest || latest.simulated) return undefined
-    const before = this.#shown.get(name) ?? latest.pose
+    const before = this.#poses.get(name) ?? latest.pose
     const part = Math.min(seconds * EASING, 1)
     const mix = (/** @type {keyof Pose} */ axis) => before[axis] + (latest.pose[axis] - before[axis]) * part
     const pose = { x: mix("x"), y: mix("y"), z: mix("z"), heading: mix("heading") }
-    this.#shown.set(name, pose)
+    this.#poses.set(name, pose)
     return pose
   }
 
@@ -105,7 +116,7 @@ export class Measured {
    * @param {number | null} beat
    */
   off(name, beat = null) {
-    const places = this.#places.get(name) ?? []
+    const places = (this.has(name) && this.#places.get(name)) || []
     if (beat === null) return words(places.at(-1))
     return words(places.findLast((place) => place.beat <= beat && beat - place.beat < NEAR_BEAT))
   }
@@ -151,18 +162,19 @@ export class Measured {
   }
 
   /**
-   * Where a robot ideally is, if that is not where its picture is.
+   * Where a robot ideally is, if that is shown.
    * @param {string} name
    * @returns {Pose | undefined}
    */
   ideal(name) {
-    return this.#places.get(name)?.at(-1)?.ideal
+    return this.has(name) ? this.#places.get(name)?.at(-1)?.ideal : undefined
   }
 
   /** @param {string} name */
   #forget(name) {
     this.#places.delete(name)
     this.#begins.delete(name)
+    this.#poses.delete(name)
     this.#shown.delete(name)
     this.version++
   }

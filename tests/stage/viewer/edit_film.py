@@ -17,7 +17,7 @@ from tests.needs import need
 from tests.stage.viewer.conftest import FLAGS, wait
 from tests.stage.viewer.test_editor import Edit
 
-SIZE = {"width": 960, "height": 540}
+SIZE = {"width": 1040, "height": 580}
 LINE = ("bo ", "$ ", "rep", "eat ", "4 ", "(fow", "rard ", "|| ", "left)")
 """What is typed, with a look at the page after each piece."""
 

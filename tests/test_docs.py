@@ -94,8 +94,10 @@ def test_an_exercise_shows_what_its_solution_does(exercise: str) -> None:
     """That the solution plays, and that it draws the picture, is tested above."""
     task, solution = exercise.split("<details>")
     assert len(re.findall(r"```improv", solution)) == 1
-    if broken := re.findall(r"```text\n(.*?)```", task, re.DOTALL):
-        assert len(check(broken[0]).diagnostics) == 3  # as its heading promises
+    if wrong := re.findall(r"```text\n(.*?)```", task, re.DOTALL):
+        (messages,) = re.findall(r"```text\n(.*?)```", solution, re.DOTALL)
+        found = check(messages)
+        assert (found.lines.text, len(found.diagnostics)) == (wrong[0].strip(), 3)  # as the heading promises
     else:
         assert "<img" in task
 

@@ -171,7 +171,6 @@ export class Editor {
       document.execCommand(put ? "insertText" : "delete", false, put)
     }
     if (control.value !== text) control.value = text
-    this.#endOffer() // as nobody has typed
   }
 
   /** The text may have changed. */

@@ -49,7 +49,7 @@ class Records:
         self._note({"event": "save", "program": program, "errors": len(errors)})
         for path, lines, each in errors:
             line = lines.position(each.span.start).line + 1
-            self._note({"event": "mistake", "program": path.name, "code": each.code, "line": line})
+            self._note({"event": "error", "program": path.name, "code": each.code, "line": line})
 
     def played(self, document: Document, by: By) -> None:
         """Keep a program that plays, and note that it does."""

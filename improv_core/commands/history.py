@@ -85,7 +85,7 @@ def report(file: Path) -> None:
         aligned = (cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True))
         echo("  ".join([first.ljust(widths[0]), *aligned]))
     if wrong := found.count(None):
-        what = "1 line is no event and was" if wrong == 1 else f"{wrong} lines are no events and were"
+        what = "1 line is not an event and was" if wrong == 1 else f"{wrong} lines are not events and were"
         echo(f"improv: {file}: {what} left out", err=True)
 
 

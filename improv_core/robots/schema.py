@@ -1,6 +1,6 @@
 """All keys of an `improv.toml`: what they set, in which unit and range, and their defaults.
 
-Reading the file, the editor's help, the tables in docs/robots.md, and the JSON schema all go by this table.
+Reading the file, the editor's help, the tables in docs/robots.md and docs/ros.md, and the JSON schema go by it.
 """
 
 from __future__ import annotations

@@ -25,10 +25,10 @@ class Save(TypedDict):
     errors: int
 
 
-class Mistake(TypedDict):
+class Error(TypedDict):
     """An error of a program that was saved; `line` counts from 1."""
 
-    event: Literal["mistake"]
+    event: Literal["error"]
     program: str
     code: str
     line: int
@@ -50,7 +50,7 @@ class Moved(TypedDict):
     meters: Mapping[str, float]
 
 
-Event = Save | Mistake | Play | Moved
+Event = Save | Error | Play | Moved
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class Row:
     lasted: float
     saves: int
     played: int
-    mended: Sequence[float]
+    fixed: Sequence[float]
     meters: float
 
 
@@ -133,17 +133,17 @@ def rows(events: Iterable[Noted]) -> list[Row]:
 
 def total(several: Sequence[Row]) -> Row:
     """All sessions as one, as if each began when the one before ended."""
-    mended = [seconds for row in several for seconds in row.mended]
+    fixed = [seconds for row in several for seconds in row.fixed]
     saves, played = sum(row.saves for row in several), sum(row.played for row in several)
     lasted, meters = sum(row.lasted for row in several), sum(row.meters for row in several)
-    return Row("all", several[0].began if several else 0.0, lasted, saves, played, mended, meters)
+    return Row("all", several[0].began if several else 0.0, lasted, saves, played, fixed, meters)
 
 
-HEADINGS = ("session", "minutes", "saves", "saves/minute", "played", "mended", "seconds to mend", "meters")
+HEADINGS = ("session", "minutes", "saves", "saves/minute", "played", "fixed", "seconds to fix", "meters")
 
 
 def cells(row: Row) -> Sequence[str]:
-    """A row of the table under `HEADINGS`. The seconds to mend are a median; what can't be computed is `-`."""
+    """A row of the table under `HEADINGS`. The seconds to fix are a median; what can't be computed is `-`."""
     minutes = row.lasted / 60
     return (
         row.session,
@@ -151,8 +151,8 @@ def cells(row: Row) -> Sequence[str]:
         str(row.saves),
         f"{row.saves / minutes:.1f}" if minutes else "-",
         f"{row.played / row.saves:.0%}" if row.saves else "-",
-        str(len(row.mended)),
-        f"{median(row.mended):.1f}" if row.mended else "-",
+        str(len(row.fixed)),
+        f"{median(row.fixed):.1f}" if row.fixed else "-",
         f"{row.meters:.1f}",
     )
 
@@ -162,7 +162,7 @@ def _row(session: str, noted: Sequence[Noted]) -> Row:
     for each in noted:
         tally.add(each.time, each.event)
     lasted = noted[-1].time - noted[0].time
-    return Row(session, noted[0].time, lasted, tally.saves, tally.played, tally.mended, tally.meters)
+    return Row(session, noted[0].time, lasted, tally.saves, tally.played, tally.fixed, tally.meters)
 
 
 @dataclass(slots=True)
@@ -170,7 +170,7 @@ class _Tally:
     saves: int = 0
     played: int = 0
     meters: float = 0.0
-    mended: list[float] = field(default_factory=list)
+    fixed: list[float] = field(default_factory=list)
     wrong: dict[str, float] = field(default_factory=dict)  # since when each program has errors
 
     def add(self, time: float, event: Event) -> None:
@@ -179,7 +179,7 @@ class _Tally:
             if event["errors"]:
                 self.wrong.setdefault(event["program"], time)
             elif event["program"] in self.wrong:
-                self.mended.append(time - self.wrong.pop(event["program"]))
+                self.fixed.append(time - self.wrong.pop(event["program"]))
         elif event["event"] == "play":
             self.played += event["by"] == "save"
         elif event["event"] == "moved":

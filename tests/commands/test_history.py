@@ -65,6 +65,6 @@ def test_the_table_of_a_study_log_is_as_its_page_says(tmp_path: Path) -> None:
     log.write_text(f"{lines}half a li")
     done = history("report", log)
     assert done.stdout == table
-    assert done.stderr == f"improv: {log}: 1 line is no event and was left out\n"
+    assert done.stderr == f"improv: {log}: 1 line is not an event and was left out\n"
     fields = {name for event in get_args(Event) for name in event.__annotations__}
     assert set(re.findall(r"^\| `(\w+)` \|.+\|.+\|$", page, re.MULTILINE)) == {"time", "session", *fields}

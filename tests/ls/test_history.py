@@ -104,8 +104,8 @@ def test_a_study_log_says_what_people_do_and_how_far_robots_move(tmp_path: Path,
     assert time.time() - 10 * LIMIT < times[0] < time.time()
     assert [each for each in events if each["event"] != "moved"] == [
         {"event": "save", "program": "dance.improv", "errors": 2},
-        {"event": "mistake", "program": "dance.improv", "code": "unknown-name", "line": 2},
-        {"event": "mistake", "program": "dance.improv", "code": "syntax", "line": 3},
+        {"event": "error", "program": "dance.improv", "code": "unknown-name", "line": 2},
+        {"event": "error", "program": "dance.improv", "code": "syntax", "line": 3},
         {"event": "save", "program": "dance.improv", "errors": 0},
         {"event": "play", "program": "dance.improv", "by": "save", "robots": 1},
         {"event": "play", "program": "dance.improv", "by": "command", "robots": 1},

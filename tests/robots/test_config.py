@@ -25,8 +25,9 @@ from improv_core.score.world import Box, Circle, Wall, World
 from improv_core.text import LineIndex
 from tests.strange_files import StrangeFile
 
-PAGE = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
-FLEET = (Path(__file__).parents[2] / "docs" / "fleet.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = "".join((DOCS / name).read_text(encoding="utf-8") for name in ("robots.md", "ros.md"))
+FLEET = (DOCS / "fleet.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```toml\n(.*?)```", PAGE + FLEET, re.DOTALL)
 
 

@@ -24,7 +24,7 @@ TABLES: dict[str, Keys] = {
     "A formation": ("formation",),
     "The simulator's world": ("world",),
     "Senses": ("senses", "near"),
-    "With ROS 2: names and time": ("ros",),
+    "Names and time": ("ros",),
 }
 EXAMPLES = [*BLOCKS, *(path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("examples/**/improv.toml")))]
 

@@ -24,7 +24,7 @@ def event(line: str) -> str:
         values = {"program": "a.improv", **values}
     if kind == "save":
         values["errors"] = int(values["errors"])
-    elif kind == "mistake":
+    elif kind == "error":
         values |= {"code": "syntax", "line": 1}
     elif kind == "play":
         values["robots"] = 1
@@ -43,8 +43,8 @@ def test_a_session() -> None:
         s 100 save errors=0
         s 100 play by=save
         s 130 save errors=2
-        s 130 mistake
-        s 130 mistake
+        s 130 error
+        s 130 error
         s 135 save errors=1
         s 140 save errors=0
         s 140 play by=save

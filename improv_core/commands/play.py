@@ -34,7 +34,7 @@ from improv_core.stage.sinks.recorder import Recorder, sensed_in
 @parameters.port
 @parameters.no_browser
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
-@click.option("--for", "seconds", type=parameters.SECONDS, help="With --fast, stop after so many seconds.")
+@click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after so many seconds.")
 @click.option("--senses", "recording", type=parameters.RECORDING, help="Have robots sense what a recording says.")
 @click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
 def command(
@@ -47,7 +47,10 @@ def command(
     recording: Path | None,
     report: str | None,
 ) -> None:
-    """Play a program once. Ctrl-C stops the robots."""
+    """Play a program once. Ctrl-C stops the robots.
+
+    FILE is a program, or - for standard input.
+    """
     if seconds and not fast:
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
     if fast and backend in ("ros", "both"):

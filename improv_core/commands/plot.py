@@ -23,7 +23,10 @@ PIXELS = 2
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The .svg or .png file to write.")
 @click.option("--timeline", is_flag=True, help="Also draw a timeline of what each robot does.")
 def command(file: Path, output: Path, timeline: bool) -> None:
-    """Draw the ideal paths of a program's robots. Exit code 1 if the program has errors."""
+    """Draw the ideal paths of a program's robots. Exit code 1 if the program has errors.
+
+    FILE is a program, or - for standard input.
+    """
     if output.suffix not in (".svg", ".png"):
         raise CommandError(f"{output}: the picture's name must end in .svg or .png")
     if not (analysis := read_to_play(file)):

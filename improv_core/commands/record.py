@@ -31,12 +31,15 @@ from improv_core.stage.sinks.recorder import Recorder
 @click.command("record")
 @parameters.file
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The .mcap file to write.")
-@click.option("--for", "seconds", type=parameters.SECONDS, help="Record only the first so many seconds.")
+@click.option("--for", "seconds", type=parameters.seconds, help="Record only the first so many seconds.")
 @click.option("--backend", type=parameters.BACKENDS, help="Play the program now, and record what is sent.")
 @parameters.port
 @parameters.no_browser
 def command(file: Path, output: Path, seconds: float | None, backend: str | None, port: int, no_browser: bool) -> None:
-    """Record what robots are told, for `ros2 bag play` and Foxglove."""
+    """Record what robots are told, for `ros2 bag play` and Foxglove.
+
+    FILE is a program, or - for standard input.
+    """
     if not backend:
         sys.exit(record(file, output, seconds))
     if seconds:

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import click
 
 from improv_core.commands import parameters
-from improv_core.commands.exit_codes import INTERRUPTED
+from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.terminal import Performance, first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
-from improv_core.program.files import ReadError, read_program, robots_near
+from improv_core.program.files import STANDARD_INPUT, ReadError, read_program, robots_near
 from improv_core.program.report import Mistake, as_lines, mistakes
 from improv_core.robots.config import find_robots_file
 from improv_core.stage.protocol import When
@@ -41,6 +41,8 @@ be half written, and longest if it is empty, missing or not text, since somebody
 )
 def command(file: Path, backend: str, port: int, no_browser: bool, continues: bool) -> None:
     """Play a program every time it is saved. Ctrl-C stops the robots."""
+    if file == STANDARD_INPUT:
+        raise CommandError("standard input can't be watched: name a file, or use `improv play -`")
     when: When = "beat" if continues else "restart"
     sys.exit(run(watch(file, parameters.options(file, backend, port), when, browser=not no_browser)))
 

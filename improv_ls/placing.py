@@ -1,13 +1,14 @@
-"""Start poses that were dragged on the page go into improv.toml through the editor, where they can be undone.
+"""What people do to starts on the page goes into improv.toml through the editor, where it can be undone.
 
-All of them are one edit of the text that the editor has. Few editors tell us of their improv.toml. Where one does not,
-its text is the file's, unless it has made an edit of ours that it has not saved yet: then it has to save first.
+All start poses that were dragged, or a formation, are one edit of the text that the editor has. Few editors tell us of
+their improv.toml. Where one does not, its text is the file's, unless it has made an edit of ours that it has not saved
+yet: then it has to save first.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,8 +18,8 @@ from pygls.uris import from_fs_path
 from improv_core.diagnostics import Edit
 from improv_core.program.files import ReadError, robots_near
 from improv_core.robots.config import FILE_NAME
-from improv_core.robots.edits import inline, place
-from improv_core.stage.protocol import StartPoseJson
+from improv_core.robots.edits import Start, form, formation_lines, inline, place
+from improv_core.stage.protocol import Form, Place
 from improv_core.text import LineIndex, Span, difference
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
@@ -41,7 +42,7 @@ _Stamp = tuple[int, int, int] | None
 
 
 class Placing:
-    """Offers the editor new start poses, one edit at a time."""
+    """Offers the editor new start poses and formations, one edit at a time."""
 
     def __init__(self, editor: Editor, robots_files: Mapping[str, RobotsFile]) -> None:
         self._editor = editor
@@ -49,24 +50,23 @@ class Placing:
         self._unsaved: dict[Path, _Stamp] = {}  # files edited here and not saved since, as they were then
         self._one_at_a_time = asyncio.Lock()
 
-    async def offer(self, document: Document, asked: Mapping[str, StartPoseJson]) -> None:
-        """Ask the editor to make the edit; if it does not, say so in one line. `asked` has meters and degrees."""
-        start_poses = {robot: (pose["x"], pose["y"], pose["heading"]) for robot, pose in asked.items()}
+    async def offer(self, document: Document, asked: Place | Form) -> None:
+        """Ask the editor to make the edit; if it does not, say so in one line."""
         async with self._one_at_a_time:
             file = self._find(document)
-            new_text = place(file.text, start_poses, document.analysis.robots) if file else None
+            new_text = _new_text(file.text, asked, document.analysis.robots) if file else None
             if file and file.version is None and self._is_unsaved(file):
-                self._editor.warn("save improv.toml first: it has start poses that are not saved yet")
+                self._editor.warn("save improv.toml first: it has changes from the page that are not saved yet")
             elif not file or not new_text or not self._can_write(file):
-                lines = " and ".join(f"robots.{robot}.start = {inline(pose)}" for robot, pose in start_poses.items())
-                self._editor.warn(f"improv.toml was not changed: add {lines} yourself")
+                self._editor.warn(f"improv.toml was not changed: add {_lines(asked)} yourself")
             elif new_text != file.text:
-                await self._ask(document, file, new_text, ", ".join(start_poses))
+                what = f"start of {', '.join(asked['start_poses'])}" if asked["type"] == "place" else "formation"
+                await self._ask(document, file, new_text, what)
 
-    async def _ask(self, document: Document, file: _File, new_text: str, robots: str) -> None:
+    async def _ask(self, document: Document, file: _File, new_text: str, what: str) -> None:
         """Have the editor replace the file's text."""
         self._unsaved[file.path] = _stamp(file.path)
-        params = types.ApplyWorkspaceEditParams(self._edit(file, new_text), f"Improv: start of {robots}")
+        params = types.ApplyWorkspaceEditParams(self._edit(file, new_text), f"Improv: {what}")
         asking = self._editor.server.workspace_apply_edit_async(params)
         try:
             applied = (await asyncio.wait_for(asyncio.shield(asking), ANSWER_LIMIT)).applied
@@ -76,7 +76,7 @@ class Placing:
             applied = False
         if not applied:
             del self._unsaved[file.path]
-            self._editor.warn(f"the editor did not accept the new start of {robots}")
+            self._editor.warn(f"the editor did not accept the new {what}")
             return
         self._unsaved[file.path] = _stamp(file.path)  # a new file may exist now, still empty
         now = self._find(document)
@@ -117,6 +117,25 @@ class Placing:
         versions = self._editor.takes_document_changes or self._editor.creates_files
         new = [] if file.exists else [file.uri]
         return workspace_edit({file.uri: changed}, versions, self._editor.encoding, new)
+
+
+def _new_text(text: str, asked: Place | Form, cast: Iterable[str]) -> str | None:
+    """The text of an improv.toml with what was asked for; None if it can't be written there."""
+    if asked["type"] == "place":
+        return place(text, _starts(asked), cast)
+    return form(text, asked["shape"], asked["distance"], asked["facing"])
+
+
+def _lines(asked: Place | Form) -> str:
+    """The same for people to write."""
+    if asked["type"] == "place":
+        return " and ".join(f"robots.{robot}.start = {inline(pose)}" for robot, pose in _starts(asked).items())
+    entries = formation_lines(asked["shape"], asked["distance"], asked["facing"])
+    return " and ".join(f"formation.{line}" for line in entries)
+
+
+def _starts(asked: Place) -> Mapping[str, Start]:
+    return {robot: (pose["x"], pose["y"], pose["heading"]) for robot, pose in asked["start_poses"].items()}
 
 
 def _stamp(path: Path) -> _Stamp:

@@ -17,6 +17,7 @@ FEATURES = {
     types.INITIALIZED: "initialize.initialized",
     types.WORKSPACE_DID_CHANGE_CONFIGURATION: "did_change_configuration.did_change_configuration",
     types.WORKSPACE_DID_CHANGE_WATCHED_FILES: "workspace_files.did_change_watched_files",
+    types.WORKSPACE_DID_CHANGE_WORKSPACE_FOLDERS: "workspace_files.did_change_workspace_folders",
     types.WORKSPACE_DID_RENAME_FILES: "workspace_files.did_rename_files",
     types.WORKSPACE_DID_DELETE_FILES: "workspace_files.did_delete_files",
     types.TEXT_DOCUMENT_DID_OPEN: "text_document_sync.did_open",
@@ -83,7 +84,7 @@ COMMANDS = {
     f"improv.{name}": f"execute_command.{name}"
     for name in (
         *("play", "before", "history", "restart", "hush", "pause", "resume", "cue", "key"),
-        *("seek", "speed", "mute", "solo", "page"),
+        *("seek", "speed", "mute", "solo", "page", "calibrate"),
     )
 }
 _NOT_SETTLED = {types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DIAGNOSTIC, types.WORKSPACE_DIAGNOSTIC}

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import asyncio
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from lsprotocol import types
@@ -63,10 +63,8 @@ class Session(StdioServer):
         self.sent_diagnostics: dict[str, Sent[types.Diagnostic]] = {}
         self.checked: dict[str, Checked] = {}
         """The programs in the workspace's folders, by URI."""
-        self.file_changes = 0
-        """How often the editor has told of files that changed on disk."""
-        self.listed: tuple[int, Mapping[str, Path]] | None = None
-        """The programs in the folders by URI, and how many changes had been told when they were looked for."""
+        self.next_change = asyncio.Event()
+        """Set, and replaced by another one, once a file or an open program is not as it was."""
         self.autosaving: set[str] = set()
         """Documents that the editor is about to save without having been asked to."""
 
@@ -84,6 +82,11 @@ class Session(StdioServer):
         from improv_ls.records import Records
 
         return Records(self.editor)
+
+    def files_changed(self) -> None:
+        """Note that files on disk, or the programs that are open, are not as they were."""
+        self.next_change.set()
+        self.next_change = asyncio.Event()
 
     def settle(self, params: Any) -> None:
         """Bring the statements up to date that a request may be about: all up to its place, if it names one."""

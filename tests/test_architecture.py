@@ -44,7 +44,15 @@ LIBRARIES = {
         "stage/graph.py",
         *(
             f"stage/sinks/{name}.py"
-            for name in ("ros", "ros_listening", "ros_nodes", "ros_requests", "ros_subscriptions")
+            for name in (
+                "ros",
+                "ros_listening",
+                "ros_nodes",
+                "ros_poses",
+                "ros_publications",
+                "ros_requests",
+                "ros_subscriptions",
+            )
         ),
     ],
     "aiohttp": ["stage/viewer/application.py"],
@@ -53,7 +61,17 @@ LIBRARIES = {
     "tree_sitter": ["robots/toml_positions.py"],
     "tree_sitter_toml": ["robots/toml_positions.py"],
 }
-MESSAGES_OF_ROS = {"geometry_msgs", "rcl_interfaces", "sensor_msgs", "std_msgs", "std_srvs"}
+MESSAGES_OF_ROS = {
+    "builtin_interfaces",
+    "diagnostic_msgs",
+    "geometry_msgs",
+    "nav_msgs",
+    "rcl_interfaces",
+    "sensor_msgs",
+    "std_msgs",
+    "std_srvs",
+    "visualization_msgs",
+}
 
 
 def name(path: Path) -> str:

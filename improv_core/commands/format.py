@@ -14,10 +14,11 @@ import click
 from improv_core.commands import parameters
 from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
-from improv_core.commands.programs import PROGRAMS, files_in
-from improv_core.commands.replacing import replacing
+from improv_core.commands.programs import files_in
 from improv_core.plain import printable
 from improv_core.program.files import STANDARD_INPUT, ReadError, read_program
+from improv_core.services.program_file import ENDING
+from improv_core.services.replacing import replacing
 from improv_core.syntax.formatter import format_text
 
 PAGES = ".md"
@@ -47,7 +48,7 @@ def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
     Raises ReadError if a folder has none.
     """
     code = 0
-    for path in files_in(paths, PROGRAMS, PAGES):
+    for path in files_in(paths, ENDING, PAGES):
         try:
             text = read_program(path)
             formatted = _formatted(path, text)

@@ -19,6 +19,8 @@ from improv_core.commands.ros_arguments import without_ros_arguments
 from improv_core.program.files import ReadError
 
 COMMANDS = {
+    "edit": "edit",
+    "new": "new",
     "check": "check",
     "compile": "compile",
     "plot": "plot",
@@ -28,6 +30,7 @@ COMMANDS = {
     "stop": "stop",
     "record": "record",
     "history": "history",
+    "calibrate": "calibrate",
     "doctor": "doctor",
     "ros": "ros_setup",
 }

@@ -20,6 +20,7 @@ from improv_core.commands.terminal import first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
+from improv_core.program.errors import Errors
 from improv_core.program.report import outcome, summary
 from improv_core.score.movement import ENDLESS
 from improv_core.stage.player import Told
@@ -36,6 +37,7 @@ from improv_core.stage.sinks.recorder import Recorder, sensed_in
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
 @click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after so many seconds.")
 @click.option("--senses", "recording", type=parameters.RECORDING, help="Have robots sense what a recording says.")
+@click.option("--once", is_flag=True, help="End when the dance ends, also in a terminal.")
 @click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
 def command(
     file: Path,
@@ -45,11 +47,13 @@ def command(
     fast: bool,
     seconds: float | None,
     recording: Path | None,
+    once: bool,
     report: str | None,
 ) -> None:
-    """Play a program once. Ctrl-C stops the robots.
+    """Play a program. Ctrl-C stops the robots.
 
-    FILE is a program, or - for standard input.
+    FILE is a program, or - for standard input. In a terminal, the page can play it again after it has ended, until
+    Ctrl-C.
     """
     if seconds and not fast:
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
@@ -61,7 +65,11 @@ def command(
     senses = senses_of(recording)
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
-    sys.exit(run(play(analysis, file, options, browser=not no_browser, report=report is not None, senses=senses)))
+    stays = sys.stdout.isatty() and not once and not report
+    playing = play(
+        analysis, file, options, browser=not no_browser, report=report is not None, stays=stays, senses=senses
+    )
+    sys.exit(run(playing))
 
 
 def senses_of(recording: Path | None) -> list[Sensed] | None:
@@ -83,17 +91,26 @@ async def play(
     *,
     browser: bool,
     report: bool = False,
+    stays: bool = False,
     recorder: Recorder | None = None,
     senses: Sequence[Sensed] | None = None,
 ) -> int:
-    """Play a program without errors once; the exit code. Raises StageError; OSError and ValueError if unrecorded."""
+    """Play a program without errors once; the exit code. If it `stays`, its page can play it again until an interrupt.
+
+    Raises StageError; OSError and ValueError if unrecorded.
+    """
     async with performance(options, browser=browser, quiet=report, recorder=recorder) as performing:
         await performing.play(analysis, path, senses=senses)
         await first(performing.finished.wait(), performing.interrupted.wait())
         stopped = performing.interrupted.is_set() or performing.stops.count > 0
+        if not stopped:
+            await performing.settle()
+        if stays and performing.has_page and not performing.interrupted.is_set() and not performing.broken.is_set():
+            performing.say("play it again on the page, or press Ctrl-C to end")
+            await first(performing.broken.wait(), performing.interrupted.wait())
     if report:
         echo_json(performing.report())
-    return INTERRUPTED if stopped else FAILED if performing.broken else 0
+    return INTERRUPTED if stopped else FAILED if performing.broken.is_set() else 0
 
 
 def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequence[Sensed] | None = None) -> int:
@@ -109,11 +126,14 @@ def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequen
     if score.beats == ENDLESS and seconds is None:
         raise CommandError("this program never ends: limit it, for example with `--for 60` (seconds)")
     last: TransportMessage | None = None
+    errors = Errors()
 
     def tell(message: Told) -> None:
         nonlocal last
         if message["type"] == "transport":
             last = message
+        elif message["type"] == "measured":
+            errors.take(message)
         elif message["type"] == "warning" or message["type"] == "error":
             echo(f"improv: {message['message']}", err=True)
 
@@ -124,10 +144,12 @@ def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequen
     simulator = Simulator(period=None)
     perform(score, simulator, seconds, tell, None if senses is None else map(foreseen, senses))
     poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
-    ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses})
+    ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses}, errors)
     if report:
         echo_json(ended)
     else:
         took = time.perf_counter() - began
         echo(f"{summary(analysis)}: {ended['seconds']:.1f} s, played in {took:.2f} s")
+        for line in errors.lines():
+            echo(line)
     return 0

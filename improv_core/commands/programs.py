@@ -11,8 +11,7 @@ from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
 from improv_core.program.analysis import Analysis
 from improv_core.program.files import ReadError, analyze_file
 from improv_core.program.report import as_lines
-
-PROGRAMS = ".improv"
+from improv_core.services.program_file import ENDING
 
 
 def report_each(named: Sequence[Path], report: Callable[[Path, Analysis], None]) -> int:
@@ -21,7 +20,7 @@ def report_each(named: Sequence[Path], report: Callable[[Path, Analysis], None])
     Raises ReadError if a folder has none.
     """
     code = 0
-    for path in files_in(named, PROGRAMS):
+    for path in files_in(named, ENDING):
         try:
             analysis = analyze_file(path)
         except ReadError as problem:

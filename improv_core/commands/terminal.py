@@ -17,16 +17,29 @@ import click
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.keys import pressed
 from improv_core.plain import printable
-from improv_core.playback.playback import Mistake, News, Playback, each_beat
+from improv_core.playback.playback import Edit, Mistake, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
-from improv_core.program.report import outcome, summary
-from improv_core.score.motion import Twist
+from improv_core.program.errors import Errors
+from improv_core.program.report import as_lines, mistakes, outcome, summary
+from improv_core.score.motion import Pose, Twist
 from improv_core.services.history import keep
-from improv_core.stage.protocol import Decided, Poses, Sensed, Sent, TransportMessage, When
+from improv_core.stage.player import REST
+from improv_core.stage.protocol import (
+    Answer,
+    Decided,
+    Measured,
+    MeasuredRobot,
+    Poses,
+    Sensed,
+    Sent,
+    Source,
+    TransportMessage,
+    When,
+)
 from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
@@ -54,16 +67,22 @@ async def first(*several: Awaitable[Any]) -> None:
 
 @contextlib.asynccontextmanager
 async def performance(
-    options: Options, *, browser: bool, quiet: bool = False, recorder: Recorder | None = None
+    options: Options,
+    *,
+    browser: bool,
+    quiet: bool = False,
+    recorder: Recorder | None = None,
+    hears_keys: bool = True,
+    edit: Edit | None = None,
 ) -> AsyncIterator[Performance]:
     """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
-    performing = Performance(options, quiet, recorder)
+    performing = Performance(options, quiet, recorder, edit)
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError):  # Windows raises KeyboardInterrupt instead
             asyncio.get_running_loop().add_signal_handler(number, performing.interrupted.set)
     try:
         await first(performing.open(browser), performing.interrupted.wait())
-        with pressed({"c": performing.cue}):
+        with pressed({"c": performing.cue}) if hears_keys else contextlib.nullcontext():
             yield performing
     finally:
         await performing.close()
@@ -72,9 +91,9 @@ async def performance(
 class Performance:
     """What plays, shown in a terminal. If the terminal can't be written, that counts as an interrupt."""
 
-    def __init__(self, options: Options, quiet: bool, recorder: Recorder | None) -> None:
+    def __init__(self, options: Options, quiet: bool, recorder: Recorder | None, edit: Edit | None) -> None:
         self.stops = Stops()
-        self._playback = Playback(options, self._hear, self.stops)
+        self._playback = Playback(options, self._hear, self.stops, edit=edit)
         self._quiet = quiet
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
@@ -82,26 +101,46 @@ class Performance:
         self._counted = False  # whether the cursor is behind a beat
         self._latest: TransportMessage | None = None  # from the leading stage
         self._poses: Poses = {}  # from the stage that has them
+        self._errors = Errors()
+        self.measured: dict[str, tuple[MeasuredRobot, MeasuredRobot]] = {}
+        """The first and the latest pose of robots since beat 0, if they are measured."""
         self._playing: set[str] = set()  # which stages play
         self._keeping: set[asyncio.Task[None]] = set()  # programs, in the history
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
-        self.broken = False  # whether a stage has ended by itself
+        self.broken = asyncio.Event()  # a stage has ended by itself
 
     @property
     def is_playing(self) -> bool:
         return bool(self._playing)
 
+    @property
+    def is_real(self) -> bool:
+        """Whether real robots play."""
+        return self._playback.is_real
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the latest program was played to its end."""
+        return self._latest is not None and self._latest["state"] == "ended"
+
+    @property
+    def has_page(self) -> bool:
+        return self._playback.page is not None
+
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
         await self._playback.open()
-        if not self._playback.page:
-            return
-        self.say(f"watch it at {self._playback.link()}")
-        link = self._playback.link(own=True)
-        if browser and link and await asyncio.to_thread(webbrowser.open, link):
+        if self.has_page:
+            self.say(f"watch it at {self._playback.link()}")
+        if browser and await self.open_browser():
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
+
+    async def open_browser(self) -> bool:
+        """Show the page in a browser; whether there are both."""
+        link = self._playback.link(own=True)
+        return link is not None and await asyncio.to_thread(webbrowser.open, link)
 
     async def play(
         self,
@@ -110,10 +149,13 @@ class Performance:
         asked: int = 0,
         when: When = "restart",
         senses: Sequence[Sensed] | None = None,
-    ) -> None:
-        """Play a program, unless a stop has come since the count of stops was `asked`; `senses` are of a recording."""
+    ) -> bool:
+        """Play a program, unless a stop has come since the count of stops was `asked`; `senses` are of a recording.
+
+        Returns whether it begins.
+        """
         if self.interrupted.is_set():
-            return
+            return False
         self.present(path)
         self.finished.clear()
         score = score_of(analysis)
@@ -122,17 +164,46 @@ class Performance:
         if await self._playback.play(score, path.name, asked, when, senses=senses):
             self._keep(path, analysis.text)
             self.say(f"▶ {summary(analysis)}, {self._playback.status}")
+            return True
+        self.say(f"■ {path.name} was stopped before it began")
+        self.finished.set()
+        return False
+
+    async def play_if_right(self, analysis: Analysis, path: Path, asked: int, when: When) -> None:
+        """Play what was saved, as `play` does, or say why it can't be played."""
+        for line in as_lines(path, analysis):
+            self.complain(line)
+        if analysis.ok:
+            await self.play(analysis, path, asked, when)
         else:
-            self.say(f"■ {path.name} was stopped before it began")
-            self.finished.set()
+            self.refuse(path, mistakes(path, analysis))
+
+    def refuse(self, path: Path, mistakes: Iterable[Mistake]) -> None:
+        """Say that what was saved can't be played, and have the page show why."""
+        self.present(path, mistakes)
+        if self.is_playing:
+            self.say("✗ the previous dance keeps playing")
+        else:
+            self.say("✗ nothing is playing: fix the program and save")
 
     def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
         """Have the page show which program is to be played, and what keeps it from being played."""
         self._playback.present(path.name, str(path.absolute().parent), mistakes)
 
+    def tell_pages(self, message: Source | Answer) -> None:
+        """Tell pages what they may edit, or answer one of them."""
+        self._playback.tell_pages(message)
+
     def cue(self) -> None:
         """Give the cue that robots wait for."""
         self._playback.conduct({"type": "cue"})
+
+    async def settle(self) -> None:
+        """If it is measured where robots are, wait until they have come to rest, and say how far off they were."""
+        if self._errors.robots:
+            await asyncio.sleep(REST)
+            for line in self._errors.lines():
+                self.say(line)
 
     async def close(self) -> None:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
@@ -154,8 +225,15 @@ class Performance:
             self.complain(f"improv: {problem}")
 
     def report(self) -> dict[str, Any]:
-        """Where the robots of the latest program started and ended."""
-        return outcome(self._latest, self._poses)
+        """Where the robots of the latest program started and ended, and how far off they were if that was measured."""
+        return outcome(self._latest, self._poses, self._errors)
+
+    def simulated_move(self, robot: str) -> tuple[Pose, Pose] | None:
+        """Where a robot was at beat 0 and is now, if the leading stage simulates it."""
+        if not self._latest or "poses" not in self._latest:
+            return None
+        start, now = (self._latest[which][robot] for which in ("start", "poses"))
+        return Pose(**start), Pose(**now)
 
     def say(self, line: str) -> None:
         """Print a line, unless this is a quiet performance."""
@@ -173,19 +251,25 @@ class Performance:
             self._follow(message, leads)
         elif message["type"] == "stopped":
             self._keep_poses(message)
-        elif message["type"] in ("sent", "sensed", "decided") and leads:
+        elif message["type"] in ("sent", "sensed", "decided", "measured") and leads:
+            if message["type"] == "measured":
+                self._errors.take(message)
+                for robot, each in message["robots"].items():
+                    self.measured[robot] = self.measured.get(robot, (each, each))[0], each
             self._record(message)
         elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
             if not self.interrupted.is_set():
                 self.complain(f"improv: {message['message']}")
             if message["type"] == "gone":
                 self._playing.discard(_role(leads))
-                self.broken = True
+                self.broken.set()
                 self.finished.set()
 
     def _follow(self, transport: TransportMessage, leads: bool) -> None:
         self._keep_poses(transport)
         if leads:
+            if not self._latest or transport["restarted"] != self._latest["restarted"]:
+                self._errors, self.measured = Errors(), {}
             self._latest = transport
         if transport["state"] == "playing":
             self._playing.add(_role(leads))
@@ -202,12 +286,14 @@ class Performance:
         if "poses" in message:
             self._poses = message
 
-    def _record(self, message: Sent | Sensed | Decided) -> None:
+    def _record(self, message: Sent | Sensed | Decided | Measured) -> None:
         if not self._recorder or self._not_recorded:
             return
         try:
             if message["type"] == "sent":
                 self._recorder.record(message["robot"], Twist(*message["twist"]), message["wall"])
+            elif message["type"] == "measured":
+                self._recorder.record_poses(message)
             else:
                 self._recorder.note(message, message["wall"])
         except (OSError, ValueError) as problem:  # raised later: from here, it would end listening to the stage

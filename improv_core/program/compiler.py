@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from itertools import islice
 from typing import Any
 
 from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
+from improv_core.robots.limits import excess
 from improv_core.robots.start_poses import start_poses
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity, brief
 from improv_core.score.performance import Sensing, perform
+from improv_core.score.profiles import Profile
 from improv_core.score.reactions import senses_read
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.senses import Senses
+from improv_core.score.smoothing import smoothed
 from improv_core.score.walk import Moment, walk
 
 MOST_SEGMENTS = 10_000
@@ -27,25 +31,44 @@ _MOMENTS_PER_SEGMENT = 2
 def score_of(analysis: Analysis) -> Score:
     """The score of a program."""
     cast = analysis.cast
-    robots = {name: cast.robot(name) for name in analysis.robots}
-    poses = start_poses(robots, cast.world.size)
-    parts = {}
-    for name, robot in robots.items():
+    named = (name for line in analysis.played.values() for name, _ in line.parts)
+    robots = {name: cast.robot(name) for name in dict.fromkeys([*named, *analysis.robots])}
+    poses = start_poses(robots, cast.world.size, cast.formation)  # also of those that a selection leaves out
+    parts, smooth = {}, _Smooth(analysis.tempo)
+    for name in analysis.robots:
+        robot = robots[name]
         profile = replace(robot.profile, message=robot.message)
+        scenes = analysis.parts[name]
         parts[name] = Part(
             name,
-            analysis.parts[name],
+            tuple(smooth(scene, robot.profile) for scene in scenes) if profile.smooth else scenes,
             profile,
             poses[name],
             robot.topic,
             robot.reset,
             cast.use_sim_time,
-            _senses(cast, name, analysis.parts[name]),
+            robot.odom,
+            _senses(cast, name, scenes),
+            frame=robot.frame,
         )
     if len(analysis.text) > LONGEST_TEXT:
-        return Score(analysis.tempo, parts, world=cast.world, safety=cast.safety)
+        return Score(analysis.tempo, parts, world=cast.world, safety=cast.safety, publish=cast.publish)
     offsets = dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
-    return Score(analysis.tempo, parts, analysis.text, offsets, cast.world, cast.safety)
+    return Score(analysis.tempo, parts, analysis.text, offsets, cast.world, cast.safety, publish=cast.publish)
+
+
+@dataclass(frozen=True, slots=True)
+class _Smooth:
+    """Smooths scenes within the limits of profiles. Robots of one line share theirs."""
+
+    tempo: Fraction
+    made: dict[tuple[int, Profile], Movement] = field(default_factory=dict)
+
+    def __call__(self, scene: Movement, profile: Profile) -> Movement:
+        key = id(scene), profile
+        if key not in self.made:
+            self.made[key] = smoothed(scene, lambda velocity: excess(velocity, profile, self.tempo) is None)
+        return self.made[key]
 
 
 def _senses(cast: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from fractions import Fraction
-from itertools import islice
+from itertools import groupby, islice
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
 from improv_core.program.meaning import Meaning
 from improv_core.program.substitutes import substitutes
 from improv_core.robots.config import Robots
-from improv_core.robots.limits import excess, unsupported
+from improv_core.robots.limits import Excess, excess, unsupported
 from improv_core.score.movement import Movement, Peak
 from improv_core.score.profiles import Profile
+from improv_core.score.ramps import FASTEST_EASE
+from improv_core.score.smoothing import smoothed
 from improv_core.score.suppositions import with_all_sides
 from improv_core.score.walk import Moment, walk
 from improv_core.syntax import nodes
@@ -63,8 +65,9 @@ def _unknown(name: str, span: Span, robots: Robots) -> Diagnostic:
 def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
     """A quick check of the bounds: most statements are far from every limit."""
     per_second = float(tempo) / 60
-    linear = (peak.x + peak.y + peak.z) * profile.step * per_second
-    angular = peak.yaw * profile.quarter_turn * per_second
+    faster = float(FASTEST_EASE) if profile.smooth else 1.0
+    linear = (peak.x + peak.y + peak.z) * profile.step * per_second * faster
+    angular = peak.yaw * profile.quarter_turn * per_second * faster
     return (
         (profile.max_linear is not None and linear * SLACK > profile.max_linear)
         or (profile.max_angular is not None and angular * SLACK > profile.max_angular)
@@ -82,6 +85,27 @@ def _too_much(robot: str, body: Node | None, part: Movement, profile: Profile, t
             if diagnostic.code not in told:
                 told.add(diagnostic.code)
                 yield diagnostic
+    if profile.smooth and "too-fast" not in told:
+        yield from _too_fast_to_smooth(robot, body, part, profile, tempo)
+
+
+def _too_fast_to_smooth(
+    robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction
+) -> Iterator[Diagnostic]:
+    """The first stretch that is played without smoothing because its highest speed would be over a limit."""
+    moments = islice(walk(with_all_sides(smoothed(part))), MOST_MOMENTS)
+    for sources, together in groupby(moments, lambda moment: moment.sources):
+        found = [over for moment in together if (over := excess(moment.velocity, profile, tempo))]
+        if found and sources:
+            over = max(found, key=lambda over: over.factor)
+            unit = "m/s" if over.kind == "linear" else "rad/s"
+            reached = f"smoothed, this would reach {over.speed:.3g} {unit}"
+            message = (
+                f"{reached}, over {robot}'s limit of {over.limit:g} {unit}, so it is not smoothed: {_fitting(over)}"
+            )
+            span = sources[0].span
+            yield _too_fast(span, message, over, body.span if body else span)
+            return
 
 
 def _about(moment: Moment, robot: str, body: Node | None, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
@@ -93,11 +117,8 @@ def _about(moment: Moment, robot: str, body: Node | None, profile: Profile, temp
         yield Diagnostic("unsupported-direction", word.span if word else span, message, fixes)
     if over := excess(moment.velocity, profile, tempo):
         unit = "m/s" if over.kind == "linear" else "rad/s"
-        fits = f"use `beat {over.tempo}` or `slow {over.slow}`" if over.tempo else f"use `slow {over.slow}`"
-        message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {fits}"
-        start, end = body.span if body else span
-        wrapped = (Edit(Span(start, start), f"slow {over.slow} ("), Edit(Span(end, end), ")"))
-        yield Diagnostic("too-fast", span, message, (Fix(f"Wrap in slow {over.slow}", wrapped),))
+        message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {_fitting(over)}"
+        yield _too_fast(span, message, over, body.span if body else span)
     lasts, period = float(moment.duration * 60 / tempo), 1 / profile.command_rate
     if lasts * SLACK < period:
         message = f"this lasts {lasts:.3g} s, but {robot} takes a command every {period:g} s: make it longer"
@@ -109,6 +130,16 @@ def _word_that_asks(moment: Moment, body: Node, profile: Profile) -> nodes.Primi
     spans = {source.span for source in moment.sources if source.statement == moment.sources[0].statement}
     words = (node for node in nodes.nodes(body) if isinstance(node, nodes.Primitive) and node.span in spans)
     return next((node for node in words if unsupported(node.word.velocity, profile)), None)
+
+
+def _fitting(over: Excess) -> str:
+    """What to do so that a velocity fits."""
+    return f"use `beat {over.tempo}` or `slow {over.slow}`" if over.tempo else f"use `slow {over.slow}`"
+
+
+def _too_fast(span: Span, message: str, over: Excess, body: Span) -> Diagnostic:
+    wrapped = (Edit(Span(body.start, body.start), f"slow {over.slow} ("), Edit(Span(body.end, body.end), ")"))
+    return Diagnostic("too-fast", span, message, (Fix(f"Wrap in slow {over.slow}", wrapped),))
 
 
 _DOING: Mapping[str, str] = {

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
+from improv_core.program.errors import Errors
 from improv_core.program.timing import in_beats, lasting
 from improv_core.score.lengths import Lengths
 from improv_core.text import LineIndex, Position
@@ -101,8 +102,9 @@ def summary(analysis: Analysis) -> str:
     return f"{robots}, {lasting(Lengths(shortest, longest, False), analysis.tempo)}"
 
 
-def outcome(transport: Mapping[str, Any] | None, poses: Mapping[str, Any]) -> dict[str, Any]:
-    """The poses of simulated robots at beat 0 and at the end (meters, radians), and the time between (seconds).
+def outcome(transport: Mapping[str, Any] | None, poses: Mapping[str, Any], errors: Errors) -> dict[str, Any]:
+    """The poses of simulated robots at beat 0 and at the end (meters, radians), the time between (seconds), and how far
+    off measured robots were.
 
     `transport` and `poses` come from the stage's messages (docs/protocol.md). `transport` is None if there was none.
     """
@@ -110,6 +112,7 @@ def outcome(transport: Mapping[str, Any] | None, poses: Mapping[str, Any]) -> di
         "start": _as_plain_poses(poses.get("start", {})),
         "robots": _as_plain_poses(poses.get("poses", {})),
         "seconds": transport["beat"] * 60 / transport["tempo"] if transport else 0.0,
+        **({"measured": errors.as_json()} if errors.robots else {}),
     }
 
 

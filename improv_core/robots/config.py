@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
-from improv_core.robots.ros_names import full_name, node_name, ros_name
+from improv_core.robots.formation import Formation, read_formation
+from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_name
 from improv_core.robots.schema import known
 from improv_core.robots.senses import read_senses
 from improv_core.robots.toml_positions import Keys
@@ -19,7 +20,7 @@ from improv_core.robots.toml_text import read_toml
 from improv_core.robots.world import read_world
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, Profile
-from improv_core.score.score import Deadman, Rejoin, Safety
+from improv_core.score.score import BASE_FRAME, Deadman, Rejoin, Safety
 from improv_core.score.senses import BUILT_IN as BUILT_IN_SENSES
 from improv_core.score.senses import CUE, NEAR, BuiltIn, Source, Topic
 from improv_core.score.world import EMPTY, World
@@ -32,7 +33,8 @@ FILE_NAME = "improv.toml"
 class Robot:
     """One robot: its profile, its pose at beat 0 (None: next to the others), its topic, and the message type on it.
 
-    `reset` is the service that moves it back to its start pose, if it has one.
+    `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
+    `frame` is the frame of its velocities.
     """
 
     profile: Profile
@@ -40,6 +42,8 @@ class Robot:
     topic: str
     message: str
     reset: str | None = None
+    odom: str | None = None
+    frame: str = BASE_FRAME
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +51,9 @@ class Robots:
     """The valid content of an `improv.toml`. `profiles` are its own and the built-in ones.
 
     `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab". `node` is the name
-    of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones.
+    of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones. The listed robots stand in
+    the `formation` already; without any, it is for the robots of a
+    program. With `publish`, others in ROS 2 can watch what plays.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -61,6 +67,8 @@ class Robots:
     safety: Safety = field(default_factory=Safety)
     node: str | None = None
     senses: Mapping[str, Source] = field(default_factory=dict)
+    formation: Formation | None = None
+    publish: bool = False
 
     @property
     def ok(self) -> bool:
@@ -104,11 +112,20 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     use_sim_time = reading.flag(("ros", "use_sim_time"), ros)
     safety = reading.safety(ros, namespace)
     node = node_name(reading, ("ros", "node"), ros)
+    publish = reading.flag(("ros", "publish"), ros)
     world = read_world(reading, sections.get("world", {}))
     robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
+    free = {name: robot.profile for name, robot in robots.items() if not robot.start}
+    formation = None
+    if isinstance(toml.data.get("formation"), dict):
+        formation = read_formation(reading, sections["formation"], free, world)
+    if formation:
+        starts = dict(zip(free, formation.poses(len(free)), strict=True))
+        robots = {name: replace(robot, start=robot.start or starts[name]) for name, robot in robots.items()}
     senses = read_senses(reading, sections.get("senses", {}))
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
-    return Robots(robots, profiles, path, text, diagnostics, namespace, use_sim_time, world, safety, node, senses)
+    rest = (namespace, use_sim_time, world, safety, node, senses, formation, publish)
+    return Robots(robots, profiles, path, text, diagnostics, *rest)
 
 
 def find_robots_file(folder: Path) -> Path | None:
@@ -176,7 +193,10 @@ class _RobotsReading(TomlReading):
         start = self.start((*keys, "start"), table["start"]) if "start" in table else None
         message = self.one_of((*keys, "message"), table) or profile.message
         topic = ros_name(self, (*keys, "topic"), table, namespace) or _topic(namespace, name)
-        return Robot(profile, start, topic, message, ros_name(self, (*keys, "reset"), table, namespace))
+        reset = ros_name(self, (*keys, "reset"), table, namespace)
+        odom = ros_name(self, (*keys, "odom"), table, f"{namespace}/{name}")
+        frame = frame_id(self, (*keys, "frame"), table) or BASE_FRAME
+        return Robot(profile, start, topic, message, reset, odom, frame)
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin
@@ -240,6 +260,8 @@ class _RobotsReading(TomlReading):
                 changes[word] = written
         if "wheel_error" in table:
             changes["wheel_error"] = self.wheel_error((*keys, "wheel_error"), table["wheel_error"])
+        if "smooth" in table:
+            changes["smooth"] = self.flag((*keys, "smooth"), table)
         profile = replace(base, name=name, motions=motions or base.motions, **changes)
         if profile.dynamics != "motors":
             for key in _MOTORS_ONLY:

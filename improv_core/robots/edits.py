@@ -1,12 +1,14 @@
-"""Writes start poses and robots into the text of an `improv.toml` and leaves everything else unchanged."""
+"""Writes start poses, formations, robots, and calibration into the text of an `improv.toml`; the rest stays."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import count
 from typing import Any
 
 from improv_core.diagnostics import Edit
 from improv_core.robots.toml_text import TomlText, read_toml
+from improv_core.score.profiles import BUILT_IN
 from improv_core.text import Span
 
 Start = tuple[float, float, float]
@@ -25,15 +27,36 @@ def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | 
         return None
     line_end = "\r\n" if "\r\n" in text else "\n"
     edits = [_edit(text, toml, name, start, line_end) for name, start in starts.items() if name in robots]
-    made = text
-    for edit in sorted((edit for edit in edits if edit), key=lambda edit: edit.span, reverse=True):
-        made = made[: edit.span.start] + edit.text + made[edit.span.end :]
+    made = _applied(text, filter(None, edits))
     missing = [name for name in dict.fromkeys([*(() if robots else cast), *starts]) if name not in robots]
     if missing:
         made += _gap(made, line_end)
         made += line_end.join(_section(name, starts.get(name), line_end) for name in missing)
     # TOML has many ways to write the same thing, so check that the new text means what it should.
     return made if read_toml(made).data == _expected(toml.data, robots, missing, starts) else None
+
+
+def form(text: str, shape: str, distance: float, facing: str) -> str | None:
+    """The text with this formation; None if the file can't be read, or writes its formation in an unusual form."""
+    toml = read_toml(text)
+    old = toml.data.get("formation", {})
+    if toml.diagnostics or not isinstance(old, dict):
+        return None
+    line_end = "\r\n" if "\r\n" in text else "\n"
+    lines = formation_lines(shape, distance, facing)
+    if "formation" in toml.data:
+        made = _reformed(text, toml, lines, line_end)
+    else:
+        made = text + _gap(text, line_end) + "".join(f"{line}{line_end}" for line in ("[formation]", *lines))
+    new = read_toml(made)
+    expected = {**toml.data, "formation": read_toml("\n".join(lines)).data}
+    return made if not new.diagnostics and new.data == expected else None
+
+
+def formation_lines(shape: str, distance: float, facing: str) -> list[str]:
+    """A formation as written in improv.toml. Only robots in a circle face in or out."""
+    lines = [f'shape = "{shape}"', f"distance = {round(distance, 3):.10g}"]
+    return [*lines, f'facing = "{facing}"'] if shape == "circle" else lines
 
 
 def add(text: str, robot: str) -> Edit | None:
@@ -56,19 +79,114 @@ def add(text: str, robot: str) -> Edit | None:
     return Edit(Span(len(text), len(text)), written)
 
 
+def calibrate(text: str, robot: str, values: Mapping[str, float]) -> str | None:
+    """The text in which the profile of a listed robot has these values.
+
+    If other robots or profiles use its profile too, or it is a built-in one, the robot gets a profile of its own, based
+    on that one. None if the file can't be read or has no such robot, or if it writes them in an unusual form.
+    """
+    toml = read_toml(text)
+    robots, profiles = (toml.data.get(section, {}) for section in ("robots", "profiles"))
+    if toml.diagnostics or not isinstance(robots, dict) or not isinstance(profiles, dict):
+        return None
+    table = robots.get(robot)
+    if not isinstance(table, dict) or not all(
+        isinstance(each, dict) for each in (*robots.values(), *profiles.values())
+    ):
+        return None
+    line_end = "\r\n" if "\r\n" in text else "\n"
+    profile = table.get("profile")
+    if not isinstance(profile, str | None):
+        return None
+    users = [each for each in robots.values() if each.get("profile") == profile]
+    heirs = [each for each in profiles.values() if each.get("base") == profile]
+    if profile and profile in profiles and len(users) == 1 and not heirs:
+        made = _applied(text, _settings(text, toml, ("profiles", profile), values, line_end))
+        expected = {**profiles, profile: {**profiles[profile], **values}}
+        return made if read_toml(made).data == {**toml.data, "profiles": expected} else None
+    own = next(name for name in _names(robot) if name not in profiles and name not in BUILT_IN)
+    contents: dict[str, float | str] = {**({} if profile is None else {"base": profile}), **values}
+    made = _applied(text, _settings(text, toml, ("robots", robot), {"profile": own}, line_end))
+    lines = [f"[profiles.{own}]", *(f"{key} = {_value(value)}" for key, value in contents.items())]
+    made += _gap(made, line_end) + "".join(line + line_end for line in lines)
+    expected = {"robots": {**robots, robot: {**table, "profile": own}}, "profiles": {**profiles, own: contents}}
+    return made if read_toml(made).data == {**toml.data, **expected} else None
+
+
+def _names(robot: str) -> Iterator[str]:
+    """Names for a profile of a robot's own."""
+    yield robot
+    yield f"{robot}_calibrated"
+    yield from (f"{robot}_calibrated_{number}" for number in count(2))
+
+
 def inline(start: Start) -> str:
     """A start pose as written in improv.toml."""
     x, y, heading = (f"{value:.10g}" for value in _rounded(start).values())
     return f"{{ x = {x}, y = {y}, heading = {heading} }}"
 
 
+def _reformed(text: str, toml: TomlText, lines: Iterable[str], line_end: str) -> str:
+    """The text with these lines in the section that it has. Comments stay, also those behind what goes."""
+    entries = toml.positions.entries
+    after_header = text.find("\n", entries["formation",].key.end) + 1 or len(text)
+    wanted = {line.split(" = ")[0]: line.split(" = ")[1] for line in lines}
+    edits = [
+        Edit(known.value, wanted[key])
+        if key in wanted
+        else Edit(_whole(text, Span(known.key.start, known.value.end)), "")
+        for key in ("shape", "distance", "facing")
+        if (known := entries.get(("formation", key)))
+    ]
+    missing = [f"{key} = {value}{line_end}" for key, value in wanted.items() if ("formation", key) not in entries]
+    edits.append(Edit(Span(after_header, after_header), "".join(missing)))
+    return _applied(text, edits)
+
+
+def _whole(text: str, span: Span) -> Span:
+    """The span with its line end if nothing else is on its line."""
+    start, end = text.rfind("\n", 0, span.start) + 1, text.find("\n", span.end) + 1 or len(text)
+    return span if text[start : span.start].strip() or text[span.end : end].strip() else Span(start, end)
+
+
+def _applied(text: str, edits: Iterable[Edit]) -> str:
+    for edit in sorted(edits, key=lambda edit: edit.span, reverse=True):
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    return text
+
+
+def _settings(
+    text: str, toml: TomlText, table: tuple[str, str], values: Mapping[str, float | str], line_end: str
+) -> Iterator[Edit]:
+    """The edits that give these keys of a table that is there these values."""
+    new = []
+    for key, value in values.items():
+        if known := toml.positions.entries.get((*table, key)):
+            yield Edit(known.value, _value(value))
+        else:
+            new.append(f"{key} = {_value(value)}")
+    if new:
+        inside = [entry for keys, entry in toml.positions.entries.items() if keys[:-1] == table]
+        last = max((each.value.end for each in inside if each.value != each.key), default=0)  # not a table in a header
+        yield _below(text, max(last, toml.positions.entries[table].key.end), new, line_end)
+
+
+def _value(value: float | str) -> str:
+    return f'"{value}"' if isinstance(value, str) else f"{value:.10g}"
+
+
+def _below(text: str, offset: int, lines: Iterable[str], line_end: str) -> Edit:
+    """The edit that adds lines below the one at an offset."""
+    end = text.find("\n", offset) + 1
+    written = "".join(f"{line}{line_end}" for line in lines)
+    return Edit(Span(end, end), written) if end else Edit(Span(len(text), len(text)), line_end + written)
+
+
 def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) -> Edit | None:
     """The edit that sets the start pose of a listed robot."""
     if known := toml.positions.entries.get(("robots", robot, "start")):
         return Edit(known.value, inline(start)) if text[known.value.start] == "{" else None
-    end = text.find("\n", toml.positions.entries["robots", robot].key.end)
-    line = f"start = {inline(start)}{line_end}"
-    return Edit(Span(end + 1, end + 1), line) if end >= 0 else Edit(Span(len(text), len(text)), f"{line_end}{line}")
+    return _below(text, toml.positions.entries["robots", robot].key.end, [f"start = {inline(start)}"], line_end)
 
 
 def _gap(text: str, line_end: str) -> str:

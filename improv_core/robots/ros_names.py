@@ -13,6 +13,7 @@ _NODE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # as in rmw's validate_node_
 _LONGEST_NODE_NAME = 200  # there 255, but the names of services come after it
 _ROS_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")  # as in rmw's validate_full_topic_name.c
 _LONGEST_ROS_NAME = 247  # also there: 255, less 8 for prefixes
+_FRAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./-]{0,199}")  # tf2 refuses a leading `/`
 
 
 def ros_name(reading: TomlReading, keys: Keys, table: Mapping[str, Any], namespace: str) -> str | None:
@@ -41,4 +42,13 @@ def node_name(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> str
     if name is None or (_NODE_NAME.fullmatch(name) and len(name) <= _LONGEST_NODE_NAME):
         return name
     reading.at_value(keys, "use the letters a to z, digits, and `_`, not starting with a digit, without `/`")
+    return None
+
+
+def frame_id(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> str | None:
+    """The name of a coordinate frame, as tf2 takes it."""
+    name = reading.text(keys, table)
+    if name is None or _FRAME.fullmatch(name):
+        return name
+    reading.at_value(keys, "use the letters a to z, digits, `_`, `.`, `-`, and `/`, but no `/` at the start")
     return None

@@ -15,6 +15,8 @@ from improv_core.score.score import Rejoin
 from improv_core.score.senses import Message
 
 MOST_BUTTON = 99
+SHAPES = "line", "circle", "grid"
+FACING = "in", "out"
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,7 @@ _ROBOT = {
         "its pose at beat 0: `x`, `y` in meters, `heading` in degrees, counterclockwise from the x axis; each defaults"
         " to 0",
         "object",
-        default="next to the other robots",
+        default="in the formation, or next to the other robots",
         keys=_START,
         example="{ x = 0, y = 0, heading = 0 }",
     ),
@@ -108,8 +110,15 @@ _ROBOT = {
         default="the profile's",
         choices=MESSAGES,
     ),
+    "frame": Key("the `frame_id` of its `TwistStamped` messages", default='`"base_link"`', example='"anna/base_link"'),
     "reset": Key(
         "a service of type `std_srvs/srv/Empty` that moves it back to its start", default="none", example='"/reset"'
+    ),
+    "odom": Key(
+        "a topic that says where it really is; without a leading `/`, the name is in the robot's namespace, which is in"
+        " that of `[ros]`",
+        default="none",
+        example='"odom"',
     ),
 }
 # The ranges catch typical errors: 0, millimeters, an angle in radians.
@@ -117,6 +126,13 @@ _PROFILE = {
     "base": Key("the profile it starts from", profile=True),
     "step": _number("the distance of `forward`", "meters", 0.001, 100),
     "quarter_turn": _number("the angle of `left`", "degrees", 45, 135, "90"),
+    "left_right": _number(
+        "how far the left wheel of the real robot rolls for each meter of the right one; below 1, it pulls to the left",
+        "meters per meter",
+        0.8,
+        1.25,
+        "1",
+    ),
     "max_linear": _number("the maximum speed in any direction", "m/s", 0.001, 100, "no limit"),
     "max_angular": _number("the maximum turning speed", "rad/s", 0.001, 100, "no limit"),
     "max_linear_acceleration": _number(
@@ -149,6 +165,12 @@ _PROFILE = {
     "noise": _number(
         "the standard deviation of that, which changes ten times a second", "shares of the speed", 0, 0.5, "0"
     ),
+    "smooth": Key(
+        "begin and end each movement gently, for robots that are tall or heavy",
+        "boolean",
+        default="false",
+        example="true",
+    ),
     "near": _number(
         "how far ahead the sense `near` looks in the simulator, from the robot's rim", "meters", 0.001, 100, "one step"
     ),
@@ -161,6 +183,12 @@ _ROS = {
         "the name of Improv's node, for its services and parameters",
         default="`improv_HOST_PID`",
         example='"conductor"',
+    ),
+    "publish": Key(
+        "publish what plays, for rviz, Foxglove, and monitors: paths, markers, the position, and diagnostics",
+        "boolean",
+        default="false",
+        example="true",
     ),
     "use_sim_time": Key(
         "stamp messages with the time on `/clock`, for simulated robots", "boolean", default="false", example="true"
@@ -269,11 +297,24 @@ _SENSE = {
     ),
     "key": Key("a letter or a digit, instead of a topic", example='"d"'),
 }
+_FORMATION = {
+    "shape": Key(
+        'how they stand: side by side in a `"line"`, in a `"circle"`, or in the rows of a `"grid"`, around the origin',
+        choices=SHAPES,
+    ),
+    "distance": _number("how far neighbors are apart, from center to center", "meters", 0.001, 1000, "3"),
+    "facing": Key(
+        'where robots in a circle look: `"in"`, to its center, or `"out"`; in other shapes, all look along x',
+        default='`"in"`',
+        choices=FACING,
+    ),
+}
 SCHEMA = _table(
     "an `improv.toml`",
     {
         "robots": Key("the robots, by their names in programs", "object", named=_table("a robot", _ROBOT)),
         "profiles": Key("your own kinds of robots, by name", "object", named=_table("a kind of robot", _PROFILE)),
+        "formation": _table("where robots without a `start` start", _FORMATION, required=("shape",)),
         "ros": _table("names, time, and safety in ROS 2, for all robots", _ROS),
         "world": _table("the simulator's walls and obstacles", _WORLD),
         "senses": Key("where senses come from, by their names in programs", "object", named=_table("a sense", _SENSE)),

@@ -1,4 +1,4 @@
-"""Start poses of robots. Those without one in `improv.toml` start in rows, inside the walls around the floor."""
+"""Start poses of robots. Those without one in `improv.toml` start in a formation or in rows, inside the walls."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 
 from improv_core.robots.config import Robot
+from improv_core.robots.formation import Formation
 from improv_core.score.motion import Pose
 
 APART = 3.0
@@ -18,19 +19,23 @@ _TOUCHING = 1 - 1e-9
 """Keeps robots that fill a row from wall to wall from overlapping because of rounding."""
 
 
-def start_poses(robots: Mapping[str, Robot], size: tuple[float, float] | None) -> dict[str, Pose]:
+def start_poses(
+    robots: Mapping[str, Robot], size: tuple[float, float] | None, formation: Formation | None = None
+) -> dict[str, Pose]:
     """The start poses, on a floor with walls around it, `size` meters along x and y, or on an endless floor (None).
 
-    If the usual rows don't fit, all robots without a start pose stand around the origin instead, as far apart as there
-    is room. They overlap only if no rows have room for all of them.
+    If the formation or the usual rows don't fit, all robots without a start pose stand around the origin instead, as
+    far apart as there is room. They overlap only if no rows have room for all of them.
     """
     poses = {name: robot.start or _usual(place) for place, (name, robot) in enumerate(robots.items())}
     new = [name for name, robot in robots.items() if not robot.start]
+    if formation:
+        poses.update(zip(new, formation.poses(len(new)), strict=True))
     if not size or not new:
         return poses
     placed = [(poses[name].x, poses[name].y, robots[name].profile.radius) for name in robots.keys() - new]
     radius = max(robots[name].profile.radius for name in new)
-    if 2 * radius > APART or not all(_is_free(poses[name], radius, size, placed) for name in new):
+    if (not formation and 2 * radius > APART) or not all(_is_free(poses[name], radius, size, placed) for name in new):
         poses.update(zip(new, _rows(len(new), radius, size, placed), strict=True))
     return poses
 

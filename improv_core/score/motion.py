@@ -27,6 +27,18 @@ class Twist:
             slower = Twist(self.x * factor, self.y * factor, self.z * factor, self.yaw * factor)
         return slower
 
+    def balanced(self, left_right: float, separation: float) -> Twist:
+        """This twist as a base needs it whose left wheel rolls `left_right` times as far as its right one.
+
+        `separation` is the distance between the wheels, in meters. Each wheel's speed, v - ω b/2 and v + ω b/2, is
+        multiplied by a factor so that both roll equally far, and the factors' mean is 1. These are the factors with
+        which UMBmark corrects odometry, exchanged (Borenstein & Feng, Measurement and Correction of Systematic Odometry
+        Errors in Mobile Robots, IEEE Transactions on Robotics and Automation 12(6), 1996).
+        """
+        share = (left_right - 1) / (left_right + 1)
+        x, yaw = self.x + self.yaw * separation / 2 * share, self.yaw + self.x * 2 / separation * share
+        return Twist(x, self.y, self.z, yaw)
+
 
 def _times_over(twist: Twist, max_linear: float | None, max_angular: float | None) -> float:
     linear = math.hypot(twist.x, twist.y, twist.z) / max_linear if max_linear is not None else 0.0
@@ -61,6 +73,11 @@ class Pose:
         dx = (twist.x * along - twist.y * across) * seconds
         dy = (twist.x * across + twist.y * along) * seconds
         return self.then(Pose(dx, dy, twist.z * seconds, angle))
+
+    def inverse(self) -> Pose:
+        """The pose of the world in the frame of this pose: `pose.then(pose.inverse())` is the origin."""
+        cos, sin = math.cos(self.heading), math.sin(self.heading)
+        return Pose(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, -self.z, -self.heading)
 
     def then(self, other: Pose) -> Pose:
         """The composition of two poses: `other` is relative to this pose; the result is in the world frame."""

@@ -6,11 +6,16 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from improv_core.score.motion import Twist
+
 MOTIONS = ("forward", "turn", "strafe", "climb")
 DYNAMICS = ("ideal", "motors")
 LIMITED = "limits"
 """What `dynamics` is of an ideal robot beside its real one (`beside_robots`)."""
 MESSAGES = ("auto", "Twist", "TwistStamped")
+
+WHEEL_SEPARATION = 1.42
+"""The distance between the wheels in radii: 0.233 m for 0.164 m, as in a Create 3 (create3_sim, create3.urdf.xacro)."""
 
 _WHEELS = ("forward", "turn")
 
@@ -19,18 +24,21 @@ _WHEELS = ("forward", "turn")
 class Profile:
     """A kind of robot. Values that are not given impose no limit.
 
-    `step`: meters that `forward` covers. `quarter_turn`: radians that `left` turns. `max_linear` (m/s), `max_angular`
-    (rad/s), and the accelerations (m/s², rad/s²): None if there is no limit. `motions`: those of `MOTIONS` that it can
+    `step`: meters that `forward` covers. `quarter_turn`: radians that `left` turns. `left_right`: how far the left
+    wheel of the real robot rolls for each meter of the right one. `max_linear` (m/s), `max_angular` (rad/s), and the
+    accelerations (m/s², rad/s²): None if there is no limit. `motions`: those of `MOTIONS` that it can
     make, in both directions. `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in
     the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as
     the score says, or as motors would. With motors, `wheel_error` holds how far its left and right wheels really roll
-    for each meter that their encoders count, and `noise` the standard deviation of that, as a share. `near`: meters
+    for each meter that their encoders count, and `noise` the standard deviation of that, as a share. `smooth`: whether
+    its movements begin and end gently, stretch by stretch. `near`: meters
     ahead of it in which it senses what is near; None is one step.
     """
 
     name: str
     step: float
     quarter_turn: float = math.pi / 2
+    left_right: float = 1.0
     max_linear: float | None = None
     max_angular: float | None = None
     max_linear_acceleration: float | None = None
@@ -45,12 +53,30 @@ class Profile:
     dynamics: str = "ideal"
     wheel_error: Sequence[float] = (1.0, 1.0)
     noise: float = 0.0
+    smooth: bool = False
     near: float | None = None
 
     @property
     def reach(self) -> float:
         """Meters ahead of it in which the simulator senses what is near."""
         return self.step if self.near is None else self.near
+
+    @property
+    def wheel_separation(self) -> float:
+        """Meters between its wheels."""
+        return WHEEL_SEPARATION * self.radius
+
+    def told(self, twist: Twist) -> Twist:
+        """What the real robot is told so that it moves like this: balanced by `left_right`, and within its limits."""
+        return self.limited(self.balanced(twist))
+
+    def balanced(self, twist: Twist) -> Twist:
+        """The twist that makes a base that pulls to one side move like this."""
+        return twist if self.left_right == 1 else twist.balanced(self.left_right, self.wheel_separation)
+
+    def limited(self, twist: Twist) -> Twist:
+        """This twist, or a slower one if it exceeds a limit."""
+        return twist.within(self.max_linear, self.max_angular)
 
     def __post_init__(self) -> None:
         for name in ("motions", "wheel_error"):

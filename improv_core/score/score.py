@@ -18,6 +18,8 @@ from improv_core.score.scenes import NOTHING, performance, scene_begins
 from improv_core.score.senses import Senses
 from improv_core.score.world import World
 
+BASE_FRAME = "base_link"
+"""The frame of a robot's velocities by default, as in REP 105."""
 UNNUMBERED = 0
 """The edition of a part that nobody has compared with others."""
 
@@ -27,9 +29,10 @@ class Part:
     """One robot's part: its scenes, its profile, its start pose, and its topic.
 
     `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
-    that moves it to its start pose, if there is one. With `use_sim_time`, its messages are stamped with the time on
-    /clock. `senses` are those that its movements read. `editions` has a number for each scene: where two parts of a
-    robot have the same, they move it alike.
+    that moves it to its start pose, and `odom` the topic of its poses, if there are any. With `use_sim_time`, its
+    messages are stamped with the time on /clock. `frame` is the frame of its velocities. `senses` are those that its
+    movements read. `editions` has a number for each scene: where two parts of a robot have the same,
+    they move it alike.
 
     `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
     beginning of all, `entered` is where the robot ideally was then. `movement` is all that it performs from there on.
@@ -44,12 +47,14 @@ class Part:
     topic: str
     reset: str | None = None
     use_sim_time: bool = False
+    odom: str | None = None
     senses: Senses = field(default_factory=dict)
     editions: tuple[int, ...] = ()
     begins: algebra.Exact = 0
     entered: Pose | None = None
     scene: int = 0
     scene_begins: tuple[algebra.Exact, ...] = field(default=(), compare=False)
+    frame: str = BASE_FRAME
     movement: Movement = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -100,8 +105,8 @@ class Score:
     """All parts, which play together at `tempo` beats per minute.
 
     It plays from scene `scene` on (counted from 0), which began at beat `since`; the beats at which that one and the
-    later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For the page, `text` is the
-    program, and `offsets` are the offsets of its statements by ID.
+    later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For those who watch, `text` is
+    the program, and `offsets` are the offsets of its statements by ID; with `publish`, others in ROS 2 may watch.
     """
 
     tempo: Fraction
@@ -112,6 +117,7 @@ class Score:
     safety: Safety = Safety()
     scene: int = 0
     since: algebra.Exact = 0
+    publish: bool = False
     scene_begins: tuple[algebra.Exact, ...] = field(init=False)
 
     def __post_init__(self) -> None:

@@ -52,8 +52,8 @@ class _Written(NamedTuple):
         one, two = self.part, other.part
         return (
             self.scenes == other.scenes
-            and (one.editions, one.topic, one.reset, one.use_sim_time)
-            == (two.editions, two.topic, two.reset, two.use_sim_time)
+            and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame, one.odom)
+            == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame, two.odom)
             and one.profile == two.profile
             and one.start == two.start
             and one.senses == two.senses
@@ -99,6 +99,7 @@ def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
         "parts": parts,
         "world": worlds.to_json(score.world),
         "safety": asdict(score.safety),
+        "publish": score.publish,
         **program,
     }
 
@@ -112,6 +113,8 @@ def _part_json(written: _Written) -> dict[str, Any]:
         "topic": part.topic,
         "reset": part.reset,
         "use_sim_time": part.use_sim_time,
+        "frame": part.frame,
+        "odom": part.odom,
         "senses": senses.to_json(part.senses),
         "editions": part.editions,
     }
@@ -124,6 +127,8 @@ class _PartJson(TypedDict):
     topic: str
     reset: str | None
     use_sim_time: bool
+    frame: str
+    odom: str | None
     senses: Mapping[str, Mapping[str, Any]]
     editions: Sequence[int]
 
@@ -148,6 +153,7 @@ class _ScoreJson(TypedDict):
     text: str
     offsets: Sequence[Sequence[int]]
     safety: _SafetyJson
+    publish: bool
 
 
 def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
@@ -188,8 +194,10 @@ def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
         data["topic"],
         data["reset"],
         data["use_sim_time"],
+        data["odom"],
         senses.from_json(data["senses"]),
         tuple(data["editions"]),
+        frame=data["frame"],
     )
 
 
@@ -209,7 +217,7 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     safety = data["safety"]
     deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
     rules = Safety(safety["stop"], deadman, safety["rejoin"])
-    return Score(tempo, parts, data["text"], dict(data["offsets"]), world, rules)
+    return Score(tempo, parts, data["text"], dict(data["offsets"]), world, rules, publish=data["publish"])
 
 
 def _playable(movement: Movement) -> Movement:
@@ -296,7 +304,7 @@ def _row(part: Movement, inner: list[int]) -> list[Any]:
     if isinstance(part, chances.Seed):
         return ["seed", inner[0], str(part.number)]
     if isinstance(part, chances.Throwing):
-        return ["throwing", inner[0], part.throw]
+        return ["throwing", inner[0], part.throw, part.stream]
     assert isinstance(part, reactions.Reaction)
     return [_REACTIONS[type(part)], inner, *part.condition, part.span]
 
@@ -386,7 +394,9 @@ def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
     if kind == "seed":
         return chances.seed(body, Fraction(_exact(rest[1])))
     if kind == "throwing":
-        return chances.throwing(body, _count(rest[1]))
+        if not isinstance(rest[2], str):
+            raise ValueError("a stream of throws is wrong")
+        return chances.throwing(body, _count(rest[1]), rest[2])
     raise ValueError(f"no movement is called {kind!r}")
 
 

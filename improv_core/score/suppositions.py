@@ -7,7 +7,18 @@ from dataclasses import replace
 from itertools import islice
 
 from improv_core.score import movement as algebra
-from improv_core.score.dice import Seed, Shuffle, Throwing, seed, shuffle, throwing
+from improv_core.score.dice import (
+    Chance,
+    Choose,
+    Seed,
+    Shuffle,
+    Throwing,
+    chance,
+    choose,
+    seed,
+    shuffle,
+    throwing,
+)
 from improv_core.score.movement import ENDLESS, Duration, Movement, parallel, series, stand
 from improv_core.score.reactions import Reaction, Until
 from improv_core.score.walk import walk
@@ -64,21 +75,24 @@ def _supposed(whole: Movement, suppose: _Supposing) -> Movement:
             continue
         waiting.pop()
         items = [made.get(id(each), each) for each in algebra.parts(part)]
-        made[id(part)] = _remade(part, items, suppose) if part.open else part
+        if isinstance(part, Reaction):
+            assumed = suppose(part, items)
+            made[id(part)] = replace(part, items=tuple(items), assumed=assumed, duration=assumed.duration)
+        else:
+            made[id(part)] = remade(part, items) if part.open else part
     return made[id(whole)]
 
 
-def _remade(part: Movement, items: Sequence[Movement], suppose: _Supposing) -> Movement:
-    """An open movement with other parts."""
-    if isinstance(part, Reaction):
-        assumed = suppose(part, items)
-        return replace(part, items=tuple(items), assumed=assumed, duration=assumed.duration)
+def remade(part: Movement, items: Sequence[Movement]) -> Movement:
+    """A movement with other parts. It is no reaction and no ramp."""
     if isinstance(part, algebra.Series):
         return series(items)
     if isinstance(part, algebra.Parallel):
         return parallel(items)
     if isinstance(part, Shuffle):
         return shuffle(items)
+    if isinstance(part, Choose):
+        return choose(items)
     (body,) = items
     if isinstance(part, algebra.Repeat):
         return algebra.repeat(body, part.times)
@@ -86,9 +100,13 @@ def _remade(part: Movement, items: Sequence[Movement], suppose: _Supposing) -> M
         return algebra.pace(body, part.rate)
     if isinstance(part, algebra.Gain):
         return algebra.gain(body, part.gain)
+    if isinstance(part, algebra.Reverse):
+        return algebra.reverse(body)
+    if isinstance(part, Chance):
+        return chance(body, part.probability, part.span)
     if isinstance(part, Seed):
         return seed(body, part.number)
     if isinstance(part, Throwing):
-        return throwing(body, part.throw)
+        return throwing(body, part.throw, part.stream)
     assert isinstance(part, algebra.Use)
     return algebra.use(body, part.span, part.statement)

@@ -82,9 +82,9 @@ def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS)
     parts.append(_scale(frame))
     height = frame.height + 28
     if timeline:
-        rows, rows_height = _timeline(score, frame.width, height)
+        rows, rows_height = _timeline(score, frame.width, height + 8)
         parts.append(rows)
-        height += rows_height
+        height += rows_height + 8
     ground = f'<path d="M0 0H{_number(frame.width)}V{_number(height)}H0Z" fill="{_GROUND}"/>'
     return _svg(frame.width, height, "The ideal paths", [ground, *parts])
 
@@ -263,7 +263,7 @@ def _line(strokes: Sequence[Stroke], frame: _Frame, style: str = "") -> str:
 
 
 def _arrow(pose: Pose, frame: _Frame) -> str:
-    """A small triangle that points in the robot's final direction."""
+    """A small triangle that points in the robot's final direction. It fits into the ring at a start."""
     corners = []
     for angle, far in ((0.0, 9.0), (2.5, 7.0), (-2.5, 7.0)):
         x = pose.x + math.cos(pose.heading + angle) * far / frame.scale
@@ -346,11 +346,11 @@ _QUIET = "#808080"
 _FONTS = "Arial, Helvetica, Liberation Sans, DejaVu Sans, Noto Sans, sans-serif"
 """By name: what draws PNGs doesn't look for another font if it has none that is called sans-serif."""
 _GROUND = "#ffffff"
-_RING = 6.0
+_RING = 9.0
 """The radius of the ring at a start, in pixels."""
 _LETTER, _LINE = 7.5, 15.0
 """About how wide a letter of a name is, and how high a line."""
-_DISTANCES = (9.0, 16.0, 26.0)
+_DISTANCES = (13.0, 19.0, 28.0)
 """Pixels between a start and a name."""
 _OF_A_NAME = 50
 """How many points of a path count as much as a name."""

@@ -100,7 +100,7 @@ def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None
                 put(message)
 
         ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "real": True}
-        return Opened(ros, tell_both), ready
+        return Opened(ros, tell_both, ros.announce), ready
 
     from improv_core.stage.sinks.simulator import Simulator
     from improv_core.stage.viewer.server import Viewer
@@ -121,7 +121,7 @@ def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None
         raise OSError(f"the page's port {options.port} is taken: choose another, or 0 for any free one") from error
 
     def tell(message: FromStage) -> None:
-        if message["type"] in ("transport", "stopped", "sensed", "decided"):
+        if message["type"] in ("transport", "stopped", "sensed", "decided", "measured"):
             viewer.publish(message)
         put(message)
 

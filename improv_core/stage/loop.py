@@ -24,13 +24,13 @@ from improv_core.stage.protocol import (
     Decided,
     FromStage,
     Load,
-    Program,
     Sensed,
     Stopped,
+    ToPages,
     ToStage,
 )
 from improv_core.stage.sensing import foreseen
-from improv_core.stage.sinks import Edge, Sink
+from improv_core.stage.sinks import Edge, RawPoses, Sink
 
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
@@ -72,7 +72,7 @@ class End:
     problem: str = ""
 
 
-Arrival = ToStage | Play | Unreadable | Lost | Reading | Edge | End
+Arrival = ToStage | Play | Unreadable | Lost | Reading | Edge | RawPoses | End
 """What may arrive while a stage plays."""
 
 
@@ -96,12 +96,12 @@ class Clock(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A sink, and functions that send a message to the parent and show a score or a program on the page."""
+    """A sink, and functions that send a message to the parent, show a score on pages, and pass on what is for them."""
 
     sink: Sink
     tell: Callable[[FromStage], None]
     show: Callable[[Score, int], None] = lambda score, generation: None
-    present: Callable[[Program], None] = lambda program: None
+    present: Callable[[ToPages], None] = lambda message: None
 
 
 def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
@@ -176,11 +176,14 @@ class _Loop:
             self._hold_key(key, False, now)
         self.player.advance(now)
 
-    def take(self, arrival: ToStage | Play | Unreadable | Lost | Reading | Edge, now: float) -> None:
+    def take(self, arrival: ToStage | Play | Unreadable | Lost | Reading | Edge | RawPoses, now: float) -> None:
         """Handle an arrival. An exception ends the stage, which stops the robots."""
         pinged = isinstance(arrival, dict) and arrival["type"] == "ping"
         if isinstance(arrival, Edge):
             self.player.sense(arrival, now)
+            return
+        if isinstance(arrival, RawPoses):
+            self.player.measure(arrival.poses, now)
             return
         if self._opened.sink.real and (pinged or self._hangs_from < math.inf):
             self._hangs_from = now + (LOADING_LIMIT if isinstance(arrival, Reading) else SILENCE_LIMIT)
@@ -233,7 +236,10 @@ class _Loop:
         if message["type"] == "ping":
             self._tell({"type": "pong", "number": message["number"]})
             return
-        if message["type"] == "program":
+        if message["type"] == "program" or message["type"] == "source" or message["type"] == "answer":
+            self._opened.present(message)
+            return
+        if message["type"] == "measured":
             self._opened.present(message)
             return
         if message["type"] == "sensed" or message["type"] == "decided":

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 
-from improv_core.score.motion import STILL, Pose
+from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.performer import Decision
@@ -21,15 +21,19 @@ from improv_core.score.transport import BEATS_PER_BAR, Switch, Transport
 from improv_core.stage.current_scene import CurrentScene
 from improv_core.stage.interlocks import stop_of, waits_for
 from improv_core.stage.listeners import Listeners
+from improv_core.stage.odometry import Comparison, Odometry
 from improv_core.stage.open_part import TooManyChangesError
 from improv_core.stage.protocol import (
     FASTEST,
     LAST_BEAT,
+    SIMULATED,
     SLOWEST,
     Begins,
     Decided,
     Entry,
     ErrorLine,
+    Measured,
+    MeasuredRobot,
     Moment,
     PoseJson,
     Poses,
@@ -40,11 +44,12 @@ from improv_core.stage.protocol import (
     WarningLine,
     When,
     refused_by,
+    to_pose_json,
 )
 from improv_core.stage.sensing import Foreseen, Sensing
 from improv_core.stage.setpoint_queue import SetpointQueue
 from improv_core.stage.setpoints import zeros
-from improv_core.stage.sinks import Edge, Sink
+from improv_core.stage.sinks import Edge, RawPose, Sink
 from improv_core.stage.swap import Before, Swap, edited, entering, joined, never_ends
 
 PATIENCE = 5.0
@@ -56,7 +61,12 @@ LATE = 0.5
 """Seconds by which setpoints may be late. After that, real robots are stopped: they have stopped by themselves, or
 should have."""
 
-Told = TransportMessage | Sensed | Decided | WarningLine | ErrorLine
+MEASURE_PERIOD = 0.05
+"""Seconds in which a simulated robot is measured once."""
+REST = 1.0
+"""Seconds after robots were told to stop in which they are still measured: it takes them that long at most."""
+
+Told = TransportMessage | Sensed | Decided | Measured | WarningLine | ErrorLine
 EMPTY = Score(Fraction(60), {})
 
 
@@ -74,7 +84,10 @@ class Player:
         self._state: State = "stopped"
         self._speed = Fraction(1)
         self._transport = Transport(0.0, 0.0, 0, EMPTY.tempo)
-        self._queue = SetpointQueue(sink, lambda robot: self._state == "playing" and self._is_silent(robot))
+        self._odometry = Odometry()
+        self._measured = -math.inf  # the period in which simulated robots were measured last
+        self._measured_until = -math.inf  # the time on the clock at which robots that stop have come to rest
+        self._queue = SetpointQueue(self._send, lambda robot: self._state == "playing" and self._is_silent(robot))
         self._next: Swap | None = None
         self._muted: frozenset[str] = frozenset()
         self._soloed: frozenset[str] = frozenset()
@@ -186,6 +199,15 @@ class Player:
                 self._tell({"type": "warning", "message": what})
         self._keep_waiting(now)
 
+    def measure(self, poses: Iterable[RawPose], now: float) -> None:
+        """Take poses of robots, and tell where they were and ideally would have been."""
+        found = [comparison for raw in poses if (comparison := self._odometry.take(raw))]
+        if found and (self._state == "playing" or (self._state != "waiting" and now < self._measured_until)):
+            robots = {each.raw.robot: self._compared(each, now) for each in found}
+            self._tell({"type": "measured", "generation": self._generation, "robots": robots})
+        for line in self._odometry.news():
+            self._tell({"type": "warning", "message": line})
+
     def cue(self, now: float) -> None:
         """Give the cue, which holds for an instant."""
         self._catch_up(now)
@@ -230,7 +252,7 @@ class Player:
         target = near(min(max(beat, 0.0), float(self._begun.beats), LAST_BEAT))
         self._enter(self._begun, target)
         if self._state != "waiting":
-            self._place_at(target)
+            self._place_at(target, now)
         if self._state == "playing":
             self._play_from(target, self._transport.performed(now), now)
         elif self._state != "waiting":
@@ -349,11 +371,15 @@ class Player:
         playing = self._state == "playing"
         return self._transport.beat(now, self._scene.beats) if playing else self._transport.origin
 
-    def _place_at(self, beat: Exact) -> None:
-        """Move simulated robots to where they ideally are at a beat."""
-        if not self._sink.real:
-            poses = {robot: pose_at(part, beat) for robot, part in self.score.parts.items()}
-            self._sink.place({robot: pose for robot, pose in poses.items() if pose})
+    def _place_at(self, beat: Exact, now: float) -> None:
+        """Move simulated robots to where they ideally are at a beat. Real ones count as being there."""
+        real = self._sink.real
+        parts = {robot: part for robot, part in self.score.parts.items() if part.odom or not real}
+        ideal = {robot: pose_at(part, beat) for robot, part in parts.items()}
+        poses = {robot: pose for robot, pose in ideal.items() if pose}
+        self._odometry.place(poses, now)
+        if not real:
+            self._sink.place(poses)
 
     def _leave_at(self, beat: Exact) -> None:
         """Remember the beat at which playback stopped."""
@@ -398,7 +424,8 @@ class Player:
         self._sink.prepare(score, True)
         self._start_poses = _as_json(self._sink.poses())
         self._queue.restart({*old, *score.parts}, performed)
-        self._next, self._advanced = None, 0.0
+        self._next, self._advanced, self._measured = None, 0.0, -math.inf
+        self._odometry.begin(score.parts, now)
         self._sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
         self._queue.stop_leaving(old, score.parts, 0.0)
         self._listeners.forget()
@@ -425,7 +452,7 @@ class Player:
         beat = near(entry["beat"])
         self._enter(joined(self.score, entry), beat)
         if beat:
-            self._place_at(beat)
+            self._place_at(beat, now)
         self._play_from(beat, 0.0, now)
 
     def _look_for_listeners(self, now: float) -> None:
@@ -437,6 +464,7 @@ class Player:
         if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in self._unheard):
             return
         self._transport = replace(self._transport, zero=now)
+        self._odometry.begin(self.score.parts, now)
         self._play_from(0, 0.0, now)
         self._look_at(self.score.parts)
 
@@ -456,6 +484,7 @@ class Player:
         self._sink.prepare(score, False)
         self._listeners.begin(score, begin)
         self._queue.stop_leaving(old.parts, score.parts, swap.at)
+        self._odometry.cast(score.parts, now)
         self._begun, self._generation = score, swap.generation
         self._scene.edit(score, {*begin, *leaving})
         for robot in begin:
@@ -486,7 +515,7 @@ class Player:
             self._take_over(swap, now)
             return
         self._transport = replace(self._transport, since=end, origin=beat)
-        self._state = "ended"
+        self._state, self._measured_until = "ended", now + REST
         if not self._sink.real:
             self._look_at(self.score.parts)  # for bumps in the last second
         self._tell_transport(now)
@@ -618,11 +647,15 @@ class Player:
             self._next = None
         problems = self._queue.stop(self.score.parts, performed)
         self._leave_at(self._beat(now))
-        self._state, self.reached = state, now
+        self._state, self.reached, self._measured_until = state, now, now + REST
         if problems:
             raise problems[0]
         self._advance_sink(performed)
         self._tell_transport(now)
+
+    def _send(self, robot: str, twist: Twist, performed: float) -> None:
+        self._sink.send(robot, twist, performed)
+        self._odometry.tell(robot, twist, self._transport.clock(performed))
 
     def _is_silent(self, robot: str) -> bool:
         return robot in self._listeners.standing or (
@@ -667,6 +700,11 @@ class Player:
     def _advance_sink(self, performed: float) -> None:
         self._sink.advance(performed)
         self._advanced = max(self._advanced, performed)
+        period = performed // MEASURE_PERIOD
+        if period > self._measured and not self._sink.real and self._odometry.robots:
+            self._measured, at = period, self._transport.clock(performed)
+            poses = [each for each in self._sink.poses().items() if each[0] in self._odometry.robots]
+            self.measure([RawPose(robot, SIMULATED, pose, at) for robot, pose in poses], at)
 
     def _look_at(self, robots: Collection[str]) -> None:
         """Check robots at once, and tell what came up."""
@@ -685,7 +723,25 @@ class Player:
             "robot": robot,
             "beat": float(beat),
             "performed": performed,
-            "wall": round((self._wall() - (now - at)) * 1e9),
+            "wall": self._wall_at(at, now),
+        }
+
+    def _wall_at(self, at: float, now: float) -> int:
+        """The Unix time in nanoseconds at a time on the clock."""
+        return round((self._wall() - (now - at)) * 1e9)
+
+    def _compared(self, comparison: Comparison, now: float) -> MeasuredRobot:
+        raw, pose, ideal, aligned = comparison
+        return {
+            "source": raw.source,
+            "frame": raw.frame,
+            "origin": to_pose_json(raw.pose.then(pose.inverse())),
+            "pose": to_pose_json(pose),
+            "ideal": to_pose_json(ideal),
+            "aligned": aligned,
+            "beat": float(self._beat(raw.at)),
+            "performed": self._transport.performed(raw.at),
+            "wall": self._wall_at(raw.at, now),
         }
 
     def whereabouts(self) -> Poses:
@@ -735,4 +791,4 @@ class Player:
 
 
 def _as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:
-    return {robot: {"x": pose.x, "y": pose.y, "z": pose.z, "heading": pose.heading} for robot, pose in poses.items()}
+    return {robot: to_pose_json(pose) for robot, pose in poses.items()}

@@ -14,6 +14,7 @@ from typing import Any, Literal, TypedDict, cast, get_args
 
 from improv_core.plain import message as in_plain_text
 from improv_core.score.fits import fits, hints_of
+from improv_core.score.motion import Pose
 
 VERSION = 1
 """The protocol's version."""
@@ -35,6 +36,8 @@ DEADMAN_LIMIT = 0.3
 """Seconds without a sign of a deadman button after which it counts as released."""
 END_LIMIT = 3.0
 """Seconds a stage may take to stop its robots and end, before it is killed."""
+LONGEST_TEXT = 100_000
+"""Characters of a program that can be edited on the page: a browser would take long to lay out more."""
 
 When = Literal["restart", "now", "beat", "bar", "end"]
 """When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat, bar, or the end."""
@@ -49,6 +52,11 @@ class PoseJson(TypedDict):
     y: float
     z: float
     heading: float
+
+
+def to_pose_json(pose: Pose) -> PoseJson:
+    """A pose for a message."""
+    return {"x": pose.x, "y": pose.y, "z": pose.z, "heading": pose.heading}
 
 
 class StartPoseJson(TypedDict):
@@ -79,6 +87,33 @@ class Sensed(Moment):
     type: Literal["sensed"]
     sense: str
     value: bool | None
+
+
+class MeasuredRobot(TypedDict):
+    """Where a robot was and where it ideally was: at this beat, so many seconds after beat 0, at this Unix time (ns).
+
+    `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
+    source was laid on the world of the score: before and after that, poses don't belong together. `frame` is the name
+    of that frame, and `origin` is where the origin of the world is in it.
+    """
+
+    source: str
+    frame: str
+    origin: PoseJson
+    pose: PoseJson
+    ideal: PoseJson
+    aligned: int
+    beat: float
+    performed: float
+    wall: int
+
+
+class Measured(TypedDict):
+    """Where robots really were, in the world of the score."""
+
+    type: Literal["measured"]
+    generation: int
+    robots: Mapping[str, MeasuredRobot]
 
 
 class _Load(TypedDict):
@@ -217,6 +252,135 @@ class Program(TypedDict):
     problems: Sequence[Problem]
 
 
+class Source(TypedDict):
+    """The program as it stands in its file at `path`, which pages may edit. `revision` names this version of it.
+
+    Its lines end in \\n here, whatever they end in in the file.
+    """
+
+    type: Literal["source"]
+    path: str
+    text: str
+    revision: str
+
+
+class Analyze(TypedDict):
+    """A page has this text, which it numbers: what are its colors and its problems?"""
+
+    type: Literal["analyze"]
+    number: int
+    text: str
+
+
+class Complete(TypedDict):
+    """What may be written at an offset of the text with this number?"""
+
+    type: Literal["complete"]
+    number: int
+    offset: int
+
+
+class Explain(TypedDict):
+    """What stands at an offset of the text with this number?"""
+
+    type: Literal["explain"]
+    number: int
+    offset: int
+
+
+class Write(TypedDict):
+    """Save this text, which is an edit of a revision of the file, and play it."""
+
+    type: Literal["write"]
+    number: int
+    text: str
+    revision: str
+
+
+AskEditor = Analyze | Complete | Explain | Write
+"""What a page asks for while somebody edits the program on it."""
+
+
+class TextEdit(TypedDict):
+    """Replaces the text between two offsets."""
+
+    start: int
+    end: int
+    text: str
+
+
+class TextFix(TypedDict):
+    title: str
+    edits: Sequence[TextEdit]
+
+
+class TextProblem(TypedDict):
+    """A diagnostic of a text, or with a `file`, of that other file, where its `line` is (counted from 1)."""
+
+    start: int
+    end: int
+    file: str
+    line: int
+    severity: str
+    message: str
+    fixes: Sequence[TextFix]
+
+
+class Analyzed(TypedDict):
+    """Of each colored word, `colors` has the characters since the one before, its length, and its kind."""
+
+    type: Literal["analyzed"]
+    number: int
+    colors: Sequence[int]
+    problems: Sequence[TextProblem]
+
+
+class OfferedWord(TypedDict):
+    word: str
+    about: str
+
+
+class Completed(TypedDict):
+    """The words that may replace the text between two offsets, best first."""
+
+    type: Literal["completed"]
+    number: int
+    start: int
+    end: int
+    words: Sequence[OfferedWord]
+
+
+class Explained(TypedDict):
+    """What stands between two offsets, in words, and its path as SVG."""
+
+    type: Literal["explained"]
+    number: int
+    start: int
+    end: int
+    text: str
+    picture: str
+
+
+class Written(TypedDict):
+    """The text with this number was saved as a revision; or it was not, and one line says why."""
+
+    type: Literal["written"]
+    number: int
+    revision: str
+    problem: str
+
+
+EditorAnswer = Analyzed | Completed | Explained | Written
+
+
+class Answer(TypedDict):
+    """An answer to the page with this number alone."""
+
+    type: Literal["answer"]
+    page: int
+    answer: EditorAnswer
+
+
 class Ping(TypedDict):
     type: Literal["ping"]
     number: int
@@ -224,7 +388,9 @@ class Ping(TypedDict):
 
 Conduct = Hush | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How somebody, at an editor or at the page, has a say in what plays."""
-ToStage = Load | Conduct | Sensed | Decided | Program | Ping
+ToPages = Program | Source | Answer | Measured
+"""From the parent to the pages, through their stage."""
+ToStage = Load | Conduct | Sensed | Decided | ToPages | Ping
 
 
 class Restart(TypedDict):
@@ -238,13 +404,34 @@ class Place(TypedDict):
     start_poses: Mapping[str, StartPoseJson]
 
 
+Shape = Literal["line", "circle", "grid"]
+Facing = Literal["in", "out"]
+
+
+class Form(TypedDict):
+    """Somebody chose a formation on the page: its distance in meters, and where robots look if it is a circle."""
+
+    type: Literal["form"]
+    shape: Shape
+    distance: float
+    facing: Facing
+
+
 class Watched(TypedDict):
     """Somebody opened a page."""
 
     type: Literal["watched"]
 
 
-PageRequest = Conduct | Restart | Place
+class Editing(TypedDict):
+    """The page with this number asks for something while somebody edits the program on it."""
+
+    type: Literal["editing"]
+    page: int
+    ask: AskEditor
+
+
+PageRequest = Conduct | Restart | Place | Form | Editing
 """What somebody may ask for at the page."""
 
 
@@ -342,7 +529,18 @@ class Stopped(_Stopped, Poses, total=False):
 
 
 FromStage = (
-    Ready | TransportMessage | Request | Sensed | Decided | Sent | WarningLine | ErrorLine | Pong | Lacks | Stopped
+    Ready
+    | TransportMessage
+    | Request
+    | Sensed
+    | Decided
+    | Measured
+    | Sent
+    | WarningLine
+    | ErrorLine
+    | Pong
+    | Lacks
+    | Stopped
 )
 
 
@@ -364,10 +562,11 @@ class Withdraw(TypedDict):
 
 
 class Moves(TypedDict):
-    """A robot is about to be told to move; `patience` as in `Pulse`."""
+    """A robot is about to be told to move, by velocities in a frame; `patience` as in `Pulse`."""
 
     type: Literal["moves"]
     topic: str
+    frame: str
     patience: float
 
 
@@ -399,10 +598,11 @@ class SenseToRead(TypedDict):
 
 
 class Read(TypedDict):
-    """Read these senses, and no others."""
+    """Read these senses and the poses of these robots (robot: topic), and no others."""
 
     type: Literal["read"]
     senses: Sequence[SenseToRead]
+    odometry: Mapping[str, str]
 
 
 class SenseEdge(TypedDict):
@@ -429,9 +629,47 @@ class Unread(TypedDict):
     message: str
 
 
+class Plays(TypedDict):
+    """A score arrives at the stage: what `score_json.to_json` makes."""
+
+    type: Literal["plays"]
+    generation: int
+    score: Mapping[str, Any]
+
+
+class Health(TypedDict):
+    """How well robots are served: `late` is in seconds, and `missing` says why robots can't hear."""
+
+    type: Literal["health"]
+    late: float
+    missing: Mapping[str, str]
+    clipped: Sequence[str]
+
+
+ToPublisher = Plays | TransportMessage | Sensed | Measured | WarningLine | ErrorLine | Health
+"""From the stage to the process that publishes what plays, over a pipe."""
+
+
+class MeasuredPose(TypedDict):
+    """Where a robot is in the frame of its source (the type of the message), at a time on the monotonic clock."""
+
+    robot: str
+    source: str
+    frame: str
+    pose: PoseJson
+    at: float
+
+
+class MeasuredPoses(TypedDict):
+    """The latest poses of robots, at most twenty a second of each."""
+
+    type: Literal["poses"]
+    poses: Sequence[MeasuredPose]
+
+
 ToReader = Read
 """From the stage to the reader of sensors, over a pipe."""
-FromReader = SenseEdge | Alive | Unread
+FromReader = SenseEdge | MeasuredPoses | Alive | Unread
 
 ToStandby = Publish | Withdraw | Moves | Pulse | Stands | EndStandby
 """From the stage to its standby, over a pipe."""
@@ -457,12 +695,23 @@ class DrawnPoses(TypedDict):
     poses: Sequence[Sequence[float]]
 
 
+SIMULATED = "simulator"
+"""The source of poses that need not be measured: the simulator knows where its robots are."""
 DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[float]]})
-"""Further places of a robot's trail: seconds after beat 0, x, y, and heading. `from` counts the places before them."""
+"""Further places of a robot: seconds after beat 0, x, y, and heading. `from` counts the places before them.
+
+Where it was measured: seconds, beat, x, y, heading; its ideal x, y, heading; how far it was off in meters and radians;
+how often its source was aligned; and 1 if that was the simulator, otherwise 0.
+"""
 
 
 class DrawnTrails(TypedDict):
     type: Literal["trails"]
+    robots: Mapping[str, DrawnTrail]
+
+
+class DrawnMeasured(TypedDict):
+    type: Literal["measured"]
     robots: Mapping[str, DrawnTrail]
 
 
@@ -547,6 +796,7 @@ ToPage = (
     DrawnRobots
     | DrawnPoses
     | DrawnTrails
+    | DrawnMeasured
     | TransportMessage
     | Stopped
     | Program
@@ -555,8 +805,10 @@ ToPage = (
     | Window
     | Sensed
     | Decided
+    | Source
+    | EditorAnswer
 )
-FromPage = PageRequest | AskWindow
+FromPage = Conduct | Restart | Place | Form | AskWindow | AskEditor
 
 
 def refused_by(stop: str) -> str:

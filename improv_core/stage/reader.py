@@ -1,4 +1,5 @@
 """Reads robots' sensors from ROS topics and tells the stage each change: of 2,000 scans a second it need not know more.
+Of their poses it tells the latest, at most twenty of each robot a second.
 
 A process of its own, because reading would make the stage's commands late. Started by the stage, with its own
 interpreter, as `python …/improv_core/stage/reader.py`. Standard library only (rclpy imported lazily).
@@ -26,13 +27,13 @@ if __name__ == "__main__":
 
 from improv_core.score.senses import RobotSense, Topic, source_from_json
 from improv_core.stage.lines import Lines
-from improv_core.stage.protocol import FromReader, ToReader
-from improv_core.stage.sinks import Edge
+from improv_core.stage.protocol import FromReader, MeasuredPose, ToReader, to_pose_json
+from improv_core.stage.sinks import Edge, RawPose
 
 NICENESS = 5
 """Where processors are short, commands come first."""
 LOOK = 0.05
-"""Seconds between two looks for silence and for what the stage says."""
+"""Seconds between two looks for silence, for poses, and for what the stage says."""
 
 
 def main() -> int:
@@ -54,11 +55,13 @@ def main() -> int:
     gc.set_threshold(50_000, 20, 100)
     with suppress(BrokenPipeError):  # the stage is gone
         while not lines.ended:
-            _tell({"type": "alive"})
             for message in lines.read():
                 _tell_edges(senses.read(_sources(message), time.monotonic()))
                 subscriptions.keep(senses.topics)
+                subscriptions.poses.keep(message["odometry"])
             subscriptions.spin(LOOK)
+            _tell_poses(subscriptions.poses.take())
+            _tell({"type": "alive"})
             _tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
     subscriptions.close()
     return 0
@@ -138,6 +141,15 @@ def _tell_edges(edges: Iterable[Edge]) -> None:
         assert isinstance(edge.what, RobotSense)
         robot, sense = edge.what
         _tell({"type": "edge", "robot": robot, "sense": sense, "value": edge.value, "at": edge.at})
+
+
+def _tell_poses(poses: Iterable[RawPose]) -> None:
+    told: list[MeasuredPose] = [
+        {"robot": robot, "source": source, "pose": to_pose_json(pose), "at": at, "frame": frame}
+        for robot, source, pose, at, frame in poses
+    ]
+    if told:
+        _tell({"type": "poses", "poses": told})
 
 
 def _tell_unread(topic: str, message: str) -> None:

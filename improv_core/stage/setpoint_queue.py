@@ -14,17 +14,17 @@ from improv_core.score.motion import STILL, Twist
 from improv_core.score.score import Part
 from improv_core.stage.repeats import Repeats
 from improv_core.stage.setpoints import LAST_ZEROS, Setpoint, zeros
-from improv_core.stage.sinks import Sink
 
 
 class SetpointQueue:
     """The next setpoint of each robot, and the velocities that robots hold.
 
-    `is_silent` is asked whether a robot must stand now although its part moves it.
+    `send` sends a robot a velocity at a performance time. `is_silent` is asked whether a robot must stand now although
+    its part moves it.
     """
 
-    def __init__(self, sink: Sink, is_silent: Callable[[str], bool]) -> None:
-        self._sink = sink
+    def __init__(self, send: Callable[[str, Twist, float], None], is_silent: Callable[[str], bool]) -> None:
+        self._send_now = send
         self._is_silent = is_silent
         self._queue: list[_Due] = []
         self._wanted: dict[str, Twist] = {}  # each robot's velocity, or what it would be if the robot were not silent
@@ -131,7 +131,7 @@ class SetpointQueue:
         for robot, part in parts.items():
             burst = zeros(performed, 1 / part.profile.command_rate)
             try:
-                self._sink.send(robot, STILL, next(burst).at)
+                self._send_now(robot, STILL, next(burst).at)
             except Exception as problem:  # a sink's library may raise anything
                 problems.append(problem)
             self.add(robot, burst, 0.0)
@@ -145,7 +145,7 @@ class SetpointQueue:
             moved = later and (later.topic, later.profile.message) != (part.topic, part.profile.message)
             if moved or (not later and part.topic in taken):
                 for _ in range(LAST_ZEROS):
-                    self._sink.send(robot, STILL, performed)
+                    self._send_now(robot, STILL, performed)
 
     def stop_leaving(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:
         """Send robots that have left their last zeros, unless another robot has their topic now."""
@@ -162,7 +162,7 @@ class SetpointQueue:
             if not left:
                 return
             self._zeros_left[robot], moving = left - 1, STILL
-        self._sink.send(robot, moving, at)
+        self._send_now(robot, moving, at)
 
 
 class _Due(NamedTuple):

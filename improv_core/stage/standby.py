@@ -13,7 +13,7 @@ import select
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ from improv_core.score.motion import STILL
 from improv_core.stage.lines import Lines
 from improv_core.stage.protocol import ToStandby
 from improv_core.stage.setpoints import LAST_ZEROS
-from improv_core.stage.sinks.cdr import stamped, twist_message
+from improv_core.stage.sinks.cdr import frame_field, stamped, twist_message
 
 LOOK = 0.12
 """Seconds without a sign of life after which to look whether a stage that moves robots was halted: a little more than
@@ -47,8 +47,8 @@ class Watch:
     """Decides when a stage has to be replaced: what it says comes in, with the times (seconds) at which it came."""
 
     def __init__(self, now: float) -> None:
-        self.moved: set[str] = set()
-        """The topics on which robots were told to move since all last stood."""
+        self.moved: dict[str, str] = {}
+        """The topics on which robots were told to move since all last stood, and the frames of their velocities."""
         self.ended = False
         """Whether the stage has said goodbye: all robots stand."""
         self._looked = now
@@ -57,7 +57,7 @@ class Watch:
     def take(self, message: ToStandby, now: float) -> None:
         """Take a message of the stage's; those about publishers are not for us."""
         if message["type"] == "moves":
-            self.moved.add(message["topic"])
+            self.moved[message["topic"]] = message["frame"]
         elif message["type"] == "stands":
             self.moved.clear()
         elif message["type"] == "end":
@@ -167,8 +167,8 @@ class _Publishers:
             self.new.pop((message["topic"], message["kind"]), None)
             destroy()
 
-    def stop(self, topics: set[str]) -> None:
-        """Send zeros on these topics, to all at once, and longer where no listener has been found yet.
+    def stop(self, topics: Mapping[str, str]) -> None:
+        """Send zeros on these topics, in their frames, to all at once, and longer where no listener has been found yet.
 
         A publisher that fails does not keep the others from it.
         """
@@ -179,7 +179,8 @@ class _Publishers:
             for topic, kind in list(left):
                 publisher, _ = self._made[topic, kind]
                 with suppress(Exception):  # whatever rclpy raises
-                    publisher.publish(stamped(zero, clock.now().nanoseconds) if kind == "TwistStamped" else zero)
+                    frame, now = frame_field(topics[topic]), clock.now().nanoseconds
+                    publisher.publish(stamped(zero, now, frame) if kind == "TwistStamped" else zero)
                     left[topic, kind] -= publisher.get_subscription_count() > 0
             left = {key: count for key, count in left.items() if count}
             time.sleep(ZERO_PERIOD)

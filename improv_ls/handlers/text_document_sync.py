@@ -59,6 +59,7 @@ def did_close(ls: Session, params: types.DidCloseTextDocumentParams) -> None:
         ls.sent_diagnostics.pop(uri, None)
         ls.autosaving.discard(uri)
         withdraw(ls, document)
+        ls.files_changed()  # what is said about it is now what its file says
 
 
 def add(ls: Session, document: Document) -> None:

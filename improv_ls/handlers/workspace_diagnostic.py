@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from lsprotocol import types
@@ -23,39 +23,59 @@ _Report = types.WorkspaceFullDocumentDiagnosticReport | types.WorkspaceUnchanged
 
 
 async def workspace_diagnostic(ls: Session, params: types.WorkspaceDiagnosticParams) -> types.WorkspaceDiagnosticReport:
-    """The diagnostics of each program, or that they are those that the client has. A client that takes partial results
-    gets each portion at once, and an empty answer in the end."""
-    changes, known = ls.file_changes, {each.uri: each.value for each in params.previous_result_ids}
-    is_current = ls.listed is not None and ls.listed[0] == changes
-    listed = ls.listed[1] if ls.listed and is_current else await asyncio.to_thread(_listed, ls.editor.folders)
-    if not is_current:
-        ls.checked = {uri: each for uri, each in ls.checked.items() if uri in listed}
+    """The diagnostics of each program, or that they are those that the client has.
+
+    A client that takes partial results gets each portion at once. If it also tells of files that change, the request
+    stays open, as LSP allows, and what has changed follows: otherwise it would ask every few seconds.
+    """
+    known = {each.uri: each.value for each in params.previous_result_ids}
+    token = params.partial_result_token
     answer: list[_Report] = []
-    robots: dict[Path, Robots] = {}
-    checker = Checker(ls.editor.encoding, ls.editor.diagnostic_support)
-    uris = list(listed)
+    next_change = ls.next_change
     _tell(ls, params.work_done_token, types.WorkDoneProgressBegin("Checking programs", percentage=0))
+    try:
+        async for found, done in _reports(ls, known):
+            if token is None:
+                answer += found
+            else:
+                _tell(ls, token, types.WorkspaceDiagnosticReportPartialResult(found))
+            _tell(ls, params.work_done_token, types.WorkDoneProgressReport(percentage=round(100 * done)))
+    finally:
+        _tell(ls, params.work_done_token, types.WorkDoneProgressEnd())
+    while token is not None and ls.editor.watches_files:
+        await next_change.wait()
+        next_change = ls.next_change
+        async for found, _ in _reports(ls, known):
+            if news := [each for each in found if each.kind == "full"]:
+                _tell(ls, token, types.WorkspaceDiagnosticReportPartialResult(news))
+    return types.WorkspaceDiagnosticReport(answer)
+
+
+async def _reports(ls: Session, known: dict[str, str]) -> AsyncIterator[tuple[Sequence[_Report], float]]:
+    """The reports in portions, and how many of all files are done. `known` has the ids that the client has, and is
+    updated."""
+    listed = await asyncio.to_thread(_listed, ls.editor.folders)
+    ls.checked = {uri: each for uri, each in ls.checked.items() if uri in listed}
+    robots: dict[Path, Robots] = {}
+    uris = list(listed)
+    checker = Checker(ls.editor.encoding, ls.editor.diagnostic_support)
     try:
         for first in range(0, len(uris), AT_ONCE):
             portion = uris[first : first + AT_ONCE]
             opened = {path_of(uri): document for uri, document in ls.documents.items()}
-            unsure = [uri for uri in portion if listed[uri] not in opened and not (is_current and uri in ls.checked)]
-            ls.checked |= await asyncio.to_thread(_check, unsure, listed, dict(ls.checked), robots, checker)
+            closed = [uri for uri in portion if listed[uri] not in opened]
+            ls.checked |= await asyncio.to_thread(_check, closed, listed, dict(ls.checked), robots, checker)
             found = [_report(ls, uri, opened.get(listed[uri]), known) for uri in portion]
-            if params.partial_result_token is None:
-                answer += found
-            else:
-                _tell(ls, params.partial_result_token, types.WorkspaceDiagnosticReportPartialResult(found))
-            done = types.WorkDoneProgressReport(percentage=100 * (first + len(portion)) // len(uris))
-            _tell(ls, params.work_done_token, done)
+            known.update({each.uri: each.result_id for each in found if each.result_id})
+            yield found, (first + len(portion)) / len(uris)
     finally:
         checker.close()
-        _tell(ls, params.work_done_token, types.WorkDoneProgressEnd())
-    if ls.editor.watches_files:
-        ls.listed = changes, listed
     paths = {*listed.values(), *map(path_of, ls.documents)}
-    gone = [types.WorkspaceFullDocumentDiagnosticReport(uri, []) for uri in known if path_of(uri) not in paths]
-    return types.WorkspaceDiagnosticReport([*answer, *gone])
+    gone = [uri for uri in known if path_of(uri) not in paths]
+    for uri in gone:
+        del known[uri]
+    if gone:
+        yield [types.WorkspaceFullDocumentDiagnosticReport(uri, []) for uri in gone], 1.0
 
 
 def _listed(folders: Iterable[Path]) -> Mapping[str, Path]:
@@ -95,12 +115,14 @@ def _check(
 
 def _report(ls: Session, uri: str, document: Document | None, known: Mapping[str, str]) -> _Report:
     """The report about a program: as in the editor if it is open, otherwise as in its file."""
-    nothing: Sent[types.Diagnostic] = Sent("", ())
-    now = diagnosed(ls, document) if document else ls.checked[uri].sent if uri in ls.checked else nothing
+    now = diagnosed(ls, document) if document else ls.checked[uri].sent if uri in ls.checked else _UNREADABLE
     uri, version = (document.uri, document.version) if document else (uri, None)
-    if now.result_id and known.get(uri) == now.result_id:
+    if known.get(uri) == now.result_id:
         return types.WorkspaceUnchangedDocumentDiagnosticReport(uri, now.result_id, version)
-    return types.WorkspaceFullDocumentDiagnosticReport(uri, now.items, version, result_id=now.result_id or None)
+    return types.WorkspaceFullDocumentDiagnosticReport(uri, now.items, version, result_id=now.result_id)
+
+
+_UNREADABLE: Sent[types.Diagnostic] = sent(())
 
 
 def _tell(

@@ -1,4 +1,4 @@
-"""workspace/didChangeWatchedFiles, didRenameFiles and didDeleteFiles: what happens to files besides being edited."""
+"""workspace/didChangeWatchedFiles, didChangeWorkspaceFolders, didRenameFiles and didDeleteFiles."""
 
 from __future__ import annotations
 
@@ -14,14 +14,19 @@ from improv_ls.session import Session
 
 def did_change_watched_files(ls: Session, params: types.DidChangeWatchedFilesParams) -> None:
     """An `improv.toml` or a program was created, changed or deleted."""
-    ls.file_changes += 1
+    ls.files_changed()
     if any(is_robots_file(each.uri) for each in params.changes):
         refresh_robots(ls)
 
 
+def did_change_workspace_folders(ls: Session, params: types.DidChangeWorkspaceFoldersParams) -> None:
+    """Folders came or went; pygls keeps them."""
+    ls.files_changed()
+
+
 def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
     """Files or folders have other names. Most editors close their documents and open them again, some do neither."""
-    ls.file_changes += 1
+    ls.files_changed()
     for renamed in params.files:
         for document in list(ls.documents.values()):
             uri = moved(document.uri, renamed.old_uri, renamed.new_uri)
@@ -38,7 +43,7 @@ def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
 
 def did_delete_files(ls: Session, params: types.DeleteFilesParams) -> None:
     """An `improv.toml` may be gone. Documents stay open until the editor closes them."""
-    ls.file_changes += 1
+    ls.files_changed()
     refresh_robots(ls)
 
 

@@ -4,12 +4,32 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 
-from tests.benchmarks import continuity, faults, keystroke, requests, senses, simulator, stage, worst
+from tests.benchmarks import (
+    calibration,
+    continuity,
+    edit,
+    faults,
+    keystroke,
+    odometry,
+    publishing,
+    requests,
+    senses,
+    simulator,
+    stage,
+    worst,
+)
 
 BENCHMARKS = {
+    "calibration": (
+        calibration.run,
+        "how far off bases that drift end, before and after `improv calibrate`",
+    ),
     "continuity": (continuity.run, "what a save does to robots it does not change, and what it costs"),
+    "edit": (edit.run, "from `improv edit` to the first key, and from Ctrl+Enter to motion"),
     "faults": (faults.run, "from a fault to the first zero that a robot hears"),
     "keystroke": (keystroke.run, "from a keystroke to its diagnostics, beside ruff and bare pygls"),
+    "odometry": (odometry.run, "how late commands are beside the odometry of twenty robots, and what it costs"),
+    "publishing": (publishing.run, "what it costs commands and processors to publish what plays for others in ROS 2"),
     "requests": (requests.run, "from a request to its answer, and typing while a dance plays"),
     "senses": (senses.run, "from a scan to its edge in the stage, and how late commands are beside scanners"),
     "simulator": (simulator.run, "how much faster than real time, beside bare pymunk, and what the page costs"),

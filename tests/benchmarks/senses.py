@@ -149,7 +149,7 @@ def _commands(seconds: int, scanned: bool, read: bool) -> Lateness:
         print(file=scanners.stdin, flush=True)
     try:
         with Listener("drain", topics) as listener:
-            zero = _play(_with_senses(program) if read else program)
+            zero = play(_with_senses(program) if read else program)
             heard = listener.end()
     finally:
         if scanners:
@@ -167,7 +167,7 @@ def _with_senses(program: Score) -> Score:
     )
 
 
-def _play(program: Score) -> float:
+def play(program: Score) -> float:
     """Play a score on a stage of its own until it ends; when beat 0 was."""
     with _stage() as stage:
         _load(stage, program)

@@ -51,13 +51,24 @@ def test_the_cue_is_given() -> None:
         waiting.wait("improv/transport", lambda params: params["state"] == "ended")
 
 
+def test_how_to_calibrate_is_said(client: Client, tmp_path: Path) -> None:
+    command(client, "calibrate")
+    client.wait_for_line("improv.calibrate: list your robots in improv.toml first")
+    (tmp_path / "improv.toml").write_text("[robots.bert]\n[robots.anna]\n")
+    client.open((tmp_path / "dance.improv").as_uri(), "anna $ left\n")
+    command(client, "calibrate")
+    line = client.wait_for_line("calibrate NAME")
+    assert line.startswith(f"in a terminal in {tmp_path}, run `")
+    assert line.endswith("improv calibrate NAME` (one of anna, bert)")
+
+
 def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None:
     (tmp_path / "improv.toml").write_text('[senses.go]\nkey = "g"\n[senses.halt]\nkey = "h"\n')
     uri = (tmp_path / "dance.improv").as_uri()
     with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as waiting:
         command(waiting, "key", "g")
         waiting.wait_for_line("improv.key: nothing plays; save a program first")
-        waiting.open(uri, "beat 600\nr $ until go (repeat left) until not go (repeat forward)\n")
+        waiting.open(uri, "r $ repeat (until go (repeat left) until not go (repeat forward))\n")
         waiting.save(uri)
         waiting.wait("improv/transport", lambda params: params["state"] == "playing")
         for wrong in ("x", "G", ""):
@@ -68,7 +79,7 @@ def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None
         waiting.wait("improv/evaluated")  # it walks
         command(waiting, "key", "g")
         waiting.wait_for_line("g is released")
-        waiting.wait("improv/transport", lambda params: params["state"] == "ended")
+        waiting.wait("improv/evaluated")  # it turns
 
 
 def test_a_stop_releases_the_key_of_a_sense(tmp_path: Path) -> None:

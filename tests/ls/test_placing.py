@@ -27,12 +27,16 @@ BERTS = "start = { x = 0.125, y = 0, heading = 0 }\n"
 
 
 def drag(live: str, starts: Mapping[str, Any]) -> None:
+    ask(live, {"type": "place", "start_poses": starts})
+
+
+def ask(live: str, message: Mapping[str, Any]) -> None:
     """Send what a page sends."""
 
     async def send() -> None:
         origin = live[: live.index("/live")]
         async with aiohttp.ClientSession() as session, session.ws_connect(live, headers={"Origin": origin}) as socket:
-            await socket.send_json({"type": "place", "start_poses": starts})
+            await socket.send_json(message)
 
     asyncio.run(send())
 
@@ -100,6 +104,16 @@ def test_a_file_that_is_not_there_is_made_once(tmp_path: Path) -> None:
         (change,) = asked(client)
         before = robots.read_text(encoding="utf-8")
         assert edited(before, change) == f"[robots.anna]\n{START}\n[robots.bert]\n{BERTS}"
+
+
+def test_a_formation_is_offered_like_starts(tmp_path: Path) -> None:
+    robots = tmp_path / "improv.toml"
+    robots.write_text("[robots.anna]\n[robots.bert]\n", encoding="utf-8")
+    with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
+        ask(play(client, tmp_path), {"type": "form", "shape": "line", "distance": 2, "facing": "in"})
+        (change,) = asked(client)
+    after = edited(robots.read_text(encoding="utf-8"), change)
+    assert after == '[robots.anna]\n[robots.bert]\n\n[formation]\nshape = "line"\ndistance = 2\n'
 
 
 def test_what_the_editor_has_not_saved_is_not_written_twice(tmp_path: Path) -> None:

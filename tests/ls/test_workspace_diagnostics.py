@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from tests.ls.client import Client
 
 PULLS = {
@@ -39,13 +37,12 @@ def codes(reports: Reports) -> dict[str, list[str] | str]:
     }
 
 
-@pytest.mark.parametrize("capabilities", [PULLS, UNWATCHED], ids=["watched", "unwatched"])
-def test_all_programs_of_a_folder_and_then_only_what_is_new(capabilities: dict[str, Any], tmp_path: Path) -> None:
+def test_all_programs_of_a_folder_and_then_only_what_is_new(tmp_path: Path) -> None:
     a, b, c = (tmp_path / f"{name}.improv" for name in "abc")
     a.write_text("anna $ fowrard\n")
     b.write_text("anna $ left\n")
     c.write_text("x = left\n")
-    with Client({"onSave": "off"}, capabilities=capabilities, folders=[tmp_path]) as client:
+    with Client({"onSave": "off"}, capabilities=PULLS, folders=[tmp_path]) as client:
         client.open(b.as_uri(), "anna $ (left\n")
         first = pull(client)
         assert codes(first) == {
@@ -59,15 +56,11 @@ def test_all_programs_of_a_folder_and_then_only_what_is_new(capabilities: dict[s
         a.write_text("anna $ forward\n")
         c.unlink()
         client.change(b.as_uri(), 2, {"text": "anna $ left # as it was on disk\n"})
-        changes = [{"uri": a.as_uri(), "type": 2}, {"uri": c.as_uri(), "type": 3}]
-        client.notify("workspace/didChangeWatchedFiles", {"changes": changes})
         second = pull(client, first)
         assert codes(second) == {"a.improv": [], "b.improv": [], "c.improv": []}
         assert codes(pull(client, second)) == {"a.improv": "unchanged", "b.improv": "unchanged"}
 
-        robots = tmp_path / "improv.toml"
-        robots.write_text("[robots.bert]\n")
-        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": robots.as_uri(), "type": 1}]})
+        (tmp_path / "improv.toml").write_text("[robots.bert]\n")
         client.notify("textDocument/didClose", {"textDocument": {"uri": b.as_uri()}})
         assert codes(pull(client, second)) == {"a.improv": ["unknown-robot"], "b.improv": ["unknown-robot"]}
 
@@ -75,7 +68,7 @@ def test_all_programs_of_a_folder_and_then_only_what_is_new(capabilities: dict[s
 def test_a_large_folder_comes_in_portions_and_shows_how_far_it_is(tmp_path: Path) -> None:
     for number in range(25):
         (tmp_path / f"{number:02}.improv").write_text("anna $ fowrard\n")
-    with Client({"onSave": "off"}, capabilities=PULLS, folders=[tmp_path]) as client:
+    with Client({"onSave": "off"}, capabilities=UNWATCHED, folders=[tmp_path]) as client:
         assert pull(client, partialResultToken="part", workDoneToken="done") == {}
         told = [each["params"] for each in client.notifications if each["method"] == "$/progress"]
         parts = [by_name(each["value"]["items"]) for each in told if each["token"] == "part"]
@@ -86,6 +79,30 @@ def test_a_large_folder_comes_in_portions_and_shows_how_far_it_is(tmp_path: Path
         assert [each["percentage"] for each in done if "percentage" in each] == [0, 40, 80, 100]
         again = pull(client, {name: each for part in parts for name, each in part.items()})
         assert set(codes(again).values()) == {"unchanged"}
+
+
+def test_a_client_that_watches_files_is_told_what_changes(tmp_path: Path) -> None:
+    a, b = (tmp_path / f"{name}.improv" for name in "ab")
+    a.write_text("anna $ fowrard\n")
+    b.write_text("anna $ left\n")
+    with Client({"onSave": "off"}, capabilities=PULLS, folders=[tmp_path]) as client:
+        client.begin("workspace/diagnostic", {"previousResultIds": [], "partialResultToken": "part"})
+
+        def told() -> dict[str, list[str] | str]:
+            return codes(by_name(client.wait("$/progress")["value"]["items"]))
+
+        assert told() == {"a.improv": ["unknown-name"], "b.improv": []}
+        b.write_text("anna $ (left\n")
+        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": b.as_uri(), "type": 2}]})
+        assert told() == {"b.improv": ["unclosed-bracket"]}
+        client.open(a.as_uri(), "anna $ forward\n")
+        a.unlink()
+        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": a.as_uri(), "type": 3}]})
+        client.notify("textDocument/didClose", {"textDocument": {"uri": a.as_uri()}})
+        assert told() == {"a.improv": []}
+        folder = {"uri": tmp_path.as_uri(), "name": tmp_path.name}
+        client.notify("workspace/didChangeWorkspaceFolders", {"event": {"added": [], "removed": [folder]}})
+        assert told() == {"b.improv": []}
 
 
 def test_keys_do_not_wait_and_a_canceled_request_ends(tmp_path: Path) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from textwrap import dedent
 
 import pytest
 
 from improv_core.program.analysis import analyze
+from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
 from improv_core.score.profiles import BUILT_IN
 from tests.program.drawing import drawn
@@ -17,6 +19,12 @@ ROBOTS = read_robots("""
 profile = "turtlebot3_burger"
 [robots.omni]
 profile = "holonomic"
+[profiles.tall]
+base = "turtlebot3_burger"
+smooth = true
+near = 0.2
+[robots.tower]
+profile = "tall"
 """)
 
 
@@ -34,6 +42,55 @@ def test_within_the_limits_nothing_is_said() -> None:
         burger $ forward left backward halfright
         omni $ strafeleft
     """)
+
+
+def test_what_is_too_fast_to_be_smoothed() -> None:
+    """What is smoothed is 4/3 times as fast in its middle. What is too fast anyway, or never smoothed, is not told."""
+    check("""
+        beat 49
+        tower $ forward left forward
+    """)
+    check("""
+        beat 60
+        a = left forward
+        tower $ left a backward
+                     ^ too-fast: smoothed, this would reach 0.267 m/s, over tower's limit of 0.22 m/s, so it is not smoothed: use `beat 49` or `slow 5/4`
+        burger $ forward
+    """)
+    check("""
+        beat 120
+        tower $ forward
+                ^^^^^^^ too-fast: 0.4 m/s is over tower's limit of 0.22 m/s: use `beat 66` or `slow 2`
+    """)
+    check("""
+        beat 60
+        tower $ until near (forward) (forward left || left forward) ease (scale 1/2 forward) repeat forward
+    """)
+
+
+def test_a_smooth_robot_plays_what_is_smoothed() -> None:
+    """Within its limits. Others play the same program as it is written."""
+    program = "tower burger $ left forward\n"
+    speeds = {
+        name: [segment[2:] for segment in robot["segments"]]
+        for name, robot in compiled(analyze(f"beat 60\n{program}", ROBOTS))["robots"].items()
+    }
+    assert speeds["burger"] == [[0, 0, 0, math.pi / 2], [0.2, 0, 0, 0]]
+    assert [yaw / math.pi * 2 for *_, yaw in speeds["tower"][:-1]] == pytest.approx([1 / 3, 1, 4 / 3, 1, 1 / 3])
+    assert speeds["tower"][-1] == [0.2, 0, 0, 0], "that would be too fast"
+    slower = compiled(analyze(f"beat 45\n{program}", ROBOTS))["robots"]
+    assert len(slower["tower"]["segments"]) == 10
+    assert slower["tower"]["seconds"] == slower["burger"]["seconds"]
+
+
+def test_the_heavy_base_is_smoothed_within_its_limits() -> None:
+    folder = Path(__file__).parents[2] / "examples" / "heavy"
+    robots = read_robots((folder / "improv.toml").read_text("utf-8"))
+    analysis = analyze((folder / "tower.improv").read_text("utf-8"), robots)
+    assert (robots.diagnostics, analysis.diagnostics) == ((), ())
+    (robot,) = compiled(analysis)["robots"].values()
+    assert len(robot["segments"]) == 72
+    assert (robot["beats"], robot["seconds"]) == ("16", 32)
 
 
 @pytest.mark.parametrize("profile", BUILT_IN)

@@ -350,7 +350,7 @@ def test_names_that_robots_cannot_have() -> None:
         [robots.9]
                 ^ robots: `9` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         step = 1
-        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `reset`
+        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`, `odom`
     """)
     assert found.robots == {}
 
@@ -374,6 +374,8 @@ def test_names_of_ros_are_not_too_long() -> None:
                 ^^^^^^^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
         reset = "2nd"
                 ^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
+        odom = "a b"
+               ^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
     """)
     (diagnostic,) = read_robots(f'[robots.a]\ntopic = "/{"a" * 247}"').diagnostics
     assert diagnostic.message == "this name is too long for ROS 2: use at most 247 characters"
@@ -384,22 +386,28 @@ def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> Non
         [ros]
         namespace = "lab/east"
         use_sim_time = true
+        publish = true
         [robots.a]
         topic = "a/nav_vel"
         reset = "reset"
+        frame = "a/base_footprint"
+        odom = "odom"
         [robots.b]
         topic = "/cmd_vel"
         reset = "/reset"
+        odom = "/odom"
         [robots.c]
     """)
-    names = [(robot.topic, robot.reset) for robot in found.robots.values()]
+    assert [robot.frame for robot in found.robots.values()] == ["a/base_footprint", "base_link", "base_link"]
+    names = [(robot.topic, robot.reset, robot.odom) for robot in found.robots.values()]
     assert names == [
-        ("/lab/east/a/nav_vel", "/lab/east/reset"),
-        ("/cmd_vel", "/reset"),
-        ("/lab/east/c/cmd_vel", None),
+        ("/lab/east/a/nav_vel", "/lab/east/reset", "/lab/east/a/odom"),
+        ("/cmd_vel", "/reset", "/odom"),
+        ("/lab/east/c/cmd_vel", None, None),
     ]
     assert found.robot("unlisted").topic == "/lab/east/unlisted/cmd_vel"
     assert found.use_sim_time
+    assert found.publish
 
 
 def test_what_stops_robots_besides_the_program() -> None:
@@ -462,11 +470,15 @@ def test_wrong_keys_and_values_of_ros() -> None:
                     ^^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
         use_sim_time = "yes"
                        ^^^^^ robots: write `use_sim_time` as `true` or `false`
+        publish = 1
+                  ^ robots: write `publish` as `true` or `false`
         qos = 3
-        ^^^ robots: `qos` is not valid here: write one of `namespace`, `node`, `use_sim_time`, `stop`, `deadman`, `rejoin`
+        ^^^ robots: `qos` is not valid here: write one of `namespace`, `node`, `publish`, `use_sim_time`, `stop`, `deadman`, `rejoin`
         [robots.a]
         reset = ["/reset"]
                 ^^^^^^^^^^ robots: write `reset` as text, in quotes
+        frame = "/base_link"
+                ^^^^^^^^^^^^ robots: use the letters a to z, digits, `_`, `.`, `-`, and `/`, but no `/` at the start
     """)
     assert found.robots["a"] == Robot(DEFAULT, None, "/a/cmd_vel", "auto")
     check("""
@@ -647,7 +659,20 @@ def test_what_the_page_shows_is_right(block: str) -> None:
 
 
 def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
-    ours = ("profile", "start", "topic", "message", "reset", "namespace", "node", "use_sim_time", "base")
+    ours = (
+        "profile",
+        "start",
+        "topic",
+        "message",
+        "frame",
+        "reset",
+        "odom",
+        "namespace",
+        "node",
+        "publish",
+        "use_sim_time",
+        "base",
+    )
     for key in (*ours, *(set(Profile.__slots__) - {"name"})):
         assert f"| `{key}` |" in PAGE
     for key in known(("senses", "near")).keys:

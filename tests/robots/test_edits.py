@@ -1,4 +1,4 @@
-"""Robots are dragged on the page: what improv.toml says before, and after."""
+"""Robots are dragged on the page, or form up: what improv.toml says before, and after."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import math
 import pytest
 
 from improv_core.robots.config import read_robots
-from improv_core.robots.edits import Start, place
+from improv_core.robots.edits import Start, calibrate, form, place
+from improv_core.robots.formation import Formation
 
 ANNA = (1.5004, -0.0001, 90.0)
 
@@ -116,3 +117,106 @@ def test_what_is_left_to_its_author(text: str) -> None:
 
 def test_a_name_that_is_none_writes_nothing() -> None:
     check("", None, starts={"anna]\n[ros": (1, 2, 3)})
+
+
+def check_form(before: str, after: str | None, shape: str = "line") -> None:
+    assert form(before, shape, 1.5004, "out") == after
+    if after:
+        found = read_robots(after)
+        assert (found.ok, found.formation) == (True, Formation(shape, 1.5, "out" if shape == "circle" else "in"))
+
+
+def test_a_formation_in_a_file_without_one() -> None:
+    check_form("", '[formation]\nshape = "line"\ndistance = 1.5\n')
+    check_form("# ours", '# ours\n\n[formation]\nshape = "circle"\ndistance = 1.5\nfacing = "out"\n', "circle")
+    check_form("[ros]\r\n", '[ros]\r\n\r\n[formation]\r\nshape = "line"\r\ndistance = 1.5\r\n')
+
+
+def test_another_formation_leaves_comments_and_what_else_there_is() -> None:
+    check_form(
+        "[formation] # us\nshape = 'grid' # now\n# wide\ndistance = 3\n[ros]\n",
+        '[formation] # us\nfacing = "out"\nshape = "circle" # now\n# wide\ndistance = 1.5\n[ros]\n',
+        "circle",
+    )
+    before = "[formation]\nshape = 'circle'\nfacing = 'in'{}\n"
+    check_form(before.format(""), '[formation]\ndistance = 1.5\nshape = "line"\n')
+    check_form(before.format(" # warm"), '[formation]\ndistance = 1.5\nshape = "line"\n # warm\n')
+    check_form(
+        "formation.shape = 'grid'\nformation.distance = 2\n", 'formation.shape = "line"\nformation.distance = 1.5\n'
+    )
+
+
+@pytest.mark.parametrize("text", ["formation = 3\n", "[formation\n", "formation = { shape = 'grid' }\n"])
+def test_an_unusual_or_unreadable_formation_is_left_alone(text: str) -> None:
+    check_form(text, None)
+
+
+CALIBRATED = {"step": 0.2105, "quarter_turn": 94.7, "left_right": 1.02}
+LINES = "step = 0.2105\nquarter_turn = 94.7\nleft_right = 1.02\n"
+
+
+def check_calibrated(before: str, after: str | None) -> None:
+    made = calibrate(before, "anna", CALIBRATED)
+    assert made == after
+    if made:
+        robots = read_robots(made)
+        assert robots.ok
+        profile = robots.robots["anna"].profile
+        assert (profile.step, math.degrees(profile.quarter_turn), profile.left_right) == pytest.approx(
+            (0.2105, 94.7, 1.02)
+        )
+
+
+def test_a_robot_with_a_built_in_profile_gets_one_of_its_own() -> None:
+    check_calibrated(
+        '# ours\n[robots.anna]\nprofile = "turtlebot4" # tall\nstart = { x = 1 }',
+        '# ours\n[robots.anna]\nprofile = "anna" # tall\nstart = { x = 1 }\n\n'
+        f'[profiles.anna]\nbase = "turtlebot4"\n{LINES}',
+    )
+
+
+def test_a_robot_without_a_profile_gets_one() -> None:
+    check_calibrated("[robots.anna]\r\n", '[robots.anna]\r\nprofile = "anna"\r\n\r\n[profiles.anna]\r\n' + crlf(LINES))
+
+
+def crlf(text: str) -> str:
+    return text.replace("\n", "\r\n")
+
+
+def test_a_profile_of_its_own_is_changed_where_it_is() -> None:
+    check_calibrated(
+        '[profiles.lab] # ours\nstep = 0.2 # measured\nradius = 0.1\n\n[robots.anna]\nprofile = "lab"\n',
+        "[profiles.lab] # ours\nstep = 0.2105 # measured\nradius = 0.1\nquarter_turn = 94.7\nleft_right = 1.02\n\n"
+        '[robots.anna]\nprofile = "lab"\n',
+    )
+
+
+@pytest.mark.parametrize("other", ['[robots.bert]\nprofile = "lab"\n', '[profiles.tall]\nbase = "lab"\n'])
+def test_a_profile_that_others_use_stays_as_it_is(other: str) -> None:
+    text = f'{other}[profiles.lab]\nstep = 0.2\n[robots.anna]\nprofile = "lab"\n'
+    changed = text.replace('anna]\nprofile = "lab"', 'anna]\nprofile = "anna"')
+    check_calibrated(text, f'{changed}\n[profiles.anna]\nbase = "lab"\n{LINES}')
+
+
+def test_a_name_that_is_taken() -> None:
+    text = '[profiles.anna]\nstep = 1\n[robots.bert]\nprofile = "anna"\n[robots.anna]\nprofile = "{}"\n'
+    check_calibrated(
+        text.format("anna"), text.format("anna_calibrated") + f'\n[profiles.anna_calibrated]\nbase = "anna"\n{LINES}'
+    )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[robots.bert]\n",
+        "[robots\n",
+        "robots = 3\n",
+        "[robots]\nanna = 3\n",
+        "robots.anna = {}\n",
+        'profiles = { lab = { step = 1 } }\n[robots.anna]\nprofile = "turtlebot4"\n',
+        'profiles.lab = { step = 1 }\n[robots.anna]\nprofile = "lab"\n',
+    ],
+)
+def test_what_calibration_leaves_to_its_author(text: str) -> None:
+    check_calibrated(text, None)

@@ -21,6 +21,7 @@ SCHEMA_FILE = ROOT / "docs" / "improv.schema.json"
 TABLES: dict[str, Keys] = {
     "A robot": ("robots", "anna"),
     "A profile": ("profiles", "rover"),
+    "A formation": ("formation",),
     "The simulator's world": ("world",),
     "Senses": ("senses", "near"),
     "With ROS 2: names and time": ("ros",),
@@ -67,6 +68,7 @@ def test_a_real_tool_accepts_all_examples(tmp_path: Path) -> None:
         "[robots.anna]\nstart = { x = 5000 }",
         "[profiles.a]\nstep = '2'",
         "[profiles.a]\nstep = 1\nmotions = ['fly']",
+        "[formation]\nfacing = 'in'",
         "[world]\nsize = [6]",
         "[ros]\nrejoin = 'later'",
         "[senses.near]\nmessage = 'std_msgs/Boll'\ntopic = 'a'",

@@ -19,6 +19,7 @@ from improv_core.score import senses
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part, Score
+from improv_core.stage.sinks import RawPoses
 from improv_core.stage.sinks.ros import Ros
 
 LIMIT = 60.0
@@ -104,6 +105,14 @@ def no_more_edges() -> bool:
     return edges.empty()
 
 
+def pose() -> Any:
+    """The next pose: robot, source, x, y, heading; and how long ago it came."""
+    while not isinstance(found := edges.get(timeout=LIMIT), RawPoses):
+        pass
+    robot, source, where, at, _ = found.poses[0]
+    return [robot, source, where.x, where.y, round(where.heading, 6)], time.monotonic() - at
+
+
 def end(*_: object) -> None:
     sink.send("turtle1", STILL, 0.0)
     sink.close()
@@ -125,6 +134,7 @@ methods: dict[str, Callable[..., Any]] = {
     "wait_for_reset": wait_for_reset,
     "find": find,
     "edge": edge,
+    "pose": pose,
     "no_more_edges": no_more_edges,
     "until_missing": until_missing,
     "until_no_warnings": until_no_warnings,

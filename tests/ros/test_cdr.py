@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.score.motion import STILL, Twist
-from improv_core.stage.sinks.cdr import SECOND, stamped, twist_message
+from improv_core.stage.sinks.cdr import SECOND, frame_field, frame_in, stamped, twist_message
 
 READ = """
 import json, sys
@@ -31,11 +31,18 @@ TIME = 1_700_000_000 * SECOND + 123_456_789
 
 
 @pytest.mark.parametrize(
-    "twist", [STILL, Twist(0.25, -1e-300, 3.0, -1.5), Twist(2, 0, -1, 7), Twist(1e300, 5e-324, -0.0, 1 / 3)], ids=str
+    ("twist", "frame"),
+    [
+        (STILL, ""),
+        (Twist(0.25, -1e-300, 3.0, -1.5), "base_link"),
+        (Twist(2, 0, -1, 7), "a/b"),
+        (Twist(1e300, 5e-324, -0.0, 1 / 3), "odom-2x"),
+    ],
+    ids=str,
 )
-def test_rclpy_reads_and_writes_the_same(ros_python: str, ros_env: dict[str, str], twist: Twist) -> None:
+def test_rclpy_reads_and_writes_the_same(ros_python: str, ros_env: dict[str, str], twist: Twist, frame: str) -> None:
     plain = twist_message(twist)
-    made = stamped(plain, TIME)
+    made = stamped(plain, TIME, frame_field(frame))
     read = subprocess.run(
         [ros_python, "-c", READ],
         input=json.dumps([plain.hex(), made.hex()]) + "\n",
@@ -45,8 +52,9 @@ def test_rclpy_reads_and_writes_the_same(ros_python: str, ros_env: dict[str, str
         text=True,
         check=True,
     )
-    one, other, sec, nanosec, frame, again, length = json.loads(read.stdout)
+    one, other, sec, nanosec, read_frame, again, length = json.loads(read.stdout)
     assert one == other == [twist.x, twist.y, twist.z, 0, 0, twist.yaw]
-    assert (sec, nanosec, frame) == (1_700_000_000, 123_456_789, "")
+    assert (sec, nanosec, read_frame) == (1_700_000_000, 123_456_789, frame)
+    assert frame_in(made) == frame
     assert again == plain.hex()
     assert length == len(made)  # the bytes between the frame and the velocity are whatever rclpy finds there

@@ -51,3 +51,11 @@ def test_no_limit_is_exceeded_and_no_shape_changed(asked: Twist, linear: float |
 def test_the_ends_of_the_floats(speed: float) -> None:
     told = Twist(speed, speed, speed, speed).within(0.22, 2.84)
     assert math.hypot(told.x, told.y, told.z) <= 0.22
+
+
+def test_a_balanced_twist_drives_both_wheels_equally_far() -> None:
+    told = Twist(x=0.2, yaw=0.5, y=0.1).balanced(0.96 / 0.94, 0.233)
+    left, right = (told.x - told.yaw * 0.233 / 2) * 0.96, (told.x + told.yaw * 0.233 / 2) * 0.94
+    assert (right - left) / ((left + right) / 2) == pytest.approx(0.5 * 0.233 / 0.2)
+    assert told.y == 0.1
+    assert STILL.balanced(0.98, 0.233) == STILL

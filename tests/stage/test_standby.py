@@ -7,7 +7,7 @@ import pytest
 from improv_core.stage.protocol import ToStandby
 from improv_core.stage.standby import LOOK, Watch
 
-MOVES: ToStandby = {"type": "moves", "topic": "/r/cmd_vel", "patience": 0.5}
+MOVES: ToStandby = {"type": "moves", "topic": "/r/cmd_vel", "frame": "base_link", "patience": 0.5}
 PULSE: ToStandby = {"type": "pulse", "patience": 0.5}
 LOADS: ToStandby = {"type": "pulse", "patience": 10.0}
 STANDS: ToStandby = {"type": "stands"}

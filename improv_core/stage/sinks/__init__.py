@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.score import Score
@@ -21,6 +21,24 @@ class Edge:
     what: str | RobotSense
     value: bool | None
     at: float
+
+
+class RawPose(NamedTuple):
+    """Where a robot is in the frame of its source: the type of the message, or the simulator. `at` is when it came, in
+    monotonic seconds, and `frame` the name of that frame."""
+
+    robot: str
+    source: str
+    pose: Pose
+    at: float
+    frame: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RawPoses:
+    """The latest poses of robots that have moved or may have; at most twenty of each robot come in a second."""
+
+    poses: Sequence[RawPose]
 
 
 class Sink(Protocol):

@@ -1,21 +1,22 @@
-"""Serialized `geometry_msgs/Twist`, `TwistStamped`, and `std_msgs/String`. Standard library only.
+"""Serialized messages with velocities, texts, and poses. Standard library only.
 
-CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after a four-byte header, each field is aligned to its own size. An
-empty string is its length, 1, and a zero byte; three more bytes align the first float64.
+CDR, little-endian (OMG DDS-XTypes 1.3, 7.4.1): after a four-byte header, each field is aligned to its own size. A
+string is its length, its bytes, and a zero byte.
 """
 
 from __future__ import annotations
 
+import math
 import struct
 
-from improv_core.score.motion import Twist
+from improv_core.score.motion import Pose, Twist
 
 SECOND = 1_000_000_000
 """In nanoseconds."""
 
 _HEADER = b"\x00\x01\x00\x00"
 _TWIST = struct.Struct("<4s6d")
-_STAMP = struct.Struct("<4siII4x")
+_STAMP = struct.Struct("<4siI")
 _VELOCITY = slice(len(_HEADER), None)
 
 
@@ -26,8 +27,7 @@ def twist_message(twist: Twist) -> bytes:
 
 def string_message(text: str) -> bytes:
     """A `std_msgs/String`."""
-    data = text.encode() + b"\0"
-    return _HEADER + struct.pack("<I", len(data)) + data
+    return _HEADER + _string(text)
 
 
 def string_of(message: bytes) -> str:
@@ -37,6 +37,55 @@ def string_of(message: bytes) -> str:
     return message[len(_HEADER) + 4 : -1].decode()
 
 
-def stamped(message: bytes, time: int) -> bytes:
-    """A Twist as a TwistStamped of this time, in nanoseconds."""
-    return _STAMP.pack(_HEADER, *divmod(time, SECOND), 1) + message[_VELOCITY]
+def frame_field(frame: str) -> bytes:
+    """The `frame_id` of a header, for `stamped`: as long as it takes to align the velocity after it."""
+    data = _string(frame)
+    return data + bytes(-len(data) % 8)  # the stamp before it has eight bytes
+
+
+def stamped(message: bytes, time: int, frame: bytes) -> bytes:
+    """A Twist as a TwistStamped of this time, in nanoseconds, and this `frame_field`."""
+    return _STAMP.pack(_HEADER, *divmod(time, SECOND)) + frame + message[_VELOCITY]
+
+
+def odometry_message(pose: Pose, time: int) -> bytes:
+    """A nav_msgs/Odometry of this time, in nanoseconds: a pose of `base_link` in `world`, and no velocity."""
+    frames = struct.pack("<I6s2xI10s6x", 6, b"world", 10, b"base_link")
+    half = pose.heading / 2
+    numbers = struct.pack("<7d", pose.x, pose.y, pose.z, 0.0, 0.0, math.sin(half), math.cos(half))
+    return _HEADER + struct.pack("<iI", *divmod(time, SECOND)) + frames + numbers + bytes(8 * (36 + 6 + 36))
+
+
+def frame_in(message: bytes) -> str:
+    """The frame in a message that begins with a header. What is no text becomes replacement characters."""
+    order = "<" if message[1] & 1 else ">"
+    (length,) = struct.unpack_from(f"{order}I", message, len(_HEADER) + 8)  # after the stamp
+    begin = len(_HEADER) + 12
+    return message[begin : begin + length].rstrip(b"\0").decode(errors="replace")
+
+
+def pose_in(message: bytes, texts: int) -> Pose | None:
+    """The pose in a message that begins with a stamp and so many texts; None if it is no pose.
+
+    Of an odometry, nothing else has to be read: it has 72 numbers more. Without an orientation, all four of its numbers
+    are 0.
+    """
+    order = "<" if message[1] & 1 else ">"
+    place = 8  # after the stamp
+    try:
+        for _ in range(texts):
+            place += -place % 4
+            (length,) = struct.unpack_from(f"{order}I", message, len(_HEADER) + place)
+            place += 4 + length
+        x, y, z, *turn = struct.unpack_from(f"{order}7d", message, len(_HEADER) + place + -place % 8)
+    except struct.error:
+        return None
+    i, j, k, w = turn
+    if not all(map(math.isfinite, (x, y, z, *turn))) or not any(turn):
+        return None
+    return Pose(x, y, z, math.atan2(2 * (w * k + i * j), w * w + i * i - j * j - k * k))
+
+
+def _string(text: str) -> bytes:
+    data = text.encode() + b"\0"
+    return struct.pack("<I", len(data)) + data

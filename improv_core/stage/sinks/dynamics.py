@@ -15,8 +15,6 @@ STEPS_PER_SECOND = 240
 """The time grid for everything inexact: acceleration and pushes. It makes the same program give the same poses."""
 LINEAR_ACCELERATION, ANGULAR_ACCELERATION = 1.0, 5.0
 """m/s² and rad/s² of motors whose profile sets no limits: no particular machine, a bit quicker than a Create 3."""
-WHEEL_SEPARATION = 1.42
-"""The distance between the wheels in radii: 0.233 m for 0.164 m, as in a Create 3 (create3_sim, create3.urdf.xacro)."""
 NOISE_PERIOD = 0.1
 """Seconds for which the noise of a wheel stays the same."""
 
@@ -51,7 +49,8 @@ class Wheels(NamedTuple):
 class Motors(NamedTuple):
     """What the motors of a base can do: speeds in m/s and rad/s (None: no limit), accelerations per second.
 
-    `wheels` is None if it moves just as its motors turn.
+    `wheels` is None if it moves just as its motors turn. Otherwise it may be told as a real base whose left wheel rolls
+    `left_right` times as far as its right one.
     """
 
     max_linear: float | None
@@ -59,6 +58,13 @@ class Motors(NamedTuple):
     linear_acceleration: float
     angular_acceleration: float
     wheels: Wheels | None = None
+    left_right: float = 1.0
+
+    def told(self, twist: Twist) -> Twist:
+        """What the motors turn for when the score says `twist`."""
+        if self.wheels and self.left_right != 1:
+            twist = twist.balanced(self.left_right, self.wheels.separation)
+        return twist.within(self.max_linear, self.max_angular)
 
 
 def motors_of(profile: Profile, robot: str) -> Motors | None:
@@ -67,13 +73,14 @@ def motors_of(profile: Profile, robot: str) -> Motors | None:
         return None
     linear, angular = (LINEAR_ACCELERATION, ANGULAR_ACCELERATION) if profile.dynamics == "motors" else (math.inf,) * 2
     left, right = profile.wheel_error
-    wheels = Wheels(left, right, WHEEL_SEPARATION * profile.radius, profile.noise, robot)
+    wheels = Wheels(left, right, profile.wheel_separation, profile.noise, robot)
     return Motors(
         profile.max_linear,
         profile.max_angular,
         profile.max_linear_acceleration or linear,
         profile.max_angular_acceleration or angular,
         wheels if (left, right, profile.noise) != (1, 1, 0) else None,
+        1.0 if left == right == 1 else profile.left_right,  # a perfect base needs no correction
     )
 
 
@@ -116,7 +123,7 @@ def moving(at: float, pose: Pose, twist: Twist, commanded: Twist, motors: Motors
 
 
 def _obey(motion: Motion, at: float, twist: Twist, motors: Motors | None) -> Motion:
-    commanded = twist.within(motors.max_linear, motors.max_angular) if motors else twist
+    commanded = motors.told(twist) if motors else twist
     if commanded == motion.commanded:
         return motion
     return moving(at, motion.pose_at(at), motion.twist if motors else commanded, commanded, motors)

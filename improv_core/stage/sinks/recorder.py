@@ -12,20 +12,40 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
-from improv_core.stage.protocol import Decided, Sensed, read_from_stage
+from improv_core.stage.protocol import Decided, Measured, Sensed, read_from_stage
 from improv_core.stage.sinks import Edge
-from improv_core.stage.sinks.cdr import SECOND, stamped, string_message, string_of, twist_message
+from improv_core.stage.sinks.cdr import (
+    SECOND,
+    frame_field,
+    odometry_message,
+    stamped,
+    string_message,
+    string_of,
+    twist_message,
+)
 
 _VECTOR3 = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z"
 _TWIST = "Vector3 linear\nVector3 angular"
 _HEADER = "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id"
 _TIME = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec"
+_POSE = "MSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation"
+_POINT = "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z"
+_QUATERNION = "MSG: geometry_msgs/Quaternion\nfloat64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1"
 _BETWEEN = f"\n{'=' * 80}\n"
 SCHEMAS = {
-    "String": "string data",
-    "Twist": _BETWEEN.join([_TWIST, _VECTOR3]),
-    "TwistStamped": _BETWEEN.join(
+    "std_msgs/msg/String": "string data",
+    "geometry_msgs/msg/Twist": _BETWEEN.join([_TWIST, _VECTOR3]),
+    "geometry_msgs/msg/TwistStamped": _BETWEEN.join(
         ["std_msgs/Header header\nTwist twist", f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME]
+    ),
+    "nav_msgs/msg/Odometry": _BETWEEN.join(
+        [
+            "std_msgs/Header header\nstring child_frame_id\n"
+            "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist",
+            "MSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance",
+            "MSG: geometry_msgs/TwistWithCovariance\nTwist twist\nfloat64[36] covariance",
+            *(_POSE, _POINT, _QUATERNION, f"MSG: geometry_msgs/Twist\n{_TWIST}", _VECTOR3, _HEADER, _TIME),
+        ]
     ),
 }
 """Each message and its components, in the order and with the lines of 80 `=` that `ros2msg` requires."""
@@ -68,7 +88,7 @@ def sensed_in(file: IO[bytes]) -> list[Sensed]:
 
 
 class Recorder:
-    """A sink that records the robots' commands on their topics, within the limits of their profiles.
+    """A sink that records the robots' commands on their topics, as their profiles have them told.
 
     `start` is the Unix time of beat 0, in nanoseconds. `finish` completes the file, which the caller closes. It is
     written in chunks of 1 MiB. Only the index is kept in memory, about a hundred bytes per chunk.
@@ -84,7 +104,8 @@ class Recorder:
         self._writer = Writer(file)
         self._writer.start(profile="ros2")
         self._start = start
-        self._robots: dict[str, tuple[Profile, int]] = {}  # and the channel of each
+        self._robots: dict[str, tuple[Profile, bytes, int]] = {}  # and the frame and the channel of each
+        self._odometry: dict[str, str] = {}  # the topics of poses
         self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
         self._times: tuple[int, int] | None = None
@@ -107,7 +128,10 @@ class Recorder:
     def prepare(self, score: Score, restart: bool) -> None:
         for robot, part in score.parts.items():
             kind = "TwistStamped" if part.profile.message == "TwistStamped" else "Twist"
-            self._robots[robot] = part.profile, self._channel(part.topic, kind)
+            channel = self._channel(part.topic, f"geometry_msgs/msg/{kind}")
+            self._robots[robot] = part.profile, frame_field(part.frame), channel
+            if part.odom:
+                self._odometry[robot] = part.odom
 
     def resetting(self) -> bool:
         return False
@@ -125,10 +149,10 @@ class Recorder:
         """Record a command at a Unix time in nanoseconds. Raises ValueError if it is not finite, and OSError."""
         if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
             raise ValueError(f"{robot} was given a speed that is not a finite number")
-        profile, channel = self._robots[robot]
-        data = twist_message(twist.within(profile.max_linear, profile.max_angular))
+        profile, frame, channel = self._robots[robot]
+        data = twist_message(profile.told(twist))
         if profile.message == "TwistStamped":
-            data = stamped(data, time)
+            data = stamped(data, time, frame)
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
         first, last = self._times or (time, time)
         self._times = min(first, time), max(last, time)
@@ -140,9 +164,17 @@ class Recorder:
 
     def note(self, message: Sensed | Decided, time: int) -> None:
         """Record what was sensed or decided, as JSON, at a Unix time in nanoseconds. Raises OSError."""
-        channel = self._channel(CHANNELS[message["type"]], "String")
+        channel = self._channel(CHANNELS[message["type"]], "std_msgs/msg/String")
         data = string_message(json.dumps(message))
         self._writer.add_message(channel, log_time=time, publish_time=time, data=data)
+
+    def record_poses(self, message: Measured) -> None:
+        """Record where robots were, in the world of the score, as odometry on their topics. Raises OSError."""
+        for robot, each in message["robots"].items():
+            if topic := self._odometry.get(robot):
+                data = odometry_message(Pose(**each["pose"]), each["wall"])
+                channel = self._channel(topic, "nav_msgs/msg/Odometry")
+                self._writer.add_message(channel, log_time=each["wall"], publish_time=each["wall"], data=data)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: a recording contains only velocities."""
@@ -169,8 +201,7 @@ class Recorder:
 
     def _channel(self, topic: str, kind: str) -> int:
         if kind not in self._schemas:
-            name = f"std_msgs/msg/{kind}" if kind == "String" else f"geometry_msgs/msg/{kind}"
-            self._schemas[kind] = self._writer.register_schema(name, "ros2msg", SCHEMAS[kind].encode())
+            self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", SCHEMAS[kind].encode())
         if (topic, kind) not in self._channels:
             offered = {"offered_qos_profiles": OFFERED_QOS_PROFILES}
             self._channels[topic, kind] = self._writer.register_channel(topic, "cdr", self._schemas[kind], offered)

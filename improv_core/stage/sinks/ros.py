@@ -16,10 +16,11 @@ from improv_core.score.senses import CUE, BuiltIn, RobotSense
 from improv_core.score.senses import Topic as SenseTopic
 from improv_core.stage.discovery import described, limited
 from improv_core.stage.protocol import LOADING_LIMIT, FromStage
-from improv_core.stage.sinks import Edge
-from improv_core.stage.sinks.cdr import twist_message
+from improv_core.stage.sinks import Edge, RawPoses
+from improv_core.stage.sinks.cdr import frame_field, twist_message
 from improv_core.stage.sinks.ros_listening import Listening
-from improv_core.stage.sinks.ros_nodes import READER, STANDBY, Nodes, is_harmless, node_name, without_name
+from improv_core.stage.sinks.ros_nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
+from improv_core.stage.sinks.ros_publishing import Publishing
 from improv_core.stage.sinks.ros_reader import Reader
 from improv_core.stage.sinks.ros_requests import Ask, Requests
 from improv_core.stage.sinks.ros_reset import Resets
@@ -38,9 +39,9 @@ class Ros:
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
     `discovery` is how far it looks for robots if the environment does not set that (stage/discovery.py). `hear` gets
-    edges, and `ask` what somebody in ROS 2 asks for, from a thread of their own. `node` is the name of its node, if it
-    is to have one that is not unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what rclpy
-    raises if the arguments are wrong.
+    edges and poses, and `ask` what somebody in ROS 2 asks for, from a thread of their own. `node` is the name of its
+    node, if it is to have one that is not unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what
+    rclpy raises if the arguments are wrong.
     """
 
     name: str = "ROS 2"
@@ -51,7 +52,7 @@ class Ros:
         self,
         discovery: str | None,
         standby: bool,
-        hear: Callable[[Edge], None],
+        hear: Callable[[Edge | RawPoses], None],
         ask: Ask,
         node: str | None = None,
         arguments: Sequence[str] = (),
@@ -75,6 +76,7 @@ class Ros:
         self._resets = Resets(self._node, now)
         self._listening = Listening(self._node, hear, now)
         self._reader = Reader(node_name() + READER, hear, now)
+        self._publishing = Publishing(node_name() + PUBLISHER, arguments, now)
         self._robots: dict[str, _Robot] = {}
         self._topics: dict[str, Topic] = {}
         self._cast: list[str] = []
@@ -90,6 +92,14 @@ class Ros:
     def show(self, message: FromStage) -> None:
         """Show what the stage says of itself to those in ROS 2."""
         self._requests.show(message)
+        self._publishing.show(message)
+        if message["type"] == "transport":
+            zero = message["monotonic"] - message["performed"]
+            self._publishing.health.zero = zero if message["state"] == "playing" else None
+
+    def announce(self, score: Score, generation: int) -> None:
+        """Show a score, before it plays, to those in ROS 2."""
+        self._publishing.take(score, generation)
 
     def meet(self, score: Score) -> None:
         """Create publishers for new topics, so that listeners are found before the score begins."""
@@ -104,13 +114,16 @@ class Ros:
         self._standby.live(LOADING_LIMIT)
         self._listening.take(score.safety)
         parts = score.parts
-        self._reader.read(_read_from_topics(parts))
+        self._publishing.health.keep(parts.keys())
+        if restart:
+            self._publishing.health.zero = None  # performance time starts over
+        self._reader.read(_read_from_topics(parts), {name: part.odom for name, part in parts.items() if part.odom})
         self._cast = list(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
         self._advertise_new(score, at_once=not restart)
         for robot, part in parts.items():
             self._topics[part.topic].take(part.profile.message)
-            self._robots[robot] = _Robot(part, self._topics[part.topic])
+            self._robots[robot] = _Robot(part, self._topics[part.topic], frame_field(part.frame))
         if restart:
             self._standby_until = self._now() + STANDBY_LIMIT
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
@@ -140,6 +153,7 @@ class Ros:
                 found[robot] = (
                     f"no time has arrived on /clock, so messages on {topic.name} are stamped 0: start the simulation"
                 )
+        self._publishing.health.asked(self._cast if robots is None else robots, found)
         return found
 
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
@@ -148,8 +162,9 @@ class Ros:
         if self._standby.problem:
             found[self._standby.problem] = self._standby.problem
         found |= self._listening.warnings()
-        if self._reader.problem:
-            found[self._reader.problem] = self._reader.problem
+        for problem in (self._reader.problem, self._publishing.problem):
+            if problem:
+                found[problem] = problem
         clocked = not self._clock.ros_time_is_active and self._node.count_publishers("/clock")
         for robot in asked:
             topic = self._topic(robot)
@@ -166,7 +181,7 @@ class Ros:
                     f"messages on {topic.name} carry this machine's time, but a node publishes /clock: "
                     "if the robot is simulated, set `use_sim_time = true` under [ros] in improv.toml",
                 )
-            elif silent := self._silent(robot):
+            elif silent := self._silent(robot) or self._unmeasured(robot):
                 found.setdefault(robot, silent)
         return found
 
@@ -174,18 +189,21 @@ class Ros:
         """Publish now. Raises ValueError if a number is not finite, and what rclpy raises. The stage then stops all."""
         known, stands = self._robots[robot], twist == STILL
         message = known.message_of(twist)
+        known.moves_since = None if stands else known.moves_since or self._now()
         if not stands:
-            self._standby.moves(known.topic.name)
-        known.topic.publish(message, self._clock)
+            self._standby.moves(known.topic.name, known.part.frame)
+        known.topic.publish(message, self._clock, known.frame)
         if stands:
             self._standby.stands(known.topic.name)
+        self._publishing.health.sent(robot, at, self._now(), known.is_clipped)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: real robots stay where they are."""
 
     def advance(self, to: float) -> None:
-        """Tell the standby that the stage is alive. Real robots need nothing."""
+        """Tell the standby that the stage is alive, and the publisher how that goes. Real robots need nothing."""
         self._standby.live()
+        self._publishing.report()
 
     def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
         self.advance(to)
@@ -200,6 +218,7 @@ class Ros:
     def close(self) -> None:
         self._standby.close()
         self._reader.close()
+        self._publishing.close()
         time.sleep(LINGER)
         self._closing.set()
         self._executor.shutdown()
@@ -246,6 +265,15 @@ class Ros:
             return f"{source.topic} carries {', '.join(sorted(kinds))}, not {source.message}"
         return f"nothing usable comes on {source.topic}"
 
+    def _unmeasured(self, robot: str) -> str | None:
+        """Why it is not known where a robot is that has been told to move; None if it is known."""
+        known = self._robots[robot]
+        topic = known.part.odom
+        if not topic or known.moves_since is None or not self._reader.lacks_poses(robot, known.moves_since):
+            return None
+        silent = "no pose comes" if self._node.count_publishers(topic) else "nobody publishes"
+        return f"{self._reader.unread.get(topic) or f'{silent} on {topic}'}: nobody knows where {robot} really is"
+
     def _topic(self, robot: str) -> Topic:
         return self._robots[robot].topic
 
@@ -272,15 +300,19 @@ class _Robot:
 
     part: Part
     topic: Topic
+    frame: bytes
     twist: Twist | None = None
     message: bytes = b""
+    is_clipped: bool = False
+    moves_since: float | None = None
 
     def message_of(self, twist: Twist) -> bytes:
-        """The serialized Twist, within the limits of the profile. Raises ValueError if a number is not finite."""
+        """The serialized Twist, as the profile has it told. Raises ValueError if a number is not finite."""
         if twist is not self.twist:
             if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
                 raise ValueError(f"{self.part.robot} was given a speed that is not a finite number")
-            profile = self.part.profile
-            self.message = twist_message(twist.within(profile.max_linear, profile.max_angular))
+            balanced = self.part.profile.balanced(twist)
+            told = self.part.profile.limited(balanced)
+            self.message, self.is_clipped = twist_message(told), told is not balanced
             self.twist = twist
         return self.message

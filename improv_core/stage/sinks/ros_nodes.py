@@ -14,6 +14,8 @@ STANDBY = "_standby"
 """The suffix of the names of nodes that publish only after their stage has died."""
 READER = "_reader"
 """The suffix of the names of nodes that read sensors."""
+PUBLISHER = "_publisher"
+"""The suffix of the names of nodes that publish what plays."""
 
 
 class Nodes:
@@ -77,7 +79,7 @@ class Nodes:
         return self._second
 
 
-def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos: Any) -> Any:
+def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos: Any, *, raw: bool = False) -> Any:
     """A subscription without rclpy's default callbacks for events."""
     try:
         from rclpy.event_handler import SubscriptionEventCallbacks
@@ -85,7 +87,7 @@ def subscribe(node: Any, kind: Any, topic: str, take: Callable[[Any], None], qos
         from rclpy.qos_event import SubscriptionEventCallbacks
     # These would log what our warnings tell, and keep a subscription in use while the executor waits.
     none = SubscriptionEventCallbacks(use_default_callbacks=False)
-    return node.create_subscription(kind, topic, take, qos, event_callbacks=none)
+    return node.create_subscription(kind, topic, take, qos, event_callbacks=none, raw=raw)
 
 
 def node_name(process: int | str = "") -> str:

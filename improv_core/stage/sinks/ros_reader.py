@@ -14,9 +14,10 @@ from contextlib import suppress
 from dataclasses import asdict
 
 from improv_core.plain import message as in_plain_text
+from improv_core.score.motion import Pose
 from improv_core.score.senses import RobotSense, Topic
-from improv_core.stage.protocol import FOLDER, FromReader, SenseToRead, ToReader
-from improv_core.stage.sinks import Edge
+from improv_core.stage.protocol import FOLDER, FromReader, MeasuredPoses, SenseToRead, ToReader
+from improv_core.stage.sinks import Edge, RawPose, RawPoses
 
 START_LIMIT = 10.0
 """Seconds until a new process must show signs of life; on a quiet machine it takes half a second."""
@@ -32,13 +33,22 @@ END_LIMIT = 2.0
 """Seconds it may take to exit."""
 
 
+POSE_LIMIT = 0.4
+"""Seconds without a pose after which a robot's poses count as gone, if they usually come often."""
+USUAL = 3
+"""How many times as long as usual between two poses that may be."""
+LONGEST_USUAL = 1.0
+"""Seconds between two poses: localization that sends one only after a robot has moved counts as no rarer."""
+
+
 class Reader:
-    """Has senses read by another process, which starts with the first one, and hands on edges on a thread of its own.
+    """Has senses and poses read by another process, which starts with the first one, and hands on edges and poses on a
+    thread of its own.
 
     If that process fails, all senses are silent until the next one hears something.
     """
 
-    def __init__(self, node: str, hear: Callable[[Edge], None], clock: Callable[[], float]) -> None:
+    def __init__(self, node: str, hear: Callable[[Edge | RawPoses], None], clock: Callable[[], float]) -> None:
         self._node = node
         self._hear = hear
         self._clock = clock
@@ -49,20 +59,35 @@ class Reader:
         self._sources: Mapping[RobotSense, Topic] = {}
         self._asked = -math.inf  # when the latest sense was asked for
         self._values: dict[RobotSense, bool | None] = {}
+        self._odometry: Mapping[str, str] = {}
+        self._alive = -math.inf  # when the process last showed signs of life
+        self._posed: dict[str, tuple[float, float]] = {}  # when each robot's latest pose came, and how often they do
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
-    def read(self, sources: Mapping[RobotSense, Topic]) -> None:
-        """From now on, read these senses and no others."""
-        if sources.items() - self._sources.items():
+    def read(self, sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str]) -> None:
+        """From now on, read these senses and the poses of these robots (robot: topic), and no others."""
+        if sources.items() - self._sources.items() or odometry.items() - self._odometry.items():
             self._asked = self._clock()
-        self._sources = dict(sources)
-        if sources and not self._thread.ident:
+        for robot in self._posed.keys() - odometry.keys():
+            del self._posed[robot]
+        self._sources, self._odometry = dict(sources), dict(odometry)
+        if (sources or odometry) and not self._thread.ident:
             self._thread.start()
 
     def under_way(self) -> bool:
-        """Whether a sense that was asked for lately is still silent."""
-        return self._clock() < self._asked + FIND_LIMIT and any(map(self.is_silent, self._sources))
+        """Whether a sense or a robot's pose that was asked for lately is still missing."""
+        if self._clock() >= self._asked + FIND_LIMIT:
+            return False
+        return any(map(self.is_silent, self._sources)) or not self._odometry.keys() <= self._posed.keys()
+
+    def lacks_poses(self, robot: str, since: float) -> bool:
+        """Whether no pose of a robot has come for too long, although it has been told to move since a time."""
+        if robot not in self._odometry:
+            return False
+        at, usual = self._posed.get(robot, (-math.inf, 0.0))
+        # By when the process last showed signs of life: while it stands still, it can't have heard anything.
+        return self._alive > max(at, since) + max(POSE_LIMIT, USUAL * usual)
 
     def is_silent(self, sense: RobotSense) -> bool:
         """Whether nothing is known of a sense."""
@@ -96,14 +121,15 @@ class Reader:
         """Hand on edges until we are closed, or the process ends or hangs; which of them, in words."""
         assert process.stdin
         assert process.stdout
-        asked, unsent, rest = None, b"", b""
+        asked: object = None
+        unsent, rest = b"", b""
         waited, limit = 0.0, START_LIMIT
         poll = select.poll()
         poll.register(process.stdout, select.POLLIN)
         while not self._closing.is_set():
-            if asked is not self._sources:
-                asked, self.unread = self._sources, {}
-                unsent += _request(asked)
+            if asked != (wanted := (self._sources, self._odometry)):
+                asked, self.unread = wanted, {}
+                unsent += _request(*wanted)
             with suppress(OSError):  # it is full, or the process has ended, which is seen below
                 unsent = unsent[os.write(process.stdin.fileno(), unsent) :]
             if not poll.poll(WAIT * 1000):
@@ -123,8 +149,23 @@ class Reader:
     def _take(self, message: FromReader) -> None:
         if message["type"] == "edge":
             self._turn(RobotSense(message["robot"], message["sense"]), message["value"], message["at"])
+        elif message["type"] == "alive":
+            self._alive = self._clock()
+        elif message["type"] == "poses":
+            self._measure(message)
         elif message["type"] == "unread":
             self.unread[message["topic"]] = in_plain_text(" ".join(message["message"].split()))
+
+    def _measure(self, message: MeasuredPoses) -> None:
+        poses = [
+            RawPose(each["robot"], each["source"], Pose(**each["pose"]), each["at"], each["frame"])
+            for each in message["poses"]
+        ]
+        for robot, _, _, at, _ in poses:
+            if robot in self._odometry:
+                before, usual = self._posed.get(robot, (at, 0.0))
+                self._posed[robot] = at, min(max(at - before, 0.9 * usual), LONGEST_USUAL)
+        self._hear(RawPoses(poses))
 
     def _turn(self, sense: RobotSense, value: bool | None, at: float) -> None:
         if self._values.get(sense) != value:
@@ -137,11 +178,11 @@ class Reader:
             self._turn(sense, None, now)
 
 
-def _request(sources: Mapping[RobotSense, Topic]) -> bytes:
+def _request(sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str]) -> bytes:
     senses: list[SenseToRead] = [
         {"robot": robot, "sense": sense, "source": asdict(source)} for (robot, sense), source in sources.items()
     ]
-    request: ToReader = {"type": "read", "senses": senses}
+    request: ToReader = {"type": "read", "senses": senses, "odometry": odometry}
     return json.dumps(request).encode() + b"\n"
 
 

@@ -38,7 +38,7 @@ class Standby:
         self.problem: str | None = None
         """What is wrong with the standby, in one line."""
         self._publishers: dict[tuple[str, str], bool] = {}  # topic and kind: whether the second node has it
-        self._moving: set[str] = set()
+        self._moving: dict[str, str] = {}  # topics and the frames of velocities on them
         self._pulse = 0.0  # when the next sign of life is due
         self._found: set[str] = set()  # topics on which it has found a listener
         self._process = _start(self._command) if wanted else None
@@ -71,8 +71,8 @@ class Standby:
         self._found.clear()
         for (topic, kind), second in self._publishers.items():
             self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
-        for topic in self._moving:
-            self._tell({"type": "moves", "topic": topic, "patience": PATIENCE})
+        for topic, frame in self._moving.items():
+            self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
 
     def publish(self, topic: str, kind: str, second: bool) -> None:
         """The stage has created a publisher of a message type on a topic, on its second node or not."""
@@ -85,17 +85,17 @@ class Standby:
         del self._publishers[topic, kind]
         self._tell({"type": "withdraw", "topic": topic, "kind": kind})
 
-    def moves(self, topic: str) -> None:
-        """The robot on a topic is about to be told to move."""
-        if topic not in self._moving:
-            self._moving.add(topic)
-            self._tell({"type": "moves", "topic": topic, "patience": PATIENCE})
+    def moves(self, topic: str, frame: str) -> None:
+        """The robot on a topic is about to be told to move, by velocities in a frame."""
+        if self._moving.get(topic) != frame:
+            self._moving[topic] = frame
+            self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
             self._pulse = self._clock() + PULSE_PERIOD
 
     def stands(self, topic: str) -> None:
         """The robot on a topic has been told to stop."""
         if topic in self._moving:
-            self._moving.discard(topic)
+            del self._moving[topic]
             if not self._moving:
                 self._tell({"type": "stands"})
 

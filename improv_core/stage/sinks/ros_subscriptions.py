@@ -11,6 +11,7 @@ from typing import Any
 from improv_core.score.senses import Message, Topic
 from improv_core.stage.readings import holds
 from improv_core.stage.sinks.ros_nodes import Nodes, subscribe
+from improv_core.stage.sinks.ros_poses import Poses
 
 Hear = Callable[[Topic, bool | None], None]
 
@@ -28,6 +29,8 @@ class Subscriptions:
         self._node = self._nodes.first
         self._executor = _executor(self._node.context)
         self._executor.add_node(self._node)
+        self.poses = Poses(self._node_without_executor, unread)
+        """The poses of robots, which are taken, not handed on."""
         self._made: dict[tuple[str, Message], Any] = {}
         self._heard: dict[tuple[str, Message], list[Topic]] = {}
 
@@ -55,7 +58,15 @@ class Subscriptions:
     def close(self) -> None:
         """Leave ROS."""
         self._executor.shutdown()
+        self.poses.close()
         self._nodes.close()
+
+    def _node_without_executor(self) -> Any:
+        import rclpy
+
+        name = f"{self._node.get_name()}_poses"
+        options = {"start_parameter_services": False, "enable_rosout": False}
+        return rclpy.create_node(name, context=self._node.context, **options)
 
     def _subscribe(self, name: str, message: Message) -> Any:
         """A subscription; None if there can be none."""

@@ -92,10 +92,10 @@ class Topic:
         infos = self._node.get_publishers_info_by_topic(self.name)
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))
 
-    def publish(self, message: bytes, clock: Any) -> None:
-        """Send a serialized Twist to all listeners. `clock` stamps TwistStamped messages."""
+    def publish(self, message: bytes, clock: Any, frame: bytes) -> None:
+        """Send a serialized Twist to all listeners. `clock` stamps TwistStamped messages, in this `cdr.frame_field`."""
         for publisher in self._publishers.values():
-            publisher.publish(message, clock)
+            publisher.publish(message, clock, frame)
 
     def _incompatible(self) -> str | None:
         """Whether all listeners require what our publishers, reliable and volatile, don't offer."""
@@ -138,5 +138,5 @@ class _Publisher:
             self.unheard = now
         return now >= self.unheard + SETTLE
 
-    def publish(self, message: bytes, clock: Any) -> None:
-        self._publisher.publish(stamped(message, clock.now().nanoseconds) if self._is_stamped else message)
+    def publish(self, message: bytes, clock: Any, frame: bytes) -> None:
+        self._publisher.publish(stamped(message, clock.now().nanoseconds, frame) if self._is_stamped else message)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import json
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from improv_core.stage.protocol import AskWindow, BumpJson, Bumps, DrawnTrail, DrawnTrails
 
@@ -15,19 +15,30 @@ if TYPE_CHECKING:
     from aiohttp import web
 
     from improv_core.stage.sinks.collisions import Bump
-    from improv_core.stage.sinks.trails import Trail
 
 MOST_BUMPS = 200
+TrailKind = Literal["trails", "measured"]
+
+
+class Lengthening(Protocol):
+    """A trail, which only ever becomes longer, at its end."""
+
+    @property
+    def places(self) -> Sequence[Sequence[float]]: ...
 
 
 class Outbox:
-    """The latest message of each kind, all bumps and trails, and the latest question that the page has asked."""
+    """The latest message of each kind, all bumps and trails, and the latest question that the page has asked.
 
-    def __init__(self) -> None:
+    `number` is the page's own.
+    """
+
+    def __init__(self, number: int) -> None:
+        self.number = number
         self._waiting: dict[str, str] = {}
         self._bumps: deque[Bump] = deque(maxlen=MOST_BUMPS)
-        self._trails: Mapping[str, Trail] = {}
-        self._sent: dict[str, tuple[Trail, int]] = {}  # how many places of which trail
+        self._trails: dict[TrailKind, Mapping[str, Lengthening]] = {}
+        self._sent: dict[tuple[TrailKind, str], tuple[Lengthening, int]] = {}  # how many places of which trail
         self._filled = asyncio.Event()
         self._empty = asyncio.Event()
         self._question: AskWindow | None = None
@@ -45,10 +56,10 @@ class Outbox:
         self._bumps.extend(bumps)
         self.put("bumps", "")
 
-    def show_trails(self, trails: Mapping[str, Trail]) -> None:
+    def show_trails(self, kind: TrailKind, trails: Mapping[str, Lengthening]) -> None:
         """Send what the page lacks of these trails."""
-        self._trails = trails
-        self.put("trails", "")
+        self._trails[kind] = trails
+        self.put(kind, "")
 
     def ask(self, question: AskWindow) -> None:
         """Ask for a window, instead of one that nobody has looked at yet."""
@@ -76,19 +87,19 @@ class Outbox:
                 kind = next(iter(self._waiting))
                 text = self._waiting.pop(kind)
                 with suppress(ConnectionError):  # the page is gone: the reading side ends the session
-                    await page.send_str(text or (self._take_trails() if kind == "trails" else self._take_bumps()))
+                    await page.send_str(text or (self._take_bumps() if kind == "bumps" else self._take_trails(kind)))
             self._empty.set()
 
-    def _take_trails(self) -> str:
+    def _take_trails(self, kind: Any) -> str:
         robots: dict[str, DrawnTrail] = {}
-        for name, trail in self._trails.items():
-            known, sent = self._sent.get(name, (trail, 0))
+        for name, trail in self._trails[kind].items():
+            known, sent = self._sent.get((kind, name), (trail, 0))
             begin = sent if known is trail else 0
             places = trail.places[begin:]
-            self._sent[name] = trail, begin + len(places)
+            self._sent[kind, name] = trail, begin + len(places)
             if places:
                 robots[name] = {"from": begin, "places": [[round(value, 4) for value in place] for place in places]}
-        message: DrawnTrails = {"type": "trails", "robots": robots}
+        message: DrawnTrails = {"type": kind, "robots": robots}
         return json.dumps(message, separators=(",", ":"))
 
     def _take_bumps(self) -> str:

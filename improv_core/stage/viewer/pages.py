@@ -8,7 +8,8 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from improv_core.stage.protocol import DrawnPoses, DrawnRobot, DrawnRobots
+from improv_core.stage.protocol import SIMULATED, DrawnPoses, DrawnRobot, DrawnRobots, Measured
+from improv_core.stage.viewer.measured import MeasuredTrail, measured_place
 from improv_core.stage.viewer.outbox import Outbox, bumps_message
 
 if TYPE_CHECKING:
@@ -25,11 +26,13 @@ class Pages:
     def __init__(self, snapshot: Callable[[], Snapshot]) -> None:
         self._snapshot = snapshot
         self._outboxes: set[Outbox] = set()
+        self._joined = 0  # pages so far
         self._watched = asyncio.Event()
         self._latest: dict[str, str] = {}
         self._drawn: dict[str, object] = {}
         self._bumps: tuple[Bump, ...] = ()
         self._trails: dict[str, tuple[Trail, int]] = {}  # with their lengths
+        self._measured: dict[str, MeasuredTrail] = {}
         self._problem = ""
 
     def __len__(self) -> int:
@@ -38,13 +41,16 @@ class Pages:
     def join(self) -> Outbox:
         """A new page's outbox, filled with everything that the other pages know."""
         self._draw()
-        outbox = Outbox()
+        self._joined += 1
+        outbox = Outbox(self._joined)
         for kind, text in self._latest.items():
             outbox.put(kind, text)
         if self._bumps:
             outbox.put("past", bumps_message(self._bumps, past=True))
         if self._trails:
-            outbox.show_trails({name: trail for name, (trail, _) in self._trails.items()})
+            outbox.show_trails("trails", {name: trail for name, (trail, _) in self._trails.items()})
+        if self._measured:
+            outbox.show_trails("measured", self._measured)
         self._outboxes.add(outbox)
         self._watched.set()
         return outbox
@@ -60,6 +66,29 @@ class Pages:
         self._latest[kind] = text
         for outbox in self._outboxes:
             outbox.put(kind, text)
+
+    def measure(self, message: Measured) -> None:
+        """Show where robots really were. What is only simulated of a robot gives way to what is measured."""
+        for name, each in message["robots"].items():
+            trail, simulated = self._measured.get(name), each["source"] == SIMULATED
+            if not trail or trail.simulated > simulated:
+                trail = MeasuredTrail(simulated)
+            elif trail.simulated < simulated:
+                continue
+            trail.places.append(measured_place(each))
+            self._measured[name] = trail.renewed()
+        for outbox in self._outboxes:
+            outbox.show_trails("measured", self._measured)
+
+    def forget_measured(self) -> None:
+        """Another performance begins."""
+        self._measured = {}
+
+    def answer(self, page: int, kind: str, text: str) -> None:
+        """Send a message to one page, unless it has been closed."""
+        for outbox in self._outboxes:
+            if outbox.number == page:
+                outbox.put(kind, text)
 
     async def watch(self) -> None:
         """Send what moves, 60 times a second while a page is open, forever."""
@@ -105,7 +134,7 @@ class Pages:
         if trails != self._trails:
             self._trails = trails
             for outbox in self._outboxes:
-                outbox.show_trails(snapshot.trails)
+                outbox.show_trails("trails", snapshot.trails)
         known = set(map(id, self._bumps))  # a dance that is played again may have equal bumps
         new = [bump for bump in snapshot.bumps if id(bump) not in known]
         self._bumps = snapshot.bumps

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from typing import cast
+from typing import cast, get_args
 
-from improv_core.stage.protocol import FASTEST, LAST_BEAT, SLOWEST, FromPage
+from improv_core.stage.protocol import FASTEST, LAST_BEAT, LONGEST_TEXT, SLOWEST, Facing, FromPage, Shape
 
 MOST_NAMES, LONGEST_NAME = 1000, 100
 
@@ -34,12 +34,31 @@ def _between(least: float, most: float) -> Check:
     return lambda value: isinstance(value, (int, float)) and not isinstance(value, bool) and least <= value <= most
 
 
+def _one_of(choices: object) -> Check:
+    return lambda value: value in get_args(choices)
+
+
 def _is_name(value: object) -> bool:
     return isinstance(value, str) and 0 < len(value) <= LONGEST_NAME
 
 
 def _is_truth(value: object) -> bool:
     return isinstance(value, bool)
+
+
+def _is_count(value: object) -> bool:
+    return type(value) is int and 0 <= value <= LAST_BEAT
+
+
+def _is_text(value: object) -> bool:
+    """A text that can be saved: without halves of characters."""
+    if not isinstance(value, str) or len(value) > LONGEST_TEXT:
+        return False
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _are_names(value: object) -> bool:
@@ -80,6 +99,11 @@ REQUESTS: Mapping[str, Mapping[str, Check]] = {
     "speed": {"factor": _between(SLOWEST, FASTEST)},
     "silence": {"muted": _are_names, "soloed": _are_names},
     "place": {"start_poses": _are_start_poses},
+    "form": {"shape": _one_of(Shape), "distance": _between(0.001, 1000), "facing": _one_of(Facing)},
     "window": {"generation": _between(0, LAST_BEAT), "from": _between(0, LAST_BEAT), "to": _between(0, LAST_BEAT)},
+    "analyze": {"number": _is_count, "text": _is_text},
+    "complete": {"number": _is_count, "offset": _is_count},
+    "explain": {"number": _is_count, "offset": _is_count},
+    "write": {"number": _is_count, "text": _is_text, "revision": _is_text},
 }
 """Each request and the values it needs. The viewer answers `window` itself; the others go to the parent."""

@@ -17,10 +17,10 @@ from improv_core.score.score import Score
 from improv_core.stage.protocol import (
     Decided,
     PageRequest,
-    Program,
     Sensed,
     ShownScore,
     Stopped,
+    ToPages,
     TransportMessage,
     Watched,
 )
@@ -61,6 +61,7 @@ class Viewer:
         self._port: int = self._socket.getsockname()[1]
         self._pages = Pages(snapshot)
         self._answers = Answers()
+        self._restarted = 0
         self._stop = asyncio.Event()
         self._loop = asyncio.new_event_loop()
         application = Application(self._token, self._pages, self._answers, command)
@@ -73,8 +74,21 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | Program | ShownScore | Sensed | Decided) -> None:
-        """Send a message to every page, and to later ones until another of its type, about the same, replaces it."""
+    def publish(self, message: TransportMessage | Stopped | ToPages | ShownScore | Sensed | Decided) -> None:
+        """Send a message to every page, and to later ones until another of its type, about the same, replaces it.
+
+        An answer goes to the page that has asked.
+        """
+        if message["type"] == "answer":
+            answer = message["answer"]
+            self._soon(self._pages.answer, message["page"], answer["type"], json.dumps(answer))
+            return
+        if message["type"] == "measured":
+            self._soon(self._pages.measure, message)
+            return
+        if message["type"] == "transport" and message["restarted"] != self._restarted:
+            self._restarted = message["restarted"]
+            self._soon(self._pages.forget_measured)
         shown = self._answers.shown
         if message["type"] == "sensed" and shown and message["generation"] == shown.generation:
             about = message["robot"], message["sense"]

@@ -15,6 +15,7 @@ from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from PIL import Image
 from playwright.sync_api import Page, expect
@@ -25,9 +26,9 @@ from tests.editors.vscode.workbench import framed_page, run_command, word, workb
 SIZE = {"width": 1120, "height": 640}
 KEY = 0.05
 """Seconds between two keys, at least."""
-FRAME = 0.2
+FRAME = 0.25
 """Seconds between two looks at the window, at least."""
-QUALITY = 45
+QUALITY = 30
 ASIDE = (300, 500)
 """Where the mouse points at nothing, in pixels."""
 SERVER = str(Path(sys.executable).with_name("improv-ls"))
@@ -115,7 +116,9 @@ def save(looks: list[Look], path: Path) -> None:
     times = [look.time for look in looks] + [looks[-1].time + 2.0]
     durations = [round((end - start) * 1000) for start, end in pairwise(times)]
     frames = [Image.open(BytesIO(look.picture)).convert("RGB") for look in looks]
-    frames[0].save(path, save_all=True, append_images=frames[1:], duration=durations, loop=0, quality=QUALITY, method=4)
+    first, *others = frames
+    small: dict[str, Any] = {"quality": QUALITY, "method": 4, "minimize_size": True}
+    first.save(path, save_all=True, append_images=others, duration=durations, loop=0, **small)
     print(f"{path}: {len(frames)} frames, {sum(durations) / 1000:.0f} s, {path.stat().st_size // 1000} KB")
 
 

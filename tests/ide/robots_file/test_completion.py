@@ -19,7 +19,7 @@ from improv_core.score.profiles import BUILT_IN
 from tests.robots.test_config import PAGE
 
 PROFILES = [f'"{name}"' for name in BUILT_IN]
-SECTIONS = ["[robots]", "[profiles]", "[ros]", "[world]", "[senses]"]
+SECTIONS = ["[robots]", "[profiles]", "[formation]", "[ros]", "[world]", "[senses]"]
 
 
 def completed(marked: str, cast: tuple[str, ...] = ()) -> tuple[str, Completion | None]:
@@ -35,9 +35,13 @@ def check(marked: str, *labels: str, cast: tuple[str, ...] = ()) -> None:
 
 
 def test_sections_that_are_not_there() -> None:
-    check("[|\n[world]\nsize = [6, 4]", "robots", "profiles", "ros", "senses")
-    check("[ro|]", "robots", "profiles", "ros", "world", "senses")
-    check("[robots.anna]\nprofile = 'husky'\nstart = {}\ntopic = 'a'\nmessage = 'auto'\nreset = 'a'\n|", *SECTIONS)
+    check("[|\n[world]\nsize = [6, 4]", "robots", "profiles", "formation", "ros", "senses")
+    check("[ro|]", "robots", "profiles", "formation", "ros", "world", "senses")
+    check(
+        "[robots.anna]\nprofile = 'husky'\nstart = {}\ntopic = 'a'\nmessage = 'auto'\nframe = 'a'\n"
+        "reset = 'a'\nodom = 'a'\n|",
+        *SECTIONS,
+    )
 
 
 def test_robots_of_programs_and_built_in_senses() -> None:
@@ -46,7 +50,7 @@ def test_robots_of_programs_and_built_in_senses() -> None:
 
 
 def test_keys_that_are_not_there() -> None:
-    check('[robots.anna]\ntopic = "/a"\npro|', "profile", "start", "message", "reset")
+    check('[robots.anna]\ntopic = "/a"\npro|', "profile", "start", "message", "frame", "reset", "odom")
     check("[robots.anna]\nstart = { x = 1, | }", "y", "heading")
     check("[world]\ncircles = [{ radius = 1 }, { radius = 2, |", "x", "y")
     check("[ros]\ndeadman = { |", "topic", "button")

@@ -130,3 +130,21 @@ def test_asking_in_between_changes_nothing_and_no_limit_is_broken(
         assert gained <= BASE.linear_acceleration * seconds + 1e-9
         assert abs(after.twist.yaw - before.twist.yaw) <= BASE.angular_acceleration * seconds + 1e-9
         assert math.hypot(after.twist.x, after.twist.y) <= 0.5 + 1e-9
+
+
+def test_left_right_makes_a_base_that_pulls_to_one_side_drive_straight() -> None:
+    worn = replace(TURTLEBOT4, dynamics="motors", wheel_error=(0.96, 0.94), left_right=0.96 / 0.94)
+    motors = motors_of(worn, "r")
+    assert motors
+    told = [(0.0, Twist(x=0.2)), (5.0, STILL)]
+    at_once = motors._replace(linear_acceleration=1e9, angular_acceleration=1e9)
+    check(told, 6.0, Pose(2 * 0.96 * 0.94 / (0.96 + 0.94)), at_once)  # both wheels' harmonic mean, of a meter
+
+
+def test_left_right_changes_nothing_about_a_base_without_errors() -> None:
+    for dynamics in ("ideal", "motors"):
+        profile = replace(TURTLEBOT4, dynamics=dynamics)
+        pulling = replace(profile, left_right=0.98)
+        assert motors_of(pulling, "r") == motors_of(profile, "r")
+        assert motors_of(beside_robots(pulling), "r") == motors_of(beside_robots(profile), "r")
+    assert replace(TURTLEBOT4, left_right=0.98).told(Twist(x=0.2)).yaw < 0  # the real one is told to turn right

@@ -24,6 +24,7 @@ from improv_core.program.compiler import compiled, score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Twist
 from improv_core.score.world import World
+from improv_core.stage.protocol import MeasuredRobot, PoseJson
 from improv_core.stage.sensing import foreseen
 from improv_core.stage.sinks.cdr import SECOND
 from improv_core.stage.sinks.recorded_simulator import RecordedSimulator
@@ -132,11 +133,10 @@ def test_ros2_bag_and_foxglove_find_what_they_need(tmp_path: Path) -> None:
         assert names == ("KEEP_LAST", 10, "RELIABLE", "VOLATILE", "AUTOMATIC")
 
 
-@pytest.mark.parametrize("kind", SCHEMAS)
-def test_the_schemas_are_those_of_ros(kind: str) -> None:
-    name = f"{'std_msgs' if kind == 'String' else 'geometry_msgs'}/msg/{kind}"
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_the_schemas_are_those_of_ros(name: str) -> None:
     own = get_typestore(Stores.EMPTY)
-    own.register(get_types_from_msg(SCHEMAS[kind], name))
+    own.register(get_types_from_msg(SCHEMAS[name], name))
     assert own.hash_rihs01(name) == ROS.hash_rihs01(name)
 
 
@@ -268,3 +268,35 @@ def test_what_is_no_recording_is_said_in_one_line(tmp_path: Path) -> None:
     path.write_bytes(b"nothing")
     with path.open("rb") as file, pytest.raises(ValueError, match="it is not a recording"):
         sensed_in(file)
+
+
+def test_measured_poses_are_recorded_as_odometry(tmp_path: Path) -> None:
+    robots = "[robots.r]\nodom = 'odom'\n"
+    path = tmp_path / "dance.mcap"
+    pose: PoseJson = {"x": 1.5, "y": -2.0, "z": 0.25, "heading": math.radians(150)}
+    measured: MeasuredRobot = {
+        "source": "geometry_msgs/PoseStamped",
+        "frame": "map",
+        "origin": pose,
+        "pose": pose,
+        "ideal": pose,
+        "aligned": 1,
+        "beat": 1.0,
+        "performed": 1.0,
+        "wall": START,
+    }
+    with path.open("wb") as file:
+        recorder = Recorder(file, START)
+        recorder.prepare(score_of(analyzed("r $ forward", robots)), restart=True)
+        recorder.record_poses({"type": "measured", "generation": 1, "robots": {"r": measured, "left": measured}})
+        recorder.finish()
+    with AnyReader([path], default_typestore=ROS) as reader:
+        ((connection, time, raw),) = reader.messages()
+        found: Any = reader.deserialize(raw, connection.msgtype)
+    assert (connection.topic, connection.msgtype, time) == ("/r/odom", "nav_msgs/msg/Odometry", START)
+    assert (found.header.frame_id, found.child_frame_id) == ("world", "base_link")
+    assert found.header.stamp.sec * SECOND + found.header.stamp.nanosec == START
+    assert (found.pose.pose.position.x, found.pose.pose.position.y, found.pose.pose.position.z) == (1.5, -2.0, 0.25)
+    turn = found.pose.pose.orientation
+    assert 2 * math.atan2(turn.z, turn.w) == pytest.approx(math.radians(150))
+    assert not any([*found.pose.covariance, *found.twist.covariance, found.twist.twist.linear.x])

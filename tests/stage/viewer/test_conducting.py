@@ -51,7 +51,7 @@ def test_restart_begins_anew_while_it_plays(stage: Page) -> None:
 
 def test_stepping_stands_at_whole_beats(stage: Page) -> None:
     step = stage.get_by_role("button", name="Step to the next beat")
-    stage.keyboard.press("p")
+    stage.keyboard.press("k")
     wait(stage, "improv.transport.state === 'paused'")
     stage.keyboard.press("Home")
     wait(stage, "improv.beat === 0")
@@ -101,7 +101,7 @@ def test_mute_and_solo_are_per_robot(stage: Page) -> None:
 
 
 def test_the_timeline_is_a_slider_for_hand_and_keys(stage: Page) -> None:
-    stage.keyboard.press("p")
+    stage.keyboard.press("k")
     wait(stage, "improv.transport.state === 'paused'")
     slider = stage.get_by_role("slider", name="Position in beats")
     box = slider.bounding_box()
@@ -136,19 +136,19 @@ def test_keys_that_stop_stop_wherever_the_focus_is(stage: Page, key: str) -> Non
 
 def test_keys_of_one_letter_can_be_turned_off(stage: Page) -> None:
     stage.keyboard.press("?")
-    dialog = stage.get_by_role("dialog", name="Keys")
+    dialog = stage.get_by_role("dialog", name="Help")
     expect(dialog).to_be_visible()
     letters = dialog.get_by_role("button", name="Single-letter keys")
     letters.focus()
     stage.keyboard.press("Enter")
     expect(letters).to_have_attribute("aria-pressed", "false")
-    stage.keyboard.press("p")
+    stage.keyboard.press("k")
     stage.keyboard.press("ArrowRight")  # still works
     wait(stage, "improv.beat > 1")
     assert stage.evaluate("improv.transport.state") == "playing"
     dialog.get_by_role("button", name="Close").click()
     expect(dialog).to_be_hidden()
-    expect(stage.get_by_role("button", name="Keys", exact=True)).to_be_focused()
+    expect(stage.get_by_role("button", name="Help", exact=True)).to_be_focused()
 
 
 def test_the_view_moves_by_keys_and_fits_again(stage: Page) -> None:
@@ -196,7 +196,7 @@ def test_a_start_that_was_dragged_is_offered_and_not_written_unasked(stage: Page
     to_x, to_y = at(stage, 2, 1)
     stage.mouse.move(to_x, to_y, steps=3)
     stage.mouse.up()
-    lines = stage.locator("#start-poses-lines")
+    lines = stage.locator("#start-poses-offer-lines")
     expect(lines).to_have_text("[robots.ada]\nstart = { x = 2, y = 1, heading = 0 }\n")
     dialog.get_by_label("heading", exact=True).first.fill("90")
     expect(lines).to_have_text("[robots.ada]\nstart = { x = 2, y = 1, heading = 90 }\n")

@@ -31,7 +31,7 @@ def test_a_seek_back_shows_who_has_not_begun(page: Page, show: Show) -> None:
     wait(page, "improv.beat > 6")
     show.play(AFTER, when="beat")
     expect(lit).to_have_text(["forward", "right"])
-    page.keyboard.press("P")  # pause
+    page.keyboard.press("k")  # pause
     expect(page.locator("#state")).to_have_text("paused")
     page.evaluate("document.activeElement.blur()")
     beat = page.evaluate("improv.transport.begins.bert")

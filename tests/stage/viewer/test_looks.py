@@ -64,7 +64,7 @@ def test_trails_can_be_cleared_and_turned_off(page: Page, show: Show) -> None:
     watch(page, show)
     show.play("beat 60\nada $ forward forward forward\n", robots)  # seen from its beginning
     wait(page, "improv.robots.ada.x > 1.2")
-    page.keyboard.press("p")
+    page.keyboard.press("k")
     wait(page, "improv.transport.state === 'paused'")
     ground = f"({PIXEL})(0.55, 0.3) === '251,250,247'"
     wait(page, f"!({ground})")
@@ -132,7 +132,7 @@ def test_a_seek_after_a_long_pause_draws_no_way_between(page: Page, show: Show) 
     show.play("beat 120\nada $ forward left forward left forward left forward\n")
     watch(page, show)
     wait(page, "improv.robots.ada.y > 1.9")
-    page.keyboard.press("p")
+    page.keyboard.press("k")
     wait(page, "improv.transport.state === 'paused'")
     began = page.evaluate("performance.now()")
     wait(page, f"performance.now() > {began} + 2500")
@@ -151,7 +151,7 @@ def test_scrubbing_while_paused_draws_no_way_between(page: Page, show: Show) -> 
     show.play("".join(f"{name} $ repeat 60 (forward left forward right)\n" for name in names), starts)
     watch(page, show)
     wait(page, "improv.beat > 1")
-    page.keyboard.press("p")
+    page.keyboard.press("k")
     wait(page, "improv.transport.state === 'paused'")
     line = page.locator("#playline").bounding_box()
     assert line
@@ -265,7 +265,8 @@ def test_everything_has_room(
     page.emulate_media(color_scheme=scheme)
     page.set_viewport_size({"width": width, "height": height})
     still(page, show, "beat 60\nada $ (forward || left) [forward left]\nbo $ repeat (forward || right)\n")
-    for name in ("Stop", "Play", "Restart", "Step to the next beat", "Slower", "Faster", "Timeline", "Score", "Keys"):
+    transport = ("Stop", "Play", "Restart", "Step to the next beat", "Slower", "Faster")
+    for name in (*transport, "Timeline", "Score", "Present", "Help"):
         button = page.get_by_role("button", name=name, exact=name != "Stop")
         expect(button).to_be_in_viewport(ratio=1)
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
@@ -318,7 +319,7 @@ def downloaded(page: Page, button: str, path: Path) -> Path:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("card", [None, "Keys", "Starts", "Save"])
+@pytest.mark.parametrize("card", [None, "Help", "Starts", "Save"])
 def test_axe_finds_nothing(browser: Browser, show: Show, scheme: Literal["light", "dark"], card: str | None) -> None:
     if not AXE.exists():
         lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")

@@ -24,7 +24,7 @@ from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
-from improv_core.stage.protocol import PageRequest, Watched
+from improv_core.stage.protocol import LONGEST_TEXT, PageRequest, Watched
 from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
 from improv_core.stage.tickets import issue
@@ -372,6 +372,7 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.Simpl
             "type": "place",
             "start_poses": {"ada": {"x": 1, "y": -2.5, "heading": 90}, "bo": {"x": 0, "y": 0, "heading": 0}},
         },
+        {"type": "form", "shape": "circle", "distance": 1.5, "facing": "out"},
     ],
     ids=lambda message: str(message["type"]),
 )
@@ -380,6 +381,21 @@ def test_a_command_is_passed_on_with_its_values_only(
 ) -> None:
     send(viewer, {**message, "at": 7, "more": "x"})
     assert [commands.get(timeout=LIMIT) for _ in range(2)] == [{"type": "watched"}, message]
+
+
+def test_what_a_page_that_edits_asks_for_says_which_page_it_is(
+    viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched]
+) -> None:
+    asks = [
+        {"type": "analyze", "number": 1, "text": "é" * LONGEST_TEXT},
+        {"type": "complete", "number": 1, "offset": 0},
+        {"type": "explain", "number": 1, "offset": 0},
+        {"type": "write", "number": 1, "text": "", "revision": "0"},
+    ]
+    send(viewer, *({**ask, "page": 7} for ask in asks))
+    assert commands.get(timeout=LIMIT) == {"type": "watched"}
+    for ask in asks:
+        assert commands.get(timeout=LIMIT) == {"type": "editing", "page": 1, "ask": ask}
 
 
 @pytest.mark.parametrize(
@@ -413,8 +429,19 @@ def test_a_command_is_passed_on_with_its_values_only(
         '{"type": "place", "start_poses": {"ada": {"x": 1001, "y": 1, "heading": 0}}}',
         '{"type": "place", "start_poses": {"ada": {"x": 1, "y": 1, "heading": 0, "more": 1}}}',
         '{"type": "place", "start_poses": {"": {"x": 1, "y": 1, "heading": 0}}}',
+        '{"type": "form", "shape": "ring", "distance": 1, "facing": "in"}',
+        '{"type": "form", "shape": ["line"], "distance": 1, "facing": "in"}',
+        '{"type": "form", "shape": "line", "distance": 0, "facing": "in"}',
         '{"type": "window", "generation": 1, "from": 0}',
         '{"type": "window", "generation": 1, "from": -1, "to": 4}',
+        '{"type": "analyze", "number": 1.0, "text": ""}',
+        '{"type": "analyze", "number": -1, "text": ""}',
+        '{"type": "complete", "number": 1, "offset": true}',
+        '{"type": "write", "number": 1, "text": ""}',
+        '{"type": "write", "number": 1, "text": "\\ud800", "revision": ""}',
+        json.dumps({"type": "write", "number": 1, "text": "x" * (LONGEST_TEXT + 1), "revision": ""}),
+        '{"type": "editing", "page": 1, "ask": {"type": "write", "number": 1, "text": "", "revision": ""}}',
+        '{"type": "source", "path": "x", "text": "", "revision": ""}',
         '{"type": "watched"}',
     ],
 )

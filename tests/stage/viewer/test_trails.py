@@ -35,7 +35,7 @@ def test_a_page_that_is_opened_late_shows_the_trail_from_the_start(page: Page, s
 def test_a_seek_shows_the_trail_that_leads_there(page: Page, show: Show) -> None:
     show.play(CORNERS)
     watch(page, show)
-    page.keyboard.press("p")
+    page.keyboard.press("k")
     wait(page, "improv.transport.state === 'paused'")
     page.keyboard.press("Home")
     wait(page, "improv.beat === 0 && improv.trails.ada.length === 1")

@@ -5,9 +5,9 @@
 /** @typedef {{ x: number, y: number, scale: number }} Sight the world point in the middle, and pixels per meter */
 
 
-const MARGIN = 0.6 // meters around everything,
+const MARGIN = 2 // radii of the largest robot around everything,
 const EDGE = 36 // and pixels, for names and noses
-const LEAST_VIEW = 5 // meters: a single robot at rest still has a stage around it
+const LEAST_VIEW = 16 // radii: a single robot at rest still has a stage around it
 const EASING = 0.35 // seconds
 const SHRINKING = 8 // seconds to give up room that is no longer used, so that a dance played again does not zoom
 const LEAST_SCALE = 0.5
@@ -22,6 +22,11 @@ export class Camera {
   insets = { top: 0, bottom: 0, left: 0 } // pixels that are covered
   fits = true // whether it follows the robots and paths
 
+  /** The shorter side of the stage, in pixels. */
+  get shorter() {
+    return Math.min(this.size.width, this.size.height)
+  }
+
   /** The view, once there is one. */
   get sight() {
     if (!this.view) throw new Error("nothing has been drawn yet")
@@ -31,16 +36,18 @@ export class Camera {
   /**
    * Moves toward a view that holds the corners `used`, or jumps if `seconds` is infinite. Whether it is still moving.
    * @param {[Point, Point]} used
+   * @param {number} radius of the largest robot, in meters
    * @param {number} seconds
    */
-  follow(used, seconds) {
+  follow(used, radius, seconds) {
     const [low, high] = (this.#room = shrunk(this.#room ?? used, used, 1 - Math.exp(-seconds / SHRINKING)))
     if (!this.fits && this.view) return false
-    const width = high.x - low.x + 2 * MARGIN
-    const height = high.y - low.y + 2 * MARGIN
+    const width = high.x - low.x + 2 * MARGIN * radius
+    const height = high.y - low.y + 2 * MARGIN * radius
+    const least = LEAST_VIEW * radius
     const free = Math.max(this.size.height - this.insets.top - this.insets.bottom - 2 * EDGE, 80)
-    const across = Math.max(this.size.width - this.insets.left - 2 * EDGE, 80) / Math.max(width, LEAST_VIEW)
-    const scale = Math.max(Math.min(across, free / Math.max(height, LEAST_VIEW * 0.75)), LEAST_SCALE)
+    const across = Math.max(this.size.width - this.insets.left - 2 * EDGE, 80) / Math.max(width, least)
+    const scale = Math.max(Math.min(across, free / Math.max(height, least * 0.75)), LEAST_SCALE)
     const wanted = { x: (low.x + high.x) / 2, y: (low.y + high.y) / 2, scale }
     if (seconds === Infinity) {
       // Jumps are rarer with room to spare.

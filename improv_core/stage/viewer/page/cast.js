@@ -7,7 +7,7 @@ import { kindOf } from "./robots.js"
 /** @import { Messages } from "./messages.js" */
 /** @typedef {ReturnType<Cast["list"]>[number]} Robot */
 
-const RADIUS = 0.3 // meters, until the stage says otherwise
+export const RADIUS = 0.3 // meters, until the stage says otherwise
 
 export class Cast {
   /** @type {Map<string, number>} */

@@ -16,6 +16,8 @@ export class Controls {
   #clock
   #send
   #target = { beat: 0, at: -Infinity } // of the last seek, until the server confirms it
+  /** @type {(() => boolean) | null} */
+  writes = null // saves and plays the text on this page, if there is one that does not play; whether it did
 
   /**
    * `send` asks the server for something.
@@ -43,6 +45,7 @@ export class Controls {
 
   playOrPause() {
     const { state, generation } = this.#clock.transport
+    if (state !== "playing" && this.writes?.()) return
     if (!generation || state === "waiting") return
     if (state === "playing") this.#send({ type: "pause" })
     else this.#send({ type: state === "paused" ? "resume" : "restart" })
@@ -106,12 +109,13 @@ export class Controls {
     find("tempo").textContent = played ? `${round(tempo)} beats/min` : ""
     find("backend").textContent = backend ?? ""
     find("play").setAttribute("aria-label", playing ? "Pause" : "Play")
-    find("play").title = `${playing ? "Pause" : "Play"} (P)`
+    find("play").title = `${playing ? "Pause" : "Play"} (K)`
     find("normal").textContent = `${round(speed)}×`
     find("normal").setAttribute("aria-label", `Speed ${round(speed)}, back to normal`)
     find("stop").setAttribute("aria-disabled", String(!open))
     for (const id of ["play", "restart", "step", "slower", "normal", "faster"]) {
-      find(id).setAttribute("aria-disabled", String(!open || !played || (id === "play" && state === "waiting")))
+      const ready = played || (id === "play" && this.writes !== null)
+      find(id).setAttribute("aria-disabled", String(!open || !ready || (id === "play" && state === "waiting")))
     }
     document.title = played && open ? `${WORDS[state]} · Improv` : "Improv"
     this.showBeat()

@@ -11,7 +11,7 @@ import { paintWorld } from "./world.js"
 /** @import { Point, Sight } from "./camera.js" */
 /** @import { Drawn, GroundScene } from "./stage.js" */
 /** @import { Pen } from "./pen.js" */
-/** @typedef {{ at: number, version: number }} Reached how far a trail is painted, and which version of it */
+/** @typedef {{ at: number, version: number, count: number }} Reached how far a trail is painted, and which version of it */
 /** @typedef {GroundScene & { view: Sight, middle: Point, size: { width: number, height: number } }} SheetScene */
 /**
  * @typedef {object} Sheet
@@ -115,7 +115,7 @@ export class Ground {
     pen.drawImage(image, 0, 0)
     pen.setTransform(ratio, 0, 0, ratio, 0, 0)
     for (const robot of scene.cast) paintTail(pen, scene, robot, painted.get(robot.name))
-    const now = new Map(scene.cast.map(({ name }) => [name, reached(scene)]))
+    const now = new Map(scene.cast.map(({ name }) => [name, reached(scene, name)]))
     this.#show({ ...shown, painted: now, since: performance.now() })
   }
 
@@ -232,7 +232,7 @@ function paintGrid(pen, scene) {
  * @param {SheetScene} scene
  * @param {Drawn} robot
  */
-function paintAhead(pen, { view, colors, beat, until }, { path, moved, color }) {
+function paintAhead(pen, { view, size, colors, beat, until }, { path, moved, color }) {
   if (!path) return
   const first = path.findIndex(({ end }) => end > beat)
   if (first < 0) return
@@ -251,7 +251,7 @@ function paintAhead(pen, { view, colors, beat, until }, { path, moved, color }) 
     trace(pen, from, velocity, seconds * (1 - done))
   }
   pen.strokeStyle = mix(colors.ground, color, AHEAD)
-  pen.lineWidth = Math.min(Math.max(view.scale * 0.03, 2), 4) / view.scale
+  pen.lineWidth = (trailWidth(view, size) * 0.5) / view.scale
   pen.stroke()
 }
 
@@ -263,9 +263,15 @@ function paintAhead(pen, { view, colors, beat, until }, { path, moved, color }) 
  * @returns {Reached}
  */
 function paintTrail(pen, scene, { name, color, pose }) {
-  const { at, colors, view, trail, trails } = scene
+  const { at, colors, view, size, trail, trails, measured } = scene
+  if (measured.has(name)) {
+    inWorld(pen, scene)
+    if (trail > 0) measured.paint(pen, name, { from: 0, since: at - trail, ...strokes(scene, view, color) })
+    pen.setTransform(scene.ratio, 0, 0, scene.ratio, 0, 0)
+    return reached(scene, name)
+  }
   const pieces = trail > 0 ? [...trails.pieces(name, at - trail, at, pose)] : []
-  if (!pieces.length) return reached(scene)
+  if (!pieces.length) return reached(scene, name)
   const oldest = pieces[0].at
   const shade = (at - oldest) / SHADES || 1 // seconds
   let now = -1
@@ -275,7 +281,7 @@ function paintTrail(pen, scene, { name, color, pose }) {
     pen.stroke()
   }
   inWorld(pen, scene)
-  pen.lineWidth = trailWidth(view) / view.scale
+  pen.lineWidth = trailWidth(view, size) / view.scale
   for (const { pose: from, velocity, at: start, end } of pieces) {
     const long = Math.max(end - start, 1e-9)
     for (let time = start; time < end; ) {
@@ -294,39 +300,56 @@ function paintTrail(pen, scene, { name, color, pose }) {
   }
   finish()
   pen.setTransform(scene.ratio, 0, 0, scene.ratio, 0, 0)
-  if (trail === Infinity) paintStart(pen, onSheet(scene, pieces[0].pose), trailWidth(view), colors.ground, mix(colors.ground, color, 0.7))
-  return reached(scene)
+  if (trail === Infinity) paintStart(pen, onSheet(scene, pieces[0].pose), trailWidth(view, size), colors.ground, mix(colors.ground, color, 0.7))
+  return reached(scene, name)
+}
+
+/**
+ * How a measured robot's lines are painted: the thin one is where it ideally would have been.
+ * @param {{ colors: GroundScene["colors"], size: { width: number, height: number } }} scene
+ * @param {Sight} view
+ * @param {string} color
+ */
+function strokes({ colors, size }, view, color) {
+  return { color, ink: colors.ink, width: trailWidth(view, size) / view.scale, thin: 1.5 / view.scale }
 }
 
 /**
  * How far trails are painted.
- * @param {Pick<GroundScene, "at" | "trails">} scene
+ * @param {Pick<GroundScene, "at" | "trails" | "measured">} scene
+ * @param {string} name
  * @returns {Reached}
  */
-function reached({ at, trails }) {
-  return { at, version: trails.version }
+function reached({ at, trails, measured }, name) {
+  const version = measured.has(name) ? measured.version : trails.version
+  return { at, version, count: measured.count(name) }
 }
 
 /**
  * Paints the part of a trail that is too new to be on the sheet.
  * @param {Pen} pen
- * @param {Pick<GroundScene, "camera" | "ratio" | "trails" | "at">} scene
+ * @param {Pick<GroundScene, "camera" | "ratio" | "trails" | "measured" | "colors" | "at">} scene
  * @param {Drawn} robot
  * @param {Reached | undefined} from
  */
-export function paintTail(pen, { camera, ratio, trails, at }, { name, pose, color }, from) {
-  if (!from || from.version !== trails.version || from.at >= at) return
+export function paintTail(pen, { camera, ratio, trails, measured, colors, at }, { name, pose, color }, from) {
+  const real = measured.has(name)
+  if (!from || from.version !== (real ? measured : trails).version) return
+  if (real ? from.count === measured.count(name) : from.at >= at) return
   const origin = camera.toScreen({ x: 0, y: 0 })
   const scale = camera.sight.scale * ratio
   pen.setTransform(scale, 0, 0, -scale, origin.x * ratio, origin.y * ratio)
-  pen.beginPath()
-  for (const piece of trails.pieces(name, from.at, at, pose)) {
-    pen.moveTo(piece.pose.x, piece.pose.y)
-    trace(pen, piece.pose, piece.velocity, 1)
+  if (real) measured.paint(pen, name, { from: from.count, since: -Infinity, ...strokes({ colors, size: camera.size }, camera.sight, color) })
+  else {
+    pen.beginPath()
+    for (const piece of trails.pieces(name, from.at, at, pose)) {
+      pen.moveTo(piece.pose.x, piece.pose.y)
+      trace(pen, piece.pose, piece.velocity, 1)
+    }
+    pen.strokeStyle = color
+    pen.lineWidth = trailWidth(camera.sight, camera.size) / camera.sight.scale
+    pen.stroke()
   }
-  pen.strokeStyle = color
-  pen.lineWidth = trailWidth(camera.sight) / camera.sight.scale
-  pen.stroke()
   pen.setTransform(ratio, 0, 0, ratio, 0, 0)
 }
 
@@ -348,9 +371,11 @@ function paintStart(pen, { x, y }, width, ground, color) {
 }
 
 /**
- * Pixels.
+ * Pixels: as wide as a pen would draw, but within limits that suit the size of the picture.
  * @param {Sight} view
+ * @param {{ width: number, height: number }} size
  */
-function trailWidth(view) {
-  return Math.min(Math.max(view.scale * 0.06, 3), 9)
+function trailWidth(view, { width, height }) {
+  const shorter = Math.min(width, height)
+  return Math.min(Math.max(view.scale * 0.06, shorter * 0.006, 3), Math.max(shorter * 0.012, 6))
 }

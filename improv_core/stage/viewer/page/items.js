@@ -7,11 +7,13 @@
 /** @typedef {Record<string, number[]>} Words the words that move robots: x, y, z, yaw */
 /** @typedef {{ word: string, sign: string, rests: boolean, at: number, names: { word: string, at: number }[] }} Voice */
 /** @typedef {{ key: string, start: number, end: number, voices: Voice[], way: number }} Run */
+/** @typedef {{ start: number, text: string }} Label the names of phrases that begin at a beat */
 
 const SIGNS = { x: ["↑", "↓"], y: ["←", "→"], z: ["⤒", "⤓"], yaw: ["↰", "↱"] }
 const HALF_TURNS = ["↖", "↗"]
 const REST = "·"
 const CHANCE = "chance" // in the place of what dice have left out
+const BEFORE = 20 // stretches to the left whose names may reach into view
 const AXES = /** @type {const} */ (["x", "y", "z", "yaw"])
 
 /** Reads a program's text by code points, as the server counts. */
@@ -130,6 +132,32 @@ export function runs(stretches, first, last, reader, keyOf) {
       run = key === undefined ? null : { key, start: stretches[i].start, end: stretches[i].end, voices, way: 0 }
       if (run) found.push(run)
     }
+  }
+  return found
+}
+
+/**
+ * The names of phrases, each where it begins, and not again where something within it repeats or ends.
+ * @param {Stretch[]} stretches
+ * @param {number} first
+ * @param {number} last
+ * @param {Reader} reader
+ * @returns {Label[]}
+ */
+export function labels(stretches, first, last, reader) {
+  /** @type {Label[]} */
+  const found = []
+  const from = Math.max(first - BEFORE, 0)
+  /** @type {Voice["names"]} */
+  let before = []
+  for (let i = from; i < last; i++) {
+    const voices = reader.voices(stretches[i])
+    const names = voices.length ? namesOf(voices) : []
+    let same = 0
+    while (same < names.length && names[same].at === before[same]?.at) same++
+    const text = names.slice(same).map(({ word }) => word).join(" › ")
+    if (text && (i > from || i === 0)) found.push({ start: stretches[i].start, text })
+    before = names
   }
   return found
 }

@@ -7,9 +7,12 @@ import { Clock } from "./clock.js"
 import { connect } from "./connection.js"
 import { Controls } from "./controls.js"
 import { Deadman } from "./deadman.js"
+import { Editor } from "./editor.js"
 import { find, findA } from "./elements.js"
+import { Formation } from "./formation.js"
 import { hold } from "./hands.js"
 import { Invitation } from "./invitation.js"
+import { Measured } from "./measured.js"
 import { Motion } from "./motion.js"
 import { Notices } from "./notices.js"
 import { Panels } from "./panels.js"
@@ -27,18 +30,25 @@ import { View } from "./view.js"
 const clock = new Clock()
 const motion = new Motion()
 const trails = new Trails()
+const measured = new Measured()
 const bumps = new Bumps(find("bumps"))
 const cast = new Cast()
 const notices = new Notices()
 const stage = new Stage(findA("stage", HTMLCanvasElement))
 const invitation = new Invitation()
-const lights = new Lights(new Score(find("score-text")), clock)
 const send = connect(take, change)
+const editor = new Editor(send)
+const score = new Score(find("score-text"))
+const lights = new Lights(
+  { show: (message) => shownText().show(message), light: (places) => shownText().light(places) },
+  clock,
+)
 const program = new Program(clock, send)
 const controls = new Controls(clock, send)
 const deadman = new Deadman(send)
-const timeline = new Timeline(clock, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
+const timeline = new Timeline(clock, measured, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const senses = new Senses(clock, send, () => view.touch())
+const formation = new Formation(send)
 const startPoses = new StartPoses(send, () => view.touch())
 const panels = new Panels({
   touch: () => view.touch(),
@@ -52,12 +62,13 @@ const panels = new Panels({
   camera: stage.camera,
   canvas: findA("stage", HTMLCanvasElement),
 })
-const view = new View({ clock, motion, trails, bumps, cast, program, stage, panels, startPoses, senses })
+const view = new View({ clock, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses })
 
 /** @param {Message} message */
 function take(message) {
   if (message.type === "poses") takePoses(message)
   else if (message.type === "trails") trails.take(message)
+  else if (message.type === "measured") takeMeasured(message)
   else if (message.type === "program") takeProgram(message)
   else if (message.type === "robots") takeRobots(message)
   else if (message.type === "transport") takeTransport(message)
@@ -66,7 +77,9 @@ function take(message) {
   else if (message.type === "bumps") bumps.take(message)
   else if (message.type === "sensed") senses.take(message)
   else if (message.type === "decided") takeDecision(message)
-  else notices.end(message)
+  else if (message.type === "source") takeSource(message)
+  else if (message.type === "stopped") notices.end(message)
+  else editor.takeAnswer(message)
   view.touch()
 }
 
@@ -76,10 +89,33 @@ function takeScore(message) {
   if (program.takeScore(message)) showProgram()
 }
 
+/** @param {Messages["measured"]} message */
+function takeMeasured(message) {
+  measured.take(message)
+  timeline.showMeasured()
+}
+
 /** @param {Messages["program"]} message */
 function takeProgram(message) {
   invitation.take(message)
   showTransport()
+}
+
+/** @param {Messages["source"]} message */
+function takeSource(message) {
+  if (!editor.takeSource(message)) return
+  controls.writes = () => {
+    const writes = !editor.isPlayed
+    if (writes) editor.saving.write()
+    return writes
+  }
+  panels.openScore()
+  showTransport()
+}
+
+/** Where the program is shown. */
+function shownText() {
+  return editor.open ? editor : score
 }
 
 /** @param {Messages["decided"]} message */
@@ -110,6 +146,8 @@ function takeTransport(message) {
   if (begins) bumps.clear()
   if (message.restarted !== restarted) {
     trails.restart()
+    measured.restart()
+    timeline.showMeasured()
     senses.restart()
     timeline.forgetMarks()
   }
@@ -128,6 +166,7 @@ function change(now) {
     program.reconnect()
   }
   notices.change(now)
+  editor.connect(now === "open")
   view.touch()
   showTransport()
 }
@@ -135,7 +174,8 @@ function change(now) {
 function showProgram() {
   if (!program.current) return
   lights.showText(program.current.score)
-  find("dynamics").textContent = dynamics(Object.values(program.current.score.robots))
+  const [kind, meaning] = dynamics(Object.values(program.current.score.robots))
+  Object.assign(find("dynamics"), { textContent: kind, title: meaning })
   showCast()
 }
 
@@ -147,17 +187,20 @@ function showCast() {
     .filter(({ name }) => Object.hasOwn(score.robots, name))
   timeline.show(score, playing)
   startPoses.show(score, playing)
+  formation.show(score)
   senses.show(score, playing)
 }
 
 /**
- * How the simulator moves its robots, so that nobody takes ideal motion for the real world.
+ * How the simulator moves its robots, and what that means, so that nobody takes ideal motion for the real world.
  * @param {{ dynamics: string }[]} robots
  */
 function dynamics(robots) {
   const kinds = new Set(robots.map((robot) => robot.dynamics))
   const some = kinds.size > 1 ? "some " : ""
-  return kinds.has("motors") ? `${some}with motors` : kinds.has("limits") ? `${some}within limits` : "ideal motion"
+  if (kinds.has("motors")) return [`${some}with motors`, "Simulated robots speed up and slow down like real ones."]
+  if (kinds.has("limits")) return [`${some}within limits`, "Simulated robots are no faster than the limits of their profiles allow."]
+  return ["ideal motion", "Simulated robots change speed at once and are exactly where the program puts them. Real ones are not."]
 }
 
 function showTransport() {
@@ -195,7 +238,10 @@ function resize() {
   const card = find("start-poses").getBoundingClientRect() // must not cover the robots
   const beside = card.width < hall.width / 2
   const bottom = Math.max(find("tools").offsetHeight + 20, beside ? 0 : card.height)
-  stage.resize({ top: 8, bottom, left: beside ? card.width : 0 })
+  const beat = panels.presenting ? find("status").getBoundingClientRect() : null // it lies on the stage
+  const upright = hall.height > hall.width
+  const left = beat && !upright ? beat.width : beside ? card.width : 0
+  stage.resize({ top: beat && upright ? beat.height : 8, bottom, left })
   timeline.resize()
   view.touch()
 }
@@ -245,6 +291,10 @@ const improv = Object.freeze({
         return [name, [...pieces].map(({ pose: { x, y }, at }) => [x, y, at])]
       }),
     )
+  },
+  /** How far off each robot is, in words, if that is measured. */
+  get off() {
+    return Object.fromEntries(cast.names.filter((name) => measured.has(name)).map((name) => [name, measured.off(name)]))
   },
   /** How paths are moved that do not begin at their start poses. */
   get moved() {

@@ -32,9 +32,11 @@ export class Panels {
   #page
   /** @type {(() => Promise<Blob>) | null} */
   #recording = null // ends a recording
+  #writing = false // whether the program can be written
   #trails = findA("trail", HTMLSelectElement)
   trail = Infinity // seconds
   ahead = true
+  presenting = false
 
   /**
    * `page` is everything that panels act on.
@@ -47,7 +49,10 @@ export class Panels {
       this.#open(name, settings.get(name, wide) && !SMALL.matches)
       find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
     }
-    SMALL.addEventListener("change", () => SMALL.matches && !find("timeline").hidden && this.#open("score", false))
+    SMALL.addEventListener("change", () => {
+      const extra = this.#writing ? "timeline" : "score"
+      if (SMALL.matches && !find("timeline").hidden) this.#open(extra, false)
+    })
     for (const [card, button] of Object.entries(CARDS)) {
       find(button).addEventListener("click", () => this.#turn(card))
       find(card).querySelector(".close")?.addEventListener("click", () => this.#shut(card))
@@ -57,6 +62,7 @@ export class Panels {
       "zoom-in": () => this.#zoom(ZOOM),
       "zoom-out": () => this.#zoom(1 / ZOOM),
       ahead: () => this.#turnAhead(),
+      present: () => this.#turnPresent(),
       fit: () => this.#fit(),
       record: () => this.#record(),
       "save-svg": () => this.#save(".svg", (svg) => new Blob([svg], { type: "image/svg+xml" })),
@@ -71,6 +77,14 @@ export class Panels {
   /** Ends the recording: the dance is over. */
   finish() {
     if (this.#recording) this.#record()
+  }
+
+  /** Shows the program, which can be written. */
+  openScore() {
+    this.#writing = true
+    this.#open("score", true)
+    if (SMALL.matches) this.#open("timeline", false)
+    this.#page.resize()
   }
 
   showFit() {
@@ -95,7 +109,8 @@ export class Panels {
       if (event.key === "Escape") for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
     }
     const keys = {
-      p: () => controls.playOrPause(),
+      k: () => controls.playOrPause(),
+      p: () => this.#turnPresent(),
       r: () => controls.restart(),
       n: () => controls.step(),
       "[": () => controls.slower(),
@@ -178,6 +193,15 @@ export class Panels {
     this.ahead = !this.ahead
     find("ahead").setAttribute("aria-pressed", String(this.ahead))
     this.#page.touch()
+  }
+
+  /** The stage and the beat alone, or everything again. Not the browser's full screen: there, Escape wouldn't reach us. */
+  #turnPresent() {
+    this.presenting = !this.presenting
+    document.body.classList.toggle("presenting", this.presenting)
+    find("present").setAttribute("aria-pressed", String(this.presenting))
+    for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
+    this.#page.resize()
   }
 
   /** @param {number} factor */

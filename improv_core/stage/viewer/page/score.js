@@ -89,13 +89,14 @@ export class Score {
     return element
   }
 
-  /** Scrolls only if none of the words that play is visible. */
+  /** Scrolls only if none of the words that move robots is visible. */
   #keepInView() {
     const view = this.#text.getBoundingClientRect()
     if (!view.height || this.#text.scrollHeight <= this.#text.clientHeight) return
     /** @type {HTMLElement | null} */
     let nearest = null
     for (const word of this.#lit.keys()) {
+      if (!word.classList.contains("moving")) continue // a name that uses what plays
       const { top, bottom } = word.getBoundingClientRect()
       if (top >= view.top && bottom <= view.bottom) return
       nearest ??= word
@@ -111,7 +112,7 @@ export class Lights {
   #lit = ""
 
   /**
-   * @param {Score} score
+   * @param {Pick<Score, "show" | "light">} score
    * @param {Clock} clock
    */
   constructor(score, clock) {

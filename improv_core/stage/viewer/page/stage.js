@@ -2,6 +2,7 @@
 // Draws the stage in each frame: the ground as it was last painted, and on it everything that moves.
 
 import { bounds, Camera, roundLength } from "./camera.js"
+import { RADIUS } from "./cast.js"
 import { mix, readColors } from "./colors.js"
 import { Ground, paintTail } from "./ground.js"
 import { penOn } from "./pen.js"
@@ -15,7 +16,8 @@ import { picture, REACH } from "./robots.js"
 /** @typedef {Scene["cast"][number] & { pose: Pose, place: Point, size: number }} Drawn a robot, with its place in pixels */
 /** @typedef {Omit<Scene, "cast"> & { cast: Drawn[], camera: Camera, ratio: number, colors: Colors }} GroundScene */
 
-const LEAST_RADIUS = 0.021 // of the stage's shorter side
+const LEAST_RADIUS = 0.034 // of the stage's shorter side,
+const CROWD = 8 // as long as there are no more robots; more of them are smaller
 const PAINTING = 3 // milliseconds of each frame
 const NARROW = 720 // pixels
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
@@ -78,9 +80,11 @@ export class Stage {
     const { camera } = this
     if (!camera.size.width || !camera.size.height) return false
     const seen = scene.cast.flatMap((robot) => (robot.pose ? [{ ...robot, pose: robot.pose }] : []))
-    const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), seconds)
+    const radius = seen.length ? Math.max(...seen.map(({ radius }) => radius)) : RADIUS
+    const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), radius, seconds)
     const { scale } = camera.sight
-    const least = Math.max(12, LEAST_RADIUS * Math.min(camera.size.width, camera.size.height))
+    const crowd = Math.sqrt(Math.max(seen.length / CROWD, 1))
+    const least = Math.max(12, (LEAST_RADIUS * camera.shorter) / crowd)
     const cast = seen.map((robot) => ({
       ...robot,
       place: camera.toScreen(robot.pose),
@@ -91,14 +95,17 @@ export class Stage {
     const painted = this.#ground.draw(pen, camera, this.colors)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     pen.lineJoin = pen.lineCap = "round"
-    if (scene.trail > 0) for (const robot of cast) paintTail(pen, { ...scene, camera, ratio: this.#ratio }, robot, painted.get(robot.name))
+    if (scene.trail > 0) for (const robot of cast) paintTail(pen, { ...scene, camera, ratio: this.#ratio, colors: this.colors }, robot, painted.get(robot.name))
     cast.sort((one, other) => one.pose.z - other.pose.z)
     for (const robot of cast) this.#drawFields(robot)
+    const text = Math.round(Math.min(Math.max(14, (camera.shorter * 0.032) / crowd), 44))
+    if (crowd > 1) for (const robot of cast) this.#drawName(robot, text) // must not hide the others
+    for (const robot of cast) this.#drawIdeal(robot)
     for (const robot of cast) this.#drawRobot(robot)
-    for (const robot of cast) this.#drawName(robot)
+    if (crowd === 1) for (const robot of cast) this.#drawName(robot, text)
     for (const ring of scene.rings) this.#drawRing(ring)
     this.#drawBumps(scene)
-    this.#drawScale()
+    if (cast.length) this.#drawScale()
     return turning || painting
   }
 
@@ -133,6 +140,23 @@ export class Stage {
     }
   }
 
+  /**
+   * Draws where a measured robot ideally is.
+   * @param {Drawn} robot
+   */
+  #drawIdeal({ ideal, size, pose }) {
+    if (!ideal || Math.hypot(ideal.x - pose.x, ideal.y - pose.y) * this.camera.sight.scale < 1) return
+    const pen = this.#pen
+    const { x, y } = this.camera.toScreen(ideal)
+    pen.beginPath()
+    pen.arc(x, y, size, 0, 2 * Math.PI)
+    pen.moveTo(x + size * Math.cos(ideal.heading), y - size * Math.sin(ideal.heading))
+    pen.lineTo(x + size * 1.38 * Math.cos(ideal.heading), y - size * 1.38 * Math.sin(ideal.heading))
+    pen.strokeStyle = this.colors.ink
+    pen.lineWidth = 1.5
+    pen.stroke()
+  }
+
   /** @param {Drawn} robot */
   #drawRobot({ kind, pose, place, size, color, silent }) {
     const pen = this.#pen
@@ -155,12 +179,14 @@ export class Stage {
     pen.globalAlpha = 1
   }
 
-  /** @param {Drawn} robot */
-  #drawName({ name, pose, place, size, silent }) {
-    const { width, height } = this.camera.size
-    const text = Math.round(Math.min(Math.max(14, Math.min(width, height) * 0.026), 32))
-    const below = place.y + size * 1.35 + text * 0.8
+  /**
+   * @param {Drawn} robot
+   * @param {number} text pixels
+   */
+  #drawName({ name, pose, place, size, silent, off }, text) {
+    let below = place.y + size * 1.35 + text * 0.8
     this.#drawText(silent ? `${name} · muted` : name, place.x, below, text)
+    if (off) this.#drawText(off, place.x, (below += text * 1.15), Math.round(text * 0.85), this.colors.quiet)
     if (Math.abs(pose.z) < 0.05) return
     const high = `${pose.z > 0 ? "↑" : "↓"} ${Math.abs(pose.z).toFixed(1)} m`
     this.#drawText(high, place.x, below + text * 1.15, text)
@@ -190,7 +216,7 @@ export class Stage {
   /** @param {Scene} scene */
   #drawBumps({ bumps, still }) {
     const pen = this.#pen
-    const unit = Math.max(1, Math.min(this.camera.size.width, this.camera.size.height) / 600)
+    const unit = Math.max(1, this.camera.shorter / 600)
     pen.lineWidth = 4 * unit
     for (const { x, y, age } of bumps) {
       const place = this.camera.toScreen({ x, y })
@@ -238,7 +264,8 @@ export class Stage {
   #drawText(name, x, y, size, color = this.colors.ink) {
     const label = this.#label(name, size, color)
     const [width, height] = [label.width / this.#ratio, label.height / this.#ratio]
-    this.#pen.drawImage(label, Math.round(x - width / 2), Math.round(y - height / 2), width, height)
+    const left = Math.max(Math.min(x - width / 2, this.camera.size.width - width), 0) // a long name fits at an edge
+    this.#pen.drawImage(label, Math.round(left), Math.round(y - height / 2), width, height)
   }
 
   /**

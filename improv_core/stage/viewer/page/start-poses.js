@@ -1,8 +1,8 @@
 // @ts-check
-// Where robots start: dragged on the stage or typed, then offered as lines for improv.toml. Nothing is written unless
-// somebody asks.
+// Where robots start: dragged on the stage or typed, then offered as lines for improv.toml.
 
 import { find, findA } from "./elements.js"
+import { Offer } from "./offer.js"
 
 /** @import { Camera, Point } from "./camera.js" */
 /** @import { Robot } from "./cast.js" */
@@ -19,7 +19,7 @@ const FIELDS = { x: { most: FARTHEST, step: 0.1 }, y: { most: FARTHEST, step: 0.
 
 export class StartPoses {
   #card = findA("start-poses", HTMLDialogElement)
-  #send
+  #offering
   #changed
   /** @type {Robot[]} */
   #cast = []
@@ -36,11 +36,9 @@ export class StartPoses {
    * @param {() => void} changed
    */
   constructor(send, changed) {
-    this.#send = send
     this.#changed = changed
-    find("start-poses-copy").addEventListener("click", () => this.#copy())
-    find("start-poses-write").addEventListener("click", () => {
-      this.#send({ type: "place", start_poses: Object.fromEntries(this.#moved()) }) // one edit of the file
+    this.#offering = new Offer("start-poses-offer", () => {
+      send({ type: "place", start_poses: Object.fromEntries(this.#moved()) }) // one edit of the file
     })
   }
 
@@ -52,7 +50,7 @@ export class StartPoses {
   show(score, cast) {
     const moved = new Map(this.#moved())
     this.#cast = cast
-    find("start-poses-write").hidden = !score.takes_start_poses
+    this.#offering.writes = score.takes_start_poses
     this.#told = new Map(Object.entries(score.robots).map(([name, { start_pose }]) => [name, degrees(start_pose)]))
     this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(moved.get(name) ?? pose) }]))
     find("start-poses-list").replaceChildren(...cast.map(({ name, color }) => this.#fields(name, color)))
@@ -120,8 +118,7 @@ export class StartPoses {
     const lines = this.#moved().map(
       ([name, { x, y, heading }]) => `[robots.${name}]\nstart = { x = ${x}, y = ${y}, heading = ${heading} }\n`,
     )
-    find("start-poses-offer").hidden = !lines.length || find("start-poses-list").querySelector(":invalid") !== null
-    find("start-poses-lines").textContent = lines.join("\n")
+    this.#offering.show(find("start-poses-list").querySelector(":invalid") ? "" : lines.join("\n"))
     this.#changed()
   }
 
@@ -171,18 +168,6 @@ export class StartPoses {
       const input = set?.querySelector(`[data-key=${key}]`)
       if (input instanceof HTMLInputElement) input.value = String(pose[key])
     }
-  }
-
-  async #copy() {
-    const button = find("start-poses-copy")
-    try {
-      await navigator.clipboard.writeText(find("start-poses-lines").textContent ?? "")
-      button.textContent = "Copied"
-    } catch {
-      getSelection()?.selectAllChildren(find("start-poses-lines")) // the browser forbids copying: ready for Ctrl+C
-      button.textContent = "Selected"
-    }
-    setTimeout(() => (button.textContent = "Copy"), 1500)
   }
 }
 

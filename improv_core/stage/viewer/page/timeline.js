@@ -8,10 +8,12 @@ import { find, findA } from "./elements.js"
 /** @import { Robot } from "./cast.js" */
 /** @import { Clock } from "./clock.js" */
 /** @import { Colors } from "./colors.js" */
+/** @import { Measured } from "./measured.js" */
 /** @import { Lookahead } from "./lookahead.js" */
 /** @import { Messages } from "./messages.js" */
 
 
+const LONG = 12 // letters: a longer name takes two or three smaller lines
 const LEAST = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls
 const LEAD = 0.25 // where in the view the playhead stays
 const CROWD = 16 // robots; with more, rows are lower, to leave room for the stage
@@ -34,15 +36,20 @@ export class Timeline {
   /** @type {Messages["score"] | null} */
   #score = null
   #clock
+  #measured
+  /** @type {number | null} */
+  #pointed = null // the beat under a pointer that presses nothing
 
   /**
    * `seek` and `silence` ask the server.
    * @param {Clock} clock
+   * @param {Measured} measured
    * @param {(beat: number) => void} seek
    * @param {(muted: string[], soloed: string[]) => void} silence
    */
-  constructor(clock, seek, silence) {
+  constructor(clock, measured, seek, silence) {
     this.#clock = clock
+    this.#measured = measured
     this.#seek = seek
     this.#silence = silence
     this.#tracks = find("tracks")
@@ -52,6 +59,7 @@ export class Timeline {
     this.#line.addEventListener("pointerdown", (event) => this.#press(event))
     this.#line.addEventListener("pointermove", (event) => this.#drag(event))
     for (const end of /** @type {const} */ (["pointerup", "pointercancel"])) this.#line.addEventListener(end, () => this.#release())
+    this.#line.addEventListener("pointerleave", () => this.#point(null))
     this.#tracks.addEventListener("scroll", () => this.touch())
   }
 
@@ -104,6 +112,7 @@ export class Timeline {
     this.#sheet.show(score, cast)
     this.#list.replaceChildren(...cast.map((robot) => this.#row(robot)))
     this.showSilence()
+    this.showMeasured()
     this.showPosition()
     this.resize()
   }
@@ -118,6 +127,19 @@ export class Timeline {
       row.querySelector(".solo")?.setAttribute("aria-pressed", String(soloed.includes(robot)))
     }
     this.touch()
+  }
+
+  /** Shows how far off robots are, or were at the beat under the pointer. */
+  showMeasured() {
+    const rows = [...this.#list.querySelectorAll("li")]
+    const known = rows.filter(({ dataset: { robot = "" } }) => this.#measured.has(robot))
+    const beat = known.length ? this.#pointed : null
+    find("cast-head").textContent = beat === null ? "" : `beat ${Math.floor(beat) + 1}`
+    for (const row of rows) {
+      const off = row.querySelector(".off")
+      const text = this.#measured.off(row.dataset.robot ?? "", beat)
+      if (off && off.textContent !== text) off.textContent = text
+    }
   }
 
   /** Tells screen readers the position. */
@@ -189,9 +211,16 @@ export class Timeline {
     const dot = document.createElement("span")
     dot.className = "dot"
     const label = document.createElement("span")
-    label.className = "name"
-    label.textContent = name
-    row.append(dot, label)
+    label.className = name.length > LONG ? "name long" : "name"
+    label.title = name
+    label.append(...name.split(/(?<=_)/).flatMap((part) => [part, document.createElement("wbr")]))
+    const off = document.createElement("span")
+    off.className = "off"
+    off.addEventListener("pointerenter", () => (off.title = `at most ${this.#measured.most(name)}`))
+    const both = document.createElement("span")
+    both.className = "named"
+    both.append(label, off)
+    row.append(dot, both)
     if (this.#score?.robots[name]?.ends === null) {
       const endless = document.createElement("span")
       Object.assign(endless, { className: "endless", textContent: "∞", title: "endless" })
@@ -211,7 +240,7 @@ export class Timeline {
     button.type = "button"
     button.className = kind
     button.textContent = word[0]
-    button.title = `${word} ${name}`
+    button.title = kind === "mute" ? `Mute: ${name} stands still while the others play` : `Solo: only ${name} and other soloed robots play`
     button.setAttribute("aria-label", `${word} ${name}`)
     button.addEventListener("click", () => {
       const { muted, soloed } = this.#clock.transport
@@ -233,6 +262,7 @@ export class Timeline {
   /** @param {PointerEvent} event */
   #drag(event) {
     if (this.#scrubbed !== null) this.#scrub(event, performance.now() - this.#sent > SENDING)
+    else this.#point(this.#beatOf(event))
   }
 
   #release() {
@@ -241,13 +271,24 @@ export class Timeline {
     this.#scrubbed = null
   }
 
+  /** @param {PointerEvent} event */
+  #beatOf(event) {
+    const x = event.clientX - this.#line.getBoundingClientRect().left
+    return Math.max(this.#left + x / this.#scale, 0)
+  }
+
+  /** @param {number | null} beat */
+  #point(beat) {
+    this.#pointed = beat
+    this.showMeasured()
+  }
+
   /**
    * @param {PointerEvent} event
    * @param {boolean} send
    */
   #scrub(event, send) {
-    const x = event.clientX - this.#line.getBoundingClientRect().left
-    const beat = Math.max(this.#left + x / this.#scale, 0)
+    const beat = this.#beatOf(event)
     this.#scrubbed = Number(Math.min(beat, this.#score?.beats ?? Infinity).toFixed(3))
     if (!send) return
     this.#sent = performance.now()

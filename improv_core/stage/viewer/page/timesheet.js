@@ -2,7 +2,7 @@
 // Draws the timeline on its canvas: a sheet of items that scrolls, and over it the items that play now.
 
 import { mix, readColors } from "./colors.js"
-import { direction, namesOf, Reader, runs } from "./items.js"
+import { direction, labels, namesOf, Reader, runs } from "./items.js"
 import { penOn } from "./pen.js"
 
 /** @import { Robot } from "./cast.js" */
@@ -236,16 +236,16 @@ export class TimelineSheet {
     while (last < stretches.length && stretches[last].start < right && last - first < MOST_ITEMS) last++
     this.#drawItems(pen, view, left, index, robot, stretches, first, last, false)
     pen.textBaseline = "middle"
-    for (const run of runs(stretches, first, last, this.#reader, (voices) => this.#nameKey(voices))) {
-      const [x, width] = [(run.start - left) * scale, (run.end - run.start) * scale]
-      pen.font = `600 ${letter * 0.75}px ${FONT}`
-      const names = namesOf(run.voices).map(({ word }) => word)
-      while (names.length && pen.measureText(names.join(" › ")).width > width - 6) names.shift()
-      const name = names.join(" › ")
-      pen.fillStyle = this.#colors.quiet
-      pen.textAlign = "left"
-      pen.fillText(name, Math.max(x, 0) + 3, y + view.row * 0.15)
-    }
+    pen.textAlign = "left"
+    pen.font = `600 ${letter * 0.75}px ${FONT}`
+    pen.fillStyle = this.#colors.quiet
+    const names = labels(stretches, first, last, this.#reader)
+    names.forEach(({ start, text }, i) => {
+      const room = ((names[i + 1]?.start ?? Infinity) - start) * scale - 6
+      const fitting = text.split(" › ")
+      while (fitting.length && pen.measureText(fitting.join(" › ")).width > room) fitting.pop()
+      pen.fillText(fitting.join(" › "), (start - left) * scale + 3, y + view.row * 0.15)
+    })
     pen.strokeStyle = this.#colors.ink
     pen.lineWidth = 1.5
     pen.beginPath()

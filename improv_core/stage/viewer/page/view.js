@@ -8,6 +8,7 @@ import { outline } from "./world.js"
 /** @import { Point } from "./camera.js" */
 /** @import { Cast } from "./cast.js" */
 /** @import { Clock } from "./clock.js" */
+/** @import { Measured } from "./measured.js" */
 /** @import { Motion } from "./motion.js" */
 /** @import { Panels } from "./panels.js" */
 /** @import { Pose } from "./path.js" */
@@ -34,7 +35,7 @@ export class View {
   frames = 0
 
   /**
-   * @param {{ clock: Clock, motion: Motion, trails: Trails, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
+   * @param {{ clock: Clock, motion: Motion, trails: Trails, measured: Measured, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
    *   startPoses: StartPoses, senses: Senses }} parts
    */
   constructor(parts) {
@@ -51,7 +52,10 @@ export class View {
   }
 
   clearTrails() {
-    this.#parts.trails.clear(this.#parts.motion.present(performance.now() / 1000).at)
+    const { trails, measured, motion } = this.#parts
+    const { at } = motion.present(performance.now() / 1000)
+    trails.clear(at)
+    measured.clear(at)
     this.touch()
   }
 
@@ -72,16 +76,16 @@ export class View {
     const moving = present.moving || bumping.length > 0
     if (this.#stale || moving) {
       const seconds = this.still ? Infinity : Math.min(now - this.#drawn, LONGEST_STEP)
-      this.#stale = stage.draw(this.scene(present, beat, until, bumping), seconds) || moving
+      this.#stale = stage.draw(this.scene(present, beat, until, bumping, seconds), seconds) || moving
     }
     this.#drawn = now
   }
 
   /** @param {number} until the beat up to which paths are shown */
   #lookAtPaths(until) {
-    const { program, stage, trails } = this.#parts
+    const { program, stage, trails, measured } = this.#parts
     const { current, anchor } = program
-    const known = [current?.score.generation, current?.version, anchor.version, trails.version, until].join()
+    const known = [current?.score.generation, current?.version, anchor.version, trails.version, measured.version, until].join()
     if (known === this.#known) return
     this.#known = known
     this.touch()
@@ -99,9 +103,10 @@ export class View {
    * @param {number} beat
    * @param {number} until
    * @param {ReturnType<Bumps["show"]>} bumps
+   * @param {number} seconds since the last frame
    */
-  scene({ at, placed, moving }, beat, until, bumps) {
-    const { clock, trails, cast, program, stage, panels, startPoses, senses } = this.#parts
+  scene({ at, placed, moving }, beat, until, bumps, seconds) {
+    const { clock, trails, measured, cast, program, stage, panels, startPoses, senses } = this.#parts
     const { muted, soloed } = clock.transport
     return {
       at,
@@ -110,8 +115,9 @@ export class View {
       beat,
       until,
       bumps,
-      room: [...this.#room, ...trails.room],
+      room: [...this.#room, ...trails.room, ...measured.room],
       trails,
+      measured,
       trail: panels.trail,
       ahead: panels.ahead,
       world: program.current?.score.world ?? null,
@@ -120,7 +126,9 @@ export class View {
       key: [this.#known, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed].join(),
       cast: cast.list(program.current, (index) => stage.color(index)).map((robot) => ({
         ...robot,
-        pose: this.robots[robot.name],
+        pose: measured.pose(robot.name, seconds) ?? this.robots[robot.name],
+        ideal: measured.ideal(robot.name),
+        off: measured.off(robot.name),
         moved: program.anchor.of(robot.name),
         fields: senses.fields(robot.name),
         silent: clock.isSilent(robot.name),

@@ -1,0 +1,63 @@
+"""What people answer in a terminal, line by line, while something else may happen."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import sys
+import threading
+from collections.abc import Callable
+
+from improv_core.commands.exit_codes import CommandError
+
+MOST = 4096
+"""Bytes that are read at once."""
+
+
+class Answers:
+    """Answers to questions, from standard input; `say` shows a line."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self.say = say
+        self._read = b""
+
+    async def to(self, question: str) -> str:
+        """The line that answers a question, without blanks around it. Raises CommandError if nobody can answer."""
+        self._drop()
+        self.say(question)
+        while b"\n" not in self._read:
+            if not (more := await _more()):
+                raise CommandError("nobody answers: nothing was changed")
+            self._read += more
+        line, self._read = self._read.split(b"\n", 1)
+        return line.decode(errors="replace").strip()
+
+    def _drop(self) -> None:
+        """Drop what was typed in a terminal before it was asked for: an answer may move robots, so it must be meant."""
+        if os.name != "nt" and sys.stdin.isatty():
+            import termios
+
+            self._read = b""
+            termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
+
+
+async def _more() -> bytes:
+    """What is read next. It is waited for on a thread that may be left alone, so that Ctrl-C ends at once."""
+    loop = asyncio.get_running_loop()
+    found: asyncio.Future[bytes] = loop.create_future()
+
+    def give(more: bytes) -> None:
+        if not found.done():
+            found.set_result(more)
+
+    def read() -> None:
+        try:
+            more = os.read(sys.stdin.fileno(), MOST)
+        except OSError:  # the terminal is gone
+            more = b""
+        with contextlib.suppress(RuntimeError):  # the loop has been closed
+            loop.call_soon_threadsafe(give, more)
+
+    threading.Thread(target=read, daemon=True).start()
+    return await found

@@ -1,0 +1,305 @@
+"""`improv calibrate`: plays two dances again and again, and offers what was measured as an edit of improv.toml."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import difflib
+import math
+import sys
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from improv_core.commands import parameters
+from improv_core.commands.answers import Answers
+from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
+from improv_core.commands.terminal import Performance, first, performance, run
+from improv_core.playback.start import Options
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.program.files import robots_near
+from improv_core.robots.config import FILE_NAME, Robots
+from improv_core.robots.edits import calibrate as edited
+from improv_core.robots.schema import known
+from improv_core.robots.toml_text import read_toml
+from improv_core.score.motion import Pose
+from improv_core.score.profiles import Profile
+from improv_core.score.score import Score
+from improv_core.services.calibration import (
+    LEAST_ROUNDS,
+    MOST_ROUNDS,
+    Calibration,
+    Goal,
+    Round,
+    Settings,
+    Straight,
+    are_whole,
+    calibrate,
+    doubtful_distance,
+    doubtful_turn,
+    errors,
+    goal_in,
+    likely_step,
+    straight_by_poses,
+    straight_by_tape,
+    straight_dance,
+    turn_by_poses,
+    turning_dance,
+)
+from improv_core.services.replacing import replacing
+from improv_core.stage.odometry import CONTINUOUS
+
+USUAL_ROOM = 2.0
+"""Meters straight ahead: errors of a percent are easy to measure there, and many floors have them."""
+MOST_ROOM = 100.0
+
+
+@click.command("calibrate")
+@click.argument("robot")
+@parameters.backend
+@parameters.port
+@parameters.no_browser
+@click.option("--tempo", type=click.IntRange(1, 1000), default=60, show_default=True, help="Play at this tempo.")
+@click.option("--tape", is_flag=True, help="Ask what a tape measure says, even if the robot's pose can be read.")
+@click.option("--write", is_flag=True, help="Write the result into improv.toml without asking.")
+def command(robot: str, backend: str, port: int, no_browser: bool, tempo: int, tape: bool, write: bool) -> None:
+    """Measure how far a robot really drives and turns, and correct its profile. Ctrl-C stops the robot."""
+    options = parameters.options(Path(FILE_NAME), backend, port)
+    robots = _robots_with(robot)
+    sys.exit(run(_calibrate(robots, robot, options, browser=not no_browser, tempo=tempo, tape=tape, write=write)))
+
+
+def _robots_with(robot: str) -> Robots:
+    """The robots of the nearest improv.toml, if it lists this one. Raises ReadError and CommandError."""
+    robots = robots_near(Path.cwd())
+    if not robots.path:
+        raise CommandError(f"there is no {FILE_NAME} here: write one with a section [robots.{robot}]")
+    if not robots.ok:
+        raise CommandError(f"{robots.path} has errors: fix them first (`improv check` shows them in a program)")
+    if robot not in robots.robots:
+        raise CommandError(f"{robots.path} lists no robot `{robot}`: add a section [robots.{robot}] with its profile")
+    if not {"forward", "turn"} <= {*robots.robots[robot].profile.motions}:
+        raise CommandError(f"{robot} can't be calibrated: its profile lacks the motions `forward` or `turn`")
+    return robots
+
+
+async def _calibrate(
+    robots: Robots, robot: str, options: Options, *, browser: bool, tempo: int, tape: bool, write: bool
+) -> int:
+    """The whole conversation; the exit code. Raises StageError and CommandError."""
+    async with performance(options, browser=browser, hears_keys=False) as performing:
+        talk = _Conversation(performing, robots, robot, tempo, tape=tape)
+        holding = asyncio.ensure_future(talk.hold(write=write))
+        await first(holding, performing.interrupted.wait())
+        if not holding.cancelled():
+            return holding.result()
+        performing.complain(f"improv: interrupted: {FILE_NAME} was not changed")
+        return INTERRUPTED
+
+
+class _Conversation:
+    """What is asked and played until the settings of a robot are known."""
+
+    def __init__(self, performing: Performance, robots: Robots, robot: str, tempo: int, *, tape: bool) -> None:
+        self._performing = performing
+        self._answers = Answers(performing.say)
+        self._robots = robots
+        self._robot = robot
+        self._tempo = tempo
+        self._asks = tape or (performing.is_real and not robots.robots[robot].odom)
+
+    @property
+    def _profile(self) -> Profile:
+        return self._robots.robots[self._robot].profile
+
+    @property
+    def _base(self) -> Profile | None:
+        """The profile that the robot's own is based on."""
+        table = read_toml(self._robots.text).data.get("profiles", {}).get(self._profile.name, {})
+        return self._robots.profiles.get(table.get("base"))
+
+    async def hold(self, *, write: bool) -> int:
+        before = self._profile
+        goal = await self._goal()
+        now = Settings(before.step, before.quarter_turn, before.left_right)
+        rounds: list[Round] = []
+        while len(rounds) < MOST_ROUNDS:
+            self._say(f"round {len(rounds) + 1}")
+            rounds.append(await self._round(goal))
+            found = calibrate(now, goal, rounds, before.wheel_separation)
+            if len(rounds) >= LEAST_ROUNDS and found.is_known:
+                break
+        values = _written(found.settings)
+        check(values)
+        vary = "" if found.is_known else ", but they still vary"
+        self._say(f"the values after {len(rounds)} rounds{vary}: {_summary(found)}")
+        self._say(f"{self._robot} now plays once more, with these values")
+        self._use(found.settings)
+        after = await self._round(goal)
+        self._say(f"before: {errors(goal, rounds)}")
+        self._say(f"after:  {errors(goal, [after])}")
+        return await offer(self._robots, self._robot, values, self._answers, write=write)
+
+    async def _goal(self) -> Goal:
+        """Ask for room, and how long a step is meant to be: if the profile was calibrated before, it doesn't say so."""
+        self._say(f"{self._robot} will drive straight ahead and turn on the spot. Ctrl-C stops it.")
+        step = self._profile.step
+        ahead = f"How many meters of free floor are ahead of {self._robot}, at least a step of {step:g} m?"
+        room = await self._number(ahead, (step, max(step, MOST_ROOM)), max(step, USUAL_ROOM))
+        likely = likely_step(self._profile, self._base)
+        least = known(("profiles", "", "step")).least
+        wanted = await self._number("How many meters is a step to be on the floor?", (least, room), likely)
+        return goal_in(room, wanted, step)
+
+    def _use(self, settings: Settings) -> None:
+        """From now on, play with other settings."""
+        profile = replace(
+            self._profile, step=settings.step, quarter_turn=settings.quarter_turn, left_right=settings.left_right
+        )
+        robot = replace(self._robots.robots[self._robot], profile=profile)
+        self._robots = replace(self._robots, robots={**self._robots.robots, self._robot: robot})
+
+    async def _round(self, goal: Goal) -> Round:
+        return Round(await self._straight(goal), await self._turn(goal))
+
+    async def _straight(self, goal: Goal) -> Straight:
+        told = goal.steps * self._profile.step
+        what = f"{self._robot} drives {told:.2f} m straight ahead"
+        while True:
+            moved = await self._dance(straight_dance(self._robot, self._profile, goal, self._tempo), what)
+            if moved:
+                straight = straight_by_poses(*moved)
+            else:
+                ahead = await self._number("How many meters is it ahead of its mark?")
+                aside = await self._number("How many meters is it to the left of its line? Negative: to the right.")
+                straight = straight_by_tape(ahead, aside)
+            if not (why := doubtful_distance(straight, told)):
+                return straight
+            self._doubt(why)
+
+    async def _turn(self, goal: Goal) -> float:
+        while True:
+            moved = await self._dance(
+                turning_dance(self._robot, self._profile, self._tempo), f"{self._robot} turns left on the spot, twice"
+            )
+            if moved:
+                turn = turn_by_poses(*moved, goal)
+            else:
+                beyond = await self._number("How many degrees beyond two full turns is it? Negative: short of them.")
+                turn = goal.turn + math.radians(beyond)
+            if not (why := doubtful_turn(turn, goal.turn)):
+                return turn
+            self._doubt(why)
+
+    def _doubt(self, why: str) -> None:
+        topic = self._robots.robots[self._robot].topic
+        self._say(f"{why}: check the numbers, and that {self._robot} listens on {topic}; then play it again")
+
+    async def _dance(self, program: str, what: str) -> tuple[Pose, Pose] | None:
+        """Play a program once somebody has pressed Enter. Raises CommandError and StageError.
+
+        Returns the robot's poses before and after, or None if people have to measure.
+        """
+        performing = self._performing
+        while True:
+            mark = f"Put {self._robot} on its mark, along its line, and press" if self._asks else "Press"
+            await self._answers.to(f"{mark} Enter: {what}.")
+            asked, analysis = performing.stops.count, analyze(program, self._robots)
+            began = await performing.play(analysis, Path(f"calibration of {self._robot}"), asked)
+            await performing.finished.wait()
+            try:
+                if not (began and performing.has_ended):
+                    raise _NothingMeasuredError("it was stopped, so nothing was measured")
+                return None if self._asks else self._moved(score_of(analysis))
+            except _NothingMeasuredError as problem:
+                self._say(str(problem))
+
+    def _moved(self, score: Score) -> tuple[Pose, Pose]:
+        """Where the robot was before and after a dance, seen from outside. Raises _NothingMeasuredError."""
+        if simulated := self._performing.simulated_move(self._robot):
+            return simulated
+        poses = f"the poses of {self._robot} on {self._robots.robots[self._robot].odom}"
+        if self._robot not in self._performing.measured:
+            raise _NothingMeasuredError(f"{poses} didn't arrive: check their publisher, or use `--tape`")
+        first, last = self._performing.measured[self._robot]
+        if first["source"] == CONTINUOUS:
+            self._asks = True
+            raise _NothingMeasuredError(
+                f"{poses} are {CONTINUOUS}: a base's own odometry counts how far its wheels turn, and is blind to their"
+                " size, so measure with a tape"
+            )
+        if not are_whole(first, last, score.seconds(score.beats)):
+            raise _NothingMeasuredError(f"{poses} were interrupted, so nothing was measured: check their publisher")
+        return score.parts[self._robot].start, Pose(**last["pose"])
+
+    async def _number(
+        self, question: str, limits: tuple[float, float] = (-math.inf, math.inf), usual: float | None = None
+    ) -> float:
+        """A finite number within limits; Enter alone stands for the `usual` one."""
+        answer = await self._answers.to(question if usual is None else f"{question} [{usual:.10g}]")
+        bounds = f" from {limits[0]:g} to {limits[1]:g}" if math.isfinite(limits[0]) else ", such as 1.95"
+        while answer or usual is None:
+            with contextlib.suppress(ValueError):
+                number = float(answer)
+                if math.isfinite(number) and limits[0] <= number <= limits[1]:
+                    return number
+            answer = await self._answers.to(f"write a number{bounds}")
+        return usual
+
+    def _say(self, line: str) -> None:
+        self._performing.say(line)
+
+
+async def offer(robots: Robots, robot: str, values: Mapping[str, float], answers: Answers, *, write: bool) -> int:
+    """Show the edit of improv.toml, and make it if that is wanted; the exit code. Raises CommandError."""
+    path, text = robots.path, edited(robots.text, robot, values)
+    assert path
+    if text is None:
+        lines = "; ".join(f"{name} = {value:.10g}" for name, value in values.items())
+        answers.say(f"{path} is written in an unusual form, so write this into the profile yourself: {lines}")
+        return PROBLEMS
+    before, after = robots.text.splitlines(), text.splitlines()
+    for line in difflib.unified_diff(before, after, str(path), str(path), n=1, lineterm=""):
+        answers.say(line)
+    if not write and (await answers.to(f"Write this into {path}? [y/N]")).lower() not in ("y", "yes"):
+        answers.say(f"{path} was not changed")
+        return 0
+    if robots_near(path.parent).text != robots.text:
+        raise CommandError(f"{path} has changed since the calibration began, so it was not written")
+    try:
+        with replacing(path) as file:
+            file.write(text.encode())
+    except OSError as error:
+        raise CommandError(f"{path} was not written: {(error.strerror or str(error)).lower()}") from None
+    answers.say(f"{path} was written")
+    return 0
+
+
+class _NothingMeasuredError(Exception):
+    """Why a dance has to be played again; one plain line."""
+
+
+def _written(settings: Settings) -> Mapping[str, float]:
+    """The settings as improv.toml has them, with as many digits as can be measured."""
+    return {
+        "step": float(f"{settings.step:.4g}"),
+        "quarter_turn": round(math.degrees(settings.quarter_turn), 2),
+        "left_right": round(settings.left_right, 4),
+    }
+
+
+def check(values: Mapping[str, float]) -> None:
+    """Raise CommandError if a profile can't have one of these values."""
+    for name, value in values.items():
+        key = known(("profiles", "", name))
+        if not key.least <= value <= key.most:
+            range_ = f"{value:g} {key.unit}, which is not from {key.least:g} to {key.most:g}"
+            raise CommandError(f"`{name}` would be {range_}: check the robot; {FILE_NAME} was not changed")
+
+
+def _summary(found: Calibration) -> str:
+    values, errors = _written(found.settings), _written(found.error)
+    return ", ".join(f"{name} {value:.10g} ± {errors[name]:.1g}" for name, value in values.items())

@@ -1,0 +1,91 @@
+"""Reads the section `[formation]` of an `improv.toml`: where robots start that have no `start` of their own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from improv_core.robots.schema import known
+from improv_core.robots.toml_reading import TomlReading, listed
+from improv_core.score.motion import Pose
+from improv_core.score.profiles import DEFAULT, Profile
+from improv_core.score.world import World
+
+_SECTION = ("formation",)
+
+
+@dataclass(frozen=True, slots=True)
+class Formation:
+    """Robots in a shape around the origin. `distance` is that between the centers of neighbors, in meters."""
+
+    shape: str
+    distance: float
+    facing: str
+
+    def poses(self, robots: int) -> list[Pose]:
+        """Where this many robots stand: the first one farthest along y, or in the front row of a grid."""
+        if self.shape == "circle":
+            return [self._on_circle(place, robots) for place in range(robots)]
+        columns = robots if self.shape == "line" else math.ceil(math.sqrt(robots))
+        rows = math.ceil(robots / max(columns, 1))
+        places = [divmod(place, columns) for place in range(robots)]
+        return [
+            Pose(self.distance * ((rows - 1) / 2 - row), self.distance * ((columns - 1) / 2 - column))
+            for row, column in places
+        ]
+
+    def _on_circle(self, place: int, robots: int) -> Pose:
+        """Counterclockwise. The distance is the chord between neighbors."""
+        if robots == 1:
+            return Pose()
+        radius = self.distance / 2 / math.sin(math.pi / robots)
+        angle = math.pi / 2 + math.tau * place / robots
+        heading = angle + math.pi * (self.facing == "in")
+        # Rounded to a nanometer, so that 0 is 0.
+        return Pose(
+            round(radius * math.cos(angle), 9) + 0.0,
+            round(radius * math.sin(angle), 9) + 0.0,
+            heading=math.remainder(heading, math.tau),
+        )
+
+
+def read_formation(reading: TomlReading, value: Any, robots: Mapping[str, Profile], world: World) -> Formation | None:
+    """The formation, or None if it has an error. Errors are reported.
+
+    `robots` are those without a `start` that the file lists. If it lists none, a program's can be any.
+    """
+    table = reading.table(_SECTION, value)
+    shape = reading.one_of((*_SECTION, "shape"), table)
+    facing = reading.one_of((*_SECTION, "facing"), table)
+    distance = reading.numbers(_SECTION, table).get("distance")
+    if "shape" not in table:
+        reading.at_key(_SECTION, f"add `shape`: {listed(known((*_SECTION, 'shape')).choices)}")
+    if shape and shape != "circle" and "facing" in table:
+        reading.at_key((*_SECTION, "facing"), '`facing` works only with `shape = "circle"`: remove it')
+    if not shape or ("distance" in table and distance is None):
+        return None
+    formation = Formation(shape, distance or float(known((*_SECTION, "distance")).default), facing or "in")
+    if error := _misfit(formation, robots, world):
+        reading.at_value((*_SECTION, "distance"), error)
+    return formation
+
+
+def _misfit(formation: Formation, robots: Mapping[str, Profile], world: World) -> str | None:
+    """What is wrong with the distance, if something is."""
+    name, widest = max(robots.items(), key=lambda item: item[1].radius, default=("a robot", DEFAULT))
+    width = 2 * widest.radius
+    if len(robots) != 1 and formation.distance < width:
+        who = f"`{name}`" if robots else name
+        return f"{who} is {width:g} m wide: make the distance at least that, so that no robots overlap"
+    reach = widest.radius
+    ends = (
+        (pose.x + across, pose.y + along)
+        for pose in formation.poses(len(robots))
+        for across in (-reach, reach)
+        for along in (-reach, reach)
+    )
+    if not all(world.holds(*end) for end in ends):
+        return f"{len(robots)} robots don't fit between the walls: make the distance shorter or the world larger"
+    return None

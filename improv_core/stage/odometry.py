@@ -1,0 +1,178 @@
+"""What robots really do: the poses measured of them, beside where the score has them. It never reads a clock.
+
+All times are the clock's, in seconds. Standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.score import Part
+from improv_core.stage.protocol import SIMULATED
+from improv_core.stage.sinks import RawPose
+
+RECENT = 0.2
+"""Seconds before a robot is aligned in which a pose says where it stood then."""
+LEGS_KEPT = 1000
+"""Changes of velocity that are remembered until a pose from after them arrives."""
+JUMP, JUMP_TURN = 0.1, 0.3
+"""Meters and radians that wheels can't make between two poses, besides what follows from the fastest velocity."""
+LEAST_SPEED, LEAST_TURN = 1.0, 3.0
+"""m/s and rad/s at which somebody else may move a robot: that is no jump."""
+CONTINUOUS = "nav_msgs/Odometry"
+"""The source whose frame never jumps (REP 105): if it does, it has started over. Others may correct themselves."""
+
+
+class Comparison(NamedTuple):
+    """Where a robot was at a time, and where it ideally was, both in the world of the score.
+
+    `aligned` counts how often its frame was laid on that world in this performance, so that its path begins again.
+    """
+
+    raw: RawPose
+    pose: Pose
+    ideal: Pose
+    aligned: int
+
+
+class Odometry:
+    """Lays the frames of measured poses on the world of the score, and knows where robots ideally are.
+
+    Ideally, a robot obeys every velocity at once and exactly. Its frame is aligned at beat 0 and after a seek, so that
+    it is then where the score has it.
+    """
+
+    def __init__(self) -> None:
+        self._tracks: dict[str, _Track] = {}
+        self._lines: list[str] = []
+
+    def begin(self, parts: Mapping[str, Part], at: float) -> None:
+        """A performance begins with its robots at their starts."""
+        latest = {robot: track.latest for robot, track in self._tracks.items()}
+        self._tracks = {}
+        self.cast(parts, at)
+        for robot, track in self._tracks.items():
+            track.latest = latest.get(robot)
+
+    def cast(self, parts: Mapping[str, Part], at: float) -> None:
+        """Another score plays. Robots that are new begin at their starts."""
+        for robot in self._tracks.keys() - parts.keys():
+            del self._tracks[robot]
+        for robot, part in parts.items():
+            if not part.odom and part.profile.dynamics == "ideal":
+                self._tracks.pop(robot, None)
+            elif robot not in self._tracks:
+                self._tracks[robot] = _Track(at, part.entered or part.start)
+
+    def place(self, poses: Mapping[str, Pose], at: float) -> None:
+        """Playback goes elsewhere, where the score has the robots at these poses."""
+        for robot, pose in poses.items():
+            if track := self._tracks.get(robot):
+                track.place(pose, at)
+
+    def tell(self, robot: str, twist: Twist, at: float) -> None:
+        """A robot has been told to move."""
+        if track := self._tracks.get(robot):
+            track.tell(twist, at)
+
+    def take(self, raw: RawPose) -> Comparison | None:
+        """Take a pose; None if nobody compares it."""
+        track = self._tracks.get(raw.robot)
+        if not track:
+            return None
+        jump = track.jump(raw)
+        if jump and track.frame:
+            what = f"the odometry of {raw.robot} jumped by {jump}"
+            self._lines.append(f"{what}: Improv assumes that it started over, and that {raw.robot} did not move")
+        return track.take(raw, bool(jump))
+
+    def news(self) -> Iterable[str]:
+        """The lines to tell since the last call."""
+        lines, self._lines = self._lines, []
+        return lines
+
+    @property
+    def robots(self) -> Collection[str]:
+        """The robots whose poses are compared."""
+        return self._tracks.keys()
+
+
+class _Leg(NamedTuple):
+    """Where a robot ideally is at a time, and the velocity it ideally has from then on."""
+
+    at: float
+    pose: Pose
+    twist: Twist
+
+    def pose_at(self, at: float) -> Pose:
+        return self.pose.after(self.twist, at - self.at)
+
+
+@dataclass(slots=True)
+class _Track:
+    """One robot: its ideal path since the latest pose, and how its frame lies in the world (None: not known yet)."""
+
+    since: float
+    start: Pose
+    legs: deque[_Leg] = field(init=False)
+    frame: Pose | None = None
+    aligned: int = 1
+    latest: RawPose | None = None
+    fastest: float = LEAST_SPEED
+    fastest_turn: float = LEAST_TURN
+
+    def __post_init__(self) -> None:
+        self.legs = deque([_Leg(self.since, self.start, STILL)], LEGS_KEPT)
+
+    def place(self, pose: Pose, at: float) -> None:
+        self.since, self.frame, self.aligned = at, None, self.aligned + 1
+        self.legs = deque([_Leg(at, pose, STILL)], LEGS_KEPT)
+
+    def tell(self, twist: Twist, at: float) -> None:
+        last = self.legs[-1]
+        if twist == last.twist:
+            return
+        at = max(at, last.at)
+        self.legs.append(_Leg(at, last.pose_at(at), twist))
+        self.fastest = max(self.fastest, 2 * math.hypot(twist.x, twist.y, twist.z))
+        self.fastest_turn = max(self.fastest_turn, 2 * abs(twist.yaw))
+
+    def jump(self, raw: RawPose) -> str:
+        """How far a frame jumped that never does, in words; empty if it didn't."""
+        before = self.latest
+        if raw.source != CONTINUOUS or not before or raw.at <= before.at:
+            return ""
+        passed, far = raw.at - before.at, _distance(before.pose, raw.pose)
+        turn = abs(math.remainder(raw.pose.heading - before.pose.heading, math.tau))
+        if far < JUMP + self.fastest * passed and turn < JUMP_TURN + self.fastest_turn * passed:
+            return ""
+        return f"{far:.2f} m and {math.degrees(turn):.0f} degrees"
+
+    def take(self, raw: RawPose, jumped: bool) -> Comparison | None:
+        before, self.latest = self.latest, raw
+        if raw.at < self.since or (before and raw.at <= before.at):
+            return None
+        if jumped and before and self.frame:
+            self.frame = self.frame.then(before.pose).then(raw.pose.inverse())
+        elif self.frame is None:
+            stood = before if before and not jumped and raw.at - before.at <= RECENT else raw
+            self.frame = self._ideal(max(stood.at, self.since)).then(stood.pose.inverse())
+        pose, ideal = (Pose() if raw.source == SIMULATED else self.frame).then(raw.pose), self._ideal(raw.at)
+        turned = math.remainder(pose.heading - ideal.heading, math.tau)
+        pose = Pose(pose.x, pose.y, pose.z, ideal.heading + turned)
+        return Comparison(raw, pose, ideal, self.aligned)
+
+    def _ideal(self, at: float) -> Pose:
+        """Where the robot ideally is. What is from before the leg of that time is forgotten: times only increase."""
+        while len(self.legs) > 1 and self.legs[1].at <= at:
+            self.legs.popleft()
+        return self.legs[0].pose_at(at)
+
+
+def _distance(one: Pose, other: Pose) -> float:
+    return math.dist((one.x, one.y, one.z), (other.x, other.y, other.z))

@@ -1,0 +1,216 @@
+"""Where robots ideally are, what they play, and their next seconds, by what a stage says of itself.
+
+It never reads a clock: `now` is the monotonic time, in seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.movement import near
+from improv_core.score.path import pose_at
+from improv_core.score.score import Score
+from improv_core.stage.protocol import Entry, Measured, SceneJson, Sensed, Stretch, TransportMessage
+from improv_core.stage.swap import Before, Swap, edited, joined
+from improv_core.stage.viewer.lookahead import window
+
+AHEAD = 30.0
+"""Seconds of a path."""
+LARGEST_TURN = math.radians(10)
+"""Between two poses of a path: an arc is drawn as chords."""
+MOST_POSES = 1_000
+"""In one path."""
+WORLD = "improv"
+"""The frame in which start poses are."""
+JUMP = 0.01
+"""Seconds by which the position may differ from what is expected before it counts as another one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame, and where the origin of the world of the score is in it."""
+
+    name: str
+    origin: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """A robot now: where it ideally is (None if that can't be known), and the words that play, the outermost first.
+
+    Here and in paths, poses are in the robot's `Outlook.frame`.
+    """
+
+    pose: Pose | None
+    words: Sequence[str]
+
+
+class Outlook:
+    """Follows a stage: `meet` gets each score before it plays, and `take` what the stage says."""
+
+    def __init__(self) -> None:
+        self._met: dict[int, Score] = {}
+        self._begun: Score | None = None  # as it took over, before scenes began that could not be foreseen
+        self._sensed: list[Sensed] = []
+        self._stretches: Mapping[str, Stretch] = {}
+        self._frames: dict[str, Frame] = {}
+        self.score: Score | None = None
+        """The score that plays, with the beats and the poses at which its parts began."""
+        self.transport: TransportMessage | None = None
+        """The latest that the stage has said of its position."""
+
+    def meet(self, score: Score, generation: int) -> None:
+        """A score may play from now on."""
+        self._met[generation] = score
+
+    def take(self, message: TransportMessage | Sensed | Measured) -> None:
+        """Take what the stage says of where playing stands, or of what robots sense, or where they were."""
+        if message["type"] == "sensed":
+            self._sensed.append(message)
+        elif message["type"] == "measured":
+            for robot, each in message["robots"].items():
+                if each["frame"]:
+                    self._frames[robot] = Frame(each["frame"], Pose(**each["origin"]))
+        elif message["generation"] in self._met:
+            before, self.score = self.score, self._score_of(message)
+            if before is not self.score or self._jumps_to(message):
+                self._sensed.clear()
+            self.transport = message
+            self._met = {number: each for number, each in self._met.items() if number >= message["generation"]}
+
+    def frame(self, robot: str) -> Frame:
+        """The frame of a robot's odometry, if it is known, or else the world of the score."""
+        part = self.score.parts.get(robot) if self.score else None
+        return self._frames.get(robot, _IN_WORLD) if part and part.odom else _IN_WORLD
+
+    def beat(self, now: float) -> float:
+        """The beat of the performance."""
+        transport = self.transport
+        if not transport:
+            return 0.0
+        passed = (now - transport["monotonic"]) * transport["tempo"] / 60 if transport["state"] == "playing" else 0.0
+        beat = transport["beat"] + max(passed, 0.0)
+        return beat if transport["beats"] is None else min(beat, transport["beats"])
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the position moves on."""
+        return self.transport is not None and self.transport["state"] == "playing"
+
+    def look(self, now: float) -> None:
+        """Look ahead from here; `sight` and `path` go by the latest look."""
+        self._stretches = {}
+        if self.score and self.transport:
+            begin = self.beat(now)
+            beats = AHEAD * self.transport["tempo"] / 60 if self.transport["state"] in _GOES_ON else 0.0
+            self._stretches = window(self.score, begin, begin + beats, self._sensed)
+
+    def sight(self, robot: str, now: float) -> Sight:
+        """What can be seen of a robot."""
+        sight = self._sight(robot, now)
+        return replace(sight, pose=self.frame(robot).origin.then(sight.pose)) if sight.pose else sight
+
+    def path(self, robot: str) -> Iterator[tuple[float, Pose]]:
+        """A robot's next poses, and in how many seconds it is there; none if nothing plays, or it is silent."""
+        stretch, transport, score = self._stretches.get(robot), self.transport, self.score
+        if not stretch or not transport or not score or stretch["pose"] is None or self._is_silent(robot):
+            return
+        if transport["state"] not in _GOES_ON:
+            return
+        beat_seconds, count = 60 / transport["tempo"], 1
+        pose = self.frame(robot).origin.then(Pose(*stretch["pose"]))
+        begin: float | None = None
+        for start, beats, *velocity, _ in stretch["moments"]:
+            if begin is None:
+                begin = start
+                yield 0.0, pose
+            left = AHEAD - (start - begin) * beat_seconds
+            beats, moving = min(beats, left / beat_seconds), Twist(*velocity)
+            seconds = score.seconds(beats)
+            chords = max(1, math.ceil(abs(moving.yaw) * seconds / LARGEST_TURN))
+            for chord in range(1, chords + 1):
+                if count == MOST_POSES:
+                    return
+                count += 1
+                passed = (start - begin + beats * chord / chords) * beat_seconds
+                yield passed, pose.after(moving, seconds * chord / chords)
+            pose = pose.after(moving, seconds)
+
+    def _sight(self, robot: str, now: float) -> Sight:
+        """The same, in the world of the score."""
+        stretch, beat = self._stretches.get(robot), self.beat(now)
+        if not stretch or not self.score or stretch["pose"] is None:
+            return Sight(None, ())
+        pose, words = Pose(*stretch["pose"]), list[str]()
+        for start, beats, *velocity, sources in stretch["moments"]:
+            if start > beat:
+                break
+            inside = beat < start + beats
+            words = [self._word(*source) for source in sources] if inside else []
+            pose = pose.after(Twist(*velocity), self.score.seconds(min(beats, beat - start)))
+        return Sight(pose, words)
+
+    def _score_of(self, message: TransportMessage) -> Score:
+        """The score that a message is about, with the beats and the poses at which its parts began."""
+        generation, before, old = message["generation"], self.transport, self.score
+        entry: Entry = {"beat": message["beat"], "monotonic": message["monotonic"]}
+        if "begins" in message:
+            entry["begins"] = message["begins"]
+        if "scene" in message:
+            entry["scene"] = message["scene"]
+        if before and old and self._begun and before["generation"] == generation:
+            scene = message.get("scene", _FIRST_SCENE)
+            if scene["index"] == old.scene:
+                return old
+            return self._next_scene(old, scene["index"], scene["begins"]) if scene["index"] > old.scene else self._begun
+        score = self._met[generation]
+        if before and old and message["restarted"] == before["restarted"]:
+            beat = near(message["beat"])
+            index, _ = old.scene_at(beat)
+            swap = Swap(score, generation, "now", 1, 0.0, entry)
+            self._begun = edited(swap, beat, Before(old, index, before["state"] == "ended", {}))
+        else:
+            self._begun = joined(score, entry)
+        return self._begun
+
+    def _next_scene(self, old: Score, index: int, begins: float) -> Score:
+        """The score from its next scene on, which begins where robots ideally are by then."""
+        beat = near(begins)
+        at = self._clock(begins)
+        self.look(at)
+        poses = {robot: self._sight(robot, at).pose for robot in old.parts}
+        parts = {
+            robot: replace(part, begins=beat, scene=index, scene_begins=(), entered=poses[robot] or pose_at(part, beat))
+            for robot, part in old.parts.items()
+        }
+        return replace(old, parts=parts, scene=index, since=beat)
+
+    def _clock(self, beat: float) -> float:
+        """The monotonic time of a beat, by the latest transport."""
+        assert self.transport
+        return self.transport["monotonic"] + (beat - self.transport["beat"]) * 60 / self.transport["tempo"]
+
+    def _jumps_to(self, message: TransportMessage) -> bool:
+        """Whether a message says another position than the one before it."""
+        expected = self.beat(message["monotonic"])
+        return abs(message["beat"] - expected) > JUMP * message["tempo"] / 60
+
+    def _is_silent(self, robot: str) -> bool:
+        assert self.transport
+        soloed = self.transport["soloed"]
+        return robot not in soloed if soloed else robot in self.transport["muted"]
+
+    def _word(self, statement: int, start: int, end: int) -> str:
+        """A word of the program; empty if it was too long to be sent."""
+        assert self.score
+        offset = self.score.offsets.get(statement)
+        return "" if offset is None else self.score.text[offset + start : offset + end]
+
+
+_IN_WORLD = Frame(WORLD, Pose())
+_FIRST_SCENE: SceneJson = {"index": 0, "begins": 0.0}
+_GOES_ON = ("waiting", "playing", "paused")
+"""States in which something is yet to be performed."""

@@ -1,0 +1,89 @@
+"""Publishes what plays, for rviz, Foxglove, and monitors: paths, markers, the position, diagnostics, and messages.
+
+A process of its own, because publishing a path takes longer than commands can wait. Started by the stage, with its own
+interpreter, as `python …/improv_core/stage/publisher.py`. Standard library only (rclpy imported lazily).
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import select
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if __name__ == "__main__":
+    # As in __main__.py: our modules must not hide others of the same name, nor any of ROS's.
+    here = Path(__file__).resolve().parent
+    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
+    sys.path.append(str(here.parent.parent))
+
+from improv_core.score.score_json import Read, from_json
+from improv_core.stage.lines import Lines
+from improv_core.stage.outlook import Outlook
+from improv_core.stage.protocol import Health, ToPublisher
+
+if TYPE_CHECKING:
+    from improv_core.stage.sinks.ros_publications import Publications
+
+NICENESS = 10
+"""Where processors are short, this comes last."""
+MARKER_PERIOD = 0.1
+"""Seconds between two markers of a robot that moves."""
+PERIOD = 1.0
+"""Seconds between two paths of a robot, and two of all that doesn't move. REP 107 has diagnostics once a second."""
+
+
+def main() -> int:
+    """Publish what the stage says over standard input, until it ends. If that fails, print why."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
+    os.nice(NICENESS)
+    try:
+        from improv_core.stage.sinks.ros_publications import Publications
+
+        publications = Publications(sys.argv[1], sys.argv[2:])
+        gc.freeze()
+        _publish(publications)
+    except Exception as error:  # whatever rclpy raises
+        os.write(1, f"{type(error).__name__}: {error}".encode())
+        return 1
+    publications.close()
+    return 0
+
+
+def _publish(publications: Publications) -> None:
+    lines: Lines[ToPublisher] = Lines()
+    outlook, read = Outlook(), Read()
+    health: Health = {"type": "health", "late": 0.0, "missing": {}, "clipped": []}
+    due = 0.0  # when all is published again
+    while not lines.ended:
+        select.select([0], [], [], MARKER_PERIOD)
+        for message in lines.read():
+            if message["type"] == "plays":
+                outlook.meet(from_json(message["score"], read), message["generation"])
+            elif message["type"] == "transport" or message["type"] == "sensed":
+                outlook.take(message)
+                due = 0.0
+            elif message["type"] == "measured":
+                outlook.take(message)
+            elif message["type"] == "health":
+                health = message
+            else:
+                publications.log(message["type"], message["message"])
+        now = time.monotonic()
+        publications.spin()
+        if now >= due:
+            due = now + PERIOD
+            outlook.look(now)
+            publications.publish(outlook, health, now)
+            health = {**health, "late": 0.0}
+        elif outlook.is_moving:
+            publications.publish_markers(outlook, now)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

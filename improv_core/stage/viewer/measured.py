@@ -1,0 +1,39 @@
+"""Where robots really were, as pages draw it. Standard library only."""
+
+from __future__ import annotations
+
+import math
+
+from improv_core.stage.protocol import SIMULATED, MeasuredRobot, PoseJson
+
+MOST_PLACES = 20_000
+"""Places kept of one robot: a quarter of an hour."""
+
+
+class MeasuredTrail:
+    """Where one robot was measured or simulated, oldest place first. It only ever becomes longer, at its end."""
+
+    def __init__(self, simulated: bool) -> None:
+        self.simulated = simulated
+        self.places: list[list[float]] = []
+
+    def renewed(self) -> MeasuredTrail:
+        """The trail without its older half, once it has too many places."""
+        if len(self.places) <= MOST_PLACES:
+            return self
+        trail = MeasuredTrail(self.simulated)
+        trail.places = self.places[MOST_PLACES // 2 :]
+        return trail
+
+
+def measured_place(robot: MeasuredRobot) -> list[float]:
+    """A place as the message to the page has it (`DrawnTrail`)."""
+    pose, ideal = robot["pose"], robot["ideal"]
+    off = math.dist(*([each["x"], each["y"], each["z"]] for each in (pose, ideal)))
+    turned = abs(math.remainder(pose["heading"] - ideal["heading"], math.tau))
+    simulated = float(robot["source"] == SIMULATED)
+    return [robot["performed"], robot["beat"], *_plane(pose), *_plane(ideal), off, turned, robot["aligned"], simulated]
+
+
+def _plane(pose: PoseJson) -> tuple[float, float, float]:
+    return pose["x"], pose["y"], pose["heading"]

@@ -1,0 +1,113 @@
+"""What others in ROS 2 see of what plays, from a save to their subscriptions."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.processes import descendants
+from tests.ros.conftest import Listen, Script
+from tests.ros.dance import Server
+
+BASE = Path(__file__).with_name("base.py")
+WATCHER = Path(__file__).with_name("watcher.py")
+CAST = """
+[ros]
+publish = true
+
+[robots.anna]
+start = { x = 1, y = 2, heading = 90 }
+odom = "odom"
+
+[robots.bert]
+
+[profiles.slow]
+step = 1
+max_linear = 0.5
+
+[robots.carl]
+profile = "slow"
+"""
+PROGRAM = "anna $ repeat (forward left)\nbert $ repeat left\ncarl $ repeat forward\n"
+WARNING, ERROR = 30, 40
+"""Levels of rcl_interfaces/Log."""
+
+Seen = Mapping[str, Any]
+Watch = Callable[[str, Callable[[Seen], bool]], Seen]
+
+
+@pytest.fixture
+def watch(script: Script) -> Watch:
+    """Waits for a message on a topic that fits, which may have been seen before."""
+    stdout = script(WATCHER, "/improv/anna/path").stdout
+    seen: list[Seen] = []
+
+    def wait(topic: str, fits: Callable[[Seen], bool]) -> Seen:
+        assert stdout
+        while not (found := next((each for each in seen if each["topic"] == topic and fits(each)), None)):
+            seen.append(json.loads(stdout.readline()))
+            assert seen[-1].get("level") != ERROR, seen[-1]  # on a machine that is too busy, the stage stops its robots
+        return found
+
+    return wait
+
+
+def named(name: str) -> Callable[[Seen], bool]:
+    return lambda message: message["name"] == name
+
+
+def command_of(pid: int) -> str:
+    return Path(f"/proc/{pid}/cmdline").read_text()
+
+
+def test_all_that_is_published(
+    watch: Watch, script: Script, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
+) -> None:
+    """Also by another process, after the first has failed; and nothing, once the file no longer asks for it."""
+    script(BASE, "anna", "--loss", "0", "--noise", "0")
+    listen("/carl/cmd_vel")
+    toml = tmp_path / "improv.toml"
+    toml.write_text(CAST)
+    with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as editor:
+        editor.save(PROGRAM)
+        path = watch("/improv/anna/path", lambda path: path["poses"] and path["frames"] == ["odom"])
+        assert path["at"][0] == 0
+        assert path["at"][-1] == pytest.approx(30, abs=0.001)
+        # A square of 2 m. Its odometry begins at 0, wherever the robot starts.
+        assert all(-0.1 <= x <= 2.1 and -0.1 <= y <= 2.1 for x, y in path["poses"])
+        (text,) = [text for text in watch("markers", lambda seen: True)["texts"] if text.startswith("anna")]
+        name, beat, word = text.split("\n")
+        assert name == "anna"
+        assert beat.startswith("beat ")
+        assert word in ("forward", "left")
+        position = watch("transport", lambda seen: seen["state"] == "playing")
+        assert (position["tempo"], position["beats"], position["muted"]) == (60, None, [])
+        whole = watch("diagnostics", named("improv"))
+        assert float(whole["values"]["late (ms)"]) < 500
+        assert watch("diagnostics", named("improv: anna"))["message"] == "OK"
+        missing = watch("diagnostics", lambda seen: seen["name"] == "improv: bert" and seen["level"] == 2)
+        assert missing["message"].startswith("nothing is listening on /bert/cmd_vel")
+        clipped = watch("diagnostics", lambda seen: seen["name"] == "improv: carl" and seen["level"] == 1)
+        assert clipped["values"]["within its limits"] == "no"
+        line = watch("rosout", lambda seen: seen["name"].endswith("_publisher"))
+        assert line["text"].startswith("nothing is listening on /bert/cmd_vel")
+        assert line["level"] == WARNING
+        toml.write_text(CAST.replace("true", "false"))
+        editor.save(PROGRAM)
+        watch("publishers", lambda seen: seen["count"] == 0)
+        toml.write_text(CAST)
+        editor.save(PROGRAM)
+        position = watch("transport", lambda seen: seen["generation"] > position["generation"])
+        (publisher,) = [pid for pid in descendants(editor.pid) if "publisher.py" in command_of(pid)]
+        os.kill(publisher, signal.SIGKILL)
+        editor.wait_for_line(
+            "the process that publishes what plays has ended: it was killed: the next play starts another"
+        )
+        editor.save(PROGRAM)
+        watch("transport", lambda seen: seen["generation"] > position["generation"])

@@ -1,0 +1,77 @@
+"""Poses in serialized messages, which another library has written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from improv_core.score.motion import Pose
+from improv_core.stage.sinks.cdr import pose_in
+from improv_core.stage.sinks.ros_poses import TEXTS
+from tests.recordings import ROS
+
+TYPES = ROS.types
+
+
+def message(kind: str, pose: Pose, frames: Sequence[str] = ("odom", "base_link"), **turn: Any) -> bytes:
+    """A message of one of the three types; `turn` replaces numbers of the quaternion."""
+
+    def of(name: str, **fields: Any) -> Any:
+        return TYPES[name.replace("/", "/msg/")](**fields)
+
+    half = pose.heading / 2
+    quaternion = {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half), **turn}
+    where = of(
+        "geometry_msgs/Pose",
+        position=of("geometry_msgs/Point", x=pose.x, y=pose.y, z=pose.z),
+        orientation=of("geometry_msgs/Quaternion", **quaternion),
+    )
+    header = of("std_msgs/Header", stamp=of("builtin_interfaces/Time", sec=3, nanosec=5), frame_id=frames[0])
+    zeros = of("geometry_msgs/Vector3", x=7.0, y=7.0, z=7.0)
+    covariance = numpy.zeros(36)
+    uncertain = of("geometry_msgs/PoseWithCovariance", pose=where, covariance=covariance)
+    if kind == "geometry_msgs/PoseStamped":
+        made = of(kind, header=header, pose=where)
+    elif kind == "geometry_msgs/PoseWithCovarianceStamped":
+        made = of(kind, header=header, pose=uncertain)
+    else:
+        twist = of("geometry_msgs/Twist", linear=zeros, angular=zeros)
+        moving = of("geometry_msgs/TwistWithCovariance", twist=twist, covariance=covariance)
+        made = of(kind, header=header, child_frame_id=frames[1], pose=uncertain, twist=moving)
+    return bytes(ROS.serialize_cdr(made, kind.replace("/", "/msg/")))
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+@settings(max_examples=10)
+@given(frame=st.text(max_size=9), child=st.text(max_size=9), heading=st.floats(-3.1, 3.1), x=st.floats(-9, 9))
+def test_the_pose_in_each_message(kind: str, frame: str, child: str, heading: float, x: float) -> None:
+    pose = pose_in(message(kind, Pose(x, -2, 0.5, heading), (frame, child)), TEXTS[kind])
+    assert pose
+    assert (pose.x, pose.y, pose.z) == (x, -2, 0.5)
+    assert pose.heading == pytest.approx(heading)
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+def test_what_is_no_pose(kind: str) -> None:
+    assert pose_in(message(kind, Pose(math.nan)), TEXTS[kind]) is None
+    assert pose_in(message(kind, Pose(), z=0.0, w=0.0), TEXTS[kind]) is None
+    assert pose_in(message(kind, Pose())[:40], TEXTS[kind]) is None
+
+
+def test_a_robot_that_leans_has_a_heading() -> None:
+    roll, half = math.radians(10) / 2, math.radians(120) / 2  # first it is turned, then it leans
+    leaning: dict[str, Any] = {
+        "x": math.cos(half) * math.sin(roll),
+        "y": math.sin(half) * math.sin(roll),
+        "z": math.sin(half) * math.cos(roll),
+        "w": math.cos(half) * math.cos(roll),
+    }
+    pose = pose_in(message("geometry_msgs/PoseStamped", Pose(), **leaning), 1)
+    assert pose
+    assert math.degrees(pose.heading) == pytest.approx(120)

@@ -1,0 +1,230 @@
+"""How far off robots are: poses in any frame are laid on the world of the score, and compared with the ideal path."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from improv_core.commands.rehearsal import perform
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.program.errors import Errors, error
+from improv_core.robots.config import read_robots
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.profiles import TURTLESIM
+from improv_core.score.score import Part
+from improv_core.stage.odometry import CONTINUOUS, RECENT, Odometry
+from improv_core.stage.player import REST, Player, Told
+from improv_core.stage.sinks import RawPose
+from improv_core.stage.sinks.simulator import Simulator
+from tests.stage.test_player import Stage, score
+
+ODOMETRY, LOCALIZATION = CONTINUOUS, "geometry_msgs/PoseWithCovarianceStamped"
+FRAME = Pose(5, -3, 0, 2.5)
+"""Where the source believes the origin of the world to be."""
+PROGRAM = "beat 60\nr $ forward left forward\n"
+
+
+class Robot:
+    """A stage with real robots of which `r` is measured every 50 ms: it is where `off` puts it in the world."""
+
+    def __init__(self, source: str = ODOMETRY, frame: Pose = FRAME) -> None:
+        self.stage = Stage()
+        self.stage.sink.real = True
+        self.source, self.frame = source, frame
+
+    @property
+    def player(self) -> Player:
+        return self.stage.player
+
+    def play(self, program: str = PROGRAM, when: Any = "restart") -> None:
+        read = score(program)
+        parts = {name: replace(part, odom=f"/{name}/odom") for name, part in read.parts.items()}
+        self.player.load(replace(read, parts=parts), len(self.stage.told) + 1, when, self.stage.now)
+
+    def run(self, seconds: float) -> None:
+        self.stage.run(seconds)
+
+    def pose(self, world: Pose, ago: float = 0.0) -> dict[str, Any] | None:
+        """What is told of a pose; None if nothing is."""
+        before = len(self.measured)
+        raw = RawPose("r", self.source, self.frame.then(world), self.stage.now - ago)
+        self.player.measure([raw], self.stage.now)
+        return self.measured[-1]["robots"]["r"] if len(self.measured) > before else None
+
+    def off(self, world: Pose, ago: float = 0.0) -> tuple[float, float]:
+        """How far off it is in meters and degrees, as is told of a pose."""
+        told = self.pose(world, ago)
+        assert told
+        found = error(told["pose"], told["ideal"])
+        return round(found.distance, 6), round(math.degrees(found.turn), 6)
+
+    @property
+    def measured(self) -> list[Any]:
+        return [message for message in self.stage.told if message["type"] == "measured"]
+
+    @property
+    def lines(self) -> list[str]:
+        return [message["message"] for message in self.stage.told if message["type"] == "warning"]
+
+
+def test_a_robot_is_compared_with_where_it_ideally_is() -> None:
+    robot = Robot()
+    robot.play()
+    assert robot.off(Pose()) == (0, 0)
+    robot.run(0.5)
+    assert robot.off(Pose(0.9, 0.1)) == (round(math.hypot(0.1, 0.1), 6), 0)
+    robot.run(1)
+    assert robot.off(Pose(2, 0, 0, math.radians(40))) == (0, 5)
+    robot.run(1.5)
+    assert robot.off(Pose(2, 2, 0, math.radians(90 - 360))) == (0, 0)
+
+
+def test_a_robot_begins_where_it_stood_shortly_before_beat_0() -> None:
+    robot = Robot()
+    robot.stage.sink.resets = True
+    robot.play()
+    robot.run(1)
+    assert robot.pose(Pose()) is None
+    robot.run(0.05)
+    robot.stage.sink.resets = False
+    robot.run(0.1)  # since the latest pose, 0.1 s have passed, of which it has played nearly all
+    assert robot.off(Pose()) == pytest.approx((0.2, 0), abs=0.03)
+    robot.play()
+    robot.run(RECENT + 0.1)  # nothing came in time: it counts as being where it ideally is
+    assert robot.off(Pose()) == (0, 0)
+
+
+def test_a_pose_counts_from_when_it_came() -> None:
+    robot = Robot()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(1.1)
+    assert robot.off(Pose(1.8), ago=0.2) == (0, 0)
+    assert robot.off(Pose(2, 0, 0, math.radians(4.5)), ago=0.05) == (0, 0)
+    assert robot.pose(Pose(1.8), ago=0.1) is None  # older than what has been told
+
+
+def test_it_is_measured_until_it_has_come_to_rest() -> None:
+    robot = Robot()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(3)
+    assert robot.stage.states[-1] == "ended"
+    assert robot.off(Pose(2, 2.1, 0, math.pi / 2)) == (0.1, 0)
+    robot.run(REST)
+    assert robot.pose(Pose(9)) is None
+
+
+def test_after_a_seek_it_counts_as_being_where_the_score_has_it() -> None:
+    robot = Robot()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(0.5)
+    first = robot.pose(Pose(1, 0.3))
+    robot.player.seek(2, robot.stage.now)
+    robot.run(0.05)
+    sought = robot.pose(Pose(1, 0.3))
+    assert first
+    assert sought
+    assert sought["aligned"] == first["aligned"] + 1
+    assert error(sought["pose"], {"x": 2, "y": 0, "z": 0, "heading": math.pi / 2}) == pytest.approx((0, 0))
+    robot.run(0.45)
+    assert robot.off(Pose(2, 0.3)) == (0, 0)
+
+
+def test_a_save_goes_on_from_where_the_robot_ideally_is() -> None:
+    robot = Robot()
+    robot.play("beat 60\nr $ repeat forward\n")
+    robot.pose(Pose())
+    robot.run(1.5)
+    robot.play("beat 60\nr $ repeat left\n", "now")
+    robot.run(1)
+    assert robot.off(Pose(3, 0.2, 0, math.pi / 2)) == (0.2, 0)
+
+
+def test_a_muted_robot_ideally_stands() -> None:
+    robot = Robot()
+    robot.play("beat 60\nr $ repeat forward\n")
+    robot.pose(Pose())
+    robot.run(1)
+    robot.player.set_silent(["r"], [], robot.stage.now)
+    robot.run(1)
+    assert robot.off(Pose(2)) == (0, 0)
+
+
+@pytest.mark.parametrize(("source", "off", "jumps"), [(ODOMETRY, 0.2, True), (LOCALIZATION, 7.98, False)])
+def test_odometry_that_jumps_has_started_over_but_localization_has_corrected_itself(
+    source: str, off: float, jumps: bool
+) -> None:
+    robot = Robot(source, frame=Pose())
+    robot.play()
+    robot.pose(Pose())
+    robot.run(0.95)
+    robot.pose(Pose(1.8))
+    robot.run(0.05)
+    assert robot.off(Pose(-5.98)) == (off, 0)
+    what = "the odometry of r jumped by 7.78 m and 0 degrees"
+    line = f"{what}: Improv assumes that it started over, and that r did not move"
+    assert robot.lines == ([line] if jumps else [])
+
+
+def test_a_reset_between_two_performances_is_no_jump() -> None:
+    robot = Robot()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(3)
+    robot.pose(Pose(2, 2, 0, math.pi / 2))
+    robot.play()
+    robot.run(0.05)
+    assert robot.off(Pose()) == (0, 0)
+    assert robot.lines == []
+
+
+def test_simulated_robots_are_measured_in_their_world() -> None:
+    worn = "[profiles.worn]\nstep = 2\ndynamics = 'motors'\nwheel_error = [0.96, 0.94]\n"
+    robots = worn + "[robots.r]\nprofile = 'worn'\nodom = 'odom'\nstart = { x = 3 }\n[robots.exact]\nodom = 'odom'\n"
+    analysis = analyze("beat 60\nr exact $ repeat 2 (forward left)\n", read_robots(robots))
+    simulator, errors, count = Simulator(period=None), Errors(), 0
+
+    def tell(message: Told) -> None:
+        nonlocal count
+        if message["type"] == "measured":
+            errors.take(message)
+            count += 1
+
+    perform(score_of(analysis), simulator, tell=tell)
+    ideal = Pose(5, 2, 0, math.pi)
+    largest, last = errors.robots["r"]
+    ended = simulator.poses()["r"]
+    assert last.distance == pytest.approx(math.dist((ended.x, ended.y), (ideal.x, ideal.y)), abs=0.01)
+    assert largest.distance > 0.1
+    assert errors.robots["exact"][0] == pytest.approx((0, 0), abs=1e-9)
+    assert 4 * 15 < count <= 5 * 20
+
+
+numbers = st.floats(-10, 10)
+
+
+@settings(max_examples=20)
+@given(x=numbers, y=numbers, heading=numbers, steps=st.lists(st.tuples(st.floats(-2, 2), st.floats(-2, 2)), max_size=5))
+def test_any_frame_is_laid_on_the_world(x: float, y: float, heading: float, steps: list[tuple[float, float]]) -> None:
+    frame, start = Pose(x, y, 0, heading), Pose(y, x, 0, -heading)
+    odometry = Odometry()
+    odometry.begin({"r": Part("r", (), TURTLESIM, start, "/r/cmd_vel", odom="/r/odom")}, 0.0)
+    world, at = start, 0.0
+    odometry.take(RawPose("r", ODOMETRY, frame.then(world), at))
+    for forward, turn in steps:
+        twist = Twist(forward, 0, 0, turn)
+        odometry.tell("r", twist, at)
+        at, world = at + 0.5, world.after(twist, 0.5)
+        found = odometry.take(RawPose("r", ODOMETRY, frame.then(world), at))
+        assert found
+        for pose in (found.pose, found.ideal):
+            assert math.dist((pose.x, pose.y), (world.x, world.y)) < 1e-6
+            assert math.remainder(pose.heading - world.heading, math.tau) == pytest.approx(0, abs=1e-6)

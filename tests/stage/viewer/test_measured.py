@@ -1,0 +1,57 @@
+"""How far off robots are, on the page: now, at the beat under the pointer, and after the dance."""
+
+from __future__ import annotations
+
+import re
+
+from playwright.sync_api import Page
+
+from tests.stage.viewer.conftest import Show, wait, watch
+
+WORN = """
+[profiles.worn]
+step = 2
+dynamics = "motors"
+wheel_error = [0.9, 0.9]
+[robots.ada]
+profile = "worn"
+odom = "odom"
+[robots.bert]
+start = { y = 5 }
+"""
+
+
+AT_REST = """(
+  window.same = window.off === improv.off.ada ? (window.same ?? 0) + 1 : 0,
+  window.off = improv.off.ada,
+  window.same > 90
+)"""
+"""For 90 frames, the robot has been off by the same."""
+
+
+def test_the_page_says_how_far_off_a_robot_is_and_was(page: Page, show: Show) -> None:
+    show.play("beat 60\nada $ fast 2 (forward left forward left)\nbert $ left\n", WORN)
+    watch(page, show)
+    wait(page, "improv.transport.state === 'ended'")
+    wait(page, AT_REST)
+    off = page.locator("li[data-robot=ada] .off")
+    last = page.evaluate("improv.off.ada")
+    assert re.fullmatch(r"\d\.\d\d m, \d+° off", last)
+    assert off.text_content() == last
+    assert page.locator("li[data-robot=bert] .off").text_content() == ""
+    line = page.locator("#playline").bounding_box()
+    assert line
+    page.mouse.move(line["x"] + 3, line["y"] + line["height"] / 2)
+    assert page.locator("#cast-head").text_content() == "beat 1"
+    then = off.text_content()
+    assert then
+    assert then != last
+    assert float(then.split()[0]) < float(last.split()[0])
+    page.mouse.move(5, 5)
+    assert (off.text_content(), page.locator("#cast-head").text_content()) == (last, "")
+    off.hover()
+    most = off.get_attribute("title")
+    assert most
+    assert most.startswith("at most ")
+    page.reload()
+    wait(page, f"window.improv?.off.ada === {last!r}")  # from the start, though the page is new

@@ -47,7 +47,7 @@ def test_files_that_can_not_be_read_are_named_and_the_others_still_told(broken: 
     ]
 
 
-ROBOTS = "[robots.r]\nsteep = 1\n"
+ROBOTS = "[robots.r]\ntopic = 1\n"
 
 
 @pytest.fixture
@@ -66,8 +66,7 @@ def test_check_takes_folders_and_reports_the_robots_of_several_programs_once(pro
     done = run("check", ".", "b.improv", folder=project)
     assert [line for line in done.stdout.splitlines() if not line.startswith("    ")] == [
         "b.improv:1:5: error[unknown-name] `lft` is not defined: did you mean `left`?",
-        f"{project}/improv.toml:2:1: error[robots] `steep` is not valid here: "
-        "write one of `profile`, `start`, `topic`, `message`, `reset`",
+        f"{project}/improv.toml:2:9: error[robots] write `topic` as text, in quotes",
         "100%/a,b.improv:1:10: error[unclosed-bracket] close this bracket with `)`",
         "100%/a,b.improv:1:10: warning[empty-group] `()` is empty: write a movement in it or remove it",
     ]
@@ -98,8 +97,8 @@ def test_check_for_github_annotates_the_lines_of_a_pull_request(project: Path) -
     assert done.stdout.splitlines() == [
         "::error title=unknown-name,file=b.improv,line=1,endLine=1,col=5,endColumn=8"
         "::b.improv:1:5: error[unknown-name] `lft` is not defined: did you mean `left`?",
-        "::error title=robots,file=improv.toml,line=2,endLine=2,col=1,endColumn=6::improv.toml:2:1: error[robots] "
-        "`steep` is not valid here: write one of `profile`, `start`, `topic`, `message`, `reset`",
+        "::error title=robots,file=improv.toml,line=2,endLine=2,col=9,endColumn=10"
+        "::improv.toml:2:9: error[robots] write `topic` as text, in quotes",
         "::error title=unclosed-bracket,file=100%25/a%2Cb.improv,line=1,endLine=1,col=10,endColumn=11"
         "::100%25/a,b.improv:1:10: error[unclosed-bracket] close this bracket with `)`",
         "::warning title=empty-group,file=100%25/a%2Cb.improv,line=1,endLine=1,col=10,endColumn=11"
@@ -111,5 +110,5 @@ def test_check_for_github_annotates_the_lines_of_a_pull_request(project: Path) -
 def test_a_program_from_standard_input_is_for_the_robots_of_the_folder(project: Path) -> None:
     done = run("check", "-", text="\ufeffr $ lft 😀\n", folder=project)
     assert done.stdout.splitlines()[0].startswith("-:1:5: error[unknown-name] ")
-    assert f"{project}/improv.toml:2:1: error[robots] " in done.stdout
+    assert f"{project}/improv.toml:2:9: error[robots] " in done.stdout
     assert run("check", "-", text="r $ left\n", folder=project.parent).stdout == ""

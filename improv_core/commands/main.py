@@ -93,6 +93,9 @@ class Commands(Group):
         command: click.Command = import_module(f"improv_core.commands.{COMMANDS[cmd_name]}").command
         return command
 
+    def advice(self, ctx: click.Context, name: str) -> str | None:
+        return f"did you mean `improv play {name}`?" if Path(name).is_file() else super().advice(ctx, name)
+
     def make_context(self, *arguments: Any, **named: Any) -> click.Context:
         with printable_usage_errors():
             return super().make_context(*arguments, **named)

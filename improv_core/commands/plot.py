@@ -27,14 +27,14 @@ def command(file: Path, output: Path, timeline: bool) -> None:
 
     FILE is a program, or - for standard input.
     """
-    if output.suffix not in (".svg", ".png"):
+    if (ending := output.suffix.lower()) not in (".svg", ".png"):
         raise CommandError(f"{output}: the picture's name must end in .svg or .png")
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
     picture = plot(score_of(analysis), timeline)
     try:
         with replacing(output) as target:
-            target.write(picture.encode() if output.suffix == ".svg" else _png(picture))
+            target.write(picture.encode() if ending == ".svg" else _png(picture))
     except OSError as error:
         raise CommandError(f"{output}: {(error.strerror or 'it cannot be written').lower()}") from None
 

@@ -102,7 +102,7 @@ def recording(output: Path) -> Iterator[Recorder]:
 
     Beat 0 is now. Raises RecordError, also for what the body raises if it can't be written or performed.
     """
-    if output.suffix != ".mcap":
+    if output.suffix.lower() != ".mcap":
         raise RecordError(f"{output}: the recording's name must end in .mcap")
     try:
         with suppress(_NothingRecordedError), replacing(output) as file:

@@ -11,9 +11,10 @@ import sysconfig
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from improv_core.commands.exit_codes import MEANINGS
-from improv_core.commands.main import COMMANDS
+from improv_core.commands.main import COMMANDS, improv
 from tests.commands.command_line import IMPROV, LIMIT, SQUARE, run
 from tests.needs import need
 
@@ -48,10 +49,31 @@ def test_help_is_as_wide_as_the_terminal_and_cuts_nothing_off() -> None:
         assert "..." not in run(*group, "--help", env={"COLUMNS": "60"}).stdout.partition("Options:")[2]
 
 
+@pytest.mark.parametrize("group", [[], ["ros"]], ids=str)
+def test_a_command_alone_shows_its_help(group: list[str]) -> None:
+    shown, helped = CliRunner().invoke(improv, group), CliRunner().invoke(improv, [*group, "--help"])
+    assert (shown.exit_code, shown.output) == (2, helped.output)
+
+
+@pytest.mark.parametrize(
+    ("typed", "advice"),
+    [
+        (["chek"], "no such command 'chek': did you mean `improv check`?"),
+        (["ros", "setpu"], "no such command 'setpu': did you mean `improv ros setup`?"),
+        ([str(SQUARE)], f"no such command '{SQUARE}': did you mean `improv play {SQUARE}`?"),
+        (["\x1b"], r"No such command '\x1b'."),
+    ],
+)
+def test_what_was_meant_is_suggested(typed: list[str], advice: str) -> None:
+    done = CliRunner().invoke(improv, typed, prog_name="improv")
+    assert (done.exit_code, done.output.splitlines()[-1]) == (2, f"Error: {advice}")
+
+
 def test_bash_completes_with_the_line_that_the_documents_name() -> None:
     (line,) = re.findall(r"^\| bash .*`(eval .*)`", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     completing = "COMPREPLY=(); COMP_WORDS=(improv {}) COMP_CWORD={}; _improv_completion improv; echo ${{COMPREPLY[*]}}"
     typed = [completing.format("pl", 1), completing.format("play --back", 2), completing.format("play --backend b", 3)]
+    typed.append(completing.format("chek pl", 2))
     scripts = sysconfig.get_path("scripts")
     done = subprocess.run(
         [need("bash"), "-c", "\n".join([line, *typed])],
@@ -60,7 +82,7 @@ def test_bash_completes_with_the_line_that_the_documents_name() -> None:
         timeout=LIMIT,
         env={**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"},
     )
-    assert (done.stdout.splitlines(), done.stderr) == (["plot play", "--backend", "both"], "")
+    assert (done.stdout.splitlines(), done.stderr) == (["plot play", "--backend", "both", "plot play"], "")
 
 
 def test_the_documents_and_the_help_list_the_exit_codes() -> None:

@@ -9,9 +9,8 @@ from pathlib import Path
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
 from improv_core.program.analysis import Analysis
-from improv_core.program.files import ReadError, analyze_file
+from improv_core.program.files import ENDING, ReadError, analyze_file
 from improv_core.program.report import as_lines
-from improv_core.services.program_file import ENDING
 
 
 def report_each(named: Sequence[Path], report: Callable[[Path, Analysis], None]) -> int:

@@ -14,6 +14,8 @@ from pathlib import Path
 from improv_core.program.analysis import LONGEST_PROGRAM, Analysis, analyze
 from improv_core.robots.config import Robots, find_robots_file, read_robots
 
+ENDING = ".improv"
+"""Of the names of programs."""
 STANDARD_INPUT = Path("-")
 """What people write for it. Its programs are for the robots of the current folder."""
 LARGEST_ROBOTS_FILE = 1_000_000
@@ -50,9 +52,17 @@ def read_bytes(path: Path, most: int = LONGEST_PROGRAM) -> bytes:
         return data
     except FileNotFoundError:
         problem = "it is a link to nothing" if path.is_symlink() else "no such file or directory"
+        if meant := without_ending(path):
+            problem += f": did you mean {meant}?"
     except (OSError, ValueError) as error:  # ValueError: a path with a zero byte
         problem = (getattr(error, "strerror", None) or "it can't be read").lower()
     raise ReadError(f"{path}: {problem}")
+
+
+def without_ending(path: Path) -> Path | None:
+    """The program that somebody means who leaves the ending of its name out."""
+    program = path.parent / f"{path.name}{ENDING}"
+    return program if program.is_file() and not path.exists() else None
 
 
 def _read_bytes(path: Path, most: int) -> bytes:

@@ -26,7 +26,7 @@ from improv_core.score.performance import Sensing
 @click.option(
     "--max-segments", type=click.IntRange(min=1), default=10_000, show_default=True, help="Most segments per robot."
 )
-@click.option("--senses", type=click.Path(path_type=Path), help="What the robots sense, as JSON; nothing without it.")
+@click.option("--senses", type=click.Path(path_type=Path), help="A JSON file of what robots sense; otherwise nothing.")
 def command(files: tuple[Path, ...], _layout: str, max_segments: int, senses: Path | None) -> None:
     """Print the velocities that programs compile to. Exit code 1 if any has errors."""
     script = _script(senses) if senses else ()

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
-import sys
 import webbrowser
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -29,6 +27,7 @@ from improv_core.robots.config import FILE_NAME
 from improv_core.score.movement import near
 from improv_core.score.performance import SenseEdge
 from improv_core.score.senses import Key
+from improv_core.services.browser import has_screen
 from improv_core.stage.protocol import DEADMAN_LIMIT, Form, Place, SceneJson, State, TransportMessage, When
 from improv_core.text import Span
 from improv_ls import live
@@ -470,10 +469,10 @@ class Performance:
             except (JsonRpcException, TimeoutError):
                 shown = False
             # Helix says that it has shown the page before it looks for a browser.
-            shown = shown and (self._editor.takes_own_messages or _has_screen())
+            shown = shown and (self._editor.takes_own_messages or has_screen())
         else:
             # Without a screen, a browser would be one for the terminal, on top of the editor.
-            shown = _has_screen() and await asyncio.to_thread(webbrowser.open, url)
+            shown = has_screen() and await asyncio.to_thread(webbrowser.open, url)
         if not shown:
             # Another URL, as the first one may have been seen by others. A warning, so that it can be read.
             self._editor.warn(f"page: {playback.link()}")
@@ -485,13 +484,6 @@ def _in_files(asked: Place | Form, only: Selection | None) -> Place | Form | Non
         return asked
     poses = {robot: pose for robot, pose in asked["start_poses"].items() if robot != only.ghost}
     return {**asked, "start_poses": poses} if poses else None
-
-
-def _has_screen() -> bool:
-    """Whether a browser can open where the server runs, which it can't over SSH."""
-    if sys.platform in ("darwin", "win32"):
-        return "SSH_CONNECTION" not in os.environ
-    return "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
 
 
 def _wrong_robots(document: Document) -> str:

@@ -1,6 +1,9 @@
 """The pictures of paths in the documents, as `improv plot` draws them. `python -m tests.pictures` draws them again.
 
-A picture shows the program above it, with the `improv.toml` above that, if there is one.
+A picture shows what its link leads to, if it is in a link; what the code above it in the cell of a table makes a robot
+do, with the names of the program above; or else the program above it in its section, with the `improv.toml` there. If
+there is no program above it, it shows the one below it: the solution of an exercise. If the name of a picture ends in
+`-timeline`, it has the timeline too.
 """
 
 from __future__ import annotations
@@ -9,25 +12,53 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from improv_core.program.analysis import analyze
+from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
+from improv_core.program.files import analyze_file
 from improv_core.robots.config import read_robots
-from improv_core.score.svg import plot
+from improv_core.score.svg import picture, plot
 
 DOCS = Path(__file__).parent.parent / "docs"
-_PROGRAM_AND_PICTURE = re.compile(
-    r'(?:```toml\n([^`]*)```\n\n)?```improv\n([^`]*)```\n\n<img src="(images/[\w-]+\.svg)"'
+SIZE = 280.0
+"""The longer side of a plot, in pixels: pages show it as it is, so that names can be read."""
+SMALL = 170.0
+"""The longer side of a picture in a table."""
+_PICTURE = re.compile(
+    r"(?:`(?P<code>[^`\n]+)`<br>|(?P<link>\[))?"
+    r'<img src="(?P<file>images/[\w/-]+\.svg)"[^>]*>'
+    r"(?(link)\]\((?P<target>[^)]+)\))"
 )
 
 
 def pictures() -> Iterator[tuple[Path, str]]:
     """Each picture's file, and what it must contain."""
     for page in sorted(DOCS.glob("*.md")):
-        for robots, program, file in _PROGRAM_AND_PICTURE.findall(page.read_text(encoding="utf-8")):
-            yield DOCS / file, plot(score_of(analyze(program, read_robots(robots)))) + "\n"
+        for section in re.split(r"^(?=##+ )", page.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            for found in _PICTURE.finditer(section):
+                yield DOCS / found["file"], _drawn(section, found)
+
+
+def _drawn(section: str, found: re.Match[str]) -> str:
+    if found["target"]:
+        return _plot(analyze_file(DOCS / found["target"]), found["file"])
+    above = section[: found.start()]
+    program = (_blocks("improv", above) or _blocks("improv", section)[:1])[-1]
+    if found["code"]:
+        names = "".join(line for line in program.splitlines(keepends=True) if "$" not in line)
+        return picture(score_of(analyze(f"{names}robot $ {found['code']}")), SMALL) + "\n"
+    return _plot(analyze(program, read_robots("".join(_blocks("toml", above)))), found["file"])
+
+
+def _blocks(kind: str, text: str) -> list[str]:
+    return re.findall(rf"^```{kind}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+
+
+def _plot(analysis: Analysis, file: str) -> str:
+    return plot(score_of(analysis), timeline=file.endswith("-timeline.svg"), size=SIZE) + "\n"
 
 
 if __name__ == "__main__":
-    for path, picture in pictures():
-        path.write_text(picture, encoding="utf-8")
+    for path, drawn in pictures():
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(drawn, encoding="utf-8")
         print(path.relative_to(DOCS.parent))

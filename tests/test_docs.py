@@ -72,11 +72,34 @@ def test_the_example_of_a_code_has_its_message_and_the_mended_one_has_none(code:
     assert kinds[-1] == ("toml" if code == "robots" else "improv")
 
 
-def test_pictures_show_the_programs_above_them() -> None:
-    drawn = dict(pictures())
-    assert len(drawn) > 3
-    for path, picture in drawn.items():
+def test_pictures_show_their_programs() -> None:
+    drawn = list(pictures())
+    for path, picture in drawn:
         assert path.read_text(encoding="utf-8") == picture, f"{path}: run `python -m tests.pictures`"
+    assert {path for path, _ in drawn} == {*(ROOT / "docs" / "images").rglob("*.svg")}
+
+
+def test_the_gallery_has_every_example() -> None:
+    shown = re.findall(
+        r'<img src="images/gallery/[^>]*>\]\(\.\./([^)]+)\)', (ROOT / "docs" / "gallery.md").read_text("utf-8")
+    )
+    assert sorted(shown) == sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("examples/**/*.improv"))
+
+
+EXERCISES = re.split(r"^### ", (ROOT / "docs" / "lesson.md").read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+
+
+@pytest.mark.parametrize("exercise", EXERCISES, ids=lambda exercise: exercise.partition("\n")[0])
+def test_an_exercise_shows_what_its_solution_does(exercise: str) -> None:
+    """That the solution plays, and that it draws the picture, is tested above."""
+    task, solution = exercise.split("<details>")
+    assert len(re.findall(r"```improv", solution)) == 1
+    if wrong := re.findall(r"```text\n(.*?)```", task, re.DOTALL):
+        (messages,) = re.findall(r"```text\n(.*?)```", solution, re.DOTALL)
+        found = check(messages)
+        assert (found.lines.text, len(found.diagnostics)) == (wrong[0].strip(), 3)  # as the heading promises
+    else:
+        assert "<img" in task
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -24,15 +24,27 @@ from improv_core.score.performance import Sensing
 @parameters.files
 @click.option("--format", "_layout", type=click.Choice(["json"]), default="json", help="Output: one line per file.")
 @click.option(
-    "--max-segments", type=click.IntRange(min=1), default=10_000, show_default=True, help="Most segments per robot."
+    "--max-segments",
+    type=click.IntRange(min=1),
+    metavar="N",
+    default=10_000,
+    show_default=True,
+    help="Most segments per robot.",
 )
 @click.option("--senses", type=click.Path(path_type=Path), help="A JSON file of what robots sense; otherwise nothing.")
 def command(files: tuple[Path, ...], _layout: str, max_segments: int, senses: Path | None) -> None:
-    """Print the velocities that programs compile to. Exit code 1 if any has errors."""
+    """Print the velocities that programs compile to. Exit code 1 if any has errors.
+
+    FILES are programs, folders of programs, or - for standard input.
+    """
     script = _script(senses) if senses else ()
 
     def report(path: Path, analysis: Analysis) -> None:
-        line = {"file": str(path), **compiled(analysis, max_segments, script), "diagnostics": as_json(analysis)}
+        line = {
+            "file": str(path),
+            **compiled(analysis, max_segments, script),
+            "diagnostics": as_json(analysis.diagnostics, analysis.lines),
+        }
         echo_json(line)
 
     sys.exit(report_each(files, report))

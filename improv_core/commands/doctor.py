@@ -6,7 +6,6 @@ import os
 import platform
 import sys
 import sysconfig
-import webbrowser
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
@@ -25,6 +24,7 @@ from improv_core.program.files import ReadError, analyze_file, robots_near
 from improv_core.program.report import as_lines
 from improv_core.robots.config import FILE_NAME, Robot, Robots
 from improv_core.score.score import Safety
+from improv_core.services.browser import has_browser
 
 
 @click.command("doctor")
@@ -53,7 +53,7 @@ def examine(path: Path | None) -> Iterator[Finding]:
         cast = {name: analysis.cast.robot(name) for name in (analysis.robots if path else analysis.cast.robots)}
     yield works("the simulator", _start_simulator)
     yield works("the simulator's page", _open_page)
-    yield browser(webbrowser.get)
+    yield browser(has_browser())
     yield stopping()
     yield from examine_ros(cast, safety)
     yield server(os.environ.get("PATH", ""), Path(sysconfig.get_path("scripts")))
@@ -99,17 +99,12 @@ def stopping() -> Finding:
     return Finding(Mark.GOOD, f"`improv stop` works through {runtime_folder()}")
 
 
-def browser(get: Callable[[], object]) -> Finding:
+def browser(found: bool) -> Finding:
     """Whether a browser can be opened to show the page."""
-    try:
-        get()
-    except webbrowser.Error:
-        return Finding(
-            Mark.ABSENT,
-            "no browser to show the page",
-            "open the address that Improv prints in a browser or your editor",
-        )
-    return Finding(Mark.GOOD, "a browser to show the page")
+    if found:
+        return Finding(Mark.GOOD, "a browser to show the page")
+    advice = "open the address that Improv prints in a browser or your editor"
+    return Finding(Mark.ABSENT, "no browser to show the page", advice)
 
 
 def _named(robots: Robots) -> str:

@@ -1,9 +1,10 @@
-"""What commands print: text through `echo`, data through `echo_json`. Neither can steer a terminal."""
+"""What commands print: text through `echo`, data through `echo_json`. None of it can steer a terminal."""
 
 from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -17,6 +18,15 @@ def echo(line: str, *, err: bool = False, color: str | None = None) -> None:
     """Print one line; whatever it quotes stays one line. Colors only show on a terminal, and not with NO_COLOR."""
     plain = color is None or "NO_COLOR" in os.environ
     click.echo(printable(line) if plain else click.style(printable(line), fg=color), err=err)
+
+
+def echo_text(text: str) -> None:
+    """Print a text: in a terminal as printable lines, elsewhere exactly."""
+    if sys.stdout.isatty():
+        for line in text.splitlines():
+            echo(line)
+    else:
+        click.echo(text, nl=False)
 
 
 def echo_json(value: Any) -> None:

@@ -14,6 +14,13 @@ FAILED = 2
 """The command could not do its work; click uses it too, for wrong options."""
 INTERRUPTED = 130
 """Ctrl-C, as shells report it."""
+MEANINGS = {
+    0: "success",
+    PROBLEMS: "errors or findings: in a program, in formatting, or on this machine",
+    FAILED: "the command can't do its work: a missing file, a wrong option, no robot to play on",
+    INTERRUPTED: "interrupted or stopped by somebody",
+}
+"""What each exit code means, for `improv --help` and docs/command-line.md."""
 
 
 class CommandError(click.ClickException):

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import codecs
 import difflib
-import os
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
 from improv_core.commands import parameters
-from improv_core.commands.echo import echo
+from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
+from improv_core.commands.programs import files_in
 from improv_core.plain import printable
-from improv_core.program.files import ReadError, read_program
+from improv_core.program.files import ENDING, STANDARD_INPUT, ReadError, read_program
 from improv_core.services.replacing import replacing
 from improv_core.syntax.formatter import format_text
 
+PAGES = ".md"
 # Every fenced block, so that a fence shown inside a longer one is not mistaken for a block of its own.
 _BLOCK = re.compile(
     r"^(?P<head>(?P<indent>[ \t]*)(?P<fence>`{3,}|~{3,})(?P<language>[^`\r\n]*)\r?\n)"
@@ -33,17 +34,26 @@ _BLOCK = re.compile(
 @click.option("--check", is_flag=True, help="Write nothing; list the files that would change. Exit code 1 if any.")
 @click.option("--diff", is_flag=True, help="Write nothing; show the changes.")
 def command(files: tuple[Path, ...], check: bool, diff: bool) -> None:
-    """Format programs. Takes files, folders, and Markdown files with code blocks."""
+    """Format programs.
+
+    FILES are programs, Markdown files with code blocks, folders of both, or - for standard input, which is printed.
+    """
     sys.exit(format_files(files, check=check, diff=diff))
 
 
 def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
-    """Format files, and all programs and Markdown files in folders, and print what was done; the exit code."""
+    """Format files, and all programs and Markdown files in folders, and print what was done; the exit code.
+
+    Raises ReadError if a folder has none.
+    """
     code = 0
-    for path in dict.fromkeys(file for named in paths for file in _files(named)):
+    for path in files_in(paths, ENDING, PAGES):
         try:
             text = read_program(path)
             formatted = _formatted(path, text)
+            if path == STANDARD_INPUT and not check and not diff:
+                echo_text(formatted)
+                continue
             if formatted == text:
                 continue
             if diff:
@@ -64,19 +74,8 @@ class WriteError(Exception):
     """A file can't be rewritten; one plain line that says why."""
 
 
-def _files(path: Path) -> Iterator[Path]:
-    """The file itself, or all programs and Markdown files in a folder that are not hidden."""
-    if not path.is_dir():
-        yield path
-        return
-    for folder, folders, names in os.walk(path):
-        folders[:] = sorted(name for name in folders if not name.startswith("."))
-        shown = sorted(name for name in names if not name.startswith("."))
-        yield from (Path(folder, name) for name in shown if name.endswith((".improv", ".md")))
-
-
 def _formatted(path: Path, text: str) -> str:
-    return _BLOCK.sub(_block, text) if path.suffix == ".md" else format_text(text)
+    return _BLOCK.sub(_block, text) if path.suffix == PAGES else format_text(text)
 
 
 def _block(block: re.Match[str]) -> str:

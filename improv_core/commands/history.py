@@ -8,8 +8,9 @@ from pathlib import Path
 import click
 
 from improv_core.commands import parameters
-from improv_core.commands.echo import echo
+from improv_core.commands.echo import echo, echo_text
 from improv_core.commands.exit_codes import PROBLEMS, CommandError
+from improv_core.commands.group import Group
 from improv_core.commands.play import play
 from improv_core.commands.programs import report_diagnostics
 from improv_core.commands.terminal import run
@@ -23,16 +24,16 @@ WIDTH = 60
 """Characters that are listed of a line."""
 
 
-class Group(click.Group):
+class History(Group):
     """A group in which a number is a command as well: it prints that program."""
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name.isdecimal():
-            return click.Command(cmd_name, callback=lambda: _print(_program(int(cmd_name))))
+            return click.Command(cmd_name, callback=lambda: echo_text(_program(int(cmd_name)).text))
         return super().get_command(ctx, cmd_name)
 
 
-@click.group("history", cls=Group, invoke_without_command=True, subcommand_metavar="[N | COMMAND [ARGS]...]")
+@click.group("history", cls=History, invoke_without_command=True, subcommand_metavar="[N | COMMAND [ARGS]...]")
 @click.pass_context
 def command(ctx: click.Context) -> None:
     """List the programs that played; with N, print one of them. The latest is number 1."""
@@ -95,12 +96,3 @@ def _program(number: int) -> Played:
     if not 1 <= number <= len(programs):
         raise CommandError(f"the history has no program {number}: `improv history` lists what it has")
     return programs[number - 1]
-
-
-def _print(program: Played) -> None:
-    """Print a program: in a terminal as printable text, elsewhere exactly."""
-    if sys.stdout.isatty():
-        for line in program.text.splitlines():
-            echo(line)
-    else:
-        click.echo(program.text, nl=False)

@@ -12,8 +12,9 @@ from typing import Any
 import click
 
 from improv_core import __version__
-from improv_core.commands.echo import printable_usage_errors
-from improv_core.commands.exit_codes import FAILED, CommandError
+from improv_core.commands.echo import echo, printable_usage_errors
+from improv_core.commands.exit_codes import FAILED, INTERRUPTED, MEANINGS, CommandError
+from improv_core.commands.group import Group
 from improv_core.commands.ros_arguments import without_ros_arguments
 from improv_core.program.files import ReadError
 
@@ -76,7 +77,11 @@ class Output(io.TextIOWrapper):
             raise
 
 
-class Commands(click.Group):
+WIDEST_HELP = 100
+"""Columns of help texts in a terminal that has more."""
+
+
+class Commands(Group):
     """Imports only the command that is used, so that `improv check` starts fast; reports ReadError in one line."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -88,6 +93,9 @@ class Commands(click.Group):
         command: click.Command = import_module(f"improv_core.commands.{COMMANDS[cmd_name]}").command
         return command
 
+    def advice(self, ctx: click.Context, name: str) -> str | None:
+        return f"did you mean `improv play {name}`?" if Path(name).is_file() else super().advice(ctx, name)
+
     def make_context(self, *arguments: Any, **named: Any) -> click.Context:
         with printable_usage_errors():
             return super().make_context(*arguments, **named)
@@ -98,9 +106,16 @@ class Commands(click.Group):
                 return super().invoke(ctx)
         except ReadError as problem:
             raise CommandError(str(problem)) from None
+        except KeyboardInterrupt:
+            echo("improv: interrupted", err=True)
+            sys.exit(INTERRUPTED)
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Exit codes"):
+            formatter.write_dl([(str(code), meaning) for code, meaning in MEANINGS.items()])
 
 
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDEST_HELP})
 @click.version_option(__version__, prog_name="improv")
 def improv() -> None:
     """Live coding for robot motion: write a few words of choreography, and robots move."""

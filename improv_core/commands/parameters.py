@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -18,7 +17,11 @@ file = click.argument("file", type=click.Path(path_type=Path))
 RECORDING = click.Path(path_type=Path)
 BACKENDS = click.Choice(["auto", "sim", "ros", "both"])
 port = click.option(
-    "--port", type=click.IntRange(0, 65535), default=0, help="Port of the simulator's page; 0 picks a free one."
+    "--port",
+    type=click.IntRange(0, 65535),
+    metavar="PORT",
+    default=0,
+    help="Port of the simulator's page; 0 picks a free one.",
 )
 no_browser = click.option("--no-browser", is_flag=True, help="Do not open the simulator's page in a browser.")
 continues = click.option(
@@ -48,16 +51,12 @@ def options(file: Path, backend: str, port: int) -> Options:
     return Options(backend, port, node=node, ros_arguments=click.get_current_context().obj or ())
 
 
-class _Seconds(click.FloatRange):
-    """A positive, finite duration."""
-
-    name = "seconds"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        seconds = float(super().convert(value, param, ctx))
-        if math.isnan(seconds):  # which is within any range
-            self.fail(f"{value} is not a number of seconds.", param, ctx)
-        return seconds
+MOST_SECONDS = 1e12
 
 
-SECONDS = _Seconds(0, 1e12, min_open=True)
+def seconds(value: str) -> float:
+    """The type of an option that is a duration. Raises BadParameter."""
+    with suppress(ValueError):
+        if 0 < (number := float(value)) <= MOST_SECONDS:
+            return number
+    raise click.BadParameter(f"{value!r} is not a number of seconds above 0 and up to 1e12.")

@@ -35,7 +35,7 @@ from improv_core.stage.sinks.recorder import Recorder, sensed_in
 @parameters.port
 @parameters.no_browser
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
-@click.option("--for", "seconds", type=parameters.SECONDS, help="With --fast, stop after so many seconds.")
+@click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after this many seconds.")
 @click.option("--senses", "recording", type=parameters.RECORDING, help="Make robots sense what a recording contains.")
 @click.option("--once", is_flag=True, help="End when the dance ends, even in a terminal.")
 @click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
@@ -52,7 +52,8 @@ def command(
 ) -> None:
     """Play a program. Ctrl-C stops the robots.
 
-    In a terminal, the page can play it again after it has ended, until Ctrl-C.
+    FILE is a program, or - for standard input. In a terminal, the page can play it again after it has ended, until
+    Ctrl-C.
     """
     if seconds and not fast:
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")

@@ -23,15 +23,18 @@ PIXELS = 2
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The .svg or .png file to write.")
 @click.option("--timeline", is_flag=True, help="Also draw a timeline of what each robot does.")
 def command(file: Path, output: Path, timeline: bool) -> None:
-    """Draw the ideal paths of a program's robots. Exit code 1 if the program has errors."""
-    if output.suffix not in (".svg", ".png"):
+    """Draw the ideal paths of a program's robots. Exit code 1 if the program has errors.
+
+    FILE is a program, or - for standard input.
+    """
+    if (ending := output.suffix.lower()) not in (".svg", ".png"):
         raise CommandError(f"{output}: the picture's name must end in .svg or .png")
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
     picture = plot(score_of(analysis), timeline)
     try:
         with replacing(output) as target:
-            target.write(picture.encode() if output.suffix == ".svg" else _png(picture))
+            target.write(picture.encode() if ending == ".svg" else _png(picture))
     except OSError as error:
         raise CommandError(f"{output}: {(error.strerror or 'it cannot be written').lower()}") from None
 

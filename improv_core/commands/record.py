@@ -31,12 +31,15 @@ from improv_core.stage.sinks.recorder import Recorder
 @click.command("record")
 @parameters.file
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The .mcap file to write.")
-@click.option("--for", "seconds", type=parameters.SECONDS, help="Record only the first so many seconds.")
+@click.option("--for", "seconds", type=parameters.seconds, help="Record only this many seconds.")
 @click.option("--backend", type=parameters.BACKENDS, help="Play the program now, and record what is sent.")
 @parameters.port
 @parameters.no_browser
 def command(file: Path, output: Path, seconds: float | None, backend: str | None, port: int, no_browser: bool) -> None:
-    """Record what robots are told, for `ros2 bag play` and Foxglove."""
+    """Record what robots are told, for `ros2 bag play` and Foxglove.
+
+    FILE is a program, or - for standard input.
+    """
     if not backend:
         sys.exit(record(file, output, seconds))
     if seconds:
@@ -99,7 +102,7 @@ def recording(output: Path) -> Iterator[Recorder]:
 
     Beat 0 is now. Raises RecordError, also for what the body raises if it can't be written or performed.
     """
-    if output.suffix != ".mcap":
+    if output.suffix.lower() != ".mcap":
         raise RecordError(f"{output}: the recording's name must end in .mcap")
     try:
         with suppress(_NothingRecordedError), replacing(output) as file:

@@ -11,6 +11,7 @@ import click
 
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
+from improv_core.commands.group import Group
 from improv_core.commands.ros_environment import (
     AGAIN,
     DOWNLOAD,
@@ -25,7 +26,7 @@ from improv_core.commands.ros_proof import prove
 from improv_core.playback.interpreter import PROVEN, InterpreterError, find_ros_python, private_environment
 
 
-@click.group("ros")
+@click.group("ros", cls=Group)
 def command() -> None:
     """Set up ROS 2 on a machine without it."""
 

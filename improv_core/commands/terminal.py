@@ -26,6 +26,7 @@ from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
 from improv_core.program.report import as_lines, mistakes, outcome, summary
 from improv_core.score.motion import Pose, Twist
+from improv_core.services.browser import has_browser
 from improv_core.services.history import keep
 from improv_core.stage.player import REST
 from improv_core.stage.protocol import (
@@ -140,7 +141,7 @@ class Performance:
     async def open_browser(self) -> bool:
         """Show the page in a browser; whether there are both."""
         link = self._playback.link(own=True)
-        return link is not None and await asyncio.to_thread(webbrowser.open, link)
+        return link is not None and has_browser() and await asyncio.to_thread(webbrowser.open, link)
 
     async def play(
         self,

@@ -8,11 +8,11 @@ from pathlib import Path
 import click
 
 from improv_core.commands import parameters
-from improv_core.commands.exit_codes import INTERRUPTED
+from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.terminal import Performance, first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
-from improv_core.program.files import ReadError, robots_near
+from improv_core.program.files import STANDARD_INPUT, ReadError, robots_near
 from improv_core.program.report import Mistake
 from improv_core.services.saves import Saved, changed_at, changes, read_saved, saved_or_awaited, settle
 from improv_core.stage.protocol import When
@@ -29,6 +29,8 @@ NEVER = -1
 @parameters.continues
 def command(file: Path, backend: str, port: int, no_browser: bool, when: When) -> None:
     """Play a program every time it is saved. Ctrl-C stops the robots."""
+    if file == STANDARD_INPUT:
+        raise CommandError("standard input can't be watched: name a file, or use `improv play -`")
     sys.exit(run(watch(file, parameters.options(file, backend, port), when, browser=not no_browser)))
 
 

@@ -1,6 +1,6 @@
 """Programs and `improv.toml` in files. Only regular files are opened, so reading never blocks and always ends.
 
-A program may also come from what a shell has opened: `/dev/stdin`, or `/dev/fd/63` for `<(…)`.
+A program may also come from standard input, `-`, and from what a shell has opened: `/dev/fd/63` for `<(…)`.
 """
 
 from __future__ import annotations
@@ -8,11 +8,16 @@ from __future__ import annotations
 import errno
 import os
 import stat
+import sys
 from pathlib import Path
 
 from improv_core.program.analysis import LONGEST_PROGRAM, Analysis, analyze
 from improv_core.robots.config import Robots, find_robots_file, read_robots
 
+ENDING = ".improv"
+"""Of the names of programs."""
+STANDARD_INPUT = Path("-")
+"""What people write for it. Its programs are for the robots of the current folder."""
 LARGEST_ROBOTS_FILE = 1_000_000
 """Bytes of an `improv.toml`."""
 _OPENING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -41,21 +46,33 @@ def read_program(path: Path) -> str:
 def read_bytes(path: Path, most: int = LONGEST_PROGRAM) -> bytes:
     """What a regular file holds, at most so many bytes. Raises ReadError."""
     try:
-        opened = path == Path("/dev/stdin") or path.parent == Path("/dev/fd")
-        if not opened:
-            _refuse_others(path.stat())  # before it is opened: opening a device may do something
-        with os.fdopen(os.open(path, os.O_RDONLY if opened else _OPENING), "rb") as file:
-            if not opened:
-                _refuse_others(os.fstat(file.fileno()))  # it may have been replaced
-            data = file.read(most + 1)
+        data = sys.stdin.buffer.read(most + 1) if path == STANDARD_INPUT and sys.stdin else _read_bytes(path, most + 1)
         if len(data) > most:
             raise ReadError(f"{path}: it is larger than {most // 1_000_000} MB")
         return data
     except FileNotFoundError:
         problem = "it is a link to nothing" if path.is_symlink() else "no such file or directory"
+        if meant := without_ending(path):
+            problem += f": did you mean {meant}?"
     except (OSError, ValueError) as error:  # ValueError: a path with a zero byte
         problem = (getattr(error, "strerror", None) or "it can't be read").lower()
     raise ReadError(f"{path}: {problem}")
+
+
+def without_ending(path: Path) -> Path | None:
+    """The program that somebody means who leaves the ending of its name out."""
+    program = path.parent / f"{path.name}{ENDING}"
+    return program if program.is_file() and not path.exists() else None
+
+
+def _read_bytes(path: Path, most: int) -> bytes:
+    opened = path == Path("/dev/stdin") or path.parent == Path("/dev/fd")
+    if not opened:
+        _refuse_others(path.stat())  # before it is opened: opening a device may do something
+    with os.fdopen(os.open(path, os.O_RDONLY if opened else _OPENING), "rb") as file:
+        if not opened:
+            _refuse_others(os.fstat(file.fileno()))  # it may have been replaced
+        return file.read(most)
 
 
 def _read(path: Path, most: int) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -65,9 +66,30 @@ def as_line(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> str:
     return f"{where}: {diagnostic.severity.value}[{diagnostic.code}] {diagnostic.message}"
 
 
-def as_json(analysis: Analysis) -> list[Mapping[str, Any]]:
+def as_annotation(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> str:
+    """A workflow command with which GitHub Actions shows a problem in the changes of a pull request.
+
+    https://docs.github.com/actions/reference/workflows-and-actions/workflow-commands; only actions/toolkit's source
+    says how to escape, and that columns are for places on one line.
+    """
+    start, end = lines.position(diagnostic.span.start), lines.position(diagnostic.span.end)
+    with suppress(ValueError):
+        path = path.absolute().relative_to(Path.cwd())
+    place = {"title": diagnostic.code, "file": path.as_posix(), "line": start.line + 1, "endLine": end.line + 1}
+    if start.line == end.line:
+        place |= {"col": start.column + 1, "endColumn": end.column + 1}
+    properties = ",".join(f"{key}={_escaped(value, '%:,')}" for key, value in place.items())
+    level = diagnostic.severity.value if diagnostic.severity in (Severity.ERROR, Severity.WARNING) else "notice"
+    return f"::{level} {properties}::{_escaped(as_line(path, lines, diagnostic), '%')}"
+
+
+def _escaped(value: object, special: str) -> str:
+    return "".join(f"%{ord(char):02X}" if char in special + "\r\n" else char for char in str(value))
+
+
+def as_json(diagnostics: Iterable[Diagnostic], lines: LineIndex) -> list[Mapping[str, Any]]:
     """Diagnostics as JSON values. Lines and characters count from 0; characters are code points."""
-    return [_as_json(diagnostic, analysis.lines) for diagnostic in analysis.diagnostics]
+    return [_as_json(each, lines) for each in diagnostics]
 
 
 def summary(analysis: Analysis) -> str:

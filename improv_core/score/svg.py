@@ -71,11 +71,11 @@ def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) 
     )
 
 
-def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS) -> str:
+def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS, size: float = LARGE) -> str:
     """A large SVG of the paths, the world, names, and a scale on white, with the timeline below if asked for."""
     drawn = paths(score, most_moments)
     points = [point for path in drawn for point in _points(path)]
-    frame = _Frame.around([*points, *_outline(score.world)], LARGE)
+    frame = _Frame.around([*points, *_outline(score.world)], size)
     parts = _obstacles(score.world, frame)
     parts += [_drawn(path, frame, place) for place, path in enumerate(drawn)]
     parts += _named(drawn, frame)
@@ -187,12 +187,24 @@ class _Frame:
 
 
 def _points(path: Path) -> Iterator[tuple[float, float]]:
-    """Approximately the outermost points of a path."""
+    """The outermost points of a path, among others."""
     yield path.start.x, path.start.y
     for stroke in path.strokes:
         yield stroke.end.x, stroke.end.y
         if stroke.radius:
-            yield _middle(stroke)
+            yield from _extremes(stroke)
+
+
+def _extremes(stroke: Stroke) -> Iterator[tuple[float, float]]:
+    """The points of an arc that are farthest along x or y, except its ends."""
+    x, y = stroke.end.x - stroke.start.x, stroke.end.y - stroke.start.y
+    sweep = math.copysign(2 * math.asin(min(math.hypot(x, y) / 2 / stroke.radius, 1.0)), stroke.turn)
+    begin = math.atan2(y, x) - sweep / 2 - math.copysign(math.pi / 2, sweep)  # where it begins, seen from its center
+    first, last = sorted((begin, begin + sweep))
+    for quarter in range(math.ceil(first * 2 / math.pi), math.floor(last * 2 / math.pi) + 1):
+        angle = quarter * math.pi / 2
+        across, up = math.cos(angle) - math.cos(begin), math.sin(angle) - math.sin(begin)
+        yield stroke.start.x + stroke.radius * across, stroke.start.y + stroke.radius * up
 
 
 def _middle(stroke: Stroke) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from improv_core.program.files import ReadError, read_bytes
+from improv_core.program.files import ENDING, ReadError, read_bytes
 from improv_core.services.replacing import replacing
 from improv_core.text import LINE_END
 
@@ -17,7 +17,6 @@ TEMPLATE = """\
 beat 60
 turtle1 $ repeat 4 (forward left)
 """
-ENDING = ".improv"
 FREE_NAME = f"dance{ENDING}"
 
 

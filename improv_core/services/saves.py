@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from improv_core.program.files import ReadError, read_program
+from improv_core.program.files import ReadError, read_program, without_ending
 from improv_core.robots.config import find_robots_file
 
 STEP, LOOK_AGAIN = 10, 500
@@ -56,7 +56,7 @@ def _states(path: Path) -> Iterator[os.stat_result]:
 def saved_or_awaited(path: Path) -> Saved:
     """A program as it was saved, or none if it is missing from a folder that exists. Raises ReadError."""
     saved = read_saved(path)
-    if saved.text is None and (path.exists() or not path.parent.is_dir()):
+    if saved.text is None and (path.exists() or not path.parent.is_dir() or without_ending(path)):
         raise ReadError(saved.problem)
     return saved
 

@@ -16,6 +16,11 @@ REACTING = sorted((Path(__file__).parents[2] / "examples" / "senses").glob("*.im
 SQUARE = next(path for path in EXAMPLES if path.name == "square.improv")
 
 
-def run(*arguments: str | Path, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
-    command = [*IMPROV, *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, env={**os.environ, **(env or {})})
+def run(
+    *arguments: str | Path, env: dict[str, str] | None = None, text: str = "", folder: Path | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run a command with this text as standard input."""
+    command, environment = [*IMPROV, *map(str, arguments)], {**os.environ, **(env or {})}
+    return subprocess.run(
+        command, input=text, capture_output=True, encoding="utf-8", timeout=LIMIT, env=environment, cwd=folder
+    )

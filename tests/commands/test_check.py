@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pytest
+
 from tests.commands.command_line import SQUARE, run
 
 
@@ -36,11 +38,77 @@ def test_check_as_json_counts_from_0_in_code_points(broken: Path) -> None:
 def test_files_that_can_not_be_read_are_named_and_the_others_still_told(broken: Path, tmp_path: Path) -> None:
     latin = tmp_path / "latin.improv"
     latin.write_bytes(b"# caf\xe9\n")
-    done = run("check", tmp_path / "none.improv", latin, tmp_path, broken)
+    done = run("check", tmp_path / "none.improv", latin, broken)
     assert done.returncode == 2
     assert len(done.stdout.splitlines()) == 2 * 3
     assert done.stderr.splitlines() == [
         f"improv: {tmp_path / 'none.improv'}: no such file or directory",
         f"improv: {latin}: it is not UTF-8 text",
-        f"improv: {tmp_path}: is a directory",
     ]
+
+
+ROBOTS = "[robots.r]\ntopic = 1\n"
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """Two programs with an error each, and one in their `improv.toml`."""
+    (tmp_path / "100%" / ".hidden").mkdir(parents=True)
+    (tmp_path / "improv.toml").write_text(ROBOTS)
+    (tmp_path / "b.improv").write_text("r $ lft\n")
+    (tmp_path / "notes.txt").write_text("r $ lft\n")
+    (tmp_path / "100%" / "a,b.improv").write_text("r $ left (\n")
+    (tmp_path / "100%" / ".hidden" / "c.improv").write_text("r $ lft\n")
+    return tmp_path
+
+
+def test_check_takes_folders_and_reports_the_robots_of_several_programs_once(project: Path) -> None:
+    done = run("check", ".", "b.improv", folder=project)
+    assert [line for line in done.stdout.splitlines() if not line.startswith("    ")] == [
+        "b.improv:1:5: error[unknown-name] `lft` is not defined: did you mean `left`?",
+        f"{project}/improv.toml:2:9: error[robots] write `topic` as text, in quotes",
+        "100%/a,b.improv:1:10: error[unclosed-bracket] close this bracket with `)`",
+        "100%/a,b.improv:1:10: warning[empty-group] `()` is empty: write a movement in it or remove it",
+    ]
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_a_folder_without_programs_is_no_success(project: Path) -> None:
+    (project / "improv.toml").unlink()
+    (project / "empty").mkdir()
+    for command in ("check", "compile", "format"):
+        done = run(command, "empty", folder=project)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.startswith("improv: empty: it has no files that end in .improv")
+
+
+def test_check_as_json_names_the_robots_file_that_is_wrong(project: Path) -> None:
+    done = run("check", "--format", "json", project)
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [(Path(line["file"]).name, line["ok"], len(line["diagnostics"])) for line in lines] == [
+        ("b.improv", False, 1),
+        ("improv.toml", False, 1),
+        ("a,b.improv", False, 2),
+    ]
+
+
+def test_check_for_github_annotates_the_lines_of_a_pull_request(project: Path) -> None:
+    done = run("check", "--format", "github", project, folder=project)
+    assert done.stdout.splitlines() == [
+        "::error title=unknown-name,file=b.improv,line=1,endLine=1,col=5,endColumn=8"
+        "::b.improv:1:5: error[unknown-name] `lft` is not defined: did you mean `left`?",
+        "::error title=robots,file=improv.toml,line=2,endLine=2,col=9,endColumn=10"
+        "::improv.toml:2:9: error[robots] write `topic` as text, in quotes",
+        "::error title=unclosed-bracket,file=100%25/a%2Cb.improv,line=1,endLine=1,col=10,endColumn=11"
+        "::100%25/a,b.improv:1:10: error[unclosed-bracket] close this bracket with `)`",
+        "::warning title=empty-group,file=100%25/a%2Cb.improv,line=1,endLine=1,col=10,endColumn=11"
+        "::100%25/a,b.improv:1:10: warning[empty-group] `()` is empty: write a movement in it or remove it",
+    ]
+    assert done.returncode == 1
+
+
+def test_a_program_from_standard_input_is_for_the_robots_of_the_folder(project: Path) -> None:
+    done = run("check", "-", text="\ufeffr $ lft 😀\n", folder=project)
+    assert done.stdout.splitlines()[0].startswith("-:1:5: error[unknown-name] ")
+    assert f"{project}/improv.toml:2:9: error[robots] " in done.stdout
+    assert run("check", "-", text="r $ left\n", folder=project.parent).stdout == ""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from pathlib import Path
 
 import pytest
 
-from tests.commands.command_line import EXAMPLES, IMPROV, LIMIT, REACTING, SQUARE, run
+from tests.commands.command_line import EXAMPLES, REACTING, SQUARE, run
 
 
 def test_compile_prints_one_object_for_each_file(tmp_path: Path) -> None:
@@ -29,15 +28,16 @@ def test_compile_prints_one_object_for_each_file(tmp_path: Path) -> None:
 
 def test_compile_merges_equal_neighbors_and_ends_whatever_the_program() -> None:
     for program in ("repeat forward", "left repeat forward", "fast 1000000000 repeat 1000000000 (forward left)"):
-        done = subprocess.run(
-            [*IMPROV, "compile", "/dev/stdin"],
-            input=f"r $ {program}\n",
-            capture_output=True,
-            text=True,
-            timeout=LIMIT,
-        )
+        done = run("compile", "-", text=f"r $ {program}\n")
         assert json.loads(done.stdout)["robots"]["r"]["truncated"] is True
         assert done.returncode == 0
+
+
+def test_compile_takes_folders(tmp_path: Path) -> None:
+    for name in ("b", "a"):
+        (tmp_path / f"{name}.improv").write_text(f"{name} $ left\n")
+    done = run("compile", tmp_path)
+    assert [list(json.loads(line)["robots"]) for line in done.stdout.splitlines()] == [["a"], ["b"]]
 
 
 def test_compile_assumes_that_nothing_is_sensed_or_what_a_script_says(tmp_path: Path) -> None:

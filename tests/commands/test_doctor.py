@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import webbrowser
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -207,12 +206,7 @@ def test_what_can_not_be_started() -> None:
     def closed() -> None:
         raise PermissionError(13, "Permission denied")
 
-    def no_browser() -> None:
-        raise webbrowser.Error("could not locate runnable browser")
-
-    assert told(
-        doctor.works("the simulator", missing), doctor.works("the page", closed), doctor.browser(no_browser)
-    ) == [
+    assert told(doctor.works("the simulator", missing), doctor.works("the page", closed), doctor.browser(False)) == [
         "✗ the simulator does not work (No module named 'pymunk'): reinstall improv-ls",
         "✗ the page cannot be served ([Errno 13] Permission denied): allow Improv to open a port on 127.0.0.1",
         "– no browser to show the page: open the address that Improv prints in a browser or your editor",

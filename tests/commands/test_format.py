@@ -152,6 +152,15 @@ def test_folders_hold_programs_and_pages(untidy: Path, tmp_path: Path) -> None:
     assert done.stdout.splitlines() == [f"would format {path}" for path in named]
 
 
+def test_standard_input_is_printed(tmp_path: Path) -> None:
+    for text, printed in [(UNTIDY, TIDY), (TIDY, TIDY), ("", "")]:
+        done = run("format", "-", text=text)
+        assert (done.returncode, done.stdout, done.stderr) == (0, printed, "")
+    done = run("format", "-", "--check", text=UNTIDY)
+    assert (done.returncode, done.stdout) == (1, "would format -\n")
+    assert run("format", "-", "--diff", text=UNTIDY).stdout.splitlines()[-1] == f"+{TIDY.rstrip()}"
+
+
 PAGE = """\
 # A  page ( with  blanks )
 ```improv

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import os
+import re
+import signal
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
-from improv_core.commands.main import COMMANDS
-from tests.commands.command_line import LIMIT, SQUARE, run
+from improv_core.commands.exit_codes import MEANINGS
+from improv_core.commands.main import COMMANDS, improv
+from tests.commands.command_line import IMPROV, LIMIT, SQUARE, run
+from tests.needs import need
+
+PAGE = Path(__file__).parents[2] / "docs" / "command-line.md"
 
 
 def test_check_needs_neither_the_server_nor_a_robot() -> None:
@@ -29,6 +37,70 @@ def test_each_command_has_help_of_its_own() -> None:
         assert (done.returncode, done.stderr) == (0, "")
         assert done.stdout.startswith(f"Usage: python -m improv_core {name} [OPTIONS]")
         assert f"\n  {name} " in whole
+
+
+def test_help_is_as_wide_as_the_terminal_and_cuts_nothing_off() -> None:
+    wide, narrow = (run("--help", env={"COLUMNS": width}).stdout for width in ("120", "60"))
+    assert wide.split() == narrow.split()
+    assert max(map(len, narrow.splitlines())) <= 60
+    sentence = "Live coding for robot motion: write a few words of choreography, and robots move."
+    assert f"  {sentence}\n" in wide
+    for group in ([], ["history"], ["ros"]):
+        assert "..." not in run(*group, "--help", env={"COLUMNS": "60"}).stdout.partition("Options:")[2]
+
+
+@pytest.mark.parametrize("group", [[], ["ros"]], ids=str)
+def test_a_command_alone_shows_its_help(group: list[str]) -> None:
+    shown, helped = CliRunner().invoke(improv, group), CliRunner().invoke(improv, [*group, "--help"])
+    assert (shown.exit_code, shown.output) == (2, helped.output)
+
+
+@pytest.mark.parametrize(
+    ("typed", "advice"),
+    [
+        (["chek"], "no such command 'chek': did you mean `improv check`?"),
+        (["ros", "setpu"], "no such command 'setpu': did you mean `improv ros setup`?"),
+        ([str(SQUARE)], f"no such command '{SQUARE}': did you mean `improv play {SQUARE}`?"),
+        (["\x1b"], r"No such command '\x1b'."),
+    ],
+)
+def test_what_was_meant_is_suggested(typed: list[str], advice: str) -> None:
+    done = CliRunner().invoke(improv, typed, prog_name="improv")
+    assert (done.exit_code, done.output.splitlines()[-1]) == (2, f"Error: {advice}")
+
+
+def test_bash_completes_with_the_line_that_the_documents_name() -> None:
+    (line,) = re.findall(r"^\| bash .*`(eval .*)`", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    completing = "COMPREPLY=(); COMP_WORDS=(improv {}) COMP_CWORD={}; _improv_completion improv; echo ${{COMPREPLY[*]}}"
+    typed = [completing.format("pl", 1), completing.format("play --back", 2), completing.format("play --backend b", 3)]
+    typed.append(completing.format("chek pl", 2))
+    scripts = sysconfig.get_path("scripts")
+    done = subprocess.run(
+        [need("bash"), "-c", "\n".join([line, *typed])],
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+        env={**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"},
+    )
+    assert (done.stdout.splitlines(), done.stderr) == (["plot play", "--backend", "both", "plot play"], "")
+
+
+def test_the_documents_and_the_help_list_the_exit_codes() -> None:
+    rows = re.findall(r"^\| (\d+) \| (.*) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    assert {int(code): meaning for code, meaning in rows} == MEANINGS
+    shown = run("--help", env={"COLUMNS": "120"}).stdout
+    assert all(f"  {code:<3}  {meaning}\n" in shown for code, meaning in MEANINGS.items())
+
+
+def test_an_interrupt_is_no_traceback(tmp_path: Path) -> None:
+    command = [*IMPROV, "check", "-"]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdin
+    process.stdin.write("r $ left\n" * 100_000)  # more than a pipe holds: once it is written, it is being read
+    process.stdin.flush()
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=LIMIT)
+    assert (process.returncode, errors) == (130, "improv: interrupted\n")
 
 
 FULL, CLOSED = "/dev/full", "a closed pipe"

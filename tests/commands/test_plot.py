@@ -23,8 +23,14 @@ def run(folder: Path, program: str, output: str, *options: str) -> tuple[int, st
 def test_svg_and_png(tmp_path: Path) -> None:
     assert run(tmp_path, "r $ forward left\n", "dance.svg") == (0, "")
     ElementTree.parse(tmp_path / "dance.svg")
-    assert run(tmp_path, "r $ forward left\n", "dance.png", "--timeline") == (0, "")
-    assert (tmp_path / "dance.png").read_bytes().startswith(b"\x89PNG")
+    assert run(tmp_path, "r $ forward left\n", "dance.PNG", "--timeline") == (0, "")
+    assert (tmp_path / "dance.PNG").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_program_from_standard_input(tmp_path: Path) -> None:
+    arguments = ["plot", "-", "-o", str(tmp_path / "dance.svg")]
+    assert CliRunner().invoke(improv, arguments, input="r $ forward\n").exit_code == 0
+    ElementTree.parse(tmp_path / "dance.svg")
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,14 @@ from tests.untrusted import EXPLOITS, FOREIGN, steering
 
 TOML = '[robots.{0}]\nprofile = {0}\n{0} = 1\n[profiles.{0}]\nbase = "turtle"\n'
 PROGRAM = "{0} $ forward {0}\n{0} = left\nr $ left\nq $ {0}\n"
-COMMANDS = [["check"], ["check", "--format", "json"], ["compile"], ["format", "--check"], ["play", "--fast"]]
+COMMANDS = [
+    ["check"],
+    ["check", "--format", "json"],
+    ["check", "--format", "github"],
+    ["compile"],
+    ["format", "--check"],
+    ["play", "--fast"],
+]
 
 
 def quoted(text: str) -> str:

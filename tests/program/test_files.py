@@ -9,6 +9,7 @@ import pytest
 from improv_core.diagnostics import MOST_SHOWN
 from improv_core.program.analysis import LONGEST_PROGRAM, analyze
 from improv_core.program.files import LARGEST_ROBOTS_FILE, ReadError, analyze_file, read_program, robots_near
+from improv_core.services.saves import saved_or_awaited
 from tests.strange_files import StrangeFile
 
 
@@ -28,6 +29,15 @@ def test_a_strange_improv_toml_is_refused_and_not_the_one_above_used(strange_fil
         with pytest.raises(ReadError) as refused:
             read()
         assert str(refused.value).startswith(f"{path}: {strange_file.problem}")
+
+
+def test_a_name_without_its_ending_is_completed_in_the_message(tmp_path: Path) -> None:
+    program = tmp_path / "dance.improv"
+    program.write_text("r $ forward\n")
+    for read in (read_program, saved_or_awaited):
+        with pytest.raises(ReadError) as refused:
+            read(tmp_path / "dance")
+        assert str(refused.value) == f"{tmp_path / 'dance'}: no such file or directory: did you mean {program}?"
 
 
 def test_files_up_to_a_size_are_read(tmp_path: Path) -> None:

@@ -96,6 +96,24 @@ def test_a_plot_has_names_scale_and_timeline_and_escapes_words() -> None:
     assert re.findall(r"<title>([^<]*)</title>", drawn)[1:4] == ["forward", "left", "right"]
 
 
+@pytest.mark.parametrize(
+    ("program", "wide", "high"),
+    [
+        ("r $ slow 4 forward || repeat 4 left", 2, 2),  # three arcs, whose ends are not where it is widest
+        ("r $ slow 4 forward || repeat 9 left", 2, 2),
+        ("r $ halfleft (slow 2 forward || left left)", 1 + 0.5**0.5, 1 + 0.5**0.5),
+        ("r $ slow 2 forward || right right", 1, 2),
+    ],
+)
+def test_an_arc_fills_its_picture_and_does_not_leave_it(program: str, wide: float, high: float) -> None:
+    """The size of the path in radii of the arc."""
+    drawn = plot(score_of(analyze(program)))
+    radius = (720 - 52) / max(wide, high)
+    assert f"A{place(radius, radius)} 0 0" in drawn
+    sizes = (float(value) for value in re.findall(r'(?:width|height)="([^"]*)"', drawn)[:2])
+    assert tuple(sizes) == pytest.approx((52 + wide * radius, 52 + high * radius + 28), abs=0.1)
+
+
 def test_a_plot_has_room_for_what_stands_around() -> None:
     world = World((8, 4), (Wall(0, 1, 1, 1),), (Circle(-2, 0, 0.5),), (Box(2, -1, 2, 1, math.pi / 2),))
     drawn = ElementTree.fromstring(plot(replace(score_of(analyze("r $ forward")), world=world)))

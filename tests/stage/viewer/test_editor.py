@@ -128,6 +128,7 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     whole = "# 🤖🤖\nbeat 60\nada $ repeat (forward || left)\nbo $ left\n"
     expect(text).to_have_value(whole)
     expect(page.locator("#mistakes")).to_be_hidden()
+    expect(page.locator("#offers")).to_be_hidden()
     page.keyboard.press("Control+z")
     expect(text).to_have_value(whole.replace("forward", "forwrd"))
     page.keyboard.press("Control+Shift+z")

@@ -153,6 +153,7 @@ export class Editor {
   #replace(text) {
     this.#control.focus()
     this.#put(difference(this.#control.value, text), text)
+    this.#endOffer() // nobody has typed
     this.#refresh()
     this.#reveal()
   }

@@ -1,0 +1,72 @@
+"""The tutorial, step by step, as people follow it: on the page of `improv edit`, and in a terminal."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, expect
+
+from improv_core.program.analysis import analyze
+from tests.commands.command_line import run
+from tests.stage.viewer.conftest import wait
+from tests.stage.viewer.test_editor import Edit
+
+ROOT = Path(__file__).parents[3]
+TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+
+
+def test_each_step_does_what_the_tutorial_says(tmp_path: Path, browser: Browser) -> None:
+    (_, installing), (_, editing), (_, template), *steps = re.findall(r"^```(\w+)\n(.*?)^```", TUTORIAL, re.M | re.S)
+    assert installing.strip() in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert editing == ".venv/bin/improv edit\n"
+    edited = Edit(tmp_path / "dance.improv", browser)
+    page = edited.page()
+    expect(page.locator("#text")).to_have_value(template)
+    latest = template
+    _plays(page, latest, generation=1)
+    expect(page.locator("#ink .lit").first).to_be_visible()
+    generation = 1
+    for kind, block in steps:
+        if kind == "improv":
+            page.locator("#text").fill(block)
+            latest, generation = block, generation + 1
+            _plays(page, latest, generation)
+        elif kind == "text":
+            _is_fixed_by_a_button(page, block, latest, generation)
+            generation += 1
+            _plays(page, latest, generation)
+    page.keyboard.press("Escape")
+    expect(page.locator("#state")).to_have_text("stopped")
+    edited.close()
+    assert (tmp_path / "dance.improv").read_text(encoding="utf-8") == latest
+    reopening, plotting = (shlex.split(block) for kind, block in steps if kind == "sh")
+    assert reopening == [".venv/bin/improv", "edit", "dance.improv"]
+    done = run(*(tmp_path / word if word.startswith("dance.") else word for word in plotting[1:]))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "dance.svg").read_text(encoding="utf-8").startswith("<svg")
+
+
+def _plays(page: Page, program: str, generation: int) -> None:
+    """Ctrl+Enter, and all robots of the program go forward."""
+    page.locator("#text").press("Control+Enter")
+    robots = list(analyze(program).robots)
+    wait(
+        page,
+        f"improv.transport.generation === {generation} && Object.keys(improv.robots).join() === '{','.join(robots)}'",
+    )
+    wait(page, "Object.values(improv.robots).every(robot => robot.x > 0.1)")
+
+
+def _is_fixed_by_a_button(page: Page, drawn: str, program: str, generation: int) -> None:
+    """The program with an error doesn't play, the page says what is wrong, and its button makes it this program."""
+    *lines, message = drawn.splitlines()
+    page.locator("#text").fill("".join(f"{line}\n" for line in lines))
+    page.locator("#text").press("Control+Enter")
+    expect(page.locator("#mistakes")).to_contain_text(message.partition(": ")[2])
+    expect(page.get_by_role("alert").first).to_contain_text("can't play")
+    assert page.evaluate("improv.transport.generation") == generation
+    (button,) = re.findall(r"button \*\*(Change[^*]*)\*\*", re.sub(r"\s+", " ", TUTORIAL))
+    page.get_by_role("button", name=button).click()
+    expect(page.locator("#text")).to_have_value(program)

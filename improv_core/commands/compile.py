@@ -31,7 +31,7 @@ from improv_core.score.performance import Sensing
     show_default=True,
     help="Most segments per robot.",
 )
-@click.option("--senses", type=click.Path(path_type=Path), help="What the robots sense, as JSON; nothing without it.")
+@click.option("--senses", type=click.Path(path_type=Path), help="A JSON file of what robots sense; otherwise nothing.")
 def command(files: tuple[Path, ...], _layout: str, max_segments: int, senses: Path | None) -> None:
     """Print the velocities that programs compile to. Exit code 1 if any has errors.
 

@@ -37,7 +37,7 @@ PORTS = range(20_000, 30_000)
 def command(file: Path | None, backend: str, port: int, no_browser: bool, when: When) -> None:
     """Write a program on the page in the browser. Ctrl+Enter there saves and plays it.
 
-    Without FILE, begin a new one. Ctrl-C stops the robots.
+    Without FILE, start a new one. Ctrl-C stops the robots.
     """
     if backend == "ros":
         raise CommandError("the page belongs to the simulator: use --backend both")
@@ -61,7 +61,7 @@ async def edit(path: Path, version: Version, options: Options, when: When, *, br
         desk = _Desk(performing, path, version, when)
         if browser:
             opening = asyncio.create_task(performing.open_browser())
-        performing.say(f"editing {path.name}: Ctrl+Enter on the page saves and plays it, Ctrl-C here ends")
+        performing.say(f"editing {path.name}: Ctrl+Enter on the page saves and plays it, Ctrl-C here ends it")
         await first(desk.serve(asks), desk.follow(), performing.interrupted.wait())
         if browser:
             opening.cancel()

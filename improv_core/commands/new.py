@@ -1,4 +1,4 @@
-"""`improv new`: a file with a small program, to begin with."""
+"""`improv new`: a file with a small program, to start from."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from improv_core.services.program_file import WriteError, create
 @click.command("new")
 @click.argument("name", required=False, type=click.Path(path_type=Path))
 def command(name: Path | None) -> None:
-    """Make a small program to begin with.
+    """Make a small program to start from.
 
     Without NAME, it is dance.improv or the next free name.
     """

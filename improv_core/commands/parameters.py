@@ -29,7 +29,7 @@ continues = click.option(
     "when",
     flag_value="beat",
     default="restart",
-    help="Robots whose part a save does not change dance on, untouched.",
+    help="Robots whose part a save doesn't change keep dancing.",
 )
 backend = click.option(
     "--backend",

@@ -35,9 +35,9 @@ from improv_core.stage.sinks.recorder import Recorder, sensed_in
 @parameters.port
 @parameters.no_browser
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
-@click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after so many seconds.")
-@click.option("--senses", "recording", type=parameters.RECORDING, help="Have robots sense what a recording says.")
-@click.option("--once", is_flag=True, help="End when the dance ends, also in a terminal.")
+@click.option("--for", "seconds", type=parameters.seconds, help="With --fast, stop after this many seconds.")
+@click.option("--senses", "recording", type=parameters.RECORDING, help="Make robots sense what a recording contains.")
+@click.option("--once", is_flag=True, help="End when the dance ends, even in a terminal.")
 @click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
 def command(
     file: Path,

@@ -31,7 +31,7 @@ from improv_core.stage.sinks.recorder import Recorder
 @click.command("record")
 @parameters.file
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The .mcap file to write.")
-@click.option("--for", "seconds", type=parameters.seconds, help="Record only the first so many seconds.")
+@click.option("--for", "seconds", type=parameters.seconds, help="Record only this many seconds.")
 @click.option("--backend", type=parameters.BACKENDS, help="Play the program now, and record what is sent.")
 @parameters.port
 @parameters.no_browser

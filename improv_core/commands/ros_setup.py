@@ -33,7 +33,7 @@ def command() -> None:
 
 @command.command()
 def setup() -> None:
-    """Install ROS 2's Python packages, and prove that they work."""
+    """Install ROS 2's Python packages and test them."""
     try:
         set_up(echo)
     except KeyboardInterrupt:

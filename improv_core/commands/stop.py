@@ -11,7 +11,7 @@ from improv_core.playback.stop_socket import IDLE, StopSocketError, stop_all
 
 @click.command("stop")
 def command() -> None:
-    """Stop every robot that any of your terminals and editors moves."""
+    """Stop all robots that your terminals and editors move."""
     stopped = False
     try:
         for answer in stop_all():

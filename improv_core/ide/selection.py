@@ -181,7 +181,7 @@ def _expanded(reader: Reader, body: Node | None, phrase: Node | None) -> tuple[R
         expansion = reader.expansion(node) if isinstance(node, nodes.Call) else None
         if expansion and expansion.body is phrase:
             return expansion.reader, expansion.body
-    raise UnplayableError("its nearest use can't be read: play that one instead")
+    raise UnplayableError("its nearest use has an error: fix it, or choose that line")
 
 
 def _written(analysis: Analysis, placed: Placed, span: Span) -> Movement:

@@ -53,7 +53,7 @@ def _unknown(condition: Condition, robots: Robots) -> Diagnostic:
 def _missing(name: str, without: list[str], span: Span) -> Diagnostic:
     who = f"`{without[0]}`" if len(without) == 1 else f"`{without[0]}` and {len(without) - 1} more"
     advice = f"add `[senses.{name}]` to improv.toml" + (", or set `near` in its profile" if name == NEAR else "")
-    return Diagnostic("missing-sense", span, f"nothing tells {who} about `{name}`, except in the simulator: {advice}")
+    return Diagnostic("missing-sense", span, f"outside the simulator, nothing senses `{name}` for {who}: {advice}")
 
 
 def _behind(condition: Condition, body: Movement) -> Iterator[Diagnostic]:

@@ -117,11 +117,11 @@ def test_where_senses_come_from() -> None:
         """
         x = until near repeat left
         anna $ x until bump repeat left
-        ^^^^ missing-sense: nothing tells `anna` about `near`, except in the simulator: add `[senses.near]` to improv.toml, or set `near` in its profile
-                       ^^^^ missing-sense: nothing tells `anna` about `bump`, except in the simulator: add `[senses.bump]` to improv.toml
+        ^^^^ missing-sense: outside the simulator, nothing senses `near` for `anna`: add `[senses.near]` to improv.toml, or set `near` in its profile
+                       ^^^^ missing-sense: outside the simulator, nothing senses `bump` for `anna`: add `[senses.bump]` to improv.toml
         bo $ x until cue repeat left
         bo anna $ if bump left else right
-                     ^^^^ missing-sense: nothing tells `bo` and 1 more about `bump`, except in the simulator: add `[senses.bump]` to improv.toml
+                     ^^^^ missing-sense: outside the simulator, nothing senses `bump` for `bo` and 1 more: add `[senses.bump]` to improv.toml
         """,  # noqa: E501
         robots=TWO_ROBOTS,
     )

@@ -48,7 +48,7 @@ def test_poses_of_each_type_from_another_clock(kind: Any, sensor: Sense, sink: S
 
 
 def test_a_robot_whose_poses_stop_while_it_moves_is_named(sensor: Sense, sink: Sink) -> None:
-    what = "nobody knows where anna really is"
+    what = "anna's real position is unknown"
     sink("prepare", CMD, odom="/anna/odom")
     sink("send", "anna", 1, 0, 0, 0)
     assert sink("find", "warnings", "anna", what) == f"nobody publishes on /anna/odom: {what}"
@@ -56,7 +56,7 @@ def test_a_robot_whose_poses_stop_while_it_moves_is_named(sensor: Sense, sink: S
     publish(fields("nav_msgs/Odometry", 0, 0))
     sink("until_no_warnings")
     publish(None)
-    assert sink("find", "warnings", "anna", "no pose") == f"no pose comes on /anna/odom: {what}"
+    assert sink("find", "warnings", "anna", "no pose") == f"no poses arrive on /anna/odom: {what}"
     sink("send", "anna", 0, 0, 0, 0)
     sink("until_no_warnings")
     sink("prepare", CMD, odom="/anna/cmd_vel")

@@ -271,8 +271,8 @@ class Ros:
         topic = known.part.odom
         if not topic or known.moves_since is None or not self._reader.lacks_poses(robot, known.moves_since):
             return None
-        silent = "no pose comes" if self._node.count_publishers(topic) else "nobody publishes"
-        return f"{self._reader.unread.get(topic) or f'{silent} on {topic}'}: nobody knows where {robot} really is"
+        silent = "no poses arrive" if self._node.count_publishers(topic) else "nobody publishes"
+        return f"{self._reader.unread.get(topic) or f'{silent} on {topic}'}: {robot}'s real position is unknown"
 
     def _topic(self, robot: str) -> Topic:
         return self._robots[robot].topic

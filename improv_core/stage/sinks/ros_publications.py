@@ -174,7 +174,7 @@ def diagnose(outlook: Outlook, health: Health, now: float) -> Iterator[Diagnosis
     yield Diagnosis("improv", int(late > LATE), message, values)
     for robot in score.parts:
         missing, clipped = health["missing"].get(robot), robot in health["clipped"]
-        message = missing or ("it is told to move faster than its limits, and slowed down" if clipped else "OK")
+        message = missing or ("its commands exceeded its limits and were scaled down" if clipped else "OK")
         yield Diagnosis(
             f"improv: {robot}", 2 if missing else int(clipped), message, _flags(robot, missing, clipped, transport)
         )

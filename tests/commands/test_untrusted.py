@@ -59,7 +59,8 @@ def test_what_is_shown_in_a_terminal_does_not_steer_it(tmp_path: Path, exploit: 
     path.write_text(PROGRAM.format(text), encoding="utf-8", newline="")
     missing = path.with_name(f"not {path.name}")
     commands: list[list[str | Path]] = [["check", path], ["format", "--diff", path], ["check", missing]]
-    for arguments in [*commands, ["check", f"--{text}", path]]:
+    commands.append(["check", f"--{text}", path])
+    for arguments in commands:
         shown = without_colors(shown_in_terminal(*arguments))
         assert steering(shown, "\r\n") == set(), arguments
 

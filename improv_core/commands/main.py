@@ -82,7 +82,10 @@ WIDEST_HELP = 100
 
 
 class Commands(Group):
-    """Imports only the command that is used, so that `improv check` starts fast; reports problems of files in one line."""
+    """Imports only the command that is used, so that `improv check` starts fast.
+
+    Problems of files and interrupts end in one line.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)

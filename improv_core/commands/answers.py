@@ -35,7 +35,7 @@ class Answers:
 
     def _drop(self) -> None:
         """Drop what was typed in a terminal before it was asked for: an answer may move robots, so it must be meant."""
-        if os.name != "nt" and sys.stdin.isatty():
+        if os.name != "nt" and sys.stdin and sys.stdin.isatty():
             import termios
 
             self._read = b""
@@ -53,7 +53,7 @@ async def _more() -> bytes:
 
     def read() -> None:
         try:
-            more = os.read(sys.stdin.fileno(), MOST)
+            more = os.read(sys.stdin.fileno(), MOST) if sys.stdin else b""
         except OSError:  # the terminal is gone
             more = b""
         with contextlib.suppress(RuntimeError):  # the loop has been closed

@@ -40,8 +40,11 @@ def command(files: tuple[Path, ...], layout: str) -> None:
     FILES are programs, folders of programs, or - for standard input.
     """
     told = set[Path | None]()
+    checked = 0
 
     def report(path: Path, analysis: Analysis) -> None:
+        nonlocal checked
+        checked += 1
         robots = analysis.cast
         if layout == "json":
             _print_json(path, analysis.ok, analysis.diagnostics, analysis.lines)
@@ -53,7 +56,10 @@ def command(files: tuple[Path, ...], layout: str) -> None:
                     _print_annotation(*problem) if layout == "github" else _print_excerpt(*problem)
         told.add(robots.path)  # which several programs may share
 
-    sys.exit(report_each(files, report))
+    code = report_each(files, report)
+    if code == 0 and layout == "text" and sys.stdout.isatty():  # what other programs read holds only problems
+        echo("no errors" if checked == 1 else f"no errors in {checked} programs")
+    sys.exit(code)
 
 
 def _print_excerpt(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> None:

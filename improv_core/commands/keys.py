@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 @contextlib.contextmanager
 def pressed(keys: Mapping[str, Callable[[], None]]) -> Iterator[None]:
     """Call what belongs to a key when it is pressed, without Enter. Only in a terminal, and not in the background."""
-    if os.name == "nt" or not sys.stdin.isatty() or os.tcgetpgrp(sys.stdin.fileno()) != os.getpgrp():
+    if os.name == "nt" or not (sys.stdin and sys.stdin.isatty()) or os.tcgetpgrp(sys.stdin.fileno()) != os.getpgrp():
         yield
         return
     import termios

@@ -82,7 +82,10 @@ WIDEST_HELP = 100
 
 
 class Commands(Group):
-    """Imports only the command that is used, so that `improv check` starts fast; reports ReadError in one line."""
+    """Imports only the command that is used, so that `improv check` starts fast.
+
+    Problems of files and interrupts end in one line.
+    """
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -106,6 +109,10 @@ class Commands(Group):
                 return super().invoke(ctx)
         except ReadError as problem:
             raise CommandError(str(problem)) from None
+        except OSError as problem:
+            if problem.filename is None:  # `main` says that the output can't be written
+                raise
+            raise CommandError(f"{problem.filename}: {(problem.strerror or 'it cannot be used').lower()}") from None
         except KeyboardInterrupt:
             echo("improv: interrupted", err=True)
             sys.exit(INTERRUPTED)

@@ -4,15 +4,25 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
     from improv_core.playback.start import Options
 
-files = click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-file = click.argument("file", type=click.Path(path_type=Path))
+
+class _FileName(click.Path):
+    """A name that is not empty: as a path, `""` would be this folder."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value == "":
+            self.fail("it is empty.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+files = click.argument("files", nargs=-1, required=True, type=_FileName(path_type=Path))
+file = click.argument("file", type=_FileName(path_type=Path))
 
 RECORDING = click.Path(path_type=Path)
 BACKENDS = click.Choice(["auto", "sim", "ros", "both"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pty
 import subprocess
 import sys
 from pathlib import Path
@@ -24,3 +25,19 @@ def run(
     return subprocess.run(
         command, input=text, capture_output=True, encoding="utf-8", timeout=LIMIT, env=environment, cwd=folder
     )
+
+
+def shown_in_terminal(*arguments: str | Path) -> str:
+    """What a terminal gets from a command."""
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen([*IMPROV, *map(str, arguments)], stdout=theirs, stderr=theirs)
+    os.close(theirs)
+    shown = b""
+    try:
+        while data := os.read(ours, 65_536):
+            shown += data
+    except OSError:  # Linux reports the end like this
+        pass
+    os.close(ours)
+    process.wait(LIMIT)
+    return shown.decode("utf-8")

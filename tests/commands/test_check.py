@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands.command_line import SQUARE, run
+from tests.commands.command_line import SQUARE, run, shown_in_terminal
 
 
 def test_check_shows_the_place_of_each_mistake(broken: Path) -> None:
@@ -22,6 +22,13 @@ def test_check_shows_the_place_of_each_mistake(broken: Path) -> None:
         "                    ^^^^^^",
     ]
     assert done.stderr == ""
+
+
+def test_check_says_in_a_terminal_that_there_are_no_errors(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.improv").write_text("r $ left\n")
+    assert shown_in_terminal("check", tmp_path) == "no errors in 2 programs\r\n"
+    assert run("check", tmp_path).stdout == ""
 
 
 def test_check_as_json_counts_from_0_in_code_points(broken: Path) -> None:

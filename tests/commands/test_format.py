@@ -152,6 +152,12 @@ def test_folders_hold_programs_and_pages(untidy: Path, tmp_path: Path) -> None:
     assert done.stdout.splitlines() == [f"would format {path}" for path in named]
 
 
+def test_an_empty_name_is_not_this_folder(untidy: Path) -> None:
+    done = run("format", "", folder=untidy.parent)
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (2, "Error: Invalid value for 'FILES...': it is empty.")
+    assert untidy.read_text() == UNTIDY
+
+
 def test_standard_input_is_printed(tmp_path: Path) -> None:
     for text, printed in [(UNTIDY, TIDY), (TIDY, TIDY), ("", "")]:
         done = run("format", "-", text=text)

@@ -69,6 +69,13 @@ def test_what_was_meant_is_suggested(typed: list[str], advice: str) -> None:
     assert (done.exit_code, done.output.splitlines()[-1]) == (2, f"Error: {advice}")
 
 
+@pytest.mark.parametrize("command", ["check", "format", "edit"])
+def test_names_that_no_file_can_have_are_reported_in_one_line(command: str) -> None:
+    name = "x" * 300 + ".improv"
+    done = CliRunner().invoke(improv, [command, name])
+    assert (done.exit_code, done.output) == (2, f"improv: {name}: file name too long\n")
+
+
 def test_bash_completes_with_the_line_that_the_documents_name() -> None:
     (line,) = re.findall(r"^\| bash .*`(eval .*)`", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     completing = "COMPREPLY=(); COMP_WORDS=(improv {}) COMP_CWORD={}; _improv_completion improv; echo ${{COMPREPLY[*]}}"

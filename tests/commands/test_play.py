@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import signal
 import socket
 import subprocess
@@ -42,6 +43,14 @@ def test_play_says_what_plays(tmp_path: Path) -> None:
     page, status = done.stdout.splitlines()
     assert page.startswith("watch it at http://127.0.0.1:")
     assert status == "▶ r 1 beat, 0.10 s at beat 600, simulator"
+
+
+def test_play_needs_no_standard_input(tmp_path: Path) -> None:
+    program = tmp_path / "dance.improv"
+    program.write_text("beat 600\nr $ forward\n")
+    command = [*IMPROV, "play", str(program), "--backend", "sim", "--no-browser"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT, preexec_fn=lambda: os.close(0))
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_play_of_a_wrong_program_says_why(broken: Path) -> None:
@@ -148,7 +157,7 @@ def test_a_dance_can_not_last_nan_seconds(tmp_path: Path) -> None:
     command = [*FAST, str(tmp_path / "dance.improv"), "--for", "nan"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
     assert done.returncode == 2
-    assert "nan is not a number of seconds." in done.stderr
+    assert "'nan' is not a number of seconds above 0 and up to 1e12." in done.stderr
 
 
 def test_ctrl_c_ends_it(tmp_path: Path) -> None:

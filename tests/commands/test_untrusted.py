@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import pty
 import re
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -14,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from improv_core.commands.main import improv
-from tests.commands.command_line import IMPROV, LIMIT
+from tests.commands.command_line import shown_in_terminal
 from tests.untrusted import EXPLOITS, FOREIGN, steering
 
 TOML = '[robots.{0}]\nprofile = {0}\n{0} = 1\n[profiles.{0}]\nbase = "turtle"\n'
@@ -60,8 +58,10 @@ def test_what_is_shown_in_a_terminal_does_not_steer_it(tmp_path: Path, exploit: 
     path = tmp_path / file_name(text)
     path.write_text(PROGRAM.format(text), encoding="utf-8", newline="")
     missing = path.with_name(f"not {path.name}")
-    for arguments in (["check", path], ["format", "--diff", path], ["check", missing], ["check", f"--{text}", path]):
-        shown = without_colors(shown_in_terminal([str(each) for each in arguments]))
+    commands: list[list[str | Path]] = [["check", path], ["format", "--diff", path], ["check", missing]]
+    commands.append(["check", f"--{text}", path])
+    for arguments in commands:
+        shown = without_colors(shown_in_terminal(*arguments))
         assert steering(shown, "\r\n") == set(), arguments
 
 
@@ -70,24 +70,8 @@ def without_colors(shown: str) -> str:
     return re.sub(r"\x1b\[3[1-6]m( +\^+)\x1b\[0m", r"\1", shown)
 
 
-def shown_in_terminal(arguments: list[str]) -> str:
-    """What a terminal gets from a command."""
-    ours, theirs = pty.openpty()
-    process = subprocess.Popen([*IMPROV, *arguments], stdout=theirs, stderr=theirs)
-    os.close(theirs)
-    shown = b""
-    try:
-        while data := os.read(ours, 65_536):
-            shown += data
-    except OSError:  # Linux reports the end like this
-        pass
-    os.close(ours)
-    process.wait(LIMIT)
-    return shown.decode("utf-8")
-
-
 def test_a_diff_is_exact_for_patch_and_escaped_in_a_terminal(tmp_path: Path) -> None:
     path = tmp_path / "dance.improv"
     path.write_text("r  $ left # \x1b[2J\n", encoding="utf-8")
     assert "+r $ left  # \x1b[2J\n" in CliRunner().invoke(improv, ["format", "--diff", str(path)]).output
-    assert "+r $ left  # \\x1b[2J\r\n" in shown_in_terminal(["format", "--diff", str(path)])
+    assert "+r $ left  # \\x1b[2J\r\n" in shown_in_terminal("format", "--diff", path)

@@ -14,6 +14,7 @@ from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, mistakes, summary
 from improv_core.robots.config import FILE_NAME
+from improv_core.services.history import Played
 from improv_core.stage.protocol import Form, Place, TransportMessage, When
 from improv_core.text import Span
 from improv_ls.documents import Document, RobotsFile, name_of, opened, path_of
@@ -48,7 +49,7 @@ class Performance:
         self.playing = Playing(documents)
         self.live = Live(editor, self.playing, lambda: self._playback.page if self._playback else None)
         self.keys = HeldKeys(editor, self.playing, self.conduct)
-        self._before: str | None = None  # its id in the history, if a version from there plays
+        self._before: Played | None = None  # the version from the history that plays, if one does
         self._only: Selection | None = None  # what plays of it, if not all
         self._node: str | None = None  # as the improv.toml of the latest dance names it
         self._hinting = Hinting(editor, self.playing.hints_at)
@@ -73,15 +74,7 @@ class Performance:
         `asked` is the count of stops when somebody asked for it: after a stop since then, it does not begin.
         """
         self._before = None
-        self._present(document)
-        if why := refusal(document):
-            self._refuse(why)
-            return
-        restarts = self.playing.state == "playing" and self._editor.settings.on_save is None
-        await self._play(document, self._when, asked, by)
-        if restarts and not self._hinted:
-            self._hinted = True
-            self._editor.say(HINT)
+        await self._play_whole(document, asked, by)
 
     async def play_only(self, document: Document, wanted: Span | str, asked: int) -> None:
         """Play only what a span touches, or a name, and say so in one line, or say why not. `asked` as for `play`."""
@@ -93,8 +86,20 @@ class Performance:
         if why := wrong_robots(document):
             self._refuse(why)
             return
+        self._before = None
         self._present(document, only=True)
         await self._play(replace(document, analysis=only.analysis), self._when, asked, only=only)
+
+    async def _play_whole(self, document: Document, asked: int, by: By | None = "command") -> None:
+        self._present(document)
+        if why := refusal(document):
+            self._refuse(why)
+            return
+        restarts = self.playing.state == "playing" and self._editor.settings.on_save is None
+        await self._play(document, self._when, asked, by)
+        if restarts and not self._hinted:
+            self._hinted = True
+            self._editor.say(HINT)
 
     @property
     def _when(self) -> When:
@@ -137,9 +142,10 @@ class Performance:
 
         Each time again, it plays the one before that, until a save or another command plays something.
         """
-        programs = (await self._records.history()).of(file_of(document))
-        if self._before:
-            earlier = [each for each in programs if each.id < self._before]
+        file = file_of(document)
+        programs = (await self._records.history()).of(file)
+        if self._before and self._before.file == file:
+            earlier = [each for each in programs if each.id < self._before.id]
         else:
             latest = self.playing.latest
             current = latest.analysis.text if latest and latest.uri == document.uri else None
@@ -147,8 +153,8 @@ class Performance:
         if not earlier:
             self._editor.warn(f"improv.before: no earlier version of {name_of(document.uri)} has been kept")
             return
-        await self.play(opened(document.uri, None, earlier[0].text), asked)
-        self._before = earlier[0].id
+        self._before = earlier[0]
+        await self._play_whole(opened(document.uri, None, earlier[0].text), asked)
 
     async def restart(self, asked: int) -> None:
         """Play the last dance again from beat 0. `asked` as for `play`."""

@@ -89,10 +89,10 @@ def _idle_scene(program: Program, index: int, message: str) -> Diagnostic:
 
 def _more(program: Program, hidden: Sequence[int]) -> Diagnostic:
     """What stands for the diagnostics of the statements that are not shown."""
-    tempos = frozenset([*program.tempos[1:], *program.scenes[MOST_SCENES - 1 :]])
+    wrong = program.too_uneven.union(program.tempos[1:], program.scenes[MOST_SCENES - 1 :])
     has_errors = any(
         not program.meanings[index].ok
-        or index in tempos
+        or index in wrong
         or any(each.severity is Severity.ERROR for each in program.infeasible.get(index, ()))
         for index in hidden
     )

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from improv_core.ide.inlay_hint import Hint
 from improv_core.stage.protocol import TransportMessage
 from improv_ls.editor import Editor
-from improv_ls.live import beat_of
+from improv_ls.playing import beat_of
 
 SHORTEST = 0.5
 """Seconds between two requests to ask again, at least."""

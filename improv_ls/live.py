@@ -2,38 +2,110 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
 
-from improv_core.ide.moments import SoFar, playing
-from improv_core.program.analysis import Analysis
+from improv_core.ide.moments import playing
 from improv_core.stage.protocol import TransportMessage
 from improv_core.text import Span
 from improv_ls.documents import Document
+from improv_ls.editor import Editor
+from improv_ls.playing import Playing, beat_of
 from improv_ls.positions import Encoding, to_position
 
 EVALUATED = "improv/evaluated"
 TRANSPORT = "improv/transport"
+TRANSPORT_PERIOD = 1.0
+"""Seconds between two messages that tell which beat is playing."""
+DECIDED_PERIOD = 0.03
+"""Seconds in which what senses decide is collected before the editor is told."""
 
 
-def moments(document: Document, played: Analysis, encoding: Encoding, start: float, so_far: SoFar) -> dict[str, Any]:
-    """What plays from a beat on: ranges in the document as it is now, and for each robot when each of them plays."""
-    indices: dict[Span, int] = {}
-    robots = {
-        robot: {
-            "moments": [
-                [moment.start, moment.end, [indices.setdefault(span, len(indices)) for span in moment.spans]]
-                for moment in stretch.moments
-            ],
-            "until": stretch.until,
+class Live:
+    """Sends these messages. `page` returns the URL of the simulator's page, if there is one."""
+
+    def __init__(self, editor: Editor, playing: Playing, page: Callable[[], str | None]) -> None:
+        self._editor = editor
+        self._playing = playing
+        self._page = page
+        self._decided: asyncio.TimerHandle | None = None  # what was decided is about to be told
+        self._telling: asyncio.Task[None] | None = None
+
+    def moments(self, start: float) -> Mapping[str, Any]:
+        """What plays from a beat on: ranges in the document as it is now, and for each robot when each of them plays.
+
+        Empty if nothing was played.
+        """
+        played = self._playing.document
+        if not played:
+            return {}
+        now = self._playing.now(played)
+        indices: dict[Span, int] = {}
+        robots = {
+            robot: {
+                "moments": [
+                    [moment.start, moment.end, [indices.setdefault(span, len(indices)) for span in moment.spans]]
+                    for moment in stretch.moments
+                ],
+                "until": stretch.until,
+            }
+            for robot, stretch in playing(played.analysis, now.analysis, start, self._playing.so_far).items()
         }
-        for robot, stretch in playing(played, document.analysis, start, so_far).items()
-    }
-    ranges = [[value for offset in span for value in _position(document, offset, encoding)] for span in indices]
-    return {"uri": document.uri, "version": document.version, "from": start, "ranges": ranges, "robots": robots}
+        encoding = self._editor.encoding
+        ranges = [[value for offset in span for value in _position(now, offset, encoding)] for span in indices]
+        return {
+            "generation": self._playing.generation,
+            "uri": now.uri,
+            "version": now.version,
+            "from": start,
+            "ranges": ranges,
+            "robots": robots,
+        }
+
+    def follow(self, message: TransportMessage, began: Literal["program", "scene"] | None) -> None:
+        """Tell what began, and which beat is playing, again every second: clocks drift, and clients join late."""
+        if self._telling:
+            self._telling.cancel()
+        if not self._editor.takes_own_messages:
+            return
+        if began == "program":
+            self._notify(EVALUATED, self.moments(message["beat"]))
+        elif began == "scene":
+            self.decided(message["beat"])
+        self._telling = asyncio.create_task(self._keep_telling(message))
+
+    def decided(self, beat: float) -> None:
+        """Tell soon what plays from a beat on, now that senses have decided something."""
+        if self._editor.takes_own_messages and not self._decided:
+            self._decided = asyncio.get_running_loop().call_later(DECIDED_PERIOD, self._tell_decided, beat)
+
+    def stop(self) -> None:
+        if self._decided:
+            self._decided.cancel()
+            self._decided = None
+        if self._telling:
+            self._telling.cancel()
+
+    def _tell_decided(self, beat: float) -> None:
+        self._decided = None
+        if found := self.moments(beat):
+            self._notify(EVALUATED, found)
+
+    async def _keep_telling(self, message: TransportMessage) -> None:
+        while True:
+            document = self._playing.document
+            self._notify(TRANSPORT, _transport(message, document.uri if document else None, self._page()))
+            if message["state"] != "playing":
+                return
+            await asyncio.sleep(TRANSPORT_PERIOD)
+
+    def _notify(self, method: str, params: Mapping[str, Any]) -> None:
+        self._editor.server.protocol.notify(method, params)
 
 
-def transport(message: TransportMessage, uri: str | None, page: str | None) -> dict[str, Any]:
+def _transport(message: TransportMessage, uri: str | None, page: str | None) -> dict[str, Any]:
     """A stage's transport message as of now."""
     beat = beat_of(message)
     return {
@@ -50,12 +122,6 @@ def transport(message: TransportMessage, uri: str | None, page: str | None) -> d
         "uri": uri,
         "page": page,
     }
-
-
-def beat_of(message: TransportMessage) -> float:
-    """The beat that a stage's transport message means now."""
-    passed = time.monotonic() - message["monotonic"] if message["state"] == "playing" else 0.0
-    return message["beat"] + passed * message["tempo"] / 60
 
 
 def _position(document: Document, offset: int, encoding: Encoding) -> tuple[int, int]:

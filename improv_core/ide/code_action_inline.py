@@ -9,7 +9,8 @@ from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
 from improv_core.ide.phrases import arguments, tree
 from improv_core.ide.piece import Piece, is_broken, piece_of, replaced
-from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis
+from improv_core.program.program import Placed
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Number
 from improv_core.text import Span

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from improv_core.ide.selection import uses
-from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis
+from improv_core.program.program import Placed
 from improv_core.program.timing import in_beats, in_seconds
 from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS

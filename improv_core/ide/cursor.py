@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from improv_core.ide.phrases import tree
-from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis
+from improv_core.program.program import Placed
 from improv_core.syntax import nodes
 from improv_core.syntax.heads import classified, split_head
 from improv_core.syntax.lexer import Token, lex

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis
+from improv_core.program.program import Placed
 from improv_core.program.timing import in_beats
 from improv_core.score.lengths import lengths
 from improv_core.syntax.nodes import Statement

@@ -14,9 +14,10 @@ from improv_core.ide.phrases import comment, label, parameters
 from improv_core.ide.senses import about as about_sense
 from improv_core.ide.senses import source
 from improv_core.plain import printable
-from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.numbers import value_of
+from improv_core.program.program import Placed
 from improv_core.program.timing import (
     deciding,
     ends,

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from improv_core.ide.cursor import touching
 from improv_core.ide.hover import pace_in
 from improv_core.ide.phrases import arguments, label, parameters, tree
-from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis
+from improv_core.program.program import Placed
 from improv_core.program.timing import deciding, in_beats, lasting, times_as_fast, written
 from improv_core.score.lengths import lengths
 from improv_core.syntax import nodes

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis
+from improv_core.program.program import Placed
 from improv_core.syntax.nodes import Call, Node, Number, Parameter
 from improv_core.text import Span
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from improv_core.diagnostics import Edit, Severity
 from improv_core.ide.cursor import around, cursor
 from improv_core.ide.phrases import tree
-from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis
+from improv_core.program.program import Placed
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
 from improv_core.text import Span

@@ -10,8 +10,9 @@ from improv_core.diagnostics import Severity
 from improv_core.ide.cursor import touching
 from improv_core.ide.piece import Piece, is_broken, piece_at
 from improv_core.ide.references import lines_playing
-from improv_core.program.analysis import Analysis, Line, Placed
+from improv_core.program.analysis import Analysis
 from improv_core.program.feasibility import check_casting
+from improv_core.program.program import Line, Placed
 from improv_core.program.reader import Reader
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import unsupported

@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterator
 
 from improv_core.ide.phrases import tree
-from improv_core.program.analysis import Analysis, Placed
+from improv_core.program.analysis import Analysis
+from improv_core.program.program import Placed
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token
 from improv_core.text import Span

@@ -327,9 +327,12 @@ class Playback:
         self.conduct({"type": "silence", "muted": sorted(self.muted), "soloed": sorted(self.soloed)})
 
     def keep_as(self, other: Playback) -> None:
-        """Take over the speed, the muted and soloed robots, and the open pages of another playback."""
+        """Take over the speed, the muted and soloed robots, and the open pages of another playback.
+
+        Its dances stay in the count, so none here has the number of one there, which may still be ending.
+        """
         self._kept, self.muted, self.soloed = dict(other._kept), other.muted, other.soloed
-        self._token = other._token
+        self._token, self._generation = other._token, other._generation
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 
@@ -14,6 +14,9 @@ LONGEST_NUMBER = 30
 
 Values = Mapping[str, Fraction]
 """The arguments of parameters that are numbers, by name."""
+
+Rule = Callable[[Fraction], str | None]
+"""Says how to write a number better, if it is wrong."""
 
 _ABOVE_ZERO = "as a number above 0"
 
@@ -63,3 +66,32 @@ def _factor(text: str) -> Fraction | str | None:
         return f"with at most {LONGEST_NUMBER} characters"
     value = Fraction(text)
     return _ABOVE_ZERO if text.startswith("-") and value else value
+
+
+def any_number(value: Fraction) -> str | None:
+    return None
+
+
+def above_zero(value: Fraction) -> str | None:
+    return None if value > 0 else _ABOVE_ZERO
+
+
+def _at_least_zero(value: Fraction) -> str | None:
+    return None if value >= 0 else "as a number from 0 up"
+
+
+def _probability(value: Fraction) -> str | None:
+    return None if 0 < value <= 1 else "as a number above 0 and at most 1"
+
+
+def _whole(value: Fraction) -> str | None:
+    return None if value.denominator == 1 else "as a whole number: 0, 1, 2, …"
+
+
+RULES: Mapping[str, Rule] = {
+    **dict.fromkeys(("fast", "slow", "scale", "fit", "seed"), above_zero),
+    **dict.fromkeys(("ramp", "canon"), _at_least_zero),
+    "repeat": _whole,
+    "chance": _probability,
+}
+"""For the numbers of each word: how to write one better, if it is wrong."""

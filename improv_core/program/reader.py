@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import SEVERITIES, Diagnostic, Edit, Fix, Severity, replace
-from improv_core.program.numbers import plain_value, product
+from improv_core.program.limits import FEW, TOO_LONG, share_a_denominator, too_much
+from improv_core.program.numbers import RULES, Rule, above_zero, any_number, plain_value, product
 from improv_core.program.timing import in_beats
 from improv_core.score import dice, movement, ramps, reactions
 from improv_core.score.movement import (
     ENDLESS,
-    LARGEST,
-    MOST_BITS,
     MOST_DEPTH,
-    MOST_THROWS,
     MOST_VOICES,
     SAME,
     Duration,
     Movement,
     all_by,
-    is_too_fast,
 )
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Call, Name, Node, Number, Parameter
@@ -219,14 +215,14 @@ class Reader:
 
     def number(self, number: Number, what: str) -> Fraction | None:
         """The exact value of a number above zero. Anything else is reported and gives None."""
-        return self._number(number, what, _above_zero)
+        return self._number(number, what, above_zero)
 
     def numbers(self, node: Node) -> Sequence[Fraction | None]:
         """The exact values of the numbers of a node; None for those that are wrong or not known yet."""
         if isinstance(node, nodes.Apply):
             word = node.word.text
-            return [self._number(each, f"the number after `{word}`", _RULES[word]) for each in node.numbers]
-        return [self._number(each, "this number", _any) for each in nodes.numbers(node)]
+            return [self._number(each, f"the number after `{word}`", RULES[word]) for each in node.numbers]
+        return [self._number(each, "this number", any_number) for each in nodes.numbers(node)]
 
     def report(self, diagnostic: Diagnostic, cause: Node | Number) -> None:
         """Report what is wrong. In a phrase, an error is reported at each use, at the argument that causes it."""
@@ -252,7 +248,7 @@ class Reader:
             return next(causes, next(iter(names), None))
         return next(iter(names), None)
 
-    def _number(self, number: Number, what: str, wrong: Callable[[Fraction], str | None]) -> Fraction | None:
+    def _number(self, number: Number, what: str, wrong: Rule) -> Fraction | None:
         """The exact value of a number for which `wrong` has no words that say how to write it better."""
         values = self.given.numbers
         value = product(number.tokens, values) if values else plain_value(number.text)
@@ -276,7 +272,7 @@ class Reader:
             message = f"what senses decide is nested more than {MOST_DEPTH} levels deep here: use fewer"
             self.report(Diagnostic("too-deep", node.span, message), node)
             return NOTHING
-        if problem := _too_much(made):
+        if problem := too_much(made):
             span = node.numbers[0].span if isinstance(node, nodes.Apply) and node.numbers else node.span
             self.report(Diagnostic("bad-number", span, problem), node)
             return NOTHING
@@ -401,9 +397,9 @@ class Reader:
 
     def _add_up(self, node: Node, items: Sequence[Movement]) -> bool:
         """Whether the durations of items can be added exactly. If not, that is reported."""
-        if _share_a_denominator(items):
+        if share_a_denominator(items):
             return True
-        self.report(Diagnostic("bad-number", node.span, _TOO_LONG), node)
+        self.report(Diagnostic("bad-number", node.span, TOO_LONG), node)
         return False
 
     def _together(self, node: Node, voices: Sequence[Movement]) -> Movement:
@@ -623,33 +619,6 @@ def _has_no_known_end(made: Movement) -> bool:
     return made.open or made.duration == ENDLESS
 
 
-def _any(value: Fraction) -> str | None:
-    return None
-
-
-def _above_zero(value: Fraction) -> str | None:
-    return None if value > 0 else "as a number above 0"
-
-
-def _at_least_zero(value: Fraction) -> str | None:
-    return None if value >= 0 else "as a number from 0 up"
-
-
-def _probability(value: Fraction) -> str | None:
-    return None if 0 < value <= 1 else "as a number above 0 and at most 1"
-
-
-def _whole(value: Fraction) -> str | None:
-    return None if value.denominator == 1 else "as a whole number: 0, 1, 2, …"
-
-
-_RULES: Mapping[str, Callable[[Fraction], str | None]] = {
-    **dict.fromkeys(("fast", "slow", "scale", "fit", "seed"), _above_zero),
-    **dict.fromkeys(("ramp", "canon"), _at_least_zero),
-    "repeat": _whole,
-    "chance": _probability,
-}
-"""For the numbers of each word: how to write one better, if it is wrong."""
 _ENDING = frozenset({"reverse", "retrograde", "fit", "ramp", "ease"})
 """Words that need a movement that ends."""
 _WITHOUT_ARGUMENT: Mapping[str, Callable[[Movement], Movement]] = {
@@ -666,35 +635,3 @@ _FROM_ITEMS: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
 
 MOST_LENGTHS = 3
 """How many different lengths of the items of a choice a message lists."""
-FEW = 50
-"""Up to this many fractions are added without checking their common denominator."""
-_FEW_BITS = 150
-"""A movement whose numbers have so few bits is neither too long nor too fast: its factors are below 2^300 together."""
-_TOO_LONG = "these numbers make a fraction too long to compute exactly: use simpler ones"
-
-
-def _too_much(made: Movement) -> str | None:
-    """The message about numbers too long to stay exact or too large for a float; None if there are none.
-
-    All code that converts a movement's numbers to floats relies on this check.
-    """
-    duration, bounds = made.duration, made.bounds
-    length = bounds.bits if isinstance(duration, float) else bounds.bits + movement.bits(duration)
-    if length <= _FEW_BITS and not bounds.throws:
-        return None
-    if LARGEST < duration < ENDLESS or is_too_fast(bounds.peak):
-        return "these numbers make the movement too long or too fast to play: use smaller ones"
-    if bounds.throws > MOST_THROWS:
-        return "these numbers make too many throws of the dice: use smaller ones"
-    return _TOO_LONG if length > MOST_BITS else None
-
-
-def _share_a_denominator(items: Sequence[Movement]) -> bool:
-    """Whether durations can be added exactly: the sum of thousands of unrelated fractions gets longer and longer."""
-    common = 1
-    for item in items:
-        if isinstance(item.duration, Fraction):
-            common = math.lcm(common, item.duration.denominator)
-            if common.bit_length() > MOST_BITS:
-                return False
-    return True

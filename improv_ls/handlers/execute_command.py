@@ -112,7 +112,7 @@ def calibrate(ls: Session, *arguments: Any) -> None:
 
 def key(ls: Session, *arguments: Any) -> None:
     """Hold the key of a sense, or release it."""
-    ls.performance.toggle_key(str(arguments[0]) if len(arguments) == 1 else "")
+    ls.performance.keys.toggle(str(arguments[0]) if len(arguments) == 1 else "")
 
 
 def seek(ls: Session, *arguments: Any) -> None:

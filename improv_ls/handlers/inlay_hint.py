@@ -16,7 +16,7 @@ def inlay_hint(ls: Session, params: types.InlayHintParams) -> list[types.InlayHi
     seen = to_span(document.lines, params.range, ls.editor.encoding)
     found = hints(document.analysis, seen) if settings.inlay_hints_beats else []
     if settings.inlay_hints_playing:
-        found += [hint for hint in ls.performance.hints(document.uri) if seen.holds(hint.offset)]
+        found += [hint for hint in ls.performance.playing.hints(document.uri) if seen.holds(hint.offset)]
     return [
         types.InlayHint(
             position=to_position(document.lines, hint.offset, ls.editor.encoding),

@@ -37,7 +37,7 @@ def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
             uri = moved(file.uri, renamed.old_uri, renamed.new_uri)
             if uri not in ls.robots_files:
                 ls.robots_files[uri] = replace(ls.robots_files.pop(file.uri), uri=uri)
-        ls.performance.renamed(renamed.old_uri, renamed.new_uri)
+        ls.performance.playing.renamed(renamed.old_uri, renamed.new_uri)
     refresh_robots(ls)
 
 

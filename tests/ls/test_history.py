@@ -58,6 +58,28 @@ def test_the_one_before_plays_and_then_the_one_before_that(state: Path) -> None:
         assert "expected no argument" in client.wait_for_line("improv.history")
 
 
+def test_each_program_has_its_own_before_and_a_line_that_plays_alone_ends_it(state: Path) -> None:
+    other = "file:///dances/other.improv"
+    with Client({**QUIET, "onSave": "restart"}) as client:
+        for uri in (URI, other):
+            client.open(uri, "")
+            for beats in (2, 3, 4):
+                client.change(uri, beats, {"text": f"r $ repeat {beats} forward\n"})
+                client.save(uri)
+                client.wait_for_line(f"▶ r {beats} beats")
+
+        def before(uri: str) -> str:
+            command(client, "before", uri)
+            return client.wait_for_line("").partition(",")[0]
+
+        assert [before(URI), before(URI)] == ["▶ r 4 beats", "▶ r 3 beats"]
+        assert before(other) == "▶ r 4 beats"
+        assert before(URI) == "▶ r 3 beats"
+        command(client, "play", URI, 1)
+        assert "r 4 beats" in client.wait_for_line("▶")
+        assert before(URI) == "▶ r 3 beats"
+
+
 def test_what_can_not_be_written_or_read_is_said_once_and_the_program_plays(state: Path) -> None:
     state.parent.mkdir(parents=True)
     state.write_text("no folder")

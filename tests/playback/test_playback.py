@@ -504,6 +504,17 @@ def test_who_stands_still_and_how_fast_the_others_are_is_told_to_every_new_stage
     check(performs)
 
 
+def test_a_dance_on_other_stages_has_a_number_that_no_dance_had_before() -> None:
+    async def performs(show: Show) -> None:
+        await show.play()
+        other = Playback(Options("sim"), lambda message, leads: None, show.stops, show._start)
+        other.keep_as(show.playback)
+        assert await other.play(ENDLESS, "dance.improv", show.stops.count) == 2
+        await other.close()
+
+    check(performs)
+
+
 def test_only_a_parent_that_edits_obeys_a_page_that_does_and_a_stop_comes_first() -> None:
     write: Editing = {
         "type": "editing",

@@ -89,6 +89,14 @@ def test_hints_that_are_not_marked_do_not_keep_a_program_from_playing() -> None:
     assert wrong.diagnostics[-1].code == "unknown-name"
 
 
+def test_lines_whose_lengths_can_not_be_added_keep_a_program_from_playing_also_if_they_are_not_marked() -> None:
+    shown = "r $ fast 1000 forward\n" * MOST_SHOWN  # too short for a command: a warning
+    lengths = "".join(f"r $ fast {10**28 + number} forward\n" for number in range(60))
+    analysis = analyze(shown + lengths)
+    assert {each.code for each in analysis.diagnostics} == {"too-short", "more-errors"}
+    assert not analysis.ok
+
+
 def test_values_of_an_improv_toml_are_counted_too(tmp_path: Path) -> None:
     (tmp_path / "improv.toml").write_text("".join(f"wrong{number} = 1\n" for number in range(2_000)))
     robots = robots_near(tmp_path)

@@ -1,0 +1,236 @@
+"""What is wrong with the statements of a program, seen together: names, scenes, the tempo, and limits."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice, pairwise
+
+from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
+from improv_core.program.fixes import give_arguments, move_canon
+from improv_core.program.meaning import is_valid_robot
+from improv_core.program.program import MOST_SCENES, Program
+from improv_core.score import movement
+from improv_core.score.lengths import lengths
+from improv_core.score.movement import Movement
+from improv_core.syntax import nodes
+from improv_core.syntax.lexer import Token
+from improv_core.syntax.slips import MEANT, is_like_a_robot, number_first
+from improv_core.text import Span
+
+
+def diagnose(program: Program, scene_hints: Mapping[int, Diagnostic]) -> tuple[Diagnostic, ...]:
+    """All diagnostics of a program, in the order of the text."""
+    too_many = [*program.tempos[1:], *program.scenes[MOST_SCENES - 1 :]]
+    serious = program.faulty.union(too_many, program.infeasible, program.too_uneven)
+    indices = [*sorted(serious), *sorted(program.bindings.unused.union(scene_hints) - serious)]
+    reported = ((index, each) for index in indices for each in diagnose_statement(program, index, scene_hints))
+    found = [each.shifted(program.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
+    if next_one := next(reported, None):
+        found.append(_more(program, indices[indices.index(next_one[0]) :]))
+    return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
+
+
+def find_scene_hints(program: Program) -> Mapping[int, Diagnostic]:
+    """Hints about scenes in which nothing plays, and about lines below a scene that never ends, by statement."""
+    if not program.scenes:
+        return {}
+    found: dict[int, Diagnostic] = {}
+    bounds = [-1, *program.scenes, len(program.statements)]
+    endless = 0  # the number of the first scene that never ends
+    for scene, (first, last) in enumerate(pairwise(bounds)):
+        playing = [index for index in range(first + 1, last) if program.meanings[index].robots]
+        if not playing and first < 0:
+            found[last] = _idle_scene(program, last, "no robot plays above this line: remove it")
+        elif not playing:
+            found[first] = _idle_scene(program, first, "no robot plays in this scene: remove this line")
+        for index in playing if endless else ():
+            whole = Span(0, len(program.statements[index].text))
+            message = f"scene {endless} above never ends, so this is never performed: give its `repeat` a number"
+            found[index] = Diagnostic("never-performed", whole, message)
+        if not endless and any(_never_ends(program.meanings[index].movement) for index in playing):
+            endless = scene + 1
+    return found
+
+
+def diagnose_statement(program: Program, index: int, scene_hints: Mapping[int, Diagnostic]) -> Iterator[Diagnostic]:
+    """The diagnostics of one statement of a program. Spans count from its start."""
+    statement, meaning = program.statements[index], program.meanings[index]
+    for each in meaning.diagnostics:
+        yield each if each.code != "misplaced-canon" else _misplaced(program, index, each)
+    yield from program.infeasible.get(index, ())
+    if statement.sign and statement.sign.type == "SCENE" and index in program.scenes[MOST_SCENES - 1 :]:
+        message = f"this program has more than {MOST_SCENES} scenes: remove some"
+        yield Diagnostic("too-large", Span(0, len(statement.text)), message)
+    if index in scene_hints:
+        yield scene_hints[index]
+    if index in program.bindings.unused:
+        yield _unused(program, index)
+    if statement.sign and statement.sign.type == "BEAT" and index != program.tempos[0]:
+        first = program.offsets[program.tempos[0]]
+        message = f"line {_line(program, program.tempos[0])} already sets the tempo: remove this `beat`"
+        related = Related(_relative(program, Span(first, first + len("beat")), index), "the first `beat`")
+        repeats = meaning.tempo == program.meanings[program.tempos[0]].tempo
+        fixes = replace("Remove it", _whole_line(program, index), "", safe=repeats)
+        yield Diagnostic("duplicate-beat", Span(0, len(statement.text)), message, fixes, (related,))
+    if index in program.too_uneven and statement.body:
+        message = "use simpler numbers: with the lines above, they make a fraction too long to compute exactly"
+        yield Diagnostic("bad-number", statement.body.span, message)
+    for node in meaning.unresolved:
+        yield _unresolved(program, index, node)
+    for use in meaning.misused:
+        yield _misused(program, index, use)
+
+
+def _idle_scene(program: Program, index: int, message: str) -> Diagnostic:
+    fixes = replace("Remove it", _whole_line(program, index), "", safe=True)
+    return Diagnostic("no-effect", Span(0, len(program.statements[index].text)), message, fixes)
+
+
+def _more(program: Program, hidden: Sequence[int]) -> Diagnostic:
+    """What stands for the diagnostics of the statements that are not shown."""
+    wrong = program.too_uneven.union(program.tempos[1:], program.scenes[MOST_SCENES - 1 :])
+    has_errors = any(
+        not program.meanings[index].ok
+        or index in wrong
+        or any(each.severity is Severity.ERROR for each in program.infeasible.get(index, ()))
+        for index in hidden
+    )
+    lines = "line is" if len(hidden) == 1 else "lines are"
+    message = f"fix what is marked first: {len(hidden):,} more {lines} wrong, and not marked yet"
+    return Diagnostic("more-errors" if has_errors else "more-hints", program.placed(hidden[0]).span, message)
+
+
+def _unresolved(program: Program, index: int, node: nodes.Name) -> Diagnostic:
+    name = node.text
+    if name not in program.bindings.defined:
+        return _unknown(program, index, node)
+    later = program.bindings.defined[name][0]
+    head = program.statements[later].heads[0].span.shifted(program.offsets[later])
+    related = Related(_relative(program, head, index), f"`{name}` is defined here")
+    line = _line(program, later)
+    if later == index:
+        message = f"`{name}` is used in its own definition: define it first, above line {line}"
+        return Diagnostic("used-before-definition", node.span, message, (), (related,))
+    message = f"`{name}` is not defined until line {line}: move its definition above this line"
+    above = Edit(Span(0, 0), program.statements[later].text + _line_end(program, index))
+    moved = (above, Edit(_whole_line(program, later, index), ""))
+    fixes = (Fix(f"Move the definition of {name} up", moved),)
+    return Diagnostic("used-before-definition", node.span, message, fixes, (related,))
+
+
+def _misused(program: Program, index: int, node: nodes.Name | nodes.Call) -> Diagnostic:
+    """The diagnostic about a use whose arguments are not as the head of its definition says."""
+    name, numbers = (node, ()) if isinstance(node, nodes.Name) else (node.name, node.numbers)
+    found = program.definition(name.text, index) if name.text in program.bindings.defined else None
+    is_parameter = name.text in (each.name for each in program.statements[index].parameters)
+    if is_parameter or not found or not found.phrase:
+        span = Span(numbers[0].span.start, numbers[-1].span.end)
+        remove = replace("Remove it", span, "")
+        if len(numbers) > 1 or any(numbers[0].parameters):
+            return Diagnostic("arguments", span, f"`{name.text}` takes no number: remove it", remove)
+        term = Token("NAME", name.text, *name.span)
+        message, fixes = number_first(numbers[0].text, term, True, Span(name.span.end, span.end))
+        return Diagnostic("arguments", span, f"`{name.text}` takes no number: {message}", (*fixes, *remove))
+    movements = node.movements if isinstance(node, nodes.Call) else ()
+    takes = _counted(len(found.phrase.numbers), len(found.phrase.movements))
+    given = f", not {_counted(len(numbers), len(movements))}" if numbers or movements else ""
+    message = f"`{name.text}` takes {takes}{given}: write `{found.head}`"
+    if len(numbers) > len(found.phrase.numbers) and len(movements) < len(found.phrase.movements):
+        first = found.phrase.movements[0].name
+        message = f"`{name.text}` takes {takes}{given}: for a number, write `{first}` without brackets in its head"
+    definer = program.bindings.definer(name.text, index)
+    assert definer is not None
+    head = program.statements[definer].heads[0].span.shifted(program.offsets[definer])
+    related = Related(_relative(program, head, index), f"`{found.head}` is defined here")
+    sign = program.statements[definer].sign
+    assert sign
+    declared = _relative(program, Span(head.end, program.offsets[definer] + sign.start), index)
+    fixes = give_arguments(node, found.phrase, declared)
+    return Diagnostic("arguments", name.span, message, fixes, (related,))
+
+
+def _misplaced(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
+    """The diagnostic about a `canon` in a definition, with its fixes."""
+    statement, body = program.statements[index], program.meanings[index].body
+    found = (each for each in nodes.nodes(body) if isinstance(each, nodes.Apply)) if body else ()
+    canon = next((each for each in found if each.word.span == problem.span and each.numbers), None)
+    if not canon:
+        return problem
+    users = program.bindings.users(statement.defines, index) if statement.defines else ()
+    uses = [
+        _relative(program, name.span.shifted(program.offsets[user]), index).start
+        for user in users
+        for name in nodes.names(program.meanings[user].body or canon)
+        if name.text == statement.defines
+    ]
+    movable = (
+        canon is body and not any(canon.numbers[0].parameters) and all(program.meanings[user].robots for user in users)
+    )
+    fixes = move_canon(canon, statement.text, uses if movable else None)
+    return dataclasses.replace(problem, fixes=tuple(fixes))
+
+
+def _unused(program: Program, index: int) -> Diagnostic:
+    statement = program.statements[index]
+    head, sign = statement.heads[0], statement.sign
+    assert sign
+    message = f"nothing uses `{head.text}`: use it below or remove this line"
+    fixes = [Fix("Remove the definition", (Edit(_whole_line(program, index), ""),))]
+    if statement.parameters or not is_valid_robot(head.text):
+        return Diagnostic("unused-name", head.span, message, tuple(fixes))
+    fixes += replace(f"Play it: {head.text} $ …", sign.span, "$")
+    if program.plays_nothing or head.text in program.cast.robots or is_like_a_robot(head.text):
+        message = f"nothing uses `{head.text}`: if it is a robot, write `{head.text} $ …`"
+        fixes.reverse()
+    return Diagnostic("unused-name", head.span, message, tuple(fixes))
+
+
+def _unknown(program: Program, index: int, node: nodes.Name) -> Diagnostic:
+    name = node.text
+    if meant := MEANT.get(name.lower()):
+        message = f"`{name}` is not defined: did you mean {' or '.join(f'`{word}`' for word in meant)}?"
+        fixes = tuple(fix for word in meant for fix in replace(f"Change to {word}", node.span, word))
+        return Diagnostic("unknown-name", node.span, message, fixes)
+    near = program.bindings.nearest(name)
+    if near is None:
+        message = f"`{name}` is not defined: write `{name} = …` above this line"
+        fixes = replace(f"Define {name} as rest above", Span(0, 0), f"{name} = rest{_line_end(program, index)}")
+        return Diagnostic("unknown-name", node.span, message, fixes)
+    message = f"`{name}` is not defined: did you mean `{near}`?"
+    return Diagnostic("unknown-name", node.span, message, replace(f"Change to {near}", node.span, near))
+
+
+def _line_end(program: Program, index: int) -> str:
+    """What ends the line on which a statement starts."""
+    line = program.lines.position(program.offsets[index]).line
+    return program.text[program.lines.end(line) : program.lines.start(line + 1)] or "\n"
+
+
+def _line(program: Program, index: int) -> int:
+    """The line on which a statement starts, counted from 1."""
+    return program.lines.position(program.offsets[index]).line + 1
+
+
+def _whole_line(program: Program, index: int, seen_from: int | None = None) -> Span:
+    """The whole lines of a statement, for removal. Offsets count from the start of the statement `seen_from`."""
+    start = program.offsets[index]
+    first = program.lines.position(start).line
+    last = program.lines.position(start + len(program.statements[index].text)).line
+    whole = Span(program.lines.start(first), program.lines.start(last + 1))
+    return _relative(program, whole, index if seen_from is None else seen_from)
+
+
+def _relative(program: Program, span: Span, index: int) -> Span:
+    return span.shifted(-program.offsets[index])
+
+
+def _counted(numbers: int, movements: int) -> str:
+    """`1 number`, `2 numbers and 1 movement`."""
+    kinds = ((numbers, "number"), (movements, "movement"))
+    counts = [f"{count} {kind}{'' if count == 1 else 's'}" for count, kind in kinds if count]
+    return " and ".join(counts)
+
+
+def _never_ends(played: Movement) -> bool:
+    return isinstance(played.duration, float) and (not played.open or lengths(played).shortest == movement.ENDLESS)

@@ -1,0 +1,191 @@
+"""A program: its statements, the meaning of each, and what robots play together."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import NamedTuple
+
+from improv_core.diagnostics import Diagnostic
+from improv_core.program.bindings import Bindings
+from improv_core.program.meaning import Meaning
+from improv_core.program.reader import Definition
+from improv_core.robots.config import Robots
+from improv_core.score import dice, movement
+from improv_core.score.lengths import Lengths, scene_lengths
+from improv_core.score.movement import Exact, Movement
+from improv_core.score.scenes import performance, scene_begins
+from improv_core.syntax.nodes import Statement
+from improv_core.text import LineIndex, Span
+
+DEFAULT_TEMPO = Fraction(60)
+EVEN = 1_000
+"""Lengths with denominators up to this can always be added: all of these have a common one of 1,439 bits."""
+MOST_SCENES = 500
+"""The most scenes of a program: each robot has a movement for each."""
+
+
+@dataclass(frozen=True)
+class Program:
+    """One version of a document.
+
+    The sequences are parallel, with one entry for each statement: its offset, tree, ID, and meaning. `tempos` has the
+    indices of the statements that set a tempo, `scenes` those of the statements that begin a scene, `faulty` those of
+    the statements whose meaning has diagnostics or names that are undefined or have wrong arguments, and `uneven` those
+    that play something whose length has a denominator over `EVEN`. `infeasible` lists, by index, what the robots of a
+    statement can't do. `waiting` is a heap of statements that may use what has changed and that `settled` has not come
+    to yet: until then, they mean what they meant before. `selected` are the lines that play, if not all of them do.
+    """
+
+    lines: LineIndex
+    offsets: Sequence[int]
+    statements: Sequence[Statement]
+    statement_ids: Sequence[int]
+    meanings: Sequence[Meaning]
+    bindings: Bindings
+    tempos: Sequence[int]
+    scenes: Sequence[int]
+    faulty: frozenset[int]
+    uneven: frozenset[int]
+    cast: Robots  # from improv.toml
+    infeasible: Mapping[int, tuple[Diagnostic, ...]]
+    waiting: Sequence[int] = ()
+    selected: Sequence[Line] | None = None
+
+    @property
+    def text(self) -> str:
+        return self.lines.text
+
+    @property
+    def tempo(self) -> Fraction:
+        """Beats per minute."""
+        return tempo_of(self.tempos, self.meanings)
+
+    @cached_property
+    def played(self) -> Mapping[int, Line]:
+        """The lines that robots play, by index.
+
+        Each begins, for all its robots, at the furthest throw that any of them has reached.
+        """
+        lines = {}
+        throws: dict[str, int] = {}
+        for index, (statement_id, meaning) in enumerate(zip(self.statement_ids, self.meanings, strict=True)):
+            if not meaning.robots or index in self.too_uneven:
+                continue
+            scene = min(bisect_left(self.scenes, index), MOST_SCENES - 1) if self.scenes else 0
+            throw = max([throws.get(robot, 0) for robot in meaning.robots]) if throws else 0
+            lines[index] = Line(meaning.parts, statement_id, scene, throw)
+            if throw or meaning.movement.throws:
+                throws.update(dict.fromkeys(meaning.robots, throw + meaning.movement.throws))
+        return lines
+
+    @cached_property
+    def parts(self) -> Mapping[str, tuple[Movement, ...]]:
+        """What each robot plays in each scene, in order of appearance."""
+        plays: dict[str, dict[int, list[Movement]]] = {}
+        for line in self.played.values() if self.selected is None else self.selected:
+            for robot, part in line.parts:
+                begun = movement.use(dice.throwing(part, line.throw), None, line.statement)
+                plays.setdefault(robot, {}).setdefault(line.scene, []).append(begun)
+        scenes = range(min(len(self.scenes) + 1, MOST_SCENES))
+        return {
+            robot: tuple([movement.series(parts.get(scene, ())) for scene in scenes]) for robot, parts in plays.items()
+        }
+
+    @cached_property
+    def robots(self) -> Mapping[str, Movement]:
+        """All that each robot plays, in order of appearance."""
+        return {robot: performance(scenes, self.begins) for robot, scenes in self.parts.items()}
+
+    @cached_property
+    def begins(self) -> Sequence[Exact]:
+        """The beats at which the scenes begin, up to one that never ends."""
+        return scene_begins(self.parts.values())
+
+    @cached_property
+    def lengths(self) -> Mapping[str, Lengths]:
+        """How long the parts of the robots last, with all scenes."""
+        return dict(zip(self.parts, self._scene_lengths[1], strict=True))
+
+    def scene_begin(self, scene: int) -> Lengths | None:
+        """The beat at which a scene begins, at the earliest and at the latest; None if it never begins."""
+        begins = self._scene_lengths[0]
+        return begins[scene] if scene < len(begins) and begins[scene].shortest < movement.ENDLESS else None
+
+    def statement_at(self, offset: int) -> Placed | None:
+        """The statement that a cursor at `offset` touches."""
+        index = bisect_right(self.offsets, offset) - 1
+        placed = self.placed(index) if index >= 0 else None
+        return placed if placed and placed.span.holds(offset) else None
+
+    def placed(self, index: int) -> Placed:
+        return Placed(index, self.offsets[index], self.statements[index], self.meanings[index])
+
+    def definition(self, name: str, before: int) -> Definition | None:
+        """The definition of a name that applies at the statement `before`."""
+        index = self.bindings.definer(name, before)
+        return None if index is None else self.meanings[index].definition
+
+    @cached_property
+    def too_uneven(self) -> frozenset[int]:
+        """The statements whose length can't be added to those above it for the same robot: the sum is too long."""
+        commons: dict[str, int] = {}
+        found = set()
+        for index in sorted(self.uneven):
+            meaning = self.meanings[index]
+            for robot in meaning.robots:
+                common = math.lcm(commons.get(robot, 1), _denominator(meaning.movement))
+                if common.bit_length() > movement.MOST_BITS:
+                    found.add(index)
+                else:
+                    commons[robot] = common
+        return frozenset(found)
+
+    @cached_property
+    def plays_nothing(self) -> bool:
+        """Whether no line has robots."""
+        return not any(meaning.robots for meaning in self.meanings)
+
+    @cached_property
+    def _scene_lengths(self) -> tuple[Sequence[Lengths], Sequence[Lengths]]:
+        return scene_lengths(list(self.parts.values()))
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A statement with its index and its offset in the text."""
+
+    index: int
+    start: int
+    statement: Statement
+    meaning: Meaning
+
+    @property
+    def span(self) -> Span:
+        return Span(self.start, self.start + len(self.statement.text))
+
+
+class Line(NamedTuple):
+    """What robots play in a scene (from 0), each from the same throw of the dice on, and the statement it is from."""
+
+    parts: Sequence[tuple[str, Movement]]
+    statement: int
+    scene: int = 0
+    throw: int = 0
+
+
+def tempo_of(tempos: Sequence[int], meanings: Sequence[Meaning]) -> Fraction:
+    """Beats per minute, if the statements `tempos` set a tempo: the first one counts."""
+    return (meanings[tempos[0]].tempo if tempos else None) or DEFAULT_TEMPO
+
+
+def is_uneven(meaning: Meaning) -> bool:
+    return bool(meaning.robots) and _denominator(meaning.movement) > EVEN
+
+
+def _denominator(played: Movement) -> int:
+    return played.duration.denominator if isinstance(played.duration, Fraction) else 1

@@ -1,0 +1,61 @@
+"""Shows the beat that plays as the progress of work, where a client shows that."""
+
+from __future__ import annotations
+
+import asyncio
+from uuid import uuid4
+
+from lsprotocol import types
+
+from improv_core.playback.playback import each_beat
+from improv_core.stage.protocol import TransportMessage
+from improv_ls.editor import ANSWER_LIMIT, Editor
+
+
+class Progress:
+    """Follows what plays."""
+
+    def __init__(self, editor: Editor) -> None:
+        self._editor = editor
+        self._task: asyncio.Task[None] | None = None
+
+    def follow(self, transport: TransportMessage) -> None:
+        """What plays has changed."""
+        self.stop()
+        if transport["state"] == "playing" and self._editor.can("window.work_done_progress"):
+            self._task = asyncio.create_task(self._show(transport))
+
+    def stop(self) -> None:
+        if self._task:
+            self._task.cancel()
+            self._task = None
+
+    async def _show(self, transport: TransportMessage) -> None:
+        """Show each beat, until cancelled."""
+        token = f"improv-{uuid4()}"
+        create = self._editor.server.window_work_done_progress_create_async(types.WorkDoneProgressCreateParams(token))
+        try:
+            # Shielded: pygls fails on a late answer to a request that was cancelled here.
+            await asyncio.wait_for(asyncio.shield(create), ANSWER_LIMIT)
+        except Exception:  # no answer or a refusal: this client shows no progress
+            return
+        begun = False
+        try:
+            async for beat in each_beat(transport):
+                if not self._editor.is_read:  # Helix shows the beat in the line of the message
+                    continue
+                if begun:
+                    self._report(token, types.WorkDoneProgressReport(message=beat))
+                else:
+                    begun = True
+                    self._report(token, types.WorkDoneProgressBegin(title="Improv", message=beat, cancellable=False))
+        finally:
+            if begun:
+                self._report(token, types.WorkDoneProgressEnd())
+
+    def _report(
+        self,
+        token: str,
+        value: types.WorkDoneProgressBegin | types.WorkDoneProgressReport | types.WorkDoneProgressEnd,
+    ) -> None:
+        self._editor.server.progress(types.ProgressParams(token, value))

@@ -1,0 +1,26 @@
+"""Why a program can't be played, in one line."""
+
+from __future__ import annotations
+
+from improv_core.diagnostics import Severity
+from improv_ls.documents import Document
+
+
+def refusal(document: Document) -> str | None:
+    """Why a whole program can't be played; None if it can."""
+    if why := wrong_robots(document):
+        return why
+    errors = [each for each in document.analysis.diagnostics if each.severity is Severity.ERROR]
+    if not errors:
+        return None
+    line = document.lines.position(errors[0].span.start).line + 1
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    return f"line {line}: {errors[0].message}{more}"
+
+
+def wrong_robots(document: Document) -> str | None:
+    """Why no robot may move; None if improv.toml has no error."""
+    cast = document.analysis.cast
+    if cast.ok:
+        return None
+    return "improv.toml has errors" if cast.text else cast.diagnostics[0].message  # without it, editors can't show them

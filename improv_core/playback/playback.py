@@ -144,6 +144,7 @@ class Playback:
         self._leader: RunningStage | None = None
         self._twin: RunningStage | None = None
         self._idle: RunningStage | None = None  # of real robots, while the simulator plays alone
+        self._idle_score: Score | None = None  # that its robots played last
         self._score: Score | None = None
         self._senses: Sequence[Sensed] | None = None  # of the recording that it is performed by
         self._name = ""  # of the program that plays, or is about to
@@ -287,6 +288,7 @@ class Playback:
         if simulated and self._twin:
             self._leader.send({"type": "hush"})
             self._idle, self._leader, self._twin = self._leader, self._twin, None
+            self._idle_score = self._score
         elif simulated and self._leader.ready["real"]:
             raise StageError("no robot is named, and there is no simulator: set improv.backend to auto, sim, or both")
         elif not simulated and self._idle:
@@ -462,8 +464,12 @@ class Playback:
             self.stops.discard(stage)
             self._written.pop(stage, None)
             message = self._revive(stage, message)
-        elif message["type"] == "transport" and leads:
-            self._lead(message)
+        elif message["type"] == "transport":
+            if stage is self._halting and message["state"] in ("stopped", "ended"):
+                self._halting = None
+                self._still.set()
+            if leads:
+                self._lead(message)
         elif message["type"] == "stopped" and "message" in message:
             self._failed = stage
         self._listen(message, leads)
@@ -495,9 +501,6 @@ class Playback:
         self.is_on = transport["state"] in ("waiting", "playing", "paused")
         waited, self._waits_for = self._waits_for, transport.get("waits_for", ())
         self._editions.plays(transport["generation"])
-        if transport["state"] in ("stopped", "ended"):
-            self._halting = None
-            self._still.set()
         if not self._twin:
             return
         latest, plays = self._latest, transport["state"] == "playing"
@@ -514,52 +517,54 @@ class Playback:
     def _revive(self, dead: RunningStage, gone: Gone) -> Gone:
         """Replace a stage that has died, and return the line that says so.
 
-        A new leading stage first stops the robots, even if a standby should have: that one may have failed too.
+        A new stage of real robots first stops them, even if a standby should have: that one may have failed too.
         """
-        if dead is self._idle:
-            return {**gone, "message": f"{gone['message']}: its robots stand still; the next dance starts a new one"}
-        leads = dead is self._leader
+        leads, idles = dead is self._leader, dead is self._idle
         if leads:
-            self.is_on = False
-        if leads and self._twin:
-            self._twin.send({"type": "hush"})
-        self._latest = None
-        if leads:
-            self._waits_for = ()
+            self.is_on, self._waits_for = False, ()
+            if self._twin:
+                self._twin.send({"type": "hush"})
+        if not idles:
+            self._latest = None
+        again = "" if idles else "; save to play again"
         if dead is self._halting:  # another one would fail too
             self._halting = None
             self._still.set()
-            return {**gone, "message": f"{gone['message']}: robots may still be moving; save to play again"}
+            return {**gone, "message": f"{gone['message']}: robots may still be moving{again}"}
         task = asyncio.create_task(self._replace(dead))
         self._reviving.add(task)
         task.add_done_callback(self._reviving.discard)
-        if not leads:
+        if not leads and not idles:
             what = "a new one will show the next dance"
         elif dead.ready["real"] and self.options.standby and dead is not self._failed:
-            what = "its robots were stopped; save to play again"
+            what = f"its robots were stopped{again}"
         else:
-            what = "a new one is stopping the robots; save to play again"
+            what = f"a new one is stopping the robots{again}"
         return {**gone, "message": f"{gone['message']}: {what}"}
 
     async def _replace(self, dead: RunningStage) -> None:
         async with self._opening:
-            leads = dead is self._leader
-            if not leads and dead is not self._twin:
+            leads, idles = dead is self._leader, dead is self._idle
+            if not leads and not idles and dead is not self._twin:
                 return
             try:
                 new = await self._start_stage("simulator" if "page" in dead.ready else "ros")
             except StageError as error:
                 self._listen({"type": "error", "message": f"no new stage could be started: {error}"}, leads)
                 new = None
-            if not leads:
+            if idles:
+                self._idle = new or dead  # a dead one has the next play start all stages
+            elif leads:
+                self._leader = new
+            else:
                 self._twin = new
                 return
-            self._leader = new
-        if new and self._score:
+        score = self._idle_score if idles else self._score
+        if new and score:
             self._halting = new
             self._still.clear()
-            standing = _standing(self._score)
-            new.send(self._load(new, Asked(standing, self._generation, "restart", BEATS_PER_BAR, self.stops.count)))
+            asked = Asked(_standing(score), self._generation, "restart", BEATS_PER_BAR, self.stops.count)
+            new.send(self._load(new, asked))
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._still.wait(), HALT_LIMIT)
 

@@ -8,17 +8,17 @@ import secrets
 import time
 from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 from urllib.parse import urlsplit
 
 from improv_core.playback.editions import Editions
+from improv_core.playback.loads import Asked, Loads
 from improv_core.playback.stage_process import Gone, Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError
 from improv_core.playback.stops import Stops
 from improv_core.score.score import Score
-from improv_core.score.score_json import Written, to_json
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
     Answer,
@@ -28,7 +28,6 @@ from improv_core.stage.protocol import (
     Form,
     Held,
     KeySense,
-    Load,
     PageRequest,
     Place,
     Problem,
@@ -109,17 +108,6 @@ async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
         await asyncio.sleep(zero + (passed + 1) * period + AFTER - loop.time())
 
 
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """A score that somebody asked for; `stops` is the count of stops at that moment."""
-
-    score: Score
-    generation: int
-    when: When
-    beats_per_bar: int
-    stops: int
-
-
 class Playback:
     """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
 
@@ -150,7 +138,7 @@ class Playback:
         self._name = ""  # of the program that plays, or is about to
         self._generation = 0
         self._editions = Editions()
-        self._written: dict[RunningStage, Written] = {}  # what each stage has been sent
+        self._loads = Loads()
         self._latest: Asked | None = None
         self._behind = 0.0  # how many seconds the twin plays behind the leading stage
         self._entered: TransportMessage | None = None  # the first message of the latest score's playing
@@ -345,7 +333,7 @@ class Playback:
         await asyncio.gather(*(stage.close() for stage in stages))
         for stage in stages:
             self.stops.discard(stage)
-            self._written.pop(stage, None)
+            self._loads.forget(stage)
         self._leader = self._twin = self._idle = None
         self.is_on = False
         if self._socket:
@@ -396,19 +384,19 @@ class Playback:
 
     def _send_to_leader(self, asked: Asked) -> bool:
         assert self._leader
-        load = self._load(self._leader, asked)
+        load = self._loads.make(self._leader, asked, self.status)
         if self._senses is not None:
             load["senses"] = self._senses
         sent = self.stops.send(load, [self._leader], asked.stops)
         if not sent:
-            self._written.pop(self._leader)  # now we no longer know what it has
+            self._loads.forget(self._leader)
         return sent
 
     def _send_to_twin(self, asked: Asked, entered: TransportMessage) -> None:
         """Have the twin play a score from exactly where the leading stage began with it."""
         assert self._twin
         when: When = "restart" if entered["restarted"] == asked.generation else "now"
-        load = self._load(self._twin, replace(asked, when=when))
+        load = self._loads.make(self._twin, replace(asked, when=when), self.status)
         if asked.score.open:
             self._behind = BEHIND
         elif when == "restart":
@@ -420,23 +408,9 @@ class Playback:
             load["entry"]["scene"] = entered["scene"]
         self._twin.send(load)
 
-    def _load(self, stage: RunningStage, asked: Asked) -> Load:
-        """The message that has a stage play a score, without what it has already."""
-        written = self._written.setdefault(stage, Written())
-        if written.is_stale:
-            written = self._written[stage] = Written()
-        return {
-            "type": "load",
-            "generation": asked.generation,
-            "score": to_json(asked.score, written),
-            "when": asked.when,
-            "backend": self.status,
-            "beats_per_bar": asked.beats_per_bar,
-        }
-
     def _send_again(self, stage: RunningStage, generation: int) -> None:
         """Send a stage the whole score: it did not get the one before, which this one counts on."""
-        self._written.pop(stage, None)
+        self._loads.forget(stage)
         latest = self._latest
         if not latest or latest.generation != generation:
             return
@@ -462,7 +436,7 @@ class Playback:
             self._twin.send(message)
         if message["type"] == "gone":
             self.stops.discard(stage)
-            self._written.pop(stage, None)
+            self._loads.forget(stage)
             message = self._revive(stage, message)
         elif message["type"] == "transport":
             if stage is self._halting and message["state"] in ("stopped", "ended"):
@@ -564,7 +538,7 @@ class Playback:
             self._halting = new
             self._still.clear()
             asked = Asked(_standing(score), self._generation, "restart", BEATS_PER_BAR, self.stops.count)
-            new.send(self._load(new, asked))
+            new.send(self._loads.make(new, asked, self.status))
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._still.wait(), HALT_LIMIT)
 

@@ -8,17 +8,17 @@ import secrets
 import time
 from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 from urllib.parse import urlsplit
 
 from improv_core.playback.editions import Editions
+from improv_core.playback.loads import Asked, Loads
 from improv_core.playback.stage_process import Gone, Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError
 from improv_core.playback.stops import Stops
 from improv_core.score.score import Score
-from improv_core.score.score_json import Written, to_json
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
     Answer,
@@ -28,7 +28,6 @@ from improv_core.stage.protocol import (
     Form,
     Held,
     KeySense,
-    Load,
     PageRequest,
     Place,
     Problem,
@@ -109,17 +108,6 @@ async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
         await asyncio.sleep(zero + (passed + 1) * period + AFTER - loop.time())
 
 
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """A score that somebody asked for; `stops` is the count of stops at that moment."""
-
-    score: Score
-    generation: int
-    when: When
-    beats_per_bar: int
-    stops: int
-
-
 class Playback:
     """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
 
@@ -144,12 +132,13 @@ class Playback:
         self._leader: RunningStage | None = None
         self._twin: RunningStage | None = None
         self._idle: RunningStage | None = None  # of real robots, while the simulator plays alone
+        self._idle_score: Score | None = None  # that its robots played last
         self._score: Score | None = None
         self._senses: Sequence[Sensed] | None = None  # of the recording that it is performed by
         self._name = ""  # of the program that plays, or is about to
         self._generation = 0
         self._editions = Editions()
-        self._written: dict[RunningStage, Written] = {}  # what each stage has been sent
+        self._loads = Loads()
         self._latest: Asked | None = None
         self._behind = 0.0  # how many seconds the twin plays behind the leading stage
         self._entered: TransportMessage | None = None  # the first message of the latest score's playing
@@ -287,6 +276,7 @@ class Playback:
         if simulated and self._twin:
             self._leader.send({"type": "hush"})
             self._idle, self._leader, self._twin = self._leader, self._twin, None
+            self._idle_score = self._score
         elif simulated and self._leader.ready["real"]:
             raise StageError("no robot is named, and there is no simulator: set improv.backend to auto, sim, or both")
         elif not simulated and self._idle:
@@ -346,7 +336,7 @@ class Playback:
         await asyncio.gather(*(stage.close() for stage in stages))
         for stage in stages:
             self.stops.discard(stage)
-            self._written.pop(stage, None)
+            self._loads.forget(stage)
         self._leader = self._twin = self._idle = None
         self.is_on = False
         if self._socket:
@@ -397,19 +387,19 @@ class Playback:
 
     def _send_to_leader(self, asked: Asked) -> bool:
         assert self._leader
-        load = self._load(self._leader, asked)
+        load = self._loads.make(self._leader, asked, self.status)
         if self._senses is not None:
             load["senses"] = self._senses
         sent = self.stops.send(load, [self._leader], asked.stops)
         if not sent:
-            self._written.pop(self._leader)  # now we no longer know what it has
+            self._loads.forget(self._leader)
         return sent
 
     def _send_to_twin(self, asked: Asked, entered: TransportMessage) -> None:
         """Have the twin play a score from exactly where the leading stage began with it."""
         assert self._twin
         when: When = "restart" if entered["restarted"] == asked.generation else "now"
-        load = self._load(self._twin, replace(asked, when=when))
+        load = self._loads.make(self._twin, replace(asked, when=when), self.status)
         if asked.score.open:
             self._behind = BEHIND
         elif when == "restart":
@@ -421,23 +411,9 @@ class Playback:
             load["entry"]["scene"] = entered["scene"]
         self._twin.send(load)
 
-    def _load(self, stage: RunningStage, asked: Asked) -> Load:
-        """The message that has a stage play a score, without what it has already."""
-        written = self._written.setdefault(stage, Written())
-        if written.is_stale:
-            written = self._written[stage] = Written()
-        return {
-            "type": "load",
-            "generation": asked.generation,
-            "score": to_json(asked.score, written),
-            "when": asked.when,
-            "backend": self.status,
-            "beats_per_bar": asked.beats_per_bar,
-        }
-
     def _send_again(self, stage: RunningStage, generation: int) -> None:
         """Send a stage the whole score: it did not get the one before, which this one counts on."""
-        self._written.pop(stage, None)
+        self._loads.forget(stage)
         latest = self._latest
         if not latest or latest.generation != generation:
             return
@@ -463,10 +439,14 @@ class Playback:
             self._twin.send(message)
         if message["type"] == "gone":
             self.stops.discard(stage)
-            self._written.pop(stage, None)
+            self._loads.forget(stage)
             message = self._revive(stage, message)
-        elif message["type"] == "transport" and leads:
-            self._lead(message)
+        elif message["type"] == "transport":
+            if stage is self._halting and message["state"] in ("stopped", "ended"):
+                self._halting = None
+                self._still.set()
+            if leads:
+                self._lead(message)
         elif message["type"] == "stopped" and "message" in message:
             self._failed = stage
         self._listen(message, leads)
@@ -498,9 +478,6 @@ class Playback:
         self.is_on = transport["state"] in ("waiting", "playing", "paused")
         waited, self._waits_for = self._waits_for, transport.get("waits_for", ())
         self._editions.plays(transport["generation"])
-        if transport["state"] in ("stopped", "ended"):
-            self._halting = None
-            self._still.set()
         if not self._twin:
             return
         latest, plays = self._latest, transport["state"] == "playing"
@@ -517,52 +494,54 @@ class Playback:
     def _revive(self, dead: RunningStage, gone: Gone) -> Gone:
         """Replace a stage that has died, and return the line that says so.
 
-        A new leading stage first stops the robots, even if a standby should have: that one may have failed too.
+        A new stage of real robots first stops them, even if a standby should have: that one may have failed too.
         """
-        if dead is self._idle:
-            return {**gone, "message": f"{gone['message']}: its robots stand still; the next dance starts a new one"}
-        leads = dead is self._leader
+        leads, idles = dead is self._leader, dead is self._idle
         if leads:
-            self.is_on = False
-        if leads and self._twin:
-            self._twin.send({"type": "hush"})
-        self._latest = None
-        if leads:
-            self._waits_for = ()
+            self.is_on, self._waits_for = False, ()
+            if self._twin:
+                self._twin.send({"type": "hush"})
+        if not idles:
+            self._latest = None
+        again = "" if idles else "; save to play again"
         if dead is self._halting:  # another one would fail too
             self._halting = None
             self._still.set()
-            return {**gone, "message": f"{gone['message']}: robots may still be moving; save to play again"}
+            return {**gone, "message": f"{gone['message']}: robots may still be moving{again}"}
         task = asyncio.create_task(self._replace(dead))
         self._reviving.add(task)
         task.add_done_callback(self._reviving.discard)
-        if not leads:
+        if not leads and not idles:
             what = "a new one will show the next dance"
         elif dead.ready["real"] and self.options.standby and dead is not self._failed:
-            what = "its robots were stopped; save to play again"
+            what = f"its robots were stopped{again}"
         else:
-            what = "a new one is stopping the robots; save to play again"
+            what = f"a new one is stopping the robots{again}"
         return {**gone, "message": f"{gone['message']}: {what}"}
 
     async def _replace(self, dead: RunningStage) -> None:
         async with self._opening:
-            leads = dead is self._leader
-            if not leads and dead is not self._twin:
+            leads, idles = dead is self._leader, dead is self._idle
+            if not leads and not idles and dead is not self._twin:
                 return
             try:
                 new = await self._start_stage("simulator" if "page" in dead.ready else "ros")
             except StageError as error:
                 self._listen({"type": "error", "message": f"no new stage could be started: {error}"}, leads)
                 new = None
-            if not leads:
+            if idles:
+                self._idle = new or dead  # a dead one has the next play start all stages
+            elif leads:
+                self._leader = new
+            else:
                 self._twin = new
                 return
-            self._leader = new
-        if new and self._score:
+        score = self._idle_score if idles else self._score
+        if new and score:
             self._halting = new
             self._still.clear()
-            standing = _standing(self._score)
-            new.send(self._load(new, Asked(standing, self._generation, "restart", BEATS_PER_BAR, self.stops.count)))
+            asked = Asked(_standing(score), self._generation, "restart", BEATS_PER_BAR, self.stops.count)
+            new.send(self._loads.make(new, asked, self.status))
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._still.wait(), HALT_LIMIT)
 

@@ -24,6 +24,8 @@ JUMP, JUMP_TURN = 0.1, 0.3
 """Meters and radians that wheels can't make between two poses, besides what follows from the fastest velocity."""
 LEAST_SPEED, LEAST_TURN = 1.0, 3.0
 """m/s and rad/s at which somebody else may move a robot: that is no jump."""
+QUIET = 10.0
+"""Seconds without a jump after which the next one is news. Two nodes that publish on one topic make twenty a second."""
 CONTINUOUS = "nav_msgs/Odometry"
 """The source whose frame never jumps (REP 105): if it does, it has started over. Others may correct themselves."""
 
@@ -86,7 +88,8 @@ class Odometry:
         if not track:
             return None
         jump = track.jump(raw)
-        if jump and track.frame:
+        again, track.jumped = raw.at < track.jumped + QUIET, raw.at if jump else track.jumped
+        if jump and track.frame and not again:
             what = f"the odometry of {raw.robot} jumped by {jump}"
             self._lines.append(f"{what}: Improv assumes that it started over, and that {raw.robot} did not move")
         return track.take(raw, bool(jump))
@@ -123,6 +126,7 @@ class _Track:
     frame: Pose | None = None
     aligned: int = 1
     latest: RawPose | None = None
+    jumped: float = -math.inf  # when it jumped last
     fastest: float = LEAST_SPEED
     fastest_turn: float = LEAST_TURN
 

@@ -6,6 +6,7 @@ It never reads a clock: `now` is the monotonic time, in seconds.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,7 +16,7 @@ from improv_core.score.path import pose_at
 from improv_core.score.score import Score
 from improv_core.stage.protocol import Entry, Measured, SceneJson, Sensed, Stretch, TransportMessage
 from improv_core.stage.swap import Before, Swap, edited, joined
-from improv_core.stage.viewer.lookahead import window
+from improv_core.stage.viewer.lookahead import MOST_SENSED, window
 
 AHEAD = 30.0
 """Seconds of a path."""
@@ -54,7 +55,7 @@ class Outlook:
     def __init__(self) -> None:
         self._met: dict[int, Score] = {}
         self._begun: Score | None = None  # as it took over, before scenes began that could not be foreseen
-        self._sensed: list[Sensed] = []
+        self._sensed: deque[Sensed] = deque(maxlen=MOST_SENSED)
         self._stretches: Mapping[str, Stretch] = {}
         self._frames: dict[str, Frame] = {}
         self.score: Score | None = None
@@ -106,7 +107,7 @@ class Outlook:
         if self.score and self.transport:
             begin = self.beat(now)
             beats = AHEAD * self.transport["tempo"] / 60 if self.transport["state"] in _GOES_ON else 0.0
-            self._stretches = window(self.score, begin, begin + beats, self._sensed)
+            self._stretches = window(self.score, begin, begin + beats, list(self._sensed))
 
     def sight(self, robot: str, now: float) -> Sight:
         """What can be seen of a robot."""

@@ -328,14 +328,38 @@ def test_what_only_the_simulator_is_to_play_stops_real_robots_until_the_next_sco
     check(performs)
 
 
-def test_a_stage_that_dies_while_the_simulator_plays_alone_is_replaced_by_the_next_score() -> None:
+def test_a_stage_that_dies_while_the_simulator_plays_alone_is_replaced_by_one_that_stops_its_robots() -> None:
+    async def performs(show: Show) -> None:
+        ros, simulator = await show.play()
+        ghost = score_of(analyze("ghost $ repeat forward\n"))
+        await show.playback.play(ghost, "dance.improv", show.stops.count, simulated=True)
+        simulator.tell("playing")
+        ros.say({"type": "stopped", "message": "r can't be stopped"})
+        ros.die()
+        assert show.lines == ["the stage exited unexpectedly: a new one is stopping the robots"]
+        await show.until(lambda: show.latest("ros") is not ros and show.latest("ros").sent)
+        new = show.latest("ros")
+        (standing,) = new.loads
+        assert (standing["score"]["parts"].keys(), standing["score"]["movements"]) == ({"r"}, [])
+        assert (show.playback.is_on, simulator.kinds[-1]) == (True, "load"), "the simulator plays on"
+        new.tell("ended")
+        await show.begin()
+        assert (new.kinds, simulator.kinds[-1]) == (["load", "load"], "hush")
+
+    check(performs)
+
+
+def test_where_a_stage_that_idles_can_not_be_replaced_the_next_score_starts_all() -> None:
     async def performs(show: Show) -> None:
         ros, _ = await show.play()
         await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+        show.fails = {"ros"}
         ros.die()
-        assert show.lines == ["the stage exited unexpectedly: its robots stand still; the next dance starts a new one"]
+        assert show.lines == ["the stage exited unexpectedly: its robots were stopped"]
+        await show.until(lambda: len(show.lines) > 1)
+        assert show.lines[-1] == "no new stage could be started: no ros here"
+        show.fails = set()
         await show.play()
-        assert show.latest("ros") is not ros
         assert show.latest("ros").kinds == ["load"]
 
     check(performs)

@@ -18,7 +18,7 @@ from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part
-from improv_core.stage.odometry import CONTINUOUS, RECENT, Odometry
+from improv_core.stage.odometry import CONTINUOUS, QUIET, RECENT, Odometry
 from improv_core.stage.player import REST, Player, Told
 from improv_core.stage.sinks import RawPose
 from improv_core.stage.sinks.simulator import Simulator
@@ -172,6 +172,18 @@ def test_odometry_that_jumps_has_started_over_but_localization_has_corrected_its
     what = "the odometry of r jumped by 7.78 m and 0 degrees"
     line = f"{what}: Improv assumes that it started over, and that r did not move"
     assert robot.lines == ([line] if jumps else [])
+
+
+def test_odometry_that_never_stops_jumping_is_told_once() -> None:
+    robot = Robot(frame=Pose())
+    robot.play()
+    for x in (0, 5) * 200:  # of two robots on one topic
+        robot.pose(Pose(x))
+        robot.run(0.05)
+    assert len(robot.lines) == 1
+    robot.run(QUIET)
+    robot.pose(Pose(500))
+    assert len(robot.lines) == 2
 
 
 def test_a_reset_between_two_performances_is_no_jump() -> None:

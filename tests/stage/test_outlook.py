@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
 
 from improv_core.score.motion import Pose
+from improv_core.score.score import Score
+from improv_core.stage import outlook
 from improv_core.stage.outlook import AHEAD, MOST_POSES, Outlook
-from improv_core.stage.protocol import MeasuredRobot, PoseJson, When
+from improv_core.stage.protocol import MeasuredRobot, Moment, PoseJson, Sensed, Stretch, When
+from improv_core.stage.viewer.lookahead import MOST_SENSED
 from tests.stage.test_player import Stage, score
 
 
@@ -43,6 +47,24 @@ class Watched(Stage):
     def path(self, robot: str = "r") -> list[tuple[float, Pose]]:
         self.see(robot)
         return list(self.outlook.path(robot))
+
+
+def test_of_what_was_sensed_only_the_latest_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked: list[Sequence[Sensed]] = []
+
+    def window(score: Score, start: float, end: float, sensed: Sequence[Sensed]) -> dict[str, Stretch]:
+        looked.append(sensed)
+        return {}
+
+    monkeypatch.setattr(outlook, "window", window)
+    stage = Watched()
+    stage.load("r $ repeat forward\n")
+    stage.outlook.take(next(message for message in stage.told if message["type"] == "transport"))
+    for at in range(2 * MOST_SENSED):
+        moment: Moment = {"generation": 1, "robot": "r", "beat": at / 100, "performed": at / 100, "wall": 0}
+        stage.outlook.take({"type": "sensed", "sense": "bump", "value": at % 2 == 0, **moment})
+    stage.outlook.look(stage.now)
+    assert [len(looked[0]), looked[0][-1]["beat"]] == [MOST_SENSED, (2 * MOST_SENSED - 1) / 100]
 
 
 def test_where_a_robot_is_and_what_it_plays() -> None:

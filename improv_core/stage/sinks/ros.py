@@ -59,6 +59,7 @@ class Ros:
         now: Now = time.monotonic,
     ) -> None:
         os.environ.update(limited(os.environ, discovery))
+        os.environ["RCUTILS_LOGGING_USE_STDOUT"] = "0"  # there, lines are messages: ours, and those of our processes
         name, arguments = without_name(arguments)
         self._standby = Standby(node_name() + STANDBY, arguments, now, standby)  # first: it starts while we do
         from rclpy.executors import SingleThreadedExecutor

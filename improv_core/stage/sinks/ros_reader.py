@@ -31,8 +31,6 @@ WAIT = 0.1
 """Seconds to wait at a time."""
 END_LIMIT = 2.0
 """Seconds it may take to exit."""
-
-
 POSE_LIMIT = 0.4
 """Seconds without a pose after which a robot's poses count as gone, if they usually come often."""
 USUAL = 3
@@ -97,7 +95,7 @@ class Reader:
         """End the process."""
         self._closing.set()
         if self._thread.ident:
-            self._thread.join(END_LIMIT)
+            self._thread.join()
 
     def _run(self) -> None:
         """Keep a process that reads, until we are closed."""
@@ -109,8 +107,8 @@ class Reader:
             else:
                 what = self._listen(process)
                 if self._closing.is_set():
-                    process.communicate()
-                    return
+                    with suppress(subprocess.TimeoutExpired):
+                        process.communicate(timeout=END_LIMIT)
                 process.kill()
                 process.wait()
             self._fall_silent()
@@ -142,8 +140,11 @@ class Reader:
                 return "has ended"
             waited, limit, self.problem = 0.0, ALIVE_LIMIT, None
             *lines, rest = (rest + data).split(b"\n")
-            for line in lines:
-                self._take(json.loads(line))
+            try:
+                for line in lines:
+                    self._take(json.loads(line))
+            except (ValueError, LookupError, TypeError) as error:
+                return f"sent what can't be read ({type(error).__name__})"
         return "is not needed"
 
     def _take(self, message: FromReader) -> None:

@@ -19,6 +19,8 @@ from improv_core.stage.protocol import Sensed, ShownScore, Stretch
 
 MOST_MOMENTS = 20_000
 """Moments of all robots together in one window."""
+MOST_SENSED = 1000
+"""Changes of senses to keep, to know what they have decided."""
 
 
 def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownScore:

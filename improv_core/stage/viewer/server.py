@@ -26,15 +26,11 @@ from improv_core.stage.protocol import (
 )
 from improv_core.stage.viewer.answers import Answers, Shown
 from improv_core.stage.viewer.application import HOST, Application
-from improv_core.stage.viewer.lookahead import about
+from improv_core.stage.viewer.lookahead import MOST_SENSED, about
 from improv_core.stage.viewer.pages import Pages
 
 if TYPE_CHECKING:
     from improv_core.stage.sinks.simulator import Snapshot
-
-
-MOST_SENSED = 1000
-"""Changes of senses that are kept, to know what they have decided."""
 
 
 class Viewer:

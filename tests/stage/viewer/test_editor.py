@@ -182,6 +182,28 @@ def test_unsaved_text_is_there_after_a_reload_and_on_a_new_page(edit: Callable[[
     assert edited.file.read_text() == SQUARE
 
 
+def test_a_stop_also_stops_what_is_to_be_saved_and_played_next(edit: Callable[[str], Edit]) -> None:
+    show = edit(SQUARE)
+    page = show.page()
+    # All at once: the second save waits for the answer to the first one.
+    page.evaluate("""() => {
+      window.sent = []
+      const send = WebSocket.prototype.send
+      WebSocket.prototype.send = function (text) {
+        window.sent.push(JSON.parse(text).type)
+        send.call(this, text)
+      }
+      const press = (key, ctrlKey) => dispatchEvent(new KeyboardEvent("keydown", { key, ctrlKey }))
+      press("Enter", true)
+      press("Enter", true)
+      press("Escape", false)
+    }""")
+    wait(page, IDLE)
+    assert page.evaluate("window.sent.filter(type => ['write', 'hush'].includes(type))") == ["write", "hush"]
+    page.keyboard.press("Control+Enter")
+    wait(page, PLAYING)
+
+
 def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
     edit: Callable[[str], Edit], artifacts: Path
 ) -> None:

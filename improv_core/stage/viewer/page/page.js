@@ -44,7 +44,10 @@ const lights = new Lights(
   clock,
 )
 const program = new Program(clock, send)
-const controls = new Controls(clock, send)
+const controls = new Controls(clock, (request) => {
+  if (request.type === "hush" || request.type === "pause") editor.saving.halt()
+  send(request)
+})
 const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const senses = new Senses(clock, send, () => view.touch())
@@ -153,6 +156,7 @@ function takeTransport(message) {
   }
   if (jumped && !begins) trails.seek(message.beat)
   if (program.takeTransport(message, jumped || message.state !== state)) showProgram()
+  if (message.state === "stopped" || message.state === "paused") editor.saving.halt()
   if (begins || message.state !== state) notices.announce(controls.spoken())
   if (message.state === "ended" || message.state === "stopped") panels.finish()
   showTransport()

@@ -120,6 +120,11 @@ export class Saving {
     this.show()
   }
 
+  /** Somebody has stopped or paused the robots: what still waits to be saved and played must not move them. */
+  halt() {
+    this.#again = false
+  }
+
   /** Shows what is saved, and the other text, if there is one. */
   show() {
     const draft = this.#draft

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.ls.client import Client
-from tests.strange_files import StrangeFile
+from tests.strange_files import strange_files
 
 QUIET = {"backend": "sim", "page": {"open": False}}
 BURGER = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
@@ -64,18 +64,19 @@ def test_robots_of_a_file_that_can_not_be_read_do_not_move(tmp_path: Path) -> No
         assert client.wait_for_line("▶").startswith("▶ r 1 beat")
 
 
-def test_a_strange_improv_toml_stops_new_dances_only(strange_file: StrangeFile) -> None:
-    program = strange_file.folder / "dance.improv"
+def test_a_strange_improv_toml_stops_new_dances_only(tmp_path: Path) -> None:
     with Client(QUIET) as client:
-        client.open(program.as_uri(), "r $ repeat forward\n")
-        client.save(program.as_uri())
-        client.wait_for_line("▶")
-        robots = strange_file.make("improv.toml")
-        client.save(program.as_uri())
-        line = client.wait_for_line("✗")
-        assert line.startswith(f"✗ {robots}: {strange_file.problem}")
-        assert line.endswith("; the previous dance keeps playing")
-        assert codes(client, robots) == ["robots"]
+        for strange_file in strange_files(tmp_path):
+            program = strange_file.folder / "dance.improv"
+            client.open(program.as_uri(), "r $ repeat forward\n")
+            client.save(program.as_uri())
+            client.wait_for_line("▶")
+            robots = strange_file.make("improv.toml")
+            client.save(program.as_uri())
+            line = client.wait_for_line("✗")
+            assert line.startswith(f"✗ {robots}: {strange_file.problem}")
+            assert line.endswith("; the previous dance keeps playing")
+            assert codes(client, robots) == ["robots"]
 
 
 def test_a_document_that_is_too_long_has_one_diagnostic(tmp_path: Path) -> None:

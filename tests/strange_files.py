@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,3 +41,11 @@ _KINDS: dict[str, tuple[Callable[[Path], object], str]] = {
     "unreadable": (lambda path: path.touch(0o000), "permission denied"),
 }
 KINDS = [kind for kind in _KINDS if kind != "unreadable" or os.geteuid()]  # root may read everything
+
+
+def strange_files(folder: Path) -> Iterator[StrangeFile]:
+    """One of each kind, in a folder of its own."""
+    for kind in KINDS:
+        own = folder / kind
+        own.mkdir()
+        yield StrangeFile(own, kind)

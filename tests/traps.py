@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 MODULES = ("venv", "ensurepip", "pip", "rclpy", "geometry_msgs", "json", "sitecustomize", "usercustomize")
-PYTHONPATHS = ("", ":", ".", "lib:", "/nowhere:.")
-"""Values that let Python import from the current folder, or that a careless `export` leaves behind."""
+PYTHONPATHS = ("", ":lib:/nowhere:.")
+"""Without one, and with one that lets Python import from the current folder in all the ways that an `export` does."""
 
 
 class Traps:

@@ -157,17 +157,23 @@ def test_a_wrong_save_is_told_as_check_tells_it(watch: Watch, program: Path) -> 
     watch.wait("▶ r 2 beats")
 
 
-def test_what_can_not_be_read_for_long_is_told(watch: Watch, program: Path) -> None:
-    program.write_bytes(b"r $ left # \xc3\n")
-    assert watch.next() == f"improv: {program}: it is not UTF-8 text\n"
-    assert watch.next() == "✗ the previous dance keeps playing\n"
-    program.unlink()
-    assert watch.next() == f"improv: {program}: no such file or directory\n"
-
-
-def test_emptied_for_long(watch: Watch, program: Path) -> None:
-    program.write_text("")
-    assert watch.next() == "▶ no robot plays, simulator\n"
+def test_what_is_empty_or_can_not_be_read_for_long_is_told(tmp_path: Path) -> None:
+    """All three wait at the same time: each waits for long."""
+    broken, gone, empty = (tmp_path / name / "dance.improv" for name in ("broken", "gone", "empty"))
+    for path in (broken, gone, empty):
+        path.parent.mkdir()
+        path.write_text("r $ repeat forward\n")
+    with watching(broken) as of_broken, watching(gone) as of_gone, watching(empty) as of_empty:
+        for watch in (of_broken, of_gone, of_empty):
+            watch.wait("▶ r ∞")
+        broken.write_bytes(b"r $ left # \xc3\n")
+        gone.unlink()
+        empty.write_text("")
+        assert of_broken.next() == f"improv: {broken}: it is not UTF-8 text\n"
+        assert of_gone.next() == f"improv: {gone}: no such file or directory\n"
+        for watch in (of_broken, of_gone):
+            assert watch.next() == "✗ the previous dance keeps playing\n"
+        assert of_empty.next() == "▶ no robot plays, simulator\n"
 
 
 def test_a_save_of_the_robots_plays_anew(watch: Watch, program: Path) -> None:
@@ -201,15 +207,13 @@ def test_robots_of_a_file_that_can_not_be_read_do_not_move(watch: Watch, program
     assert watch.next() == "✗ the previous dance keeps playing\n"
 
 
-def test_a_strange_improv_toml_stops_new_dances_only(strange_file: StrangeFile) -> None:
-    path = strange_file.folder / "dance.improv"
-    path.write_text("r $ repeat forward\n")
-    with watching(path) as watch:
-        watch.wait("▶ r ∞")
-        robots = strange_file.make("improv.toml")
-        path.write_text("r $ left\n")
-        assert watch.next().startswith(f"improv: {robots}: {strange_file.problem}")
-        assert watch.next() == "✗ the previous dance keeps playing\n"
+@pytest.mark.parametrize("kind", ["pipe", "terabyte"])
+def test_a_strange_improv_toml_stops_new_dances_only(watch: Watch, program: Path, kind: str) -> None:
+    strange_file = StrangeFile(program.parent, kind)
+    robots = strange_file.make("improv.toml")
+    program.write_text("r $ left\n")
+    assert watch.next().startswith(f"improv: {robots}: {strange_file.problem}")
+    assert watch.next() == "✗ the previous dance keeps playing\n"
 
 
 @pytest.mark.parametrize(("options", "begins"), [([], None), (["--continue"], {"s"})])

@@ -99,6 +99,7 @@ def test_helps(neovim: Neovim) -> None:
     neovim.check("helps.lua")
 
 
+@pytest.mark.parametrize("neovim", ["nvim-0.12"], indirect=True)
 @pytest.mark.parametrize("steps", ["write", "ImprovPlay", "write ImprovPlay ImprovHush"])
 @pytest.mark.timeout(LIMIT + 60)
 def test_what_is_asked_for_while_the_server_starts(neovim: Neovim, steps: str) -> None:

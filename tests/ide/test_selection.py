@@ -193,7 +193,7 @@ def once(movement: str, letter: str, word: str) -> str:
 
 
 @given(dances, dances, st.data())
-@settings(max_examples=200)
+@settings(max_examples=100)
 def test_the_dice_fall_as_in_the_whole_program(x: str, played: str, data: st.DataObject) -> None:
     """Where a part is performed more than once, it throws as it does first."""
     played = once(once(played, "y", f"many 2 {THROWS[0]}"), "x", "(X)")

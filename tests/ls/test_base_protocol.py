@@ -47,9 +47,14 @@ def told(output: bytes) -> list[dict[str, Any]]:
 
 def check(*messages: bytes | dict[str, Any], answers: Mapping[Any, int | None], code: int) -> None:
     """The error code of each answer, by the request's id, and the server's exit code. Nothing else is said."""
+    assert dict(answered(*messages, code=code)) == answers
+
+
+def answered(*messages: bytes | dict[str, Any], code: int) -> list[tuple[Any, int | None]]:
+    """The id and the error code of each answer of a server that exits with this code."""
     ended = run(sent=b"".join(map(framed, messages)))
-    assert {each["id"]: each.get("error", {}).get("code") for each in told(ended.stdout)} == answers
     assert (ended.returncode, ended.stderr) == (code, b"")
+    return [(each["id"], each.get("error", {}).get("code")) for each in told(ended.stdout)]
 
 
 def test_exit_tells_whether_the_editor_has_asked_for_shutdown() -> None:
@@ -86,9 +91,8 @@ def test_after_shutdown_nothing_else_is_answered() -> None:
     check(INITIALIZE, {**INITIALIZE, "id": 3}, EXIT, answers={1: None, 3: INVALID_REQUEST}, code=1)
 
 
-@pytest.mark.parametrize(
-    ("request_", "code"),
-    [
+def test_a_wrong_request_is_refused() -> None:
+    wrong: list[tuple[dict[str, Any], int]] = [
         ({"method": "textDocument/hover"}, INVALID_PARAMS),
         ({"method": "textDocument/hover", "params": None}, INVALID_PARAMS),
         ({"method": "textDocument/hover", "params": [1]}, INVALID_PARAMS),
@@ -98,31 +102,21 @@ def test_after_shutdown_nothing_else_is_answered() -> None:
         ({"method": "textDocument/teleport"}, METHOD_NOT_FOUND),
         ({"method": 7}, INVALID_REQUEST),
         ({"jsonrpc": "1.0", "method": "textDocument/hover", "params": PLACE}, INVALID_REQUEST),
-    ],
-)
-def test_a_wrong_request_is_refused(request_: dict[str, Any], code: int) -> None:
-    check(INITIALIZE, {"id": 7, **request_}, SHUTDOWN, EXIT, answers={1: None, 7: code, 2: None}, code=0)
+    ]
+    requests = [{"id": 7 + number, **request} for number, (request, _) in enumerate(wrong)]
+    codes = {7 + number: code for number, (_, code) in enumerate(wrong)}
+    check(INITIALIZE, *requests, SHUTDOWN, EXIT, answers={1: None, **codes, 2: None}, code=0)
 
 
-@pytest.mark.parametrize(
-    ("body", "code"),
-    [
-        (b"{", PARSE_ERROR),
-        (b"", PARSE_ERROR),
-        (b"\xff", PARSE_ERROR),
-        (b"[" * 100_000, PARSE_ERROR),
-        (b"[]", INVALID_REQUEST),
-        (b"7", INVALID_REQUEST),
-        (b"{}", INVALID_REQUEST),
-    ],
-)
-def test_what_is_no_message_is_answered_without_an_id(body: bytes, code: int) -> None:
-    check(INITIALIZE, body, SHUTDOWN, EXIT, answers={1: None, None: code, 2: None}, code=0)
+def test_what_is_no_message_is_answered_without_an_id() -> None:
+    unreadable = [b"{", b"", b"\xff", b"[" * 100_000]
+    invalid = [b"[]", b"7", b"{}"]
+    codes = [(None, PARSE_ERROR)] * len(unreadable) + [(None, INVALID_REQUEST)] * len(invalid)
+    assert answered(INITIALIZE, *unreadable, *invalid, SHUTDOWN, EXIT, code=0) == [(1, None), *codes, (2, None)]
 
 
-@pytest.mark.parametrize(
-    "note",
-    [
+def test_a_wrong_notification_or_answer_is_passed_over() -> None:
+    wrong: list[dict[str, Any]] = [
         {"method": "textDocument/didOpen"},
         {"method": "textDocument/didSave", "params": {"textDocument": 7}},
         {"method": "$/cancelRequest", "params": None},
@@ -130,10 +124,8 @@ def test_what_is_no_message_is_answered_without_an_id(body: bytes, code: int) ->
         {"id": 9, "result": None},
         {"id": 9, "error": {"code": -32600, "message": "no"}},
         {"id": [9], "result": None},
-    ],
-)
-def test_a_wrong_notification_or_answer_is_passed_over(note: dict[str, Any]) -> None:
-    check(INITIALIZE, note, SHUTDOWN, EXIT, answers={1: None, 2: None}, code=0)
+    ]
+    check(INITIALIZE, *wrong, SHUTDOWN, EXIT, answers={1: None, 2: None}, code=0)
 
 
 HEADERS = [
@@ -147,7 +139,13 @@ HEADERS = [
 
 
 @pytest.mark.parametrize("header", HEADERS, ids=range(len(HEADERS)))
-def test_a_stream_that_cannot_be_read_ends_the_server_and_stops_the_robots(header: bytes) -> None:
+def test_a_stream_that_cannot_be_read_ends_the_server(header: bytes) -> None:
+    ended = run(sent=framed(INITIALIZE) + header)
+    (line,) = ended.stderr.decode().splitlines()
+    assert (ended.returncode, line.startswith("improv-ls: ")) == (1, True)
+
+
+def test_a_stream_that_cannot_be_read_stops_the_robots() -> None:
     with Client(QUIET) as client:
         client.open(URI, "r $ repeat left\n")
         client.save(URI)
@@ -156,7 +154,7 @@ def test_a_stream_that_cannot_be_read_ends_the_server_and_stops_the_robots(heade
         assert stages
         assert client.process.stdin
         assert client.process.stderr
-        client.process.stdin.write(header)
+        client.process.stdin.write(HEADERS[0])
         client.process.stdin.flush()
         assert client.process.wait(LIMIT) == 1
         wait_until_gone(stages, LIMIT)

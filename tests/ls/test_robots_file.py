@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.ls.client import Client
-from tests.strange_files import StrangeFile
+from tests.strange_files import strange_files
 
 QUIET = {"backend": "sim", "page": {"open": False}}
 BURGER = '[robots.burger]\nprofile = "turtlebot3_burger"\n'
@@ -64,18 +64,19 @@ def test_robots_of_a_file_that_can_not_be_read_do_not_move(tmp_path: Path) -> No
         assert client.wait_for_line("▶").startswith("▶ r 1 beat")
 
 
-def test_a_strange_improv_toml_stops_new_dances_only(strange_file: StrangeFile) -> None:
-    program = strange_file.folder / "dance.improv"
+def test_a_strange_improv_toml_stops_new_dances_only(tmp_path: Path) -> None:
     with Client(QUIET) as client:
-        client.open(program.as_uri(), "r $ repeat forward\n")
-        client.save(program.as_uri())
-        client.wait_for_line("▶")
-        robots = strange_file.make("improv.toml")
-        client.save(program.as_uri())
-        line = client.wait_for_line("✗")
-        assert line.startswith(f"✗ {robots}: {strange_file.problem}")
-        assert line.endswith("; the previous dance keeps playing")
-        assert codes(client, robots) == ["robots"]
+        for strange_file in strange_files(tmp_path):
+            program = strange_file.folder / "dance.improv"
+            client.open(program.as_uri(), "r $ repeat forward\n")
+            client.save(program.as_uri())
+            client.wait_for_line("▶")
+            robots = strange_file.make("improv.toml")
+            client.save(program.as_uri())
+            line = client.wait_for_line("✗")
+            assert line.startswith(f"✗ {robots}: {strange_file.problem}")
+            assert line.endswith("; the previous dance keeps playing")
+            assert codes(client, robots) == ["robots"]
 
 
 def test_a_document_that_is_too_long_has_one_diagnostic(tmp_path: Path) -> None:
@@ -105,18 +106,15 @@ def test_an_open_improv_toml_is_no_program(tmp_path: Path, language: str) -> Non
         assert client.wait_for_line("▶").startswith("▶ burger 1 beat")
 
 
-@pytest.mark.parametrize(
-    ("name", "language", "is_program"),
-    [
-        ("dance.improv", "improv", True),
-        ("dance.improv", "plaintext", True),
-        ("dance", "improv", True),
-        ("notes.md", "markdown", False),
-        ("other.toml", "toml", False),
-    ],
-)
-def test_only_programs_are_served(tmp_path: Path, name: str, language: str, is_program: bool) -> None:
-    uri = (tmp_path / name).as_uri()
+def test_only_programs_are_served(tmp_path: Path) -> None:
     with Client(QUIET) as client:
-        client.open(uri, "r $ forward\n", language)
-        assert bool(client.request("textDocument/documentSymbol", {"textDocument": {"uri": uri}})) == is_program
+        for name, language, is_program in [
+            ("dance.improv", "improv", True),
+            ("other.improv", "plaintext", True),
+            ("dance", "improv", True),
+            ("notes.md", "markdown", False),
+            ("other.toml", "toml", False),
+        ]:
+            uri = (tmp_path / name).as_uri()
+            client.open(uri, "r $ forward\n", language)
+            assert bool(client.request("textDocument/documentSymbol", {"textDocument": {"uri": uri}})) == is_program

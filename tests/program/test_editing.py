@@ -66,7 +66,7 @@ def seen(analysis: Analysis) -> dict[str, Any]:
 
 
 @given(texts, edits)
-@settings(max_examples=400)
+@settings(max_examples=200)
 def test_edited_is_as_analyzed(text: str, several: list[tuple[float, float, list[str]]]) -> None:
     analysis = analyze(text)
     for one, other, pieces in several:

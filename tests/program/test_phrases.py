@@ -84,7 +84,7 @@ def programs(draw: st.DrawFn) -> Pair:
 
 
 @given(programs())
-@settings(max_examples=300)
+@settings(max_examples=100)
 def test_a_use_is_its_body_with_the_arguments_written_in(pair: Pair) -> None:
     short, long = (analyze(text) for text in pair)
     played = compiled(short, 200, SENSED)
@@ -96,7 +96,7 @@ def test_a_use_is_its_body_with_the_arguments_written_in(pair: Pair) -> None:
 
 
 @given(movements(st.nothing(), NUMBERS))
-@settings(max_examples=200)
+@settings(max_examples=100)
 def test_two_robots_on_a_line_are_in_unison(pair: Pair) -> None:
     analysis = analyze(f"r $ choose (up down)\nr s $ {pair[0]}")
     after_the_first_line = islice(walk(analysis.robots["r"], 1), 100)

@@ -20,7 +20,7 @@ from tests.recordings import Velocity, read
 from tests.ros.conftest import Listen
 from tests.ros.dance import still
 
-BEATS, SAVES = 120, 100
+BEATS, SAVES = 40, 40
 
 
 def of(path: Path, topic: str) -> list[Velocity]:

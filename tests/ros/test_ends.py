@@ -26,8 +26,8 @@ from tests.ros.dance import (
     BEFORE,
     BEFORE_SPEED,
     BY_STANDBY,
-    DEADLY,
     ENDED,
+    SIGNALS,
     SOON,
     Record,
     Server,
@@ -44,17 +44,15 @@ PULSE = 3.0
 """Seconds after which a server that can't say anything counts as hung: PULSE_LIMIT in stage/process.py."""
 
 
-@DEADLY
-def test_the_end_of_the_server(
-    number: signal.Signals, turtle: Listener, ros_env: dict[str, str], record_property: Record
-) -> None:
-    with Server(ros_env) as server:
-        dances(server, turtle)
-        ours = descendants(server.pid)
-        began = time.monotonic()
-        os.kill(server.pid, number)
-        zero = stands(turtle, began, SOON, record_property)
-        wait_until_gone(ours, LIMIT)
+def test_the_end_of_the_server(turtle: Listener, ros_env: dict[str, str], record_property: Record) -> None:
+    for number in SIGNALS:
+        with Server(ros_env) as server:
+            dances(server, turtle)
+            ours = descendants(server.pid)
+            began = time.monotonic()
+            os.kill(server.pid, number)
+            zero = stands(turtle, began, SOON, record_property)
+            wait_until_gone(ours, LIMIT)
     with Server(ros_env) as server:
         plays_the_next_save(server, turtle, zero)
         assert server.complaints() == []
@@ -89,13 +87,10 @@ def deafen(process: subprocess.Popen[str], server: int) -> None:
     wait_until_full(server, LIMIT)
 
 
-@DEADLY
-def test_the_end_of_the_editor(
-    number: signal.Signals, turtle: Listener, ros_env: dict[str, str], record_property: Record
-) -> None:
+def test_the_end_of_the_editor(turtle: Listener, ros_env: dict[str, str], record_property: Record) -> None:
     with an_editor(ros_env, turtle) as (process, _):
         began = time.monotonic()
-        process.send_signal(number)
+        process.kill()
         stands(turtle, began, SOON, record_property)
 
 
@@ -185,7 +180,6 @@ def test_ctrl_z_stops_the_robots(
 
 ENDS_OF_PLAY: dict[str, tuple[Callable[[int], None], int]] = {
     "Ctrl-C": (lambda pid: os.killpg(pid, signal.SIGINT), 130),
-    "SIGINT": (lambda pid: os.kill(pid, signal.SIGINT), 130),
     "SIGTERM": (lambda pid: os.kill(pid, signal.SIGTERM), 130),
     "SIGKILL": (lambda pid: os.kill(pid, signal.SIGKILL), -signal.SIGKILL),
 }

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import suppress
 
@@ -66,16 +65,14 @@ def test_a_server_that_hangs(server: Server, turtle: Listener, record_property: 
     survives(server, turtle, lambda _: stop_for_a_while(server.pid), line, SOON, record_property)
 
 
-def test_ten_saves_within_a_tenth_of_a_second_end_in_the_last(server: Server, turtle: Listener) -> None:
+def test_ten_saves_at_once_end_in_the_last(server: Server, turtle: Listener) -> None:
     dances(server, turtle)
-    began = time.monotonic()
     for tempo in range(100, 110):
         server.type(f"beat {tempo}\nturtle1 $ forward\n")
         server.client.save(URI)
-    assert time.monotonic() - began < 0.1
     first = turtle.wait(at_speed(109 * BEFORE_SPEED / 60))["at"]
     last = turtle.wait(still)["at"]
     for _ in range(10):
         server.wait_for_line("▶")
-    assert last - first == pytest.approx(60 / 109, abs=0.05)
+    assert last - first == pytest.approx(60 / 109, abs=0.25)
     plays_the_next_save(server, turtle, last)

@@ -15,17 +15,15 @@ from improv_core.playback.stops import Stops
 from improv_core.score.score import Safety
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT
-from tests.traps import Traps
+from tests.traps import PYTHONPATHS, Traps
 
 
-@pytest.fixture(params=[":", "lib:"])
-def traps(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ros_env: dict[str, str], request: pytest.FixtureRequest
-) -> Traps:
+@pytest.fixture
+def traps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ros_env: dict[str, str]) -> Traps:
     for name, value in ros_env.items():
         monkeypatch.setenv(name, value)
     traps = Traps(tmp_path)
-    traps.enter(monkeypatch, request.param)
+    traps.enter(monkeypatch, PYTHONPATHS[-1])
     return traps
 
 

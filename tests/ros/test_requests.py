@@ -71,7 +71,8 @@ def until(ask: Ask, line: str, expected: Any) -> None:
         assert time.monotonic() < end, found
 
 
-def test_services_play_pause_and_stop(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+def test_services_and_parameters(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+    """To play, pause and stop; speed, which can be set; and tempo, which can be read."""
     robot = listen("/turtle1/cmd_vel")
     with server(ros_env, tmp_path) as editor:
         editor.save(PROGRAM)
@@ -86,12 +87,7 @@ def test_services_play_pause_and_stop(ask: Ask, listen: Listen, ros_env: Mapping
         robot.wait(still)
         until(ask, "call /conductor/play", [True, "playing again from beat 0"])
         robot.wait(at_speed(SPEED))
-        editor.complaints()
 
-
-def test_speed_can_be_set_and_tempo_read(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
-    robot = listen("/turtle1/cmd_vel")
-    with server(ros_env, tmp_path) as editor:
         editor.save("beat 30\n" + PROGRAM)
         robot.wait(at_speed(SPEED / 2))
         until(ask, "get /conductor tempo", 30.0)

@@ -50,7 +50,7 @@ def test_only_a_restart_resets(sink: Sink, listen: Listen) -> None:
 
 def test_a_service_that_is_not_there_is_said_once(sink: Sink) -> None:
     sink("prepare", TOPICS, reset="/lab/reset")
-    assert sink("wait_for_reset") < 0.6
+    assert sink("wait_for_reset") < 5  # it waits half a second, and a busy machine longer
     line = "no node offers the service /lab/reset (std_srvs/srv/Empty), so these were not reset: turtle1, turtle2"
     assert sink("warnings") == {"turtle1": line}
     sink("prepare", TOPICS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import socket
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from urllib.request import urlopen
 
 from playwright.sync_api import FrameLocator, Locator, Page, expect, sync_playwright
@@ -108,15 +110,30 @@ def _write_settings(folder: Path, settings: Mapping[str, object]) -> None:
     (folder / "settings.json").write_text(json.dumps(settings))
 
 
+@cache
+def installed() -> TemporaryDirectory[str]:
+    """A folder of extensions with ours installed, made once for all tests."""
+    extensions = TemporaryDirectory(prefix="improv-extensions-")
+    with TemporaryDirectory() as folder:
+        command = [*_code_server_with(Path(folder)), "--user-data-dir", folder, "--extensions-dir", extensions.name]
+        subprocess.run([*command, "--install-extension", str(packaged())], check=True, capture_output=True)
+    return extensions
+
+
+def _code_server_with(folder: Path) -> list[str]:
+    """The command that runs code-server with an empty configuration in this folder."""
+    code_server = find("CODE_SERVER", "code-server/node_modules/code-server/out/node/entry.js")
+    (folder / "config.yaml").touch()
+    return [need("node"), code_server, "--config", str(folder / "config.yaml")]
+
+
 @contextmanager
 def _code_server(folder: Path, work: Path, env: Mapping[str, str]) -> Iterator[str]:
     """The address of a code-server with our extension."""
-    code_server = find("CODE_SERVER", "code-server/node_modules/code-server/out/node/entry.js")
-    (folder / "config.yaml").touch()
-    command = [need("node"), code_server, "--config", str(folder / "config.yaml")]
+    command = _code_server_with(folder)
     command += ["--user-data-dir", str(folder / "user"), "--extensions-dir", str(folder / "extensions")]
     command += ["--disable-telemetry", "--disable-update-check"]
-    subprocess.run([*command, "--install-extension", str(packaged())], check=True, capture_output=True)
+    shutil.copytree(installed().name, folder / "extensions")
 
     with socket.create_server(("127.0.0.1", 0)) as free:
         address = f"127.0.0.1:{free.getsockname()[1]}"

@@ -99,7 +99,13 @@ def _shape(text: str, unknown: tuple[str, ...], strange: tuple[str, ...], encodi
     last_line, plain = len(starts) - 1, text.isascii()
     found: list[int] = []
     line = before = 0
-    for start, end, kind, modifiers in colored(text, unknown, strange):
+    words = colored(text, unknown, strange)
+    if plain and not last_line:  # as most are: a document that was just opened has thousands of words
+        for start, end, kind, modifiers in words:
+            found += (0, start - before, end - start, kind, modifiers)
+            before = start
+        words = []
+    for start, end, kind, modifiers in words:
         line_before = line
         while line < last_line and starts[line + 1] <= start:
             line += 1

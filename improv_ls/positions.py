@@ -14,7 +14,8 @@ Encoding: TypeAlias = types.PositionEncodingKind | str
 def to_position(lines: LineIndex, offset: int, encoding: Encoding) -> types.Position:
     """The editor's position of an offset."""
     line, column = lines.position(offset)
-    return types.Position(line, units(lines.line(line)[:column], encoding))
+    start = lines.starts[line]
+    return types.Position(line, units(lines.text[start : start + column].removesuffix("\r"), encoding))
 
 
 def to_range(lines: LineIndex, span: Span, encoding: Encoding) -> types.Range:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from heapq import heappop, heappush
 
 from improv_core.program.analysis import Analysis
@@ -12,6 +13,7 @@ from improv_core.robots.toml_text import read_toml
 from improv_core.syntax.heads import classified
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Statement
+from improv_core.syntax.parser import LONGEST_KEPT, parse_statement
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
@@ -124,9 +126,17 @@ def sections(robots: Robots, name: str) -> Sequence[Span]:
     return read_toml(robots.text).positions.named.get(("robots", name), ())
 
 
-def names_used(statement: Statement) -> list[Token]:
+def names_used(statement: Statement) -> Sequence[Token]:
     """The name tokens in the movement of a statement, except parameters."""
-    return [token for token in _movement(statement) if token.type == "NAME" and token.text in statement.uses]
+    return (_kept if len(statement.text) <= LONGEST_KEPT else _names_in)(statement.text)
+
+
+def _names_in(text: str) -> Sequence[Token]:
+    statement = parse_statement(text)
+    return tuple(token for token in _movement(statement) if token.type == "NAME" and token.text in statement.uses)
+
+
+_kept = lru_cache(maxsize=2_000)(_names_in)  # a name that is asked about is asked about again, and lexing takes time
 
 
 def _heads(statement: Statement) -> list[Token]:

@@ -56,11 +56,11 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
     head = _DEFINITION if sign and sign.type == "EQUAL" else _ROBOT
     named = sign.start if sign and sign.type != "BEAT" else 0  # before this offset, names are definitions or robots
     found = []
-    before, word = "", ""
+    before = ""
     for match in _WORD.finditer(text):
-        before, word = word if match[0][0] != "#" else before, match[0]
-        start, end = match.span()
+        word = match[0]
         kind = _KINDS.get(word) or _KINDS_BY_FORM[match.lastindex or 0]
+        start, end = match.span()
         if kind is _USE:
             if word in parameters and (start >= named or (start, end) == parameters[word]):
                 kind = _PARAMETER if start >= named else _DECLARATION
@@ -74,7 +74,9 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
                 kind = _SENSE
             elif word in unknown:
                 continue
-        found.append((start, end, *kind))
+        found.append((start, end, kind[0], kind[1]))
+        if kind is not _COMMENT_KIND:
+            before = word
     return found
 
 

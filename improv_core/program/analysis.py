@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from heapq import heapify, heappop, heappush
+from heapq import heapify, heappop, heappush, nsmallest
 from itertools import count
 
-from improv_core.diagnostics import Diagnostic, Severity
+from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.diagnosis import diagnose, diagnose_statement, find_scene_hints
 from improv_core.program.feasibility import check_casting
@@ -246,17 +246,27 @@ def _infeasible(
     known: Mapping[int, tuple[Diagnostic, ...]] | None = None,
     doubtful: Iterable[int] | None = None,
 ) -> Mapping[int, tuple[Diagnostic, ...]]:
-    """What robots can't do, by statement: `known`, with the `doubtful` statements (default: all) checked again."""
+    """What robots can't do, by statement: `known`, with the `doubtful` statements (default: all) checked again.
+
+    Only the first `MOST_SHOWN` are sure to have messages and fixes.
+    """
     found = dict(known or {})
-    for index in range(len(statements)) if doubtful is None else doubtful:
+
+    def check(index: int, brief: bool) -> tuple[Diagnostic, ...]:
         statement, meaning = statements[index], meanings[index]
-        problems = check_casting(statement, meaning, cast, tempo) if meaning.robots else ()
+        problems = check_casting(statement, meaning, cast, tempo, brief) if meaning.robots else ()
         if statement.has_senses or meaning.is_open:
             problems = (*problems, *check_senses(statement, meaning, cast))
-        if problems:
+        return problems
+
+    for index in range(len(statements)) if doubtful is None else doubtful:
+        if problems := check(index, brief=len(found) >= MOST_SHOWN):
             found[index] = problems
         else:
             found.pop(index, None)
+    for index in nsmallest(MOST_SHOWN, found):
+        if not all(each.message for each in found[index]):
+            found[index] = check(index, brief=False)
     return found
 
 

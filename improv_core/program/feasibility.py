@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from difflib import get_close_matches
 from fractions import Fraction
 from itertools import groupby, islice
@@ -28,19 +28,26 @@ SLACK = 1 + 1e-9
 """Bounds are floats. Values that rounding could push over a limit are checked exactly."""
 
 
-def check_casting(statement: Statement, meaning: Meaning, robots: Robots, tempo: Fraction) -> tuple[Diagnostic, ...]:
-    """What the robots of a statement can't do at `tempo` beats per minute. Spans count from its start."""
+def check_casting(
+    statement: Statement, meaning: Meaning, robots: Robots, tempo: Fraction, brief: bool = False
+) -> tuple[Diagnostic, ...]:
+    """What the robots of a statement can't do at `tempo` beats per minute. Spans count from its start.
+
+    If `brief`, the diagnostics have no messages and no fixes, which take most of the time.
+    """
     found: dict[tuple[str, Span], Diagnostic] = {}
     parts = dict(meaning.parts)
     for head in statement.heads:
         if head.text not in parts:
             continue
         if robots.robots and head.text not in robots.robots:
-            found["unknown-robot", head.span] = _unknown(head.text, head.span, robots)
+            found["unknown-robot", head.span] = (
+                Diagnostic("unknown-robot", head.span, "") if brief else _unknown(head.text, head.span, robots)
+            )
             continue
         profile = robots.robot(head.text).profile
         if _may_be_too_much(parts[head.text].peak, profile, tempo):
-            for diagnostic in _too_much(head.text, meaning.body, parts[head.text], profile, tempo):
+            for diagnostic in _too_much(head.text, meaning.body, parts[head.text], profile, tempo, brief):
                 found.setdefault((diagnostic.code, diagnostic.span), diagnostic)
     return tuple(found.values())
 
@@ -76,12 +83,14 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
     )
 
 
-def _too_much(robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
+def _too_much(
+    robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction, brief: bool
+) -> Iterator[Diagnostic]:
     told: set[str] = set()  # report only the first item of each kind
     for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
         if not moment.sources:
             continue  # a robot that waits in a canon
-        for diagnostic in _about(moment, robot, body, profile, tempo):
+        for diagnostic in _about(moment, robot, body, profile, tempo, told, brief):
             if diagnostic.code not in told:
                 told.add(diagnostic.code)
                 yield diagnostic
@@ -108,14 +117,28 @@ def _too_fast_to_smooth(
             return
 
 
-def _about(moment: Moment, robot: str, body: Node | None, profile: Profile, tempo: Fraction) -> Iterator[Diagnostic]:
+def _about(
+    moment: Moment,
+    robot: str,
+    body: Node | None,
+    profile: Profile,
+    tempo: Fraction,
+    told: Collection[str],
+    brief: bool,
+) -> Iterator[Diagnostic]:
     span = moment.sources[0].span  # the word in this statement; the others are in definitions
-    if lacking := unsupported(moment.velocity, profile):
+    lacking = () if "unsupported-direction" in told else unsupported(moment.velocity, profile)
+    if lacking and brief:
+        yield Diagnostic("unsupported-direction", span, "")
+    elif lacking:
         message = f"`{robot}` can't {_DOING[lacking[0]]}: use another motion, or a profile other than {profile.name}"
         word = _word_that_asks(moment, body, profile) if body else None
         fixes = tuple(substitutes(body, word, moment.velocity, profile, tempo)) if body and word else ()
         yield Diagnostic("unsupported-direction", word.span if word else span, message, fixes)
-    if over := excess(moment.velocity, profile, tempo):
+    over = None if "too-fast" in told else excess(moment.velocity, profile, tempo)
+    if over and brief:
+        yield Diagnostic("too-fast", span, "")
+    elif over:
         unit = "m/s" if over.kind == "linear" else "rad/s"
         message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {_fitting(over)}"
         yield _too_fast(span, message, over, body.span if body else span)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from itertools import islice
 
 from improv_core.score import movement as algebra
@@ -121,6 +122,7 @@ def _squares(velocity: Velocity, profile: Profile, tempo: Fraction) -> tuple[Fra
     return length * step**2, (velocity.yaw * turn) ** 2
 
 
+@lru_cache(maxsize=100)
 def _as_written(number: float) -> Fraction:
     """0.2 as people mean it, not the nearest binary fraction, so a speed exactly at the limit is allowed."""
     return Fraction(repr(number))

@@ -6,13 +6,14 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import accumulate
 from typing import NamedTuple
 
 from improv_core.diagnostics import Edit, Severity
 from improv_core.syntax.heads import classified
 from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.parser import parse_statement
+from improv_core.syntax.parser import LONGEST_KEPT, parse_statement
 from improv_core.syntax.statements import split
 from improv_core.syntax.vocabulary import TRANSFORMERS
 from improv_core.text import LINE_END, Span
@@ -41,7 +42,10 @@ def format_text(text: str) -> str:
 
 def edits(text: str) -> list[Edit]:
     """The edits that give a program the standard layout, in the order of the text. None overlap."""
-    parts = [_Part(start, source, _lines(source)) for start, source in _parts(text)]
+    parts = [
+        _Part(start, source, _kept(source) if len(source) <= LONGEST_KEPT else _lines(source))
+        for start, source in _parts(text)
+    ]
     line_end = _line_end(text, [part for part in parts if part.lines is None])
     mark = _BOM if text.startswith(_BOM) else ""
     made: list[Edit] = []
@@ -93,6 +97,9 @@ def _lines(source: str) -> Sequence[str] | None:
         return None
     numbers = {each.name for each in statement.parameters if each.is_number}
     return _broken(_flat(source, classified(lex(source), numbers)))
+
+
+_kept = lru_cache(maxsize=20_000)(_lines)  # a program is formatted with every save, and most of it stays as it was
 
 
 class _Comment(NamedTuple):

@@ -31,7 +31,8 @@ def initialize(ls: Session, params: types.InitializeParams) -> None:
 
 def initialized(ls: Session, params: types.InitializedParams) -> None:
     # Load what the first document will need now, while the person is still opening it.
-    asyncio.get_running_loop().call_soon(import_module, "improv_ls.handlers.text_document_sync")
+    for handler in ("text_document_sync", "semantic_tokens"):
+        asyncio.get_running_loop().call_soon(import_module, f"improv_ls.handlers.{handler}")
     for problem in ls.editor.wrong_settings:
         ls.editor.warn(problem)
     files = [types.FileSystemWatcher("**/improv.toml"), types.FileSystemWatcher("**/*.improv")]

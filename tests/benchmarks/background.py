@@ -9,9 +9,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from random import Random
+from typing import TYPE_CHECKING
 
 from tests.benchmarks.documents import IMPROV, edits, improv
 from tests.benchmarks.servers import OURS, Server
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
 
 TYPED_LINES = 1_000
 KEYS_A_SECOND = 20
@@ -41,6 +45,16 @@ def busy_editor() -> Iterator[None]:
 @contextmanager
 def playing(server: Server) -> Iterator[None]:
     """Have the document played, and its page open in a browser."""
+    with page_of(server) as page:
+        page.wait_for_selector("body[data-state=playing]")
+        yield
+        if page.locator("body").get_attribute("data-state") != "playing":
+            raise RuntimeError("the dance was stopped before the typing was: the machine is too busy for its stage")
+
+
+@contextmanager
+def page_of(server: Server) -> Iterator[Page]:
+    """Save the document, and open the page that shows it play in a browser."""
     from playwright.sync_api import sync_playwright
 
     server.save()
@@ -50,10 +64,7 @@ def playing(server: Server) -> Iterator[None]:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(_BROWSER))
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.goto(server.page)
-        page.wait_for_selector("body[data-state=playing]")
-        yield
-        if page.locator("body").get_attribute("data-state") != "playing":
-            raise RuntimeError("the dance was stopped before the typing was: the machine is too busy for its stage")
+        yield page
         browser.close()
 
 

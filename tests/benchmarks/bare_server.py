@@ -1,11 +1,44 @@
-"""The smallest pygls server: it says of every version of a document that nothing is wrong with it."""
+"""The smallest pygls server: it finds nothing wrong with any document, and answers every request with nothing."""
 
 from __future__ import annotations
+
+from typing import Any
 
 from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 
 server = LanguageServer("bare", "1")
+EMPTY = (
+    types.TEXT_DOCUMENT_HOVER,
+    types.TEXT_DOCUMENT_COMPLETION,
+    types.TEXT_DOCUMENT_SIGNATURE_HELP,
+    types.TEXT_DOCUMENT_CODE_ACTION,
+    types.TEXT_DOCUMENT_CODE_LENS,
+    types.TEXT_DOCUMENT_INLAY_HINT,
+    types.TEXT_DOCUMENT_FORMATTING,
+    types.TEXT_DOCUMENT_RANGE_FORMATTING,
+    types.TEXT_DOCUMENT_ON_TYPE_FORMATTING,
+    types.TEXT_DOCUMENT_DEFINITION,
+    types.TEXT_DOCUMENT_REFERENCES,
+    types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT,
+    types.TEXT_DOCUMENT_PREPARE_RENAME,
+    types.TEXT_DOCUMENT_RENAME,
+    types.TEXT_DOCUMENT_PREPARE_CALL_HIERARCHY,
+    types.CALL_HIERARCHY_INCOMING_CALLS,
+    types.CALL_HIERARCHY_OUTGOING_CALLS,
+    types.TEXT_DOCUMENT_DOCUMENT_SYMBOL,
+    types.TEXT_DOCUMENT_SELECTION_RANGE,
+    types.TEXT_DOCUMENT_FOLDING_RANGE,
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL,
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL_DELTA,
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE,
+    types.WORKSPACE_SYMBOL,
+    "improv/moments",
+)
+OPTIONS = {
+    types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: types.SemanticTokensLegend([], []),
+    types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: types.DocumentOnTypeFormattingOptions("\n"),
+}
 
 
 @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
@@ -19,8 +52,33 @@ def did_change(ls: LanguageServer, params: types.DidChangeTextDocumentParams) ->
 
 
 def publish(ls: LanguageServer, document: types.TextDocumentItem | types.VersionedTextDocumentIdentifier) -> None:
-    params = types.PublishDiagnosticsParams(uri=document.uri, version=document.version, diagnostics=[])
-    ls.text_document_publish_diagnostics(params)
+    documents = ls.client_capabilities.text_document
+    if not (documents and documents.diagnostic):
+        params = types.PublishDiagnosticsParams(uri=document.uri, version=document.version, diagnostics=[])
+        ls.text_document_publish_diagnostics(params)
+
+
+@server.feature(types.TEXT_DOCUMENT_DIAGNOSTIC)
+def diagnostic(params: types.DocumentDiagnosticParams) -> types.RelatedFullDocumentDiagnosticReport:
+    return types.RelatedFullDocumentDiagnosticReport([])
+
+
+@server.feature(types.WORKSPACE_DIAGNOSTIC)
+def workspace_diagnostic(params: types.WorkspaceDiagnosticParams) -> types.WorkspaceDiagnosticReport:
+    return types.WorkspaceDiagnosticReport([])
+
+
+@server.feature(types.COMPLETION_ITEM_RESOLVE)
+def resolve(params: types.CompletionItem) -> types.CompletionItem:
+    return params
+
+
+def nothing(params: Any) -> None:
+    return None
+
+
+for method in EMPTY:
+    server.feature(method, OPTIONS.get(method))(nothing)
 
 
 if __name__ == "__main__":

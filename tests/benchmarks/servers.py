@@ -9,7 +9,7 @@ import select
 import subprocess
 import sys
 import sysconfig
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,7 +22,7 @@ Message = dict[str, Any]
 LIMIT = 60.0
 """Seconds to wait for anything, on a busy machine."""
 
-# No pull diagnostics: ruff then publishes them after every change, as our server does.
+# No pull diagnostics unless a kind asks for them: ruff then publishes them after every change, as our server does.
 _CAPABILITIES: Mapping[str, Any] = {
     "general": {"positionEncodings": ["utf-16"]},
     "textDocument": {
@@ -37,13 +37,15 @@ _CAPABILITIES: Mapping[str, Any] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kind:
-    """A language server: how it is started, with which options, and what it reads."""
+    """A language server: how it is started, with which options, what it reads, and whether it is asked for diagnostics
+    or publishes them."""
 
     name: str
     command: tuple[str, ...]
     language: Language
     options: Mapping[str, Any]
     finds_mistakes: bool = True
+    pulls: bool = False
 
 
 OURS = Kind(
@@ -98,11 +100,14 @@ class Server:
         self._next_id = 0
         self._changed = 0.0
         self._bytes = bytearray()
+        self._pulls = kind.pulls
+        self._begun: set[int] = set()
         self.page: str | None = None
         """The address that the server has asked to show."""
         self._folder = TemporaryDirectory()
-        root = Path(self._folder.name).as_uri()
-        self._uri = f"{root}/document.{'py' if kind.language is PYTHON else 'improv'}"
+        self.folder = Path(self._folder.name)
+        root = self.folder.as_uri()
+        self.uri = f"{root}/document.{'py' if kind.language is PYTHON else 'improv'}"
         self._language = kind.language.name
         begin = perf_counter()
         self._process = subprocess.Popen(
@@ -110,8 +115,8 @@ class Server:
         )
         folders = [{"uri": root, "name": "benchmark"}]
         common = {"processId": os.getpid(), "rootUri": root, "workspaceFolders": folders}
-        params = {**common, "capabilities": _CAPABILITIES, "initializationOptions": kind.options}
-        self.capabilities: Message = self._request("initialize", params)[1]["capabilities"]
+        params = {**common, "capabilities": _capabilities(kind.pulls), "initializationOptions": kind.options}
+        self.capabilities: Message = self.request("initialize", params)[1]["capabilities"]
         self.start_seconds = perf_counter() - begin
         self._notify("initialized", {})
 
@@ -125,7 +130,7 @@ class Server:
     def __exit__(self, *failure: object) -> None:
         try:
             if failure[0] is None:
-                self._request("shutdown", None)
+                self.request("shutdown", None)
                 self._notify("exit", None)
                 self._process.wait(LIMIT)
         finally:
@@ -135,7 +140,7 @@ class Server:
 
     def open(self, text: str) -> Seen:
         """Open the document."""
-        document = {"uri": self._uri, "languageId": self._language, "version": self._version, "text": text}
+        document = {"uri": self.uri, "languageId": self._language, "version": self._version, "text": text}
         return self._see("textDocument/didOpen", {"textDocument": document})
 
     def change(self, edit: Edit) -> Seen:
@@ -150,13 +155,13 @@ class Server:
     def save(self) -> float:
         """Save the document; when that was begun to be written, by the monotonic clock."""
         begin = perf_counter()
-        self._notify("textDocument/didSave", {"textDocument": {"uri": self._uri}})
+        self._notify("textDocument/didSave", {"textDocument": {"uri": self.uri}})
         return begin
 
     def command(self, name: str) -> float:
         """Have a command executed; when that was begun to be written, by the monotonic clock."""
         begin = perf_counter()
-        self._request("workspace/executeCommand", {"command": name})
+        self.request("workspace/executeCommand", {"command": name})
         return begin
 
     def settle(self) -> float:
@@ -171,7 +176,18 @@ class Server:
 
     def ask(self, method: str, **params: Any) -> tuple[float, Any]:
         """How many seconds it takes until a request about the document is answered, and the answer."""
-        return self._request(f"textDocument/{method}", {"textDocument": {"uri": self._uri}, **params})
+        return self.request(f"textDocument/{method}", {"textDocument": {"uri": self.uri}, **params})
+
+    def begin(self, method: str, params: Any) -> int:
+        """Write a request whose answer `is_waiting_for` looks for. Returns its id."""
+        self._next_id += 1
+        self._begun.add(self._next_id)
+        self._write(_framed({"id": self._next_id, "method": method, "params": params}))
+        return self._next_id
+
+    def is_waiting_for(self, number: int) -> bool:
+        """Whether the answer to what was begun is not among the messages that were read so far."""
+        return number in self._begun
 
     def memory(self) -> tuple[float, float]:
         """What it has in memory, now and at most so far, in MB (10^6 bytes; Linux)."""
@@ -179,14 +195,17 @@ class Server:
 
     def _change(self, change: Message) -> Seen:
         self._version += 1
-        document = {"uri": self._uri, "version": self._version}
+        document = {"uri": self.uri, "version": self._version}
         return self._see("textDocument/didChange", {"textDocument": document, "contentChanges": [change]})
 
     def _see(self, method: str, params: Message) -> Seen:
         message = _framed({"method": method, "params": params})
         self._changed = perf_counter()
         self._write(message)
-        return self._published(self._changed)
+        if not self._pulls:
+            return self._published(self._changed)
+        items = self.ask("diagnostic")[1]["items"]
+        return Seen(perf_counter() - self._changed, _mistakes(items))
 
     def _published(self, begin: float) -> Seen:
         """The next diagnostics of the version that the server has now."""
@@ -196,10 +215,10 @@ class Server:
             if found.get("method") != "textDocument/publishDiagnostics":
                 continue
             published = found["params"]
-            if published["uri"] == self._uri and published.get("version") == self._version:
-                return Seen(end - begin, sum(each["severity"] <= 2 for each in published["diagnostics"]))
+            if published["uri"] == self.uri and published.get("version") == self._version:
+                return Seen(end - begin, _mistakes(published["diagnostics"]))
 
-    def _request(self, method: str, params: Any) -> tuple[float, Any]:
+    def request(self, method: str, params: Any) -> tuple[float, Any]:
         """How many seconds it takes until a request is answered, and the answer."""
         self._next_id += 1
         message = _framed({"id": self._next_id, "method": method, "params": params})
@@ -226,6 +245,8 @@ class Server:
             elif message["method"] == "window/showDocument":
                 self.page, result = message["params"]["uri"], {"success": True}
             self._write(_framed({"id": message["id"], "result": result}))
+        elif "id" in message:
+            self._begun.discard(message["id"])
         return message
 
     def _write(self, message: bytes) -> None:
@@ -254,6 +275,21 @@ class Server:
         if not more:
             raise RuntimeError("the server has ended")
         return more
+
+
+def _capabilities(pulls: bool) -> Message:
+    if not pulls:
+        return {**_CAPABILITIES}
+    documents = {**_CAPABILITIES["textDocument"], "diagnostic": {}}
+    return {
+        **_CAPABILITIES,
+        "textDocument": documents,
+        "workspace": {**_CAPABILITIES["workspace"], "diagnostics": {"refreshSupport": True}},
+    }
+
+
+def _mistakes(diagnostics: Iterable[Message]) -> int:
+    return sum(each["severity"] <= 2 for each in diagnostics)
 
 
 def _framed(message: Message) -> bytes:

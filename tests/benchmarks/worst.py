@@ -6,7 +6,8 @@ import gc
 import random
 import time
 
-from improv_core.program.analysis import analyze
+from improv_core.program.analysis import NO_ROBOTS, analyze
+from improv_core.robots.config import Robots, read_robots
 from tests.benchmarks.tables import print_row
 from tests.program.huge import CHAINS, LONG
 from tests.program.test_fuzz import SOURCES, WORST, use
@@ -36,13 +37,19 @@ def run(quick: bool) -> None:
         _print(f"{name}, first diagnostics", time.process_time() - began, AT_ONCE)
     for what, line in (("unknown words", "r $ forwrd{0}"), ("names like unknown ones", "name{0} = nam{0}")):
         _print_wrong(what, "".join(f"{line.format(number)}\n" for number in range(100_000)))
+    burger = read_robots('[robots.r]\nprofile = "turtlebot3_burger"')
+    for what, line in (
+        ("lines too fast", "r $ fast 1{0} left"),
+        ("that move sideways", "r $ left strafeleft"),
+    ):
+        _print_wrong(what, "".join(f"{line.format(number)}\n" for number in range(100_000)), burger)
     _print("a line of 10 MB", _seconds("r $ " + "left " * 1_999_999), WORST_GOAL)
 
 
-def _print_wrong(what: str, text: str) -> None:
+def _print_wrong(what: str, text: str, robots: Robots = NO_ROBOTS) -> None:
     """How long 100,000 lines with an error each take to be diagnosed, first and after a key at the middle line."""
     began = time.process_time()
-    analysis = analyze(text)
+    analysis = analyze(text, robots)
     assert analysis.diagnostics
     opened = time.process_time()
     start = text.index("\n", len(text) // 2) + 1

@@ -8,7 +8,8 @@ from textwrap import dedent
 
 import pytest
 
-from improv_core.program.analysis import analyze
+from improv_core.diagnostics import MOST_SHOWN, Diagnostic
+from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
 from improv_core.score.profiles import BUILT_IN
@@ -166,3 +167,29 @@ def test_an_edit_of_the_tempo_is_felt_everywhere() -> None:
     codes = [each.code for each in analysis.edited(5, 7, "120").diagnostics]
     assert codes == ["too-fast", "too-fast"]
     assert analysis.edited(5, 7, "120").edited(5, 8, "60").diagnostics == ()
+
+
+def test_lines_that_are_not_shown_yet_are_told_as_fully_once_they_are() -> None:
+    lines = [
+        *("burger $ strafeleft", "burger $ fast 9 forward", "burgr $ left", "burger $ left strafeleft fast 9 forward"),
+        "burger $ fast 99 left",
+    ]
+    text = "".join(f"{line}\n" for line in lines * (MOST_SHOWN // 2))
+
+    def shown(analysis: Analysis) -> list[Diagnostic]:
+        return [each for each in analysis.diagnostics if not each.code.startswith("more-")]
+
+    analysis = analyze(text, ROBOTS)
+    more = analysis.diagnostics[-1]
+    assert (len(shown(analysis)), more.code) == (MOST_SHOWN, "more-errors")
+    for left in (1_000, 600, 20):
+        start = sum(len(line) + 1 for line in text.splitlines()[:-left])
+        edited = analysis.edited(0, start, "")
+        assert shown(edited) == shown(analyze(text[start:], ROBOTS))
+        assert all(each.message for each in edited.diagnostics)
+
+
+def test_the_first_error_counts_however_many_warnings_are_above_it() -> None:
+    warnings = "burger $ fast 9 forward\n" * (MOST_SHOWN + 10)
+    assert analyze(warnings, ROBOTS).ok
+    assert not analyze(f"{warnings}burger $ strafeleft\n", ROBOTS).ok

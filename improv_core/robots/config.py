@@ -27,6 +27,8 @@ from improv_core.score.world import EMPTY, World
 from improv_core.syntax.vocabulary import WORDS
 
 FILE_NAME = "improv.toml"
+MOST_SCALE = 2.0
+"""How far what a robot is told may be from how it is to move. Wheels are never that wrong: it is a slip of the pen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,8 +254,15 @@ class _RobotsReading(TomlReading):
     def profile(self, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
         keys = ("profiles", name)
         changes: dict[str, Any] = self.numbers(keys, table)
-        if "quarter_turn" in changes:
-            changes["quarter_turn"] = math.radians(changes["quarter_turn"])
+        for key in ("quarter_turn", "commanded_quarter_turn"):
+            if key in changes:
+                changes[key] = math.radians(changes[key])
+        for key, scale in (("step", "linear_scale"), ("quarter_turn", "angular_scale")):
+            if commanded := changes.pop(f"commanded_{key}", None):
+                changes[scale] = commanded / changes.get(key, getattr(base, key))
+                if not 1 / MOST_SCALE <= changes[scale] <= MOST_SCALE:
+                    message = f"this is far from `{key}`: write from {1 / MOST_SCALE:g} to {MOST_SCALE:g} times as much"
+                    self.at_value((*keys, f"commanded_{key}"), message)
         motions = self.motions((*keys, "motions"), table["motions"]) if "motions" in table else ()
         for word in ("message", "dynamics"):
             if written := self.one_of((*keys, word), table):

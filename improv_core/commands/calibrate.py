@@ -108,7 +108,8 @@ class _Conversation:
     def __init__(self, performing: Performance, robots: Robots, robot: str, tempo: int, *, tape: bool) -> None:
         self._performing = performing
         self._answers = Answers(performing.say)
-        self._robots = robots
+        alone = replace(robots.robots[robot], follow=False)  # it would hide what is to be measured
+        self._robots = replace(robots, robots={**robots.robots, robot: alone})
         self._robot = robot
         self._tempo = tempo
         self._asks = tape or (performing.is_real and not robots.robots[robot].odom)

@@ -18,6 +18,7 @@ from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading, listed
 from improv_core.robots.toml_text import read_toml
 from improv_core.robots.world import read_world
+from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, Profile
 from improv_core.score.score import BASE_FRAME, Deadman, Rejoin, Safety
@@ -36,7 +37,7 @@ class Robot:
     """One robot: its profile, its pose at beat 0 (None: next to the others), its topic, and the message type on it.
 
     `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
-    `frame` is the frame of its velocities.
+    `frame` is the frame of its velocities. With `follow`, it is pulled back to its ideal path.
     """
 
     profile: Profile
@@ -46,6 +47,7 @@ class Robot:
     reset: str | None = None
     odom: str | None = None
     frame: str = BASE_FRAME
+    follow: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +200,12 @@ class _RobotsReading(TomlReading):
         reset = ros_name(self, (*keys, "reset"), table, namespace)
         odom = ros_name(self, (*keys, "odom"), table, f"{namespace}/{name}")
         frame = frame_id(self, (*keys, "frame"), table) or BASE_FRAME
-        return Robot(profile, start, topic, message, reset, odom, frame)
+        follow = self.flag((*keys, "follow"), table)
+        if follow and not odom and profile.dynamics != "motors":
+            self.at_key((*keys, "follow"), "`follow` needs to know where the robot is: add `odom`")
+        elif follow and (why := refusal(profile)):
+            self.at_key((*keys, "follow"), f"`follow` {why}")
+        return Robot(profile, start, topic, message, reset, odom, frame, follow)
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin

@@ -120,6 +120,12 @@ _ROBOT = {
         default="none",
         example='"odom"',
     ),
+    "follow": Key(
+        "whether it is pulled back to its ideal path when it drifts, by at most 10% of its limits",
+        "boolean",
+        default="false",
+        example="true",
+    ),
 }
 # The ranges catch typical errors: 0, millimeters, an angle in radians.
 _PROFILE = {

@@ -21,7 +21,7 @@ from tests.benchmarks import (
 BENCHMARKS = {
     "calibration": (
         calibration.run,
-        "how far off bases that drift end, before and after `improv calibrate`",
+        "how far off bases that drift end, calibrated or following or not",
     ),
     "continuity": (continuity.run, "what a save does to robots it does not change, and what it costs"),
     "faults": (faults.run, "from a fault to the first zero that a robot hears"),

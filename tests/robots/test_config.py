@@ -95,6 +95,39 @@ def test_a_profile_takes_from_its_base_what_it_does_not_say() -> None:
     assert found.robots["a"].message == profile.message == "Twist"
 
 
+def test_robots_that_follow() -> None:
+    found = check("""
+        [robots.anna]
+        profile = "turtlebot4"
+        odom = "pose"
+        follow = true
+
+        [robots.bert]
+        profile = "turtlebot4"
+        follow = true
+        ^^^^^^ robots: `follow` needs to know where the robot is: add `odom`
+
+        [robots.cleo]
+        odom = "pose"
+        follow = true
+        ^^^^^^ robots: `follow` works only with `motions = ["forward", "turn"]` in the profile
+
+        [robots.dora]
+        odom = "pose"
+        follow = 1
+                 ^ robots: write `follow` as `true` or `false`
+
+        [robots.emil]
+        profile = "worn"
+        follow = true
+
+        [profiles.worn]
+        base = "turtlebot4"
+        dynamics = "motors"
+    """)
+    assert [name for name, robot in found.robots.items() if robot.follow] == ["anna", "bert", "cleo", "emil"]
+
+
 def test_what_a_robot_is_told_follows_what_it_is_to_do() -> None:
     found = check("""
         [profiles.lab]
@@ -372,7 +405,7 @@ def test_names_that_robots_cannot_have() -> None:
         [robots.9]
                 ^ robots: `9` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         step = 1
-        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`, `odom`
+        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`, `odom`, `follow`
     """)
     assert found.robots == {}
 

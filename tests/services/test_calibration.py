@@ -156,6 +156,7 @@ def test_poses_count_if_they_came_all_the_time(begin: float, end: float, aligned
             "pose": pose,
             "ideal": pose,
             "aligned": aligned,
+            "follows": False,
             "beat": performed,
             "performed": performed,
             "wall": 0,

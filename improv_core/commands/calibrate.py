@@ -24,13 +24,13 @@ from improv_core.program.files import robots_near
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.robots.edits import calibrate as edited
 from improv_core.robots.schema import known
-from improv_core.robots.toml_text import read_toml
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Score
 from improv_core.services.calibration import (
     LEAST_ROUNDS,
     MOST_ROUNDS,
+    QUARTERS,
     Calibration,
     Goal,
     Round,
@@ -42,12 +42,14 @@ from improv_core.services.calibration import (
     doubtful_turn,
     errors,
     goal_in,
-    likely_step,
+    room_for,
+    settings_of,
     straight_by_poses,
     straight_by_tape,
     straight_dance,
     turn_by_poses,
     turning_dance,
+    with_settings,
 )
 from improv_core.services.replacing import replacing
 from improv_core.stage.odometry import CONTINUOUS
@@ -106,7 +108,8 @@ class _Conversation:
     def __init__(self, performing: Performance, robots: Robots, robot: str, tempo: int, *, tape: bool) -> None:
         self._performing = performing
         self._answers = Answers(performing.say)
-        self._robots = robots
+        alone = replace(robots.robots[robot], follow=False)  # it would hide what is to be measured
+        self._robots = replace(robots, robots={**robots.robots, robot: alone})
         self._robot = robot
         self._tempo = tempo
         self._asks = tape or (performing.is_real and not robots.robots[robot].odom)
@@ -115,16 +118,10 @@ class _Conversation:
     def _profile(self) -> Profile:
         return self._robots.robots[self._robot].profile
 
-    @property
-    def _base(self) -> Profile | None:
-        """The profile that the robot's own is based on."""
-        table = read_toml(self._robots.text).data.get("profiles", {}).get(self._profile.name, {})
-        return self._robots.profiles.get(table.get("base"))
-
     async def hold(self, *, write: bool) -> int:
         before = self._profile
         goal = await self._goal()
-        now = Settings(before.step, before.quarter_turn, before.left_right)
+        now = settings_of(before)
         rounds: list[Round] = []
         while len(rounds) < MOST_ROUNDS:
             self._say(f"round {len(rounds) + 1}")
@@ -144,29 +141,25 @@ class _Conversation:
         return await offer(self._robots, self._robot, values, self._answers, write=write)
 
     async def _goal(self) -> Goal:
-        """Ask for room, and how long a step is meant to be: if the profile was calibrated before, it doesn't say so."""
+        """Say what a step and a quarter turn are to be, and ask for room."""
         self._say(f"{self._robot} will drive straight ahead and turn on the spot. Ctrl-C stops it.")
-        step = self._profile.step
+        profile, step = self._profile, room_for(self._profile)
+        turn = math.degrees(profile.quarter_turn)
+        self._say(f"As {FILE_NAME} says, a step is to be {profile.step:g} m, and a quarter turn {turn:g}°.")
         ahead = f"How many meters of free floor are ahead of {self._robot}, at least a step of {step:g} m?"
         room = await self._number(ahead, (step, max(step, MOST_ROOM)), max(step, USUAL_ROOM))
-        likely = likely_step(self._profile, self._base)
-        least = known(("profiles", "", "step")).least
-        wanted = await self._number("How many meters is a step to be on the floor?", (least, room), likely)
-        return goal_in(room, wanted, step)
+        return goal_in(room, profile)
 
     def _use(self, settings: Settings) -> None:
         """From now on, play with other settings."""
-        profile = replace(
-            self._profile, step=settings.step, quarter_turn=settings.quarter_turn, left_right=settings.left_right
-        )
-        robot = replace(self._robots.robots[self._robot], profile=profile)
+        robot = replace(self._robots.robots[self._robot], profile=with_settings(self._profile, settings))
         self._robots = replace(self._robots, robots={**self._robots.robots, self._robot: robot})
 
     async def _round(self, goal: Goal) -> Round:
         return Round(await self._straight(goal), await self._turn(goal))
 
     async def _straight(self, goal: Goal) -> Straight:
-        told = goal.steps * self._profile.step
+        told = goal.steps * settings_of(self._profile).commanded_step
         what = f"{self._robot} drives {told:.2f} m straight ahead"
         while True:
             moved = await self._dance(straight_dance(self._robot, self._profile, goal, self._tempo), what)
@@ -189,8 +182,9 @@ class _Conversation:
                 turn = turn_by_poses(*moved, goal)
             else:
                 beyond = await self._number("How many degrees beyond two full turns is it? Negative: short of them.")
-                turn = goal.turn + math.radians(beyond)
-            if not (why := doubtful_turn(turn, goal.turn)):
+                turn = 2 * math.tau + math.radians(beyond)
+            told = QUARTERS * settings_of(self._profile).commanded_quarter_turn
+            if not (why := doubtful_turn(turn, told)):
                 return turn
             self._doubt(why)
 
@@ -285,8 +279,8 @@ class _NothingMeasuredError(Exception):
 def _written(settings: Settings) -> Mapping[str, float]:
     """The settings as improv.toml has them, with as many digits as can be measured."""
     return {
-        "step": float(f"{settings.step:.4g}"),
-        "quarter_turn": round(math.degrees(settings.quarter_turn), 2),
+        "commanded_step": float(f"{settings.commanded_step:.4g}"),
+        "commanded_quarter_turn": round(math.degrees(settings.commanded_quarter_turn), 2),
         "left_right": round(settings.left_right, 4),
     }
 

@@ -50,6 +50,7 @@ def score_of(analysis: Analysis) -> Score:
             robot.odom,
             _senses(cast, name, scenes),
             frame=robot.frame,
+            follow=robot.follow,
         )
     if len(analysis.text) > LONGEST_TEXT:
         return Score(analysis.tempo, parts, world=cast.world, safety=cast.safety, publish=cast.publish)

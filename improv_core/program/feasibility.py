@@ -73,8 +73,8 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
     """A quick check of the bounds: most statements are far from every limit."""
     per_second = float(tempo) / 60
     faster = float(FASTEST_EASE) if profile.smooth else 1.0
-    linear = (peak.x + peak.y + peak.z) * profile.step * per_second * faster
-    angular = peak.yaw * profile.quarter_turn * per_second * faster
+    linear = (peak.x + peak.y + peak.z) * profile.step * profile.linear_scale * per_second * faster
+    angular = peak.yaw * profile.quarter_turn * profile.angular_scale * per_second * faster
     return (
         (profile.max_linear is not None and linear * SLACK > profile.max_linear)
         or (profile.max_angular is not None and angular * SLACK > profile.max_angular)

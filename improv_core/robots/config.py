@@ -18,6 +18,7 @@ from improv_core.robots.toml_positions import Keys
 from improv_core.robots.toml_reading import TomlReading, listed
 from improv_core.robots.toml_text import read_toml
 from improv_core.robots.world import read_world
+from improv_core.score.following import refusal
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import BUILT_IN, DEFAULT, MOTIONS, Profile
 from improv_core.score.score import BASE_FRAME, Deadman, Rejoin, Safety
@@ -27,6 +28,8 @@ from improv_core.score.world import EMPTY, World
 from improv_core.syntax.vocabulary import WORDS
 
 FILE_NAME = "improv.toml"
+MOST_SCALE = 2.0
+"""How far what a robot is told may be from how it is to move. Wheels are never that wrong: it is a slip of the pen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +37,7 @@ class Robot:
     """One robot: its profile, its pose at beat 0 (None: next to the others), its topic, and the message type on it.
 
     `reset` is the service that moves it back to its start pose, and `odom` the topic of its poses, if it has them.
-    `frame` is the frame of its velocities.
+    `frame` is the frame of its velocities. With `follow`, it is pulled back to its ideal path.
     """
 
     profile: Profile
@@ -44,6 +47,7 @@ class Robot:
     reset: str | None = None
     odom: str | None = None
     frame: str = BASE_FRAME
+    follow: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,7 +200,12 @@ class _RobotsReading(TomlReading):
         reset = ros_name(self, (*keys, "reset"), table, namespace)
         odom = ros_name(self, (*keys, "odom"), table, f"{namespace}/{name}")
         frame = frame_id(self, (*keys, "frame"), table) or BASE_FRAME
-        return Robot(profile, start, topic, message, reset, odom, frame)
+        follow = self.flag((*keys, "follow"), table)
+        if follow and not odom and profile.dynamics != "motors":
+            self.at_key((*keys, "follow"), "`follow` needs to know where the robot is: add `odom`")
+        elif follow and (why := refusal(profile)):
+            self.at_key((*keys, "follow"), f"`follow` {why}")
+        return Robot(profile, start, topic, message, reset, odom, frame, follow)
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin
@@ -252,8 +261,15 @@ class _RobotsReading(TomlReading):
     def profile(self, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
         keys = ("profiles", name)
         changes: dict[str, Any] = self.numbers(keys, table)
-        if "quarter_turn" in changes:
-            changes["quarter_turn"] = math.radians(changes["quarter_turn"])
+        for key in ("quarter_turn", "commanded_quarter_turn"):
+            if key in changes:
+                changes[key] = math.radians(changes[key])
+        for key, scale in (("step", "linear_scale"), ("quarter_turn", "angular_scale")):
+            if commanded := changes.pop(f"commanded_{key}", None):
+                changes[scale] = commanded / changes.get(key, getattr(base, key))
+                if not 1 / MOST_SCALE <= changes[scale] <= MOST_SCALE:
+                    message = f"this is far from `{key}`: write from {1 / MOST_SCALE:g} to {MOST_SCALE:g} times as much"
+                    self.at_value((*keys, f"commanded_{key}"), message)
         motions = self.motions((*keys, "motions"), table["motions"]) if "motions" in table else ()
         for word in ("message", "dynamics"):
             if written := self.one_of((*keys, word), table):

@@ -8,7 +8,7 @@ from typing import Any
 
 from improv_core.diagnostics import Edit
 from improv_core.robots.toml_text import TomlText, read_toml
-from improv_core.score.profiles import BUILT_IN
+from improv_core.score.profiles import BUILT_IN, DEFAULT
 from improv_core.text import Span
 
 Start = tuple[float, float, float]
@@ -105,7 +105,7 @@ def calibrate(text: str, robot: str, values: Mapping[str, float]) -> str | None:
         expected = {**profiles, profile: {**profiles[profile], **values}}
         return made if read_toml(made).data == {**toml.data, "profiles": expected} else None
     own = next(name for name in _names(robot) if name not in profiles and name not in BUILT_IN)
-    contents: dict[str, float | str] = {**({} if profile is None else {"base": profile}), **values}
+    contents: dict[str, float | str] = {**({"step": DEFAULT.step} if profile is None else {"base": profile}), **values}
     made = _applied(text, _settings(text, toml, ("robots", robot), {"profile": own}, line_end))
     lines = [f"[profiles.{own}]", *(f"{key} = {_value(value)}" for key, value in contents.items())]
     made += _gap(made, line_end) + "".join(line + line_end for line in lines)

@@ -117,7 +117,8 @@ def unsupported(velocity: Velocity | Peak, profile: Profile) -> tuple[str, ...]:
 
 def _squares(velocity: Velocity, profile: Profile, tempo: Fraction) -> tuple[Fraction, Fraction]:
     """The squares of both speeds. Unlike the length of a vector, they are exact."""
-    step, turn = (_as_written(measure) * tempo / 60 for measure in (profile.step, profile.quarter_turn))
+    step = _as_written(profile.step) * _as_written(profile.linear_scale) * tempo / 60
+    turn = _as_written(profile.quarter_turn) * _as_written(profile.angular_scale) * tempo / 60
     length = velocity.x**2 + velocity.y**2 + velocity.z**2
     return length * step**2, (velocity.yaw * turn) ** 2
 

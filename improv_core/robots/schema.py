@@ -120,12 +120,28 @@ _ROBOT = {
         default="none",
         example='"odom"',
     ),
+    "follow": Key(
+        "whether it is pulled back to its ideal path when it drifts, by at most 10% of its limits",
+        "boolean",
+        default="false",
+        example="true",
+    ),
 }
 # The ranges catch typical errors: 0, millimeters, an angle in radians.
 _PROFILE = {
     "base": Key("the profile it starts from", profile=True),
     "step": _number("the distance of `forward`", "meters", 0.001, 100),
     "quarter_turn": _number("the angle of `left`", "degrees", 45, 135, "90"),
+    "commanded_step": _number(
+        "what the real robot is told, so that it drives a `step`", "meters", 0.0005, 200, "the same as `step`"
+    ),
+    "commanded_quarter_turn": _number(
+        "what the real robot is told, so that it turns a `quarter_turn`",
+        "degrees",
+        22.5,
+        270,
+        "the same as `quarter_turn`",
+    ),
     "left_right": _number(
         "how far the left wheel of the real robot rolls for each meter of the right one; below 1, it pulls to the left",
         "meters per meter",

@@ -27,6 +27,10 @@ class Twist:
             slower = Twist(self.x * factor, self.y * factor, self.z * factor, self.yaw * factor)
         return slower
 
+    def plus(self, other: Twist) -> Twist:
+        """Both velocities at once."""
+        return Twist(self.x + other.x, self.y + other.y, self.z + other.z, self.yaw + other.yaw)
+
     def balanced(self, left_right: float, separation: float) -> Twist:
         """This twist as a base needs it whose left wheel rolls `left_right` times as far as its right one.
 

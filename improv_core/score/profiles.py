@@ -24,8 +24,9 @@ _WHEELS = ("forward", "turn")
 class Profile:
     """A kind of robot. Values that are not given impose no limit.
 
-    `step`: meters that `forward` covers. `quarter_turn`: radians that `left` turns. `left_right`: how far the left
-    wheel of the real robot rolls for each meter of the right one. `max_linear` (m/s), `max_angular` (rad/s), and the
+    `step`: meters that `forward` covers. `quarter_turn`: radians that `left` turns. `linear_scale` and `angular_scale`:
+    how many meters and radians the real robot is told for each one that it is to move. `left_right`: how far its left
+    wheel rolls for each meter of the right one. `max_linear` (m/s), `max_angular` (rad/s), and the
     accelerations (m/s², rad/s²): None if there is no limit. `motions`: those of `MOTIONS` that it can
     make, in both directions. `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in
     the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as
@@ -38,6 +39,8 @@ class Profile:
     name: str
     step: float
     quarter_turn: float = math.pi / 2
+    linear_scale: float = 1.0
+    angular_scale: float = 1.0
     left_right: float = 1.0
     max_linear: float | None = None
     max_angular: float | None = None
@@ -67,11 +70,14 @@ class Profile:
         return WHEEL_SEPARATION * self.radius
 
     def told(self, twist: Twist) -> Twist:
-        """What the real robot is told so that it moves like this: balanced by `left_right`, and within its limits."""
-        return self.limited(self.balanced(twist))
+        """What the real robot is told so that it moves like this: calibrated, and within its limits."""
+        return self.limited(self.calibrated(twist))
 
-    def balanced(self, twist: Twist) -> Twist:
-        """The twist that makes a base that pulls to one side move like this."""
+    def calibrated(self, twist: Twist) -> Twist:
+        """The twist that makes a base move like this that drives and turns too little or pulls to one side."""
+        if self.linear_scale != 1 or self.angular_scale != 1:
+            linear = self.linear_scale
+            twist = Twist(twist.x * linear, twist.y * linear, twist.z * linear, twist.yaw * self.angular_scale)
         return twist if self.left_right == 1 else twist.balanced(self.left_right, self.wheel_separation)
 
     def limited(self, twist: Twist) -> Twist:

@@ -29,10 +29,10 @@ class Part:
     """One robot's part: its scenes, its profile, its start pose, and its topic.
 
     `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
-    that moves it to its start pose, and `odom` the topic of its poses, if there are any. With `use_sim_time`, its
-    messages are stamped with the time on /clock. `frame` is the frame of its velocities. `senses` are those that its
-    movements read. `editions` has a number for each scene: where two parts of a robot have the same,
-    they move it alike.
+    that moves it to its start pose, and `odom` the topic of its poses, if there are any. With `follow`, these pull it
+    back to its ideal path. With `use_sim_time`, its messages are stamped with the time on /clock. `frame` is the frame
+    of its velocities. `senses` are those that its movements read. `editions` has a number for each scene: where two
+    parts of a robot have the same, they move it alike.
 
     `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
     beginning of all, `entered` is where the robot ideally was then. `movement` is all that it performs from there on.
@@ -55,6 +55,7 @@ class Part:
     scene: int = 0
     scene_begins: tuple[algebra.Exact, ...] = field(default=(), compare=False)
     frame: str = BASE_FRAME
+    follow: bool = False
     movement: Movement = field(init=False, compare=False)
 
     def __post_init__(self) -> None:

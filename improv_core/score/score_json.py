@@ -52,8 +52,8 @@ class _Written(NamedTuple):
         one, two = self.part, other.part
         return (
             self.scenes == other.scenes
-            and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame, one.odom)
-            == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame, two.odom)
+            and (one.editions, one.topic, one.reset, one.use_sim_time, one.frame, one.odom, one.follow)
+            == (two.editions, two.topic, two.reset, two.use_sim_time, two.frame, two.odom, two.follow)
             and one.profile == two.profile
             and one.start == two.start
             and one.senses == two.senses
@@ -115,6 +115,7 @@ def _part_json(written: _Written) -> dict[str, Any]:
         "use_sim_time": part.use_sim_time,
         "frame": part.frame,
         "odom": part.odom,
+        "follow": part.follow,
         "senses": senses.to_json(part.senses),
         "editions": part.editions,
     }
@@ -129,6 +130,7 @@ class _PartJson(TypedDict):
     use_sim_time: bool
     frame: str
     odom: str | None
+    follow: bool
     senses: Mapping[str, Mapping[str, Any]]
     editions: Sequence[int]
 
@@ -198,6 +200,7 @@ def _part(name: str, data: _PartJson, made: Sequence[Movement]) -> Part:
         senses.from_json(data["senses"]),
         tuple(data["editions"]),
         frame=data["frame"],
+        follow=data["follow"],
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, replace
 from fractions import Fraction
 from statistics import fmean, stdev
 
@@ -21,25 +21,24 @@ PRECISION = 0.005
 """The standard error, as a share, at which a setting counts as known: 1 cm in 2 m, half a degree in a quarter turn."""
 PATIENCE = 0.3
 """Seconds at the beginning of a dance, and at the end of the rest that ends it, that may be without poses."""
-_CALIBRATED = 0.25
-"""How far, as a share, a step may be from that of its base and still be taken for a correction of it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """The keys of a profile that calibration sets: `step` in meters, `quarter_turn` in radians, `left_right`."""
+    """The keys of a profile that calibration sets, in meters, in radians, and as a ratio."""
 
-    step: float
-    quarter_turn: float
+    commanded_step: float
+    commanded_quarter_turn: float
     left_right: float
 
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """What the dances should come to: so many steps straight ahead, of `step` meters each, and two full turns."""
+    """What the dances should come to: so many steps straight ahead, and `QUARTERS` quarter turns."""
 
     steps: int
     step: float
+    quarter_turn: float
 
     @property
     def distance(self) -> float:
@@ -47,7 +46,7 @@ class Goal:
 
     @property
     def turn(self) -> float:
-        return QUARTERS * math.pi / 2
+        return QUARTERS * self.quarter_turn
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,23 +76,33 @@ class Calibration:
     def is_known(self) -> bool:
         """Whether the settings are so precise that no more rounds are needed."""
         shares = (
-            self.error.step / self.settings.step,
-            self.error.quarter_turn / self.settings.quarter_turn,
+            self.error.commanded_step / self.settings.commanded_step,
+            self.error.commanded_quarter_turn / self.settings.commanded_quarter_turn,
             self.error.left_right / self.settings.left_right,
         )
         return max(shares) <= PRECISION
 
 
-def goal_in(room: float, step: float, told: float) -> Goal:
-    """As many steps as there is room for, in meters: as they are to be, and as they have been told so far."""
-    return Goal(math.floor(room / max(step, told) + 1e-9), step)
+def goal_in(room: float, profile: Profile) -> Goal:
+    """As many steps as there is room for, in meters."""
+    return Goal(math.floor(room / room_for(profile) + 1e-9), profile.step, profile.quarter_turn)
 
 
-def likely_step(profile: Profile, base: Profile | None) -> float:
-    """What a step is probably meant to be: if it is near that of the base, that one, which has been calibrated."""
-    if base and abs(profile.step / base.step - 1) <= _CALIBRATED:
-        return base.step
-    return profile.step
+def room_for(profile: Profile) -> float:
+    """What a step takes, in meters: as it is to be, or as it is told, if that is more."""
+    return profile.step * max(profile.linear_scale, 1.0)
+
+
+def settings_of(profile: Profile) -> Settings:
+    """With what a robot with this profile has been calibrated so far."""
+    step, turn = profile.step * profile.linear_scale, profile.quarter_turn * profile.angular_scale
+    return Settings(step, turn, profile.left_right)
+
+
+def with_settings(profile: Profile, settings: Settings) -> Profile:
+    """This profile, calibrated."""
+    linear, angular = settings.commanded_step / profile.step, settings.commanded_quarter_turn / profile.quarter_turn
+    return replace(profile, linear_scale=linear, angular_scale=angular, left_right=settings.left_right)
 
 
 def straight_dance(robot: str, profile: Profile, goal: Goal, tempo: int) -> str:
@@ -163,10 +172,13 @@ def calibrate(now: Settings, goal: Goal, rounds: Sequence[Round], separation: fl
     `separation` is that of its wheels, in meters, as `Profile.wheel_separation` has it.
     """
     each = [_settings(now, goal, played, separation) for played in rounds]
-    columns = [[getattr(one, name) for one in each] for name in ("step", "quarter_turn", "left_right")]
+    columns = zip(*map(astuple, each), strict=True)
     few = len(rounds) < 2
-    errors = [math.inf if few else stdev(column) / math.sqrt(len(column)) for column in columns]
-    return Calibration(Settings(*map(fmean, columns)), Settings(*errors))
+    means, errors = zip(
+        *((fmean(column), math.inf if few else stdev(column) / math.sqrt(len(column))) for column in columns),
+        strict=True,
+    )
+    return Calibration(Settings(*means), Settings(*errors))
 
 
 def _settings(now: Settings, goal: Goal, played: Round, separation: float) -> Settings:
@@ -176,12 +188,12 @@ def _settings(now: Settings, goal: Goal, played: Round, separation: float) -> Se
     `bend_of(left_right)`. The latter comes out as `gain` times what is told, as all turns do. So the bend per meter is
     c + gain * bend_of(now), and the new `left_right` makes that 0.
     """
-    told = goal.steps * now.step
-    gain = played.turn / (QUARTERS * now.quarter_turn)
+    told = goal.steps * now.commanded_step
+    gain = played.turn / (QUARTERS * now.commanded_quarter_turn)
     bend = _bend_of(now.left_right, separation) - played.straight.bend / told / gain
     return Settings(
-        now.step * goal.distance / played.straight.distance,
-        now.quarter_turn * goal.turn / played.turn,
+        now.commanded_step * goal.distance / played.straight.distance,
+        now.commanded_quarter_turn * goal.turn / played.turn,
         (2 + bend * separation) / (2 - bend * separation),
     )
 

@@ -11,10 +11,13 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from improv_core.score.following import OLDEST, accelerated, before_stopping, correction
 from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.profiles import DEFAULT, Profile, beside_robots
 from improv_core.score.score import Part
 from improv_core.stage.protocol import SIMULATED
 from improv_core.stage.sinks import RawPose
+from improv_core.stage.sinks.dynamics import motors_of
 
 RECENT = 0.2
 """Seconds before a robot is aligned in which a pose says where it stood then."""
@@ -34,12 +37,14 @@ class Comparison(NamedTuple):
     """Where a robot was at a time, and where it ideally was, both in the world of the score.
 
     `aligned` counts how often its frame was laid on that world in this performance, so that its path begins again.
+    `follows`: it is pulled back to its ideal path.
     """
 
     raw: RawPose
     pose: Pose
     ideal: Pose
     aligned: int
+    follows: bool
 
 
 class Odometry:
@@ -68,8 +73,10 @@ class Odometry:
         for robot, part in parts.items():
             if not part.odom and part.profile.dynamics == "ideal":
                 self._tracks.pop(robot, None)
-            elif robot not in self._tracks:
-                self._tracks[robot] = _Track(at, part.entered or part.start)
+            else:
+                if robot not in self._tracks:
+                    self._tracks[robot] = _Track(at, part.entered or part.start)
+                self._tracks[robot].cast(part)
 
     def place(self, poses: Mapping[str, Pose], at: float) -> None:
         """Playback goes elsewhere, where the score has the robots at these poses."""
@@ -81,6 +88,11 @@ class Odometry:
         """A robot has been told to move."""
         if track := self._tracks.get(robot):
             track.tell(twist, at)
+
+    def correction(self, robot: str, twist: Twist, at: float) -> Twist:
+        """What to add to a velocity that a robot is told at this time, if it follows its ideal path."""
+        track = self._tracks.get(robot)
+        return track.correction(twist, at) if track else STILL
 
     def take(self, raw: RawPose) -> Comparison | None:
         """Take a pose; None if nobody compares it."""
@@ -106,11 +118,12 @@ class Odometry:
 
 
 class _Leg(NamedTuple):
-    """Where a robot ideally is at a time, and the velocity it ideally has from then on."""
+    """Where a robot ideally is at a time, the velocity it ideally has from then on, and its motors' speed then."""
 
     at: float
     pose: Pose
     twist: Twist
+    speed: Twist = STILL
 
     def pose_at(self, at: float) -> Pose:
         return self.pose.after(self.twist, at - self.at)
@@ -118,7 +131,10 @@ class _Leg(NamedTuple):
 
 @dataclass(slots=True)
 class _Track:
-    """One robot: its ideal path since the latest pose, and how its frame lies in the world (None: not known yet)."""
+    """One robot: its ideal path since the latest pose, and how its frame lies in the world (None: not known yet).
+
+    If it follows that path, `limits` are its own, and `error` is where it should have been and was at a time.
+    """
 
     since: float
     start: Pose
@@ -129,12 +145,23 @@ class _Track:
     jumped: float = -math.inf  # when it jumped last
     fastest: float = LEAST_SPEED
     fastest_turn: float = LEAST_TURN
+    profile: Profile = DEFAULT
+    accelerations: tuple[float, float] = (math.inf, math.inf)
+    limits: tuple[float, float] | None = None
+    error: tuple[Pose, Pose, float] | None = None
 
     def __post_init__(self) -> None:
         self.legs = deque([_Leg(self.since, self.start, STILL)], LEGS_KEPT)
 
+    def cast(self, part: Part) -> None:
+        self.profile = profile = part.profile
+        motors = motors_of(beside_robots(profile), part.robot)
+        self.accelerations = (motors.linear_acceleration, motors.angular_acceleration) if motors else (math.inf,) * 2
+        linear, angular = profile.max_linear, profile.max_angular
+        self.limits = (linear, angular) if part.follow and linear and angular else None
+
     def place(self, pose: Pose, at: float) -> None:
-        self.since, self.frame, self.aligned = at, None, self.aligned + 1
+        self.since, self.frame, self.aligned, self.error = at, None, self.aligned + 1, None
         self.legs = deque([_Leg(at, pose, STILL)], LEGS_KEPT)
 
     def tell(self, twist: Twist, at: float) -> None:
@@ -142,7 +169,7 @@ class _Track:
         if twist == last.twist:
             return
         at = max(at, last.at)
-        self.legs.append(_Leg(at, last.pose_at(at), twist))
+        self.legs.append(_Leg(at, last.pose_at(at), twist, self._speed(last, at)))
         self.fastest = max(self.fastest, 2 * math.hypot(twist.x, twist.y, twist.z))
         self.fastest_turn = max(self.fastest_turn, 2 * abs(twist.yaw))
 
@@ -169,7 +196,22 @@ class _Track:
         pose, ideal = (Pose() if raw.source == SIMULATED else self.frame).then(raw.pose), self._ideal(raw.at)
         turned = math.remainder(pose.heading - ideal.heading, math.tau)
         pose = Pose(pose.x, pose.y, pose.z, ideal.heading + turned)
-        return Comparison(raw, pose, ideal, self.aligned)
+        if self.limits and (raw.source != SIMULATED or self.profile.dynamics == "motors"):
+            speed = self._speed(self.legs[0], raw.at)
+            self.error = before_stopping(ideal, speed, self.accelerations), pose, raw.at
+        follows = self.correction(self.legs[-1].twist, raw.at) != STILL
+        return Comparison(raw, pose, ideal, self.aligned, follows)
+
+    def correction(self, twist: Twist, at: float) -> Twist:
+        """What to add to a velocity, if the latest pose is not too old."""
+        if not self.limits or not self.error or at - self.error[2] > OLDEST:
+            return STILL
+        expected, measured, _ = self.error
+        return correction(expected, self.profile.limited(twist), measured, self.limits)
+
+    def _speed(self, leg: _Leg, at: float) -> Twist:
+        """How fast its motors are at a time of a leg."""
+        return accelerated(leg.speed, self.profile.limited(leg.twist), at - leg.at, self.accelerations)
 
     def _ideal(self, at: float) -> Pose:
         """Where the robot ideally is. What is from before the leg of that time is forgotten: times only increase."""

@@ -654,8 +654,10 @@ class Player:
         self._tell_transport(now)
 
     def _send(self, robot: str, twist: Twist, performed: float) -> None:
-        self._sink.send(robot, twist, performed)
-        self._odometry.tell(robot, twist, self._transport.clock(performed))
+        at = self._transport.clock(performed)
+        correction = self._odometry.correction(robot, twist, max(at, self.reached) if self._sink.real else at)
+        self._sink.send(robot, twist if correction == STILL else twist.plus(correction), performed)
+        self._odometry.tell(robot, twist, at)
 
     def _is_silent(self, robot: str) -> bool:
         return robot in self._listeners.standing or (
@@ -731,7 +733,7 @@ class Player:
         return round((self._wall() - (now - at)) * 1e9)
 
     def _compared(self, comparison: Comparison, now: float) -> MeasuredRobot:
-        raw, pose, ideal, aligned = comparison
+        raw, pose, ideal, aligned, follows = comparison
         return {
             "source": raw.source,
             "frame": raw.frame,
@@ -739,6 +741,7 @@ class Player:
             "pose": to_pose_json(pose),
             "ideal": to_pose_json(ideal),
             "aligned": aligned,
+            "follows": follows,
             "beat": float(self._beat(raw.at)),
             "performed": self._transport.performed(raw.at),
             "wall": self._wall_at(raw.at, now),

@@ -94,7 +94,8 @@ class MeasuredRobot(TypedDict):
 
     `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
     source was laid on the world of the score: before and after that, poses don't belong together. `frame` is the name
-    of that frame, and `origin` is where the origin of the world is in it.
+    of that frame, and `origin` is where the origin of the world is in it. `follows`: it is pulled back to its
+    ideal path.
     """
 
     source: str
@@ -103,6 +104,7 @@ class MeasuredRobot(TypedDict):
     pose: PoseJson
     ideal: PoseJson
     aligned: int
+    follows: bool
     beat: float
     performed: float
     wall: int
@@ -701,7 +703,7 @@ DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[f
 """Further places of a robot: seconds after beat 0, x, y, and heading. `from` counts the places before them.
 
 Where it was measured: seconds, beat, x, y, heading; its ideal x, y, heading; how far it was off in meters and radians;
-how often its source was aligned; and 1 if that was the simulator, otherwise 0.
+how often its source was aligned; 1 if that was the simulator, otherwise 0; and 1 if it was pulled back to its path.
 """
 
 

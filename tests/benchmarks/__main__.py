@@ -23,7 +23,7 @@ from tests.benchmarks import (
 BENCHMARKS = {
     "calibration": (
         calibration.run,
-        "how far off bases that drift end, before and after `improv calibrate`",
+        "how far off bases that drift end, calibrated or following or not",
     ),
     "continuity": (continuity.run, "what a save does to robots it does not change, and what it costs"),
     "edit": (edit.run, "from `improv edit` to the first key, and from Ctrl+Enter to motion"),

@@ -1,9 +1,10 @@
-"""How far bases that drift end from their ideal poses, before and after `improv calibrate`, by their true poses."""
+"""How far bases that drift end from their ideal poses, calibrated or following or not, by their true poses."""
 
 from __future__ import annotations
 
 import math
 import os
+import re
 import subprocess
 import sys
 import time
@@ -49,8 +50,8 @@ def run(quick: bool) -> None:
     robots = (FOLDER / "improv.toml").read_text()
     corrected = _calibrated(robots)
     print("How far off the worst robot ends: wheels 4% and 6% short, 1% noise, 5% of commands lost\n")
-    print_row("program", "time", "ideal", "simulator beside it", "measured", "calibrated")
-    print_row("---", *["---:"] * 5)
+    print_row("program", "time", "ideal", "simulator beside it", "measured", "calibrated", "followed", "both")
+    print_row("---", *["---:"] * 7)
     for name in ("square",) if quick else ("square", "canon", "groove"):
         program = (FOLDER / f"{name}.improv").read_text()
         if name == "groove":
@@ -62,7 +63,7 @@ def run(quick: bool) -> None:
         columns = [
             ideal,
             _simulated(replace(score, parts=parts)),
-            *(_driven(program, each, score) for each in (robots, corrected)),
+            *(_driven(program, each, score) for each in (robots, corrected, _following(robots), _following(corrected))),
         ]
         seconds = f"{score.seconds(score.beats):.0f} s"
         print_row(name, seconds, *(_worst(ends, ideal) for ends in columns))
@@ -97,6 +98,11 @@ def _calibrated(robots: str) -> str:
         print("\n".join(told), "\n")
         profile, _, _ = file.read_text().partition("[robots.")
     return profile + robots[robots.index("[robots.") :]
+
+
+def _following(robots: str) -> str:
+    """The file in which all robots follow their paths, seen from outside."""
+    return re.sub(r"(\[robots\..*\])", r'\1\nodom = "true_pose"\nfollow = true', robots)
 
 
 def _driven(program: str, robots: str, score: Score) -> Ends:

@@ -95,8 +95,8 @@ def terminals(folder: Path) -> Iterator[list[Terminal]]:
 
 def test_the_simulated_base_keeps_to_its_path_afterward(folder: Path, terminals: list[Terminal]) -> None:
     terminals.append(terminal := Terminal(folder))
+    terminal.wait("As improv.toml says, a step is to be 0.2 m, and a quarter turn 90°.")
     terminal.answer("How many meters of free floor are ahead of anna, at least a step of 0.2 m? [2]", "0.1", "0.6")
-    terminal.answer("How many meters is a step to be on the floor? [0.2]", "")
     for _ in range(4):
         terminal.answer("Press Enter: anna drives 0.6", "")
         terminal.answer("Press Enter: anna turns left on the spot, twice", "")
@@ -106,15 +106,14 @@ def test_the_simulated_base_keeps_to_its_path_afterward(folder: Path, terminals:
     terminal.answer("improv.toml? [y/N]", "y")
     code, said = terminal.end()
     assert (code, "was written" in said) == (0, True)
-    added = "quarter_turn = 94.74\nleft_right = 1.0213\n"
-    calibrated = ROBOTS.replace("step = 0.2\n", "step = 0.2105\n").replace("0.94]\n", f"0.94]\n{added}")
+    added = "commanded_step = 0.2105\ncommanded_quarter_turn = 94.74\nleft_right = 1.0213\n"
+    calibrated = ROBOTS.replace("0.94]\n", f"0.94]\n{added}")
     assert (folder / "improv.toml").read_text() == calibrated
 
 
 def test_a_tape_measure_nonsense_and_ctrl_c_in_the_middle(folder: Path, terminals: list[Terminal]) -> None:
     terminals.append(terminal := Terminal(folder, "--tape", "--write"))
     terminal.answer("free floor", "2 m", "nan", "0.6")
-    terminal.answer("a step", "0.2")
     terminal.answer("Put anna on its mark, along its line, and press Enter: anna drives", "")
     terminal.answer("How many meters is it ahead", "", "57,0", "57.0")
     terminal.answer("to the left of its line", "-0.015")
@@ -163,20 +162,23 @@ def offered(folder: Path, text: str, *, changed: str | None = None) -> list[str]
     if changed:
         (folder / "improv.toml").write_text(changed)
     said: list[str] = []
-    asyncio.run(offer(robots, "anna", {"step": 0.21}, Answers(said.append), write=True))
+    asyncio.run(offer(robots, "anna", {"commanded_step": 2.1}, Answers(said.append), write=True))
     return said
 
 
 def test_the_edit_is_shown_and_made(tmp_path: Path) -> None:
     lines = "\n".join(offered(tmp_path, "[robots.anna]\n"))
-    assert '+profile = "anna"\n+\n+[profiles.anna]\n+step = 0.21\n' in lines
-    assert (tmp_path / "improv.toml").read_text() == '[robots.anna]\nprofile = "anna"\n\n[profiles.anna]\nstep = 0.21\n'
+    assert '+profile = "anna"\n+\n+[profiles.anna]\n+step = 2\n+commanded_step = 2.1\n' in lines
+    assert (
+        tmp_path / "improv.toml"
+    ).read_text() == '[robots.anna]\nprofile = "anna"\n\n[profiles.anna]\nstep = 2\ncommanded_step = 2.1\n'
 
 
 def test_an_unusual_form_is_left_to_its_author(tmp_path: Path) -> None:
     text = "robots.anna = {}\n"
     assert offered(tmp_path, text) == [
-        f"{tmp_path}/improv.toml is written in an unusual form, so write this into the profile yourself: step = 0.21"
+        f"{tmp_path}/improv.toml is written in an unusual form, so write this into the profile yourself:"
+        " commanded_step = 2.1"
     ]
     assert (tmp_path / "improv.toml").read_text() == text
 
@@ -189,4 +191,4 @@ def test_what_somebody_else_has_written_meanwhile_stays(tmp_path: Path) -> None:
 
 def test_values_that_no_profile_can_have_are_refused() -> None:
     with pytest.raises(CommandError, match=r"`left_right` would be 1\.4 meters per meter, which is not from 0\.8 to"):
-        check({"step": 0.2, "left_right": 1.4})
+        check({"commanded_step": 0.2, "left_right": 1.4})

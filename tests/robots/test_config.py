@@ -96,6 +96,61 @@ def test_a_profile_takes_from_its_base_what_it_does_not_say() -> None:
     assert found.robots["a"].message == profile.message == "Twist"
 
 
+def test_robots_that_follow() -> None:
+    found = check("""
+        [robots.anna]
+        profile = "turtlebot4"
+        odom = "pose"
+        follow = true
+
+        [robots.bert]
+        profile = "turtlebot4"
+        follow = true
+        ^^^^^^ robots: `follow` needs to know where the robot is: add `odom`
+
+        [robots.cleo]
+        odom = "pose"
+        follow = true
+        ^^^^^^ robots: `follow` works only with `motions = ["forward", "turn"]` in the profile
+
+        [robots.dora]
+        odom = "pose"
+        follow = 1
+                 ^ robots: write `follow` as `true` or `false`
+
+        [robots.emil]
+        profile = "worn"
+        follow = true
+
+        [profiles.worn]
+        base = "turtlebot4"
+        dynamics = "motors"
+    """)
+    assert [name for name, robot in found.robots.items() if robot.follow] == ["anna", "bert", "cleo", "emil"]
+
+
+def test_what_a_robot_is_told_follows_what_it_is_to_do() -> None:
+    found = check("""
+        [profiles.lab]
+        base = "turtlebot4"
+        commanded_step = 0.21
+        commanded_quarter_turn = 99
+
+        [profiles.long]
+        base = "lab"
+        step = 0.4
+
+        [profiles.slip]
+        step = 0.2
+        commanded_step = 2.1
+                         ^^^ robots: this is far from `step`: write from 0.5 to 2 times as much
+    """)
+    for name, step in (("lab", 0.2), ("long", 0.4)):
+        profile = found.profiles[name]
+        assert (profile.step, profile.quarter_turn) == (step, math.pi / 2)
+        assert (profile.linear_scale, profile.angular_scale) == pytest.approx((1.05, 1.1))
+
+
 def test_a_profile_without_a_base_says_its_step_and_is_not_limited_in_the_rest() -> None:
     assert check("[profiles.mine]\nstep = 1").profiles["mine"] == Profile("mine", step=1.0)
     check("""
@@ -351,7 +406,7 @@ def test_names_that_robots_cannot_have() -> None:
         [robots.9]
                 ^ robots: `9` is not a valid robot name: use a to z, digits, and `_`, starting with a letter
         step = 1
-        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`, `odom`
+        ^^^^ robots: `step` is not valid here: write one of `profile`, `start`, `topic`, `message`, `frame`, `reset`, `odom`, `follow`
     """)
     assert found.robots == {}
 
@@ -673,8 +728,10 @@ def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
         "publish",
         "use_sim_time",
         "base",
+        "commanded_step",
+        "commanded_quarter_turn",
     )
-    for key in (*ours, *(set(Profile.__slots__) - {"name"})):
+    for key in (*ours, *(set(Profile.__slots__) - {"name", "linear_scale", "angular_scale"})):
         assert f"| `{key}` |" in PAGE
     for key in known(("senses", "near")).keys:
         assert f"`{key}`" in PAGE.split("## Senses\n")[1].split("\n## ")[0]

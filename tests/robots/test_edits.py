@@ -151,8 +151,8 @@ def test_an_unusual_or_unreadable_formation_is_left_alone(text: str) -> None:
     check_form(text, None)
 
 
-CALIBRATED = {"step": 0.2105, "quarter_turn": 94.7, "left_right": 1.02}
-LINES = "step = 0.2105\nquarter_turn = 94.7\nleft_right = 1.02\n"
+CALIBRATED = {"commanded_step": 0.2105, "commanded_quarter_turn": 94.7, "left_right": 1.02}
+LINES = "commanded_step = 0.2105\ncommanded_quarter_turn = 94.7\nleft_right = 1.02\n"
 
 
 def check_calibrated(before: str, after: str | None) -> None:
@@ -162,9 +162,8 @@ def check_calibrated(before: str, after: str | None) -> None:
         robots = read_robots(made)
         assert robots.ok
         profile = robots.robots["anna"].profile
-        assert (profile.step, math.degrees(profile.quarter_turn), profile.left_right) == pytest.approx(
-            (0.2105, 94.7, 1.02)
-        )
+        found = profile.step * profile.linear_scale, profile.quarter_turn * profile.angular_scale, profile.left_right
+        assert found == pytest.approx((0.2105, math.radians(94.7), 1.02))
 
 
 def test_a_robot_with_a_built_in_profile_gets_one_of_its_own() -> None:
@@ -176,17 +175,18 @@ def test_a_robot_with_a_built_in_profile_gets_one_of_its_own() -> None:
 
 
 def test_a_robot_without_a_profile_gets_one() -> None:
-    check_calibrated("[robots.anna]\r\n", '[robots.anna]\r\nprofile = "anna"\r\n\r\n[profiles.anna]\r\n' + crlf(LINES))
-
-
-def crlf(text: str) -> str:
-    return text.replace("\n", "\r\n")
+    made = calibrate("[robots.anna]\r\n", "anna", {"commanded_step": 2.1})
+    added = "\r\n[profiles.anna]\r\nstep = 2\r\ncommanded_step = 2.1\r\n"
+    assert made == f'[robots.anna]\r\nprofile = "anna"\r\n{added}'
+    assert read_robots(made).ok
 
 
 def test_a_profile_of_its_own_is_changed_where_it_is() -> None:
     check_calibrated(
-        '[profiles.lab] # ours\nstep = 0.2 # measured\nradius = 0.1\n\n[robots.anna]\nprofile = "lab"\n',
-        "[profiles.lab] # ours\nstep = 0.2105 # measured\nradius = 0.1\nquarter_turn = 94.7\nleft_right = 1.02\n\n"
+        "[profiles.lab] # ours\nstep = 0.2\ncommanded_step = 0.21 # measured\nradius = 0.1\n\n"
+        '[robots.anna]\nprofile = "lab"\n',
+        "[profiles.lab] # ours\nstep = 0.2\ncommanded_step = 0.2105 # measured\nradius = 0.1\n"
+        "commanded_quarter_turn = 94.7\nleft_right = 1.02\n\n"
         '[robots.anna]\nprofile = "lab"\n',
     )
 
@@ -199,7 +199,7 @@ def test_a_profile_that_others_use_stays_as_it_is(other: str) -> None:
 
 
 def test_a_name_that_is_taken() -> None:
-    text = '[profiles.anna]\nstep = 1\n[robots.bert]\nprofile = "anna"\n[robots.anna]\nprofile = "{}"\n'
+    text = '[profiles.anna]\nstep = 0.2\n[robots.bert]\nprofile = "anna"\n[robots.anna]\nprofile = "{}"\n'
     check_calibrated(
         text.format("anna"), text.format("anna_calibrated") + f'\n[profiles.anna_calibrated]\nbase = "anna"\n{LINES}'
     )

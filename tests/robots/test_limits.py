@@ -36,6 +36,12 @@ def test_a_speed_right_at_the_limit_is_within_it() -> None:
     assert excess(FORWARD, TURTLEBOT3_BURGER, Fraction(67)) is not None
 
 
+def test_limits_hold_for_what_a_calibrated_robot_is_told() -> None:
+    calibrated = replace(TURTLEBOT3_BURGER, linear_scale=1.1)
+    assert excess(FORWARD, calibrated, SIXTY) is None  # 0.22 m/s
+    assert excess(FORWARD, calibrated, Fraction(61)) is not None
+
+
 def test_too_fast_says_by_how_much_and_what_fits() -> None:
     found = excess(FORWARD, TURTLEBOT3_BURGER, Fraction(90))
     assert found

@@ -101,6 +101,8 @@ def test_every_example_is_valid(keys: Keys, key: Key) -> None:
         other = rest.get(str(keys[-1]))
         needed = f"topic = 'a'\nmessage = 'sensor_msgs/{other}'\n" if other else ""
         needed = "message = 'std_msgs/Bool'\n" if keys[-1] == "topic" else needed
+    if keys[-1] == "follow":
+        needed = "profile = 'turtlebot4'\nodom = 'pose'\n"
     names = [str(name) for name in keys if isinstance(name, str)]
     value = key.example
     if keys[-1] == 0:

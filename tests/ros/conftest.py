@@ -39,7 +39,8 @@ class Listener:
             [python, LISTENER, *arguments], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
         threading.Thread(target=self._read, daemon=True).start()
-        self._inbox.get(timeout=LIMIT)
+        while "ready" not in self._inbox.get(timeout=LIMIT):
+            pass  # a message may come first
 
     @property
     def pid(self) -> int:

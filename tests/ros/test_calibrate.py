@@ -33,7 +33,7 @@ def test_a_base_keeps_to_its_path_afterward(
 ) -> None:
     script(BASE, "anna", "--wheel-error", "0.96", "0.94", "--noise", "0.01", "--loss", "0")
     (tmp_path / "improv.toml").write_text(ROBOTS.format(topic="true_pose"))
-    answers = "1\n" + 20 * "\n"  # a meter of room, and Enter each time
+    answers = "1.05\n" + 20 * "\n"  # room for five steps, and Enter each time
     done = subprocess.run(
         COMMAND, input=answers, capture_output=True, text=True, cwd=tmp_path, env=ros_env, timeout=2 * LIMIT
     )
@@ -45,7 +45,8 @@ def test_a_base_keeps_to_its_path_afterward(
     (before, after) = errors
     assert all(new < old / 2 for old, new in zip(before, after, strict=True))
     profile = read_robots((tmp_path / "improv.toml").read_text()).robots["anna"].profile
-    assert profile.step == pytest.approx(0.2 / 0.95, rel=0.02)
+    assert profile.step == 0.2
+    assert profile.linear_scale == pytest.approx(1 / 0.95, rel=0.02)
     assert profile.left_right == pytest.approx(0.96 / 0.94, abs=0.01)
 
 
@@ -60,7 +61,7 @@ def test_a_robot_that_is_not_there_and_odometry_that_counts_turns_of_wheels(
     ) as process:
         assert process.stdin
         assert process.stdout
-        process.stdin.write("0.2\n\n")
+        process.stdin.write("0.2\n")
         process.stdin.flush()
         for line in process.stdout:
             said.append(line)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 from random import Random
 
 import pytest
@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.profiles import BUILT_IN, HUSKY, TURTLEBOT4, TURTLESIM, Profile
+from improv_core.score.profiles import BUILT_IN, HUSKY, TURTLEBOT4, TURTLESIM
 from improv_core.services.calibration import (
     MOST_ROUNDS,
     PRECISION,
@@ -28,17 +28,18 @@ from improv_core.services.calibration import (
     doubtful_turn,
     errors,
     goal_in,
-    likely_step,
+    settings_of,
     straight_by_poses,
     straight_by_tape,
     straight_dance,
     turn_by_poses,
     turning_dance,
+    with_settings,
 )
 from improv_core.stage.protocol import MeasuredRobot, to_pose_json
 from improv_core.stage.sinks.dynamics import Wheels
 
-GOAL = Goal(10, 0.2)
+GOAL = Goal(10, 0.2, math.pi / 2)
 SEPARATION = TURTLEBOT4.wheel_separation
 NOMINAL = Settings(0.2, math.pi / 2, 1.0)
 START = Pose(3.0, -2.0, heading=2.5)
@@ -48,7 +49,7 @@ wheels = st.floats(0.9, 1.1)
 def driven(told: Settings, left: float, right: float) -> tuple[Pose, Pose]:
     """Where each dance takes a base from `START` whose wheels roll so far for each meter."""
     base = Wheels(left, right, SEPARATION, 0.0, "")
-    dances = (Twist(x=told.step), GOAL.steps), (Twist(yaw=told.quarter_turn), QUARTERS)
+    dances = (Twist(x=told.commanded_step), GOAL.steps), (Twist(yaw=told.commanded_quarter_turn), QUARTERS)
     straight, turning = (
         START.after(base.rolling(twist.balanced(told.left_right, SEPARATION), 0), beats) for twist, beats in dances
     )
@@ -87,7 +88,7 @@ def test_noise_averages_out_and_its_size_is_known() -> None:
     ]
     found = calibrate(NOMINAL, GOAL, rounds, SEPARATION)
     right = calibrate(NOMINAL, GOAL, [exact], SEPARATION).settings
-    for name in ("step", "quarter_turn", "left_right"):
+    for name in ("commanded_step", "commanded_quarter_turn", "left_right"):
         error = getattr(found.error, name)
         assert abs(getattr(found.settings, name) - getattr(right, name)) < 3 * error
         assert 0 < error < PRECISION * getattr(right, name)
@@ -155,6 +156,7 @@ def test_poses_count_if_they_came_all_the_time(begin: float, end: float, aligned
             "pose": pose,
             "ideal": pose,
             "aligned": aligned,
+            "follows": False,
             "beat": performed,
             "performed": performed,
             "wall": 0,
@@ -173,27 +175,23 @@ def test_every_built_in_profile_can_dance_both(name: str) -> None:
     robots = read_robots(f'[robots.anna]\nprofile = "{name}"\n')
     profile = BUILT_IN[name]
     for program in (
-        straight_dance("anna", profile, goal_in(2.0, profile.step, profile.step), 60),
+        straight_dance("anna", profile, goal_in(2.0, profile), 60),
         turning_dance("anna", profile, 60),
     ):
         assert analyze(program, robots).diagnostics == ()
 
 
-@pytest.mark.parametrize(
-    ("step", "base", "likely"),
-    [
-        (0.2, None, 0.2),
-        (0.2105, TURTLEBOT4, 0.2),  # it was calibrated before
-        (0.5, TURTLEBOT4, 0.5),  # somebody wants longer steps
-    ],
-)
-def test_what_a_step_is_meant_to_be(step: float, base: Profile | None, likely: float) -> None:
-    assert likely_step(replace(TURTLEBOT4, step=step), base) == likely
+def test_a_profile_keeps_its_settings() -> None:
+    settings = Settings(0.2105, 1.65, 1.02)
+    calibrated = with_settings(TURTLEBOT4, settings)
+    assert settings_of(TURTLEBOT4) == NOMINAL
+    assert astuple(settings_of(calibrated)) == pytest.approx(astuple(settings))
+    assert (calibrated.step, calibrated.quarter_turn) == (0.2, math.pi / 2)
 
 
 def test_the_dances() -> None:
-    assert goal_in(2.0, 0.2, 0.2) == Goal(10, 0.2)
-    assert goal_in(2.0, 0.2, 2.0) == Goal(1, 0.2)  # so far, a step is 2 m: there is no room for a second one
+    assert goal_in(2.0, TURTLEBOT4) == GOAL
+    assert goal_in(2.0, replace(TURTLEBOT4, linear_scale=1.1)) == replace(GOAL, steps=9)  # so far, it may go too far
     assert straight_dance("anna", TURTLEBOT4, GOAL, 60) == "beat 60\nanna $ repeat 10 forward rest\n"
     assert turning_dance("anna", HUSKY, 60) == "beat 38\nanna $ repeat 8 left rest\n"
     assert turning_dance("anna", TURTLESIM, 90) == "beat 90\nanna $ repeat 8 left rest rest\n"

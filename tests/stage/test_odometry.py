@@ -15,8 +15,9 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors, error
 from improv_core.robots.config import read_robots
+from improv_core.score.following import OLDEST
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.profiles import TURTLESIM
+from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLESIM
 from improv_core.score.score import Part
 from improv_core.stage.odometry import CONTINUOUS, QUIET, RECENT, Odometry
 from improv_core.stage.player import REST, Player, Told
@@ -218,6 +219,80 @@ def test_simulated_robots_are_measured_in_their_world() -> None:
     assert largest.distance > 0.1
     assert errors.robots["exact"][0] == pytest.approx((0, 0), abs=1e-9)
     assert 4 * 15 < count <= 5 * 20
+
+
+class Follower(Robot):
+    """A burger that follows its path: the factor of its velocities is 1 while nothing is corrected."""
+
+    def play(self, program: str = "beat 60\nr $ forward rest forward\n", when: Any = "restart") -> None:
+        (part,) = score(program).parts.values()
+        part = replace(part, odom="/r/odom", follow=True, profile=TURTLEBOT3_BURGER)
+        self.player.load(replace(score(program), parts={"r": part}), 1, when, self.stage.now)
+
+    @property
+    def sent(self) -> list[tuple[float, float]]:
+        """When the robot's speed changed, and to what."""
+        found: list[tuple[float, float]] = []
+        for _, at, twist in self.stage.sink.sent:
+            if not found or found[-1][1] != round(twist.x, 6):
+                found.append((round(at, 6), round(twist.x, 6)))
+        return found
+
+
+def test_a_robot_that_follows_is_pulled_back_and_changes_keep_their_times() -> None:
+    robot = Follower()
+    robot.play()
+    assert robot.pose(Pose())
+    robot.run(0.49)
+    told = robot.pose(Pose(0.49 * 0.2 - 0.005))
+    assert told
+    assert told["follows"]
+    robot.run(3)
+    (first, slow), (at, faster), (_, again), (second, rest), (third, x), *ends = robot.sent
+    assert (first, slow, second, rest, third, x) == (0, 0.2, 1, 0, 2, 0.2)
+    assert 0.49 < at < 0.55
+    assert (faster, again) == (0.21, 0.2)  # 5 mm behind: 10 mm/s faster, as long as the pose is not too old
+    assert ends == [(3, 0)]
+
+
+def test_what_is_too_old_or_too_far_off() -> None:
+    robot = Follower()
+    robot.play()
+    robot.pose(Pose())
+    robot.run(0.5)
+    told = robot.pose(Pose(-9))
+    assert told
+    assert told["follows"]
+    robot.run(2.5)
+    (at, _) = robot.sent[2]
+    assert [x for _, x in robot.sent] == [0.2, 0.222, 0.2, 0, 0.2, 0]
+    assert 0.5 + OLDEST - 0.05 <= at <= 0.5 + OLDEST + 0.05
+    rests = robot.pose(Pose(-9))
+    assert rests
+    assert not rests["follows"]  # it is to stand
+
+
+def test_a_seek_forgets_how_far_off_it_was() -> None:
+    robot = Follower()
+    robot.play("beat 60\nr $ repeat forward\n")
+    robot.pose(Pose())
+    robot.run(0.5)
+    robot.pose(Pose())
+    robot.player.seek(4, robot.stage.now)
+    robot.run(0.02)
+    assert robot.sent[-1][1] == 0.2
+
+
+@pytest.mark.parametrize(("follow", "least", "most"), [(False, 15.0, 30.0), (True, 0.0, 2.0)])
+def test_a_simulated_robot_with_worn_wheels_follows(follow: bool, least: float, most: float) -> None:
+    worn = "[profiles.worn]\nbase = 'turtlebot4'\ndynamics = 'motors'\nwheel_error = [0.96, 0.94]\nnoise = 0.01\n"
+    robots = read_robots(f"{worn}[robots.r]\nprofile = 'worn'\nfollow = {str(follow).lower()}\n")
+    assert robots.ok
+    simulator = Simulator(period=None)
+    perform(score_of(analyze("beat 60\nr $ repeat 4 (forward slow 2 left)\n", robots)), simulator)
+    end = simulator.poses()["r"]
+    assert (math.hypot(end.x, end.y) < 0.02) == follow
+    assert least <= math.degrees(abs(math.remainder(end.heading, math.tau))) <= most
 
 
 numbers = st.floats(-10, 10)

@@ -171,6 +171,7 @@ def test_in_the_frame_of_odometry() -> None:
         "pose": at,
         "ideal": at,
         "aligned": 1,
+        "follows": False,
         "beat": 0,
         "performed": 0,
         "wall": 0,

@@ -49,8 +49,8 @@ class Wheels(NamedTuple):
 class Motors(NamedTuple):
     """What the motors of a base can do: speeds in m/s and rad/s (None: no limit), accelerations per second.
 
-    `wheels` is None if it moves just as its motors turn. Otherwise it may be told as a real base whose left wheel rolls
-    `left_right` times as far as its right one.
+    `wheels` is None if it moves just as its motors turn. `calibration` is the profile of a base that drifts: it is told
+    what the real one is told.
     """
 
     max_linear: float | None
@@ -58,13 +58,12 @@ class Motors(NamedTuple):
     linear_acceleration: float
     angular_acceleration: float
     wheels: Wheels | None = None
-    left_right: float = 1.0
+    calibration: Profile | None = None
 
     def told(self, twist: Twist) -> Twist:
         """What the motors turn for when the score says `twist`."""
-        if self.wheels and self.left_right != 1:
-            twist = twist.balanced(self.left_right, self.wheels.separation)
-        return twist.within(self.max_linear, self.max_angular)
+        calibrated = self.calibration.calibrated(twist) if self.calibration else twist
+        return calibrated.within(self.max_linear, self.max_angular)
 
 
 def motors_of(profile: Profile, robot: str) -> Motors | None:
@@ -80,7 +79,7 @@ def motors_of(profile: Profile, robot: str) -> Motors | None:
         profile.max_linear_acceleration or linear,
         profile.max_angular_acceleration or angular,
         wheels if (left, right, profile.noise) != (1, 1, 0) else None,
-        1.0 if left == right == 1 else profile.left_right,  # a perfect base needs no correction
+        None if left == right == 1 else profile,  # a perfect base needs no correction
     )
 
 

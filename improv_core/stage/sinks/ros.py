@@ -312,8 +312,8 @@ class _Robot:
         if twist is not self.twist:
             if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
                 raise ValueError(f"{self.part.robot} was given a speed that is not a finite number")
-            balanced = self.part.profile.balanced(twist)
-            told = self.part.profile.limited(balanced)
-            self.message, self.is_clipped = twist_message(told), told is not balanced
+            calibrated = self.part.profile.calibrated(twist)
+            told = self.part.profile.limited(calibrated)
+            self.message, self.is_clipped = twist_message(told), told is not calibrated
             self.twist = twist
         return self.message

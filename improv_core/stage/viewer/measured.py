@@ -31,8 +31,8 @@ def measured_place(robot: MeasuredRobot) -> list[float]:
     pose, ideal = robot["pose"], robot["ideal"]
     off = math.dist(*([each["x"], each["y"], each["z"]] for each in (pose, ideal)))
     turned = abs(math.remainder(pose["heading"] - ideal["heading"], math.tau))
-    simulated = float(robot["source"] == SIMULATED)
-    return [robot["performed"], robot["beat"], *_plane(pose), *_plane(ideal), off, turned, robot["aligned"], simulated]
+    flags = float(robot["source"] == SIMULATED), float(robot["follows"])
+    return [robot["performed"], robot["beat"], *_plane(pose), *_plane(ideal), off, turned, robot["aligned"], *flags]
 
 
 def _plane(pose: PoseJson) -> tuple[float, float, float]:

@@ -141,10 +141,21 @@ def test_left_right_makes_a_base_that_pulls_to_one_side_drive_straight() -> None
     check(told, 6.0, Pose(2 * 0.96 * 0.94 / (0.96 + 0.94)), at_once)  # both wheels' harmonic mean, of a meter
 
 
-def test_left_right_changes_nothing_about_a_base_without_errors() -> None:
+def test_a_calibrated_base_drives_and_turns_as_far_as_it_should() -> None:
+    worn = replace(
+        TURTLEBOT4, dynamics="motors", wheel_error=(0.95, 0.95), linear_scale=1 / 0.95, angular_scale=1 / 0.95
+    )
+    motors = motors_of(worn, "r")
+    assert motors
+    at_once = motors._replace(linear_acceleration=1e9, angular_acceleration=1e9)
+    check([(0.0, Twist(x=0.2)), (5.0, Twist(yaw=1.0)), (7.0, STILL)], 8.0, Pose(1.0, heading=2.0), at_once)
+    check([(0.0, Twist(x=0.4)), (5.0, STILL)], 6.0, Pose(0.306 * 0.95 * 5), at_once)  # the limit holds for what is told
+
+
+def test_calibration_changes_nothing_about_a_base_without_errors() -> None:
     for dynamics in ("ideal", "motors"):
         profile = replace(TURTLEBOT4, dynamics=dynamics)
-        pulling = replace(profile, left_right=0.98)
+        pulling = replace(profile, left_right=0.98, linear_scale=1.1, angular_scale=1.1)
         assert motors_of(pulling, "r") == motors_of(profile, "r")
         assert motors_of(beside_robots(pulling), "r") == motors_of(beside_robots(profile), "r")
     assert replace(TURTLEBOT4, left_right=0.98).told(Twist(x=0.2)).yaw < 0  # the real one is told to turn right

@@ -281,6 +281,7 @@ def test_measured_poses_are_recorded_as_odometry(tmp_path: Path) -> None:
         "pose": pose,
         "ideal": pose,
         "aligned": 1,
+        "follows": False,
         "beat": 1.0,
         "performed": 1.0,
         "wall": START,

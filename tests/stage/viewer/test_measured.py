@@ -55,3 +55,10 @@ def test_the_page_says_how_far_off_a_robot_is_and_was(page: Page, show: Show) ->
     assert most.startswith("at most ")
     page.reload()
     wait(page, f"window.improv?.off.ada === {last!r}")  # from the start, though the page is new
+
+
+def test_the_page_shows_that_a_robot_is_pulled_back_to_its_path(page: Page, show: Show) -> None:
+    robots = WORN.replace("step = 2", 'base = "turtlebot4"').replace('odom = "odom"', "follow = true")
+    show.play("beat 60\nada $ repeat forward\n", robots)
+    watch(page, show)
+    wait(page, "/^[0-9.]+ m, [0-9]+° off, following$/.test(improv.off.ada)")

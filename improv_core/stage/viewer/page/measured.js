@@ -17,6 +17,7 @@ import { bounds } from "./camera.js"
  * @property {number} turned radians
  * @property {number} aligned how often the robot's frame was aligned: only what follows the latest time is drawn
  * @property {number} simulated 1 if the simulator, which shows the robot there anyway, is the source
+ * @property {number} follows 1 if the robot is pulled back to its ideal path
  */
 
 const LEAST = 0.005 // meters by which a simulated robot has to be off, so that this is shown
@@ -128,7 +129,7 @@ export class Measured {
   most(name) {
     const places = this.#places.get(name) ?? []
     const most = (/** @type {"off" | "turned"} */ what) => places.reduce((found, place) => Math.max(found, place[what]), 0)
-    return words({ off: most("off"), turned: most("turned") })
+    return words({ off: most("off"), turned: most("turned"), follows: 0 })
   }
 
   /**
@@ -184,12 +185,15 @@ export class Measured {
  * @param {number[]} numbers
  * @returns {Place}
  */
-function read([at, beat, x, y, heading, idealX, idealY, idealHeading, off, turned, aligned, simulated]) {
+function read([at, beat, x, y, heading, idealX, idealY, idealHeading, off, turned, aligned, simulated, follows]) {
   const pose = { x, y, z: 0, heading }
-  return { at, beat, pose, ideal: { x: idealX, y: idealY, z: 0, heading: idealHeading }, off, turned, aligned, simulated }
+  const ideal = { x: idealX, y: idealY, z: 0, heading: idealHeading }
+  return { at, beat, pose, ideal, off, turned, aligned, simulated, follows }
 }
 
-/** @param {{ off: number, turned: number } | undefined} place */
+/** @param {{ off: number, turned: number, follows: number } | undefined} place */
 function words(place) {
-  return place ? `${place.off.toFixed(2)} m, ${Math.round((place.turned * 180) / Math.PI)}° off` : ""
+  if (!place) return ""
+  const how = place.follows ? ", following" : ""
+  return `${place.off.toFixed(2)} m, ${Math.round((place.turned * 180) / Math.PI)}° off${how}`
 }

@@ -57,7 +57,7 @@ const problem = shape({
 const MESSAGES = {
   robots: shape({ robots: mapOf(shape({ radius: number })) }),
   trails: shape({ robots: mapOf(shape({ from: count, places: listOf(numbers(4)) })) }),
-  measured: shape({ robots: mapOf(shape({ from: count, places: listOf(numbers(12)) })) }),
+  measured: shape({ robots: mapOf(shape({ from: count, places: listOf(numbers(13)) })) }),
   program: shape({
     name: text,
     folder: text,

@@ -1,0 +1,76 @@
+"""Following: feedback that pulls a robot that drifts back to its ideal path. Standard library only.
+
+The law is the nonlinear, Lyapunov-based one of B. Siciliano, L. Sciavicco, L. Villani, and G. Oriolo, Robotics:
+Modelling, Planning and Control, Springer 2009, 11.6.1, after C. Samson. With the errors e1 ahead, e2 to the left, and
+e3 of the heading, as the robot sees them, and the ideal velocities v and w, the robot is told
+
+    v cos e3 + k1 e1   and   w + k2 v e2 sin(e3)/e3 + k3 e3
+
+which takes e1 and e3 to 0 for any k1, k2, k3 > 0, and e2 too while v is not 0.
+"""
+
+from __future__ import annotations
+
+import math
+
+from improv_core.score.motion import STILL, Pose, Twist
+from improv_core.score.profiles import Profile
+
+SHARE = 0.1
+"""The most that is added to a velocity, as a share of the robot's limits."""
+OLDEST = 0.2
+"""Seconds after which a pose is too old to correct by."""
+GAIN = 2.0
+"""k1 and k3, per second. k2 is such that an error to the side is critically damped at the highest speed."""
+SAFE_DELAY = math.pi / 4 / GAIN
+"""Seconds of delay that the feedback may have: half of those with which e' = -k e would begin to swing without end."""
+
+
+def correction(ideal: Pose, twist: Twist, measured: Pose, limits: tuple[float, float]) -> Twist:
+    """What to add to the ideal `twist` of a robot that is not where it ideally is, within its limits in m/s and rad/s.
+
+    A robot that is to stand is not moved.
+    """
+    if twist == STILL:
+        return STILL
+    linear, angular = limits
+    error = measured.inverse().then(ideal)
+    turn = math.remainder(error.heading, math.tau)
+    steer = (GAIN / 2 / linear) ** 2 * twist.x * error.y * (math.sin(turn) / turn if turn else 1.0)
+    ahead = twist.x * (math.cos(turn) - 1) + GAIN * error.x
+    return Twist(_clamped(ahead, SHARE * linear), yaw=_clamped(steer + GAIN * turn, SHARE * angular))
+
+
+def refusal(profile: Profile) -> str | None:
+    """Why a robot with this profile can't follow, and what to do; None if it can."""
+    if not {"forward", "turn"} <= {*profile.motions} or {"strafe", "climb"} & {*profile.motions}:
+        return 'works only with `motions = ["forward", "turn"]` in the profile'
+    if not profile.max_linear or not profile.max_angular:
+        return "corrects by a tenth of the limits: set `max_linear` and `max_angular` in the profile"
+    accelerations = (profile.max_linear_acceleration, profile.max_angular_acceleration)
+    limits = zip((profile.max_linear, profile.max_angular), accelerations, strict=True)
+    slowest = max(SHARE * limit / acceleration if acceleration else 0.0 for limit, acceleration in limits)
+    if (delay := OLDEST + 1 / profile.command_rate + slowest) > SAFE_DELAY:
+        late = f"would correct up to {delay:.2f} s too late, and from {SAFE_DELAY:.2f} s on the robot may swing"
+        return f"{late}: raise `command_rate` in the profile, or its accelerations if they are too low"
+    return None
+
+
+def accelerated(speed: Twist, wanted: Twist, seconds: float, accelerations: tuple[float, float]) -> Twist:
+    """How fast motors drive and turn after so long, with these accelerations in m/s² and rad/s²."""
+    linear, angular = (acceleration * max(seconds, 1e-9) for acceleration in accelerations)
+    x, yaw = wanted.x - speed.x, wanted.yaw - speed.yaw
+    return Twist(speed.x + _clamped(x, linear), yaw=speed.yaw + _clamped(yaw, angular))
+
+
+def before_stopping(pose: Pose, speed: Twist, accelerations: tuple[float, float]) -> Pose:
+    """Where motors at this speed have to be told to stop, so that the robot comes to rest at `pose`.
+
+    They fall behind by as much when they get going, so this is no error.
+    """
+    linear, angular = accelerations
+    return pose.then(Pose(-speed.x * abs(speed.x) / 2 / linear, heading=-speed.yaw * abs(speed.yaw) / 2 / angular))
+
+
+def _clamped(value: float, most: float) -> float:
+    return max(-most, min(most, value))

@@ -700,6 +700,8 @@ class Player:
         return bool(edges)
 
     def _advance_sink(self, performed: float) -> None:
+        if self.score is EMPTY:
+            return  # performance time counts from when the machine was started
         self._sink.advance(performed)
         self._advanced = max(self._advanced, performed)
         period = performed // MEASURE_PERIOD

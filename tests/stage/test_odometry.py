@@ -199,6 +199,12 @@ def test_a_reset_between_two_performances_is_no_jump() -> None:
     assert robot.lines == []
 
 
+def test_a_stop_before_the_first_score_simulates_nothing() -> None:
+    simulator = Simulator(period=None)
+    Player(simulator, lambda message: None, lambda: 0.0).hush(3600.0)
+    assert simulator.snapshot().at == 0, "an hour since the machine was started would take long"
+
+
 def test_simulated_robots_are_measured_in_their_world() -> None:
     worn = "[profiles.worn]\nstep = 2\ndynamics = 'motors'\nwheel_error = [0.96, 0.94]\n"
     robots = worn + "[robots.r]\nprofile = 'worn'\nodom = 'odom'\nstart = { x = 3 }\n[robots.exact]\nodom = 'odom'\n"

@@ -91,7 +91,7 @@ Font lock ignores an end at point, so that is one more if there are none."
   "C-c C-r" #'improv-resume
   "C-c C-b" #'improv-restart
   "C-c C-z" #'improv-before
-  "C-c C-t" #'improv-history
+  "C-c C-y" #'improv-history
   "C-c C-q" #'improv-cue
   "C-c C-s" #'improv-seek
   "C-c C-f" #'improv-speed

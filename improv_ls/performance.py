@@ -19,6 +19,7 @@ from improv_core.diagnostics import Severity
 from improv_core.ide.inlay_hint import Hint
 from improv_core.ide.inlay_hint_playing import playing_hints
 from improv_core.ide.moments import SoFar
+from improv_core.ide.selection import Selection, UnplayableError, select
 from improv_core.playback.playback import Change, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
@@ -28,7 +29,8 @@ from improv_core.robots.config import FILE_NAME
 from improv_core.score.movement import near
 from improv_core.score.performance import SenseEdge
 from improv_core.score.senses import Key
-from improv_core.stage.protocol import DEADMAN_LIMIT, SceneJson, State, TransportMessage, When
+from improv_core.stage.protocol import DEADMAN_LIMIT, Form, Place, SceneJson, State, TransportMessage, When
+from improv_core.text import Span
 from improv_ls import live
 from improv_ls.documents import Document, RobotsFile, moved, name_of, opened, path_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
@@ -62,6 +64,7 @@ class Performance:
         self._sent: dict[int, Document] = {}  # by generation: the one that plays, and those that are to take over
         self._latest: Document | None = None  # of them
         self._before: str | None = None  # its id in the history, if a version from there plays
+        self._only: Selection | None = None  # what plays of it, if not all
         self._node: str | None = None  # as the improv.toml of the latest dance names it
         self._generation = 0  # of the one that plays
         self._edges: list[SenseEdge] = []  # what has been sensed since this scene began
@@ -87,7 +90,7 @@ class Performance:
         except StageError:
             await self.close()
 
-    async def play(self, document: Document, asked: int, by: By = "command") -> None:
+    async def play(self, document: Document, asked: int, by: By | None = "command") -> None:
         """Play a program and say so in one line, or say why not.
 
         `asked` is the count of stops when somebody asked for it: after a stop since then, it does not begin.
@@ -95,23 +98,47 @@ class Performance:
         self._before = None
         self._present(document)
         if refusal := _refusal(document):
-            keeps = "; the previous dance keeps playing" if self._playback and self._playback.is_on else ""
-            self._editor.warn(f"✗ {refusal}{keeps}")
+            self._refuse(refusal)
             return
-        settings = self._editor.settings
-        restarts = self._state == "playing" and settings.on_save is None
-        await self._play(document, settings.switch_at if settings.on_save == "continue" else "restart", asked, by)
+        restarts = self._state == "playing" and self._editor.settings.on_save is None
+        await self._play(document, self._when, asked, by)
         if restarts and not self._hinted:
             self._hinted = True
             self._editor.say(HINT)
 
-    async def _play(self, document: Document, when: When, asked: int, by: By = "command") -> None:
+    async def play_only(self, document: Document, wanted: Span | str, asked: int) -> None:
+        """Play only what a span touches, or a name, and say so in one line, or say why not. `asked` as for `play`."""
+        try:
+            only = select(document.analysis, wanted)
+        except UnplayableError as error:
+            self._refuse(str(error))
+            return
+        if not document.analysis.cast.ok:
+            self._refuse(_wrong_robots(document))
+            return
+        self._present(document, only=True)
+        await self._play(replace(document, analysis=only.analysis), self._when, asked, only=only)
+
+    @property
+    def _when(self) -> When:
+        """When what is asked for takes over from what plays."""
+        settings = self._editor.settings
+        return settings.switch_at if settings.on_save == "continue" else "restart"
+
+    def _refuse(self, why: str) -> None:
+        keeps = "; the previous dance keeps playing" if self._playback and self._playback.is_on else ""
+        self._editor.warn(f"✗ {why}{keeps}")
+
+    async def _play(
+        self, document: Document, when: When, asked: int, by: By | None = "command", only: Selection | None = None
+    ) -> None:
         analysis = document.analysis
         self._node = analysis.cast.node
         playback = self._stages()
         try:
             bar = self._editor.settings.beats_per_bar
-            generation = await playback.play(score_of(analysis), name_of(document.uri), asked, when, bar)
+            name, simulated = name_of(document.uri), bool(only and only.ghost)
+            generation = await playback.play(score_of(analysis), name, asked, when, bar, simulated=simulated)
         except StageError as error:
             self._say_why(error)
             return
@@ -121,8 +148,10 @@ class Performance:
                 self._editor.warn(f"■ {name_of(document.uri)} was stopped before it began: save to play it")
             return
         self._sent[generation] = self._latest = document
-        self._records.played(document, by)
-        self._editor.say(f"▶ {summary(analysis)}, {playback.status}")
+        self._only = only
+        if by:
+            self._records.played(document, by)
+        self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{summary(analysis)}, {playback.status}")
         if self._editor.settings.page_open and playback.page and not self._page_shown:
             self._show(playback)
 
@@ -146,7 +175,7 @@ class Performance:
     async def restart(self, asked: int) -> None:
         """Play the last dance again from beat 0. `asked` as for `play`."""
         if self._latest:
-            await self._play(self._latest, "restart", asked)
+            await self._play(self._latest, "restart", asked, only=self._only)
         else:
             self._editor.warn("improv.restart: nothing has been played yet; save a program or use improv.play")
 
@@ -169,10 +198,10 @@ class Performance:
         self._show(playback)
         return playback.link()
 
-    def _present(self, document: Document) -> None:
-        """Have pages show which program is to be played, and what keeps it from being played."""
+    def _present(self, document: Document, only: bool = False) -> None:
+        """Have pages show which program is to be played, and what keeps it from being played, if not `only` some is."""
         path, analysis = path_of(document.uri) or Path(name_of(document.uri)), document.analysis
-        found = mistakes(path, analysis)
+        found = [] if only else mistakes(path, analysis)
         if not found and not analysis.cast.ok:  # its text could not be read
             found = [Mistake(FILE_NAME, 0, 0, "", analysis.cast.diagnostics[0].message)]
         folder = str(path.parent) if path.is_absolute() else ""
@@ -315,7 +344,8 @@ class Performance:
         elif message["type"] == "decided" and message["generation"] == self._generation:
             self._tell_soon(message["beat"])
         elif (message["type"] == "place" or message["type"] == "form") and self._latest:
-            self._editor.soon(self._placing.offer(self._latest, message))
+            if asked := _in_files(message, self._only):
+                self._editor.soon(self._placing.offer(self._latest, asked))
         elif message["type"] == "warning":
             self._editor.warn(message["message"])
         elif message["type"] == "error" or message["type"] == "gone":
@@ -449,6 +479,14 @@ class Performance:
             self._editor.warn(f"page: {playback.link()}")
 
 
+def _in_files(asked: Place | Form, only: Selection | None) -> Place | Form | None:
+    """What of it can be written to improv.toml: a ghost is in no file."""
+    if asked["type"] == "form" or not only or not only.ghost:
+        return asked
+    poses = {robot: pose for robot, pose in asked["start_poses"].items() if robot != only.ghost}
+    return {**asked, "start_poses": poses} if poses else None
+
+
 def _has_screen() -> bool:
     """Whether a browser can open where the server runs, which it can't over SSH."""
     if sys.platform in ("darwin", "win32"):
@@ -456,11 +494,17 @@ def _has_screen() -> bool:
     return "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
 
 
+def _wrong_robots(document: Document) -> str:
+    """Why robots may not move, if improv.toml has errors."""
+    cast = document.analysis.cast
+    return "improv.toml has errors" if cast.text else cast.diagnostics[0].message  # without it, editors can't show them
+
+
 def _refusal(document: Document) -> str | None:
     """Why a program cannot be played."""
     cast = document.analysis.cast
-    if not cast.ok:  # without its text, no editor can show them
-        return "improv.toml has errors" if cast.text else cast.diagnostics[0].message
+    if not cast.ok:
+        return _wrong_robots(document)
     errors = [each for each in document.analysis.diagnostics if each.severity is Severity.ERROR]
     if not errors:
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from lsprotocol import types
 
@@ -27,6 +27,17 @@ def to_offset(lines: LineIndex, position: types.Position, encoding: Encoding) ->
         return len(lines.text)
     text = lines.line(position.line)
     return lines.start(position.line) + _column(text, position.character, encoding)
+
+
+def range_of(value: Any) -> types.Range | None:
+    """A range that came as an argument of a command; None if it is none."""
+    try:
+        places = [(place["line"], place["character"]) for place in (value["start"], value["end"])]
+    except (KeyError, TypeError):
+        return None
+    if not all(type(number) is int and number >= 0 for place in places for number in place):
+        return None
+    return types.Range(*(types.Position(*place) for place in places))
 
 
 def to_span(lines: LineIndex, range_: types.Range, encoding: Encoding) -> Span:

@@ -85,6 +85,7 @@ Font lock ignores an end at point, so that is one more if there are none."
 (defvar-keymap improv-mode-map
   :doc "Keys to play programs and to control playback."
   "C-c C-c" #'improv-play
+  "C-c C-l" #'improv-play-this
   "C-c C-k" #'improv-hush
   "C-c C-p" #'improv-pause
   "C-c C-r" #'improv-resume
@@ -101,6 +102,8 @@ Font lock ignores an end at point, so that is one more if there are none."
 (easy-menu-define improv-mode-menu improv-mode-map "Menu to play programs and to control playback."
   '("Improv"
     ["Play This Program" improv-play]
+    ["Play Only This Line or Region" improv-play-this]
+    ["Play Only a Name…" improv-play-name]
     ["Stop All Robots" improv-hush]
     ["Pause" improv-pause]
     ["Resume" improv-resume]
@@ -177,9 +180,30 @@ Only lines of the statement at point count."
 (defun improv-play ()
   "Play the program in this buffer from the beginning, saved or not."
   (interactive nil improv-mode)
-  (let ((file (or buffer-file-name (user-error "Save this buffer to a file first"))))
-    (unless (improv-playing-wait)
-      (improv--execute "improv.play" (eglot-path-to-uri file)))))
+  (improv--play))
+
+(defun improv-play-this ()
+  "Play only the region, or else the line at point."
+  (interactive nil improv-mode)
+  (let ((beg (if (use-region-p) (region-beginning) (point)))
+        (end (if (use-region-p) (region-end) (point))))
+    (improv--play (if (eglot-managed-p)
+                      (list :start (eglot--pos-to-lsp-position beg) :end (eglot--pos-to-lsp-position end))
+                    (line-number-at-pos beg t)))))
+
+(defun improv-play-name (name)
+  "Play only what NAME stands for."
+  (interactive (list (read-string (format-prompt "Play only" (thing-at-point 'symbol)) nil nil
+                                  (thing-at-point 'symbol)))
+               improv-mode)
+  (improv--play name))
+
+(defun improv--play (&rest only)
+  "Play the program, or ONLY a range, a line or a name in it."
+  (let* ((file (or buffer-file-name (user-error "Save this buffer to a file first")))
+         (arguments (cons (eglot-path-to-uri file) only)))
+    (unless (improv-playing-wait arguments)
+      (apply #'improv--execute "improv.play" arguments))))
 
 ;;;###autoload
 (defun improv-hush ()

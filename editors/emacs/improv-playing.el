@@ -47,7 +47,7 @@ The server reports its clock each second.")
   "The language servers that were started and have not answered yet.")
 
 (defvar-local improv-playing--waits nil
-  "Whether this program is to play as soon as its server has started.")
+  "The arguments of `improv.play', if that waits until the server has started.")
 
 (defun improv-playing--launched (server)
   "Remember that SERVER is starting."
@@ -168,26 +168,27 @@ If the text changes meanwhile, the answer is dropped; we ask again soon."
   (let ((server (and (eglot-managed-p) (eglot-current-server))))
     (and (improv-eglot-server-p server) server)))
 
-(defun improv-playing-wait ()
-  "Have this program play as soon as its server has started.
+(defun improv-playing-wait (arguments)
+  "Have this program play by ARGUMENTS as soon as its server has started.
 Return nil if no server is starting."
   (setq improv-playing--starting (cl-remove-if-not #'jsonrpc-running-p improv-playing--starting))
   (when (and improv-playing--starting (not (eglot-managed-p)))
     (message "Improv is starting; then this program plays")
-    (setq improv-playing--waits t)))
+    (setq improv-playing--waits arguments)))
 
 (defun improv-playing-saved ()
   "A save: the server hears of it itself, unless it is still starting."
   (unless (and (consp eglot-workspace-configuration)
                (equal (plist-get (plist-get eglot-workspace-configuration :improv) :onSave) "off"))
-    (improv-playing-wait)))
+    (improv-playing-wait (list (eglot-path-to-uri buffer-file-name)))))
 
 (defun improv-playing-managed ()
   "Play this program if it waits for the server, which has its text now."
-  (when (and improv-playing--waits (improv-playing-server))
+  (when-let* ((arguments improv-playing--waits)
+              (server (improv-playing-server)))
     (setq improv-playing--waits nil)
-    (jsonrpc-async-request (improv-playing-server) :workspace/executeCommand
-                           (list :command "improv.play" :arguments (vector (eglot-path-to-uri buffer-file-name))))))
+    (jsonrpc-async-request server :workspace/executeCommand
+                           (list :command "improv.play" :arguments (vconcat arguments)))))
 
 (defun improv-playing-forget ()
   "Play no program that waits for its server.  Return whether one did."

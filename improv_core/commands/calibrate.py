@@ -16,7 +16,6 @@ import click
 from improv_core.commands import parameters
 from improv_core.commands.answers import Answers
 from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
-from improv_core.commands.replacing import replacing
 from improv_core.commands.terminal import Performance, first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
@@ -52,6 +51,7 @@ from improv_core.services.calibration import (
     turning_dance,
     with_settings,
 )
+from improv_core.services.replacing import replacing
 from improv_core.stage.odometry import CONTINUOUS
 
 USUAL_ROOM = 2.0

@@ -15,9 +15,9 @@ import click
 from improv_core.commands import parameters
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
-from improv_core.commands.replacing import replacing
 from improv_core.plain import printable
 from improv_core.program.files import ReadError, read_program
+from improv_core.services.replacing import replacing
 from improv_core.syntax.formatter import format_text
 
 # Every fenced block, so that a fence shown inside a longer one is not mistaken for a block of its own.

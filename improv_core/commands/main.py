@@ -18,6 +18,8 @@ from improv_core.commands.ros_arguments import without_ros_arguments
 from improv_core.program.files import ReadError
 
 COMMANDS = {
+    "edit": "edit",
+    "new": "new",
     "check": "check",
     "compile": "compile",
     "plot": "plot",

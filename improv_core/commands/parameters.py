@@ -21,6 +21,13 @@ port = click.option(
     "--port", type=click.IntRange(0, 65535), default=0, help="Port of the simulator's page; 0 picks a free one."
 )
 no_browser = click.option("--no-browser", is_flag=True, help="Do not open the simulator's page in a browser.")
+continues = click.option(
+    "--continue",
+    "when",
+    flag_value="beat",
+    default="restart",
+    help="Robots whose part a save does not change dance on, untouched.",
+)
 backend = click.option(
     "--backend",
     type=BACKENDS,

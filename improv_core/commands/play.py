@@ -37,6 +37,7 @@ from improv_core.stage.sinks.recorder import Recorder, sensed_in
 @click.option("--fast", is_flag=True, help="Simulate without the page, as fast as this machine can.")
 @click.option("--for", "seconds", type=parameters.SECONDS, help="With --fast, stop after so many seconds.")
 @click.option("--senses", "recording", type=parameters.RECORDING, help="Have robots sense what a recording says.")
+@click.option("--once", is_flag=True, help="End when the dance ends, also in a terminal.")
 @click.option("--report", type=click.Choice(["json"]), help="At the end, print where the robots are.")
 def command(
     file: Path,
@@ -46,9 +47,13 @@ def command(
     fast: bool,
     seconds: float | None,
     recording: Path | None,
+    once: bool,
     report: str | None,
 ) -> None:
-    """Play a program once. Ctrl-C stops the robots."""
+    """Play a program. Ctrl-C stops the robots.
+
+    In a terminal, the page can play it again after it has ended, until Ctrl-C.
+    """
     if seconds and not fast:
         raise CommandError("--for requires --fast; stop a live run with Ctrl-C")
     if fast and backend in ("ros", "both"):
@@ -59,7 +64,11 @@ def command(
     senses = senses_of(recording)
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
-    sys.exit(run(play(analysis, file, options, browser=not no_browser, report=report is not None, senses=senses)))
+    stays = sys.stdout.isatty() and not once and not report
+    playing = play(
+        analysis, file, options, browser=not no_browser, report=report is not None, stays=stays, senses=senses
+    )
+    sys.exit(run(playing))
 
 
 def senses_of(recording: Path | None) -> list[Sensed] | None:
@@ -81,19 +90,26 @@ async def play(
     *,
     browser: bool,
     report: bool = False,
+    stays: bool = False,
     recorder: Recorder | None = None,
     senses: Sequence[Sensed] | None = None,
 ) -> int:
-    """Play a program without errors once; the exit code. Raises StageError; OSError and ValueError if unrecorded."""
+    """Play a program without errors once; the exit code. If it `stays`, its page can play it again until an interrupt.
+
+    Raises StageError; OSError and ValueError if unrecorded.
+    """
     async with performance(options, browser=browser, quiet=report, recorder=recorder) as performing:
         await performing.play(analysis, path, senses=senses)
         await first(performing.finished.wait(), performing.interrupted.wait())
         stopped = performing.interrupted.is_set() or performing.stops.count > 0
         if not stopped:
             await performing.settle()
+        if stays and performing.has_page and not performing.interrupted.is_set() and not performing.broken.is_set():
+            performing.say("play it again on the page, or press Ctrl-C to end")
+            await first(performing.broken.wait(), performing.interrupted.wait())
     if report:
         echo_json(performing.report())
-    return INTERRUPTED if stopped else FAILED if performing.broken else 0
+    return INTERRUPTED if stopped else FAILED if performing.broken.is_set() else 0
 
 
 def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequence[Sensed] | None = None) -> int:

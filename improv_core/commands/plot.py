@@ -10,9 +10,9 @@ import click
 from improv_core.commands import parameters
 from improv_core.commands.exit_codes import PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
-from improv_core.commands.replacing import replacing
 from improv_core.program.compiler import score_of
 from improv_core.score.svg import plot
+from improv_core.services.replacing import replacing
 
 PIXELS = 2
 """Pixels of a PNG for each pixel of the SVG, so that it is sharp on a projector."""

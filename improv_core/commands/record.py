@@ -19,11 +19,11 @@ from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
 from improv_core.commands.play import play
 from improv_core.commands.programs import read_to_play
 from improv_core.commands.rehearsal import perform
-from improv_core.commands.replacing import replacing
 from improv_core.commands.terminal import run
 from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.score.movement import ENDLESS
+from improv_core.services.replacing import replacing
 from improv_core.stage.player import Told
 from improv_core.stage.sinks.recorder import Recorder
 

@@ -17,24 +17,26 @@ import click
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.keys import pressed
 from improv_core.plain import printable
-from improv_core.playback.playback import Mistake, News, Playback, each_beat
+from improv_core.playback.playback import Edit, Mistake, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
-from improv_core.program.report import outcome, summary
+from improv_core.program.report import as_lines, mistakes, outcome, summary
 from improv_core.score.motion import Pose, Twist
 from improv_core.services.history import keep
 from improv_core.stage.player import REST
 from improv_core.stage.protocol import (
+    Answer,
     Decided,
     Measured,
     MeasuredRobot,
     Poses,
     Sensed,
     Sent,
+    Source,
     TransportMessage,
     When,
 )
@@ -71,9 +73,10 @@ async def performance(
     quiet: bool = False,
     recorder: Recorder | None = None,
     hears_keys: bool = True,
+    edit: Edit | None = None,
 ) -> AsyncIterator[Performance]:
     """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
-    performing = Performance(options, quiet, recorder)
+    performing = Performance(options, quiet, recorder, edit)
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError):  # Windows raises KeyboardInterrupt instead
             asyncio.get_running_loop().add_signal_handler(number, performing.interrupted.set)
@@ -88,9 +91,9 @@ async def performance(
 class Performance:
     """What plays, shown in a terminal. If the terminal can't be written, that counts as an interrupt."""
 
-    def __init__(self, options: Options, quiet: bool, recorder: Recorder | None) -> None:
+    def __init__(self, options: Options, quiet: bool, recorder: Recorder | None, edit: Edit | None) -> None:
         self.stops = Stops()
-        self._playback = Playback(options, self._hear, self.stops)
+        self._playback = Playback(options, self._hear, self.stops, edit=edit)
         self._quiet = quiet
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
@@ -105,7 +108,7 @@ class Performance:
         self._keeping: set[asyncio.Task[None]] = set()  # programs, in the history
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
-        self.broken = False  # whether a stage has ended by itself
+        self.broken = asyncio.Event()  # a stage has ended by itself
 
     @property
     def is_playing(self) -> bool:
@@ -121,16 +124,23 @@ class Performance:
         """Whether the latest program was played to its end."""
         return self._latest is not None and self._latest["state"] == "ended"
 
+    @property
+    def has_page(self) -> bool:
+        return self._playback.page is not None
+
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
         await self._playback.open()
-        if not self._playback.page:
-            return
-        self.say(f"watch it at {self._playback.link()}")
-        link = self._playback.link(own=True)
-        if browser and link and await asyncio.to_thread(webbrowser.open, link):
+        if self.has_page:
+            self.say(f"watch it at {self._playback.link()}")
+        if browser and await self.open_browser():
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
+
+    async def open_browser(self) -> bool:
+        """Show the page in a browser; whether there are both."""
+        link = self._playback.link(own=True)
+        return link is not None and await asyncio.to_thread(webbrowser.open, link)
 
     async def play(
         self,
@@ -159,9 +169,30 @@ class Performance:
         self.finished.set()
         return False
 
+    async def play_if_right(self, analysis: Analysis, path: Path, asked: int, when: When) -> None:
+        """Play what was saved, as `play` does, or say why it can't be played."""
+        for line in as_lines(path, analysis):
+            self.complain(line)
+        if analysis.ok:
+            await self.play(analysis, path, asked, when)
+        else:
+            self.refuse(path, mistakes(path, analysis))
+
+    def refuse(self, path: Path, mistakes: Iterable[Mistake]) -> None:
+        """Say that what was saved can't be played, and have the page show why."""
+        self.present(path, mistakes)
+        if self.is_playing:
+            self.say("✗ the previous dance keeps playing")
+        else:
+            self.say("✗ nothing is playing: fix the program and save")
+
     def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
         """Have the page show which program is to be played, and what keeps it from being played."""
         self._playback.present(path.name, str(path.absolute().parent), mistakes)
+
+    def tell_pages(self, message: Source | Answer) -> None:
+        """Tell pages what they may edit, or answer one of them."""
+        self._playback.tell_pages(message)
 
     def cue(self) -> None:
         """Give the cue that robots wait for."""
@@ -231,7 +262,7 @@ class Performance:
                 self.complain(f"improv: {message['message']}")
             if message["type"] == "gone":
                 self._playing.discard(_role(leads))
-                self.broken = True
+                self.broken.set()
                 self.finished.set()
 
     def _follow(self, transport: TransportMessage, leads: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
 
 from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
@@ -13,6 +14,9 @@ from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
+
+MOST_USERS = 1_000
+"""The most statements that are followed to the lines that play them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +103,20 @@ def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
             for head in _heads(statement):
                 if head.text == robot:
                     yield index, head.span.shifted(analysis.offsets[index])
+
+
+def lines_playing(analysis: Analysis, index: int) -> Iterator[int]:
+    """The lines that play a statement, itself or by the names that are defined with it, the nearest ones first."""
+    reached, waiting = {index}, [index]
+    while waiting:
+        index = heappop(waiting)
+        if analysis.meanings[index].robots:
+            yield index
+        name = analysis.statements[index].defines
+        for user in analysis.bindings.users(name, index)[:MOST_USERS] if name else ():
+            if user not in reached and len(reached) < MOST_USERS:
+                reached.add(user)
+                heappush(waiting, user)
 
 
 def sections(robots: Robots, name: str) -> Sequence[Span]:

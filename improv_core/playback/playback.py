@@ -21,7 +21,9 @@ from improv_core.score.score import Score
 from improv_core.score.score_json import Written, to_json
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
+    Answer,
     Cue,
+    Editing,
     Force,
     Form,
     Held,
@@ -36,6 +38,7 @@ from improv_core.stage.protocol import (
     Seek,
     Sensed,
     Silence,
+    Source,
     Speed,
     ToStage,
     TransportMessage,
@@ -57,6 +60,8 @@ Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How a person changes what plays, apart from stopping, pausing and resuming it."""
 Mistake = tuple[str, int, int, str, str]
 """What keeps a program from being played: the file, the line and the column from 1, the word there, and a message."""
+Edit = Callable[[Editing, int], None]
+"""What obeys a page on which somebody edits the program, with the count of stops at that moment."""
 News = Heard | Place | Form
 """What a listener gets: a message from a stage, its end, or new start poses of robots that were dragged."""
 
@@ -119,19 +124,26 @@ class Playback:
     """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
 
     `listen` gets every message from a stage, and whether that stage leads. Use it from one event loop only, except
-    `stops`. While the stages are open, `improv stop` stops them.
+    `stops`. While the stages are open, `improv stop` stops them. Without `edit`, no page can edit the program.
     """
 
     def __init__(
-        self, options: Options, listen: Callable[[News, bool], None], stops: Stops, start: Start = start_stage
+        self,
+        options: Options,
+        listen: Callable[[News, bool], None],
+        stops: Stops,
+        start: Start = start_stage,
+        edit: Edit | None = None,
     ) -> None:
         self.options = options
         self.stops = stops
         self._listen = listen
+        self._edit = edit
         self._start = start
         self._socket: StopSocket | None = None
         self._leader: RunningStage | None = None
         self._twin: RunningStage | None = None
+        self._idle: RunningStage | None = None  # of real robots, while the simulator plays alone
         self._score: Score | None = None
         self._senses: Sequence[Sensed] | None = None  # of the recording that it is performed by
         self._name = ""  # of the program that plays, or is about to
@@ -141,7 +153,7 @@ class Playback:
         self._latest: Asked | None = None
         self._behind = 0.0  # how many seconds the twin plays behind the leading stage
         self._entered: TransportMessage | None = None  # the first message of the latest score's playing
-        self._kept: dict[str, Speed | Silence | Program] = {}  # also sent to new stages
+        self._kept: dict[str, Speed | Silence | Program | Source] = {}  # also sent to new stages
         self._opening = asyncio.Lock()
         self._ends = 0  # how often everything had to end
         self._reviving: set[asyncio.Task[None]] = set()
@@ -189,7 +201,7 @@ class Playback:
 
     @property
     def _stages(self) -> list[RunningStage]:
-        return [stage for stage in (self._leader, self._twin) if stage]
+        return [stage for stage in (self._leader, self._twin, self._idle) if stage]
 
     def present(self, name: str, folder: str, mistakes: Iterable[Mistake] = ()) -> None:
         """Have pages show which program is to be played, and what keeps it from being played."""
@@ -202,10 +214,18 @@ class Playback:
         for stage in self._stages:
             stage.send(program)
 
+    def tell_pages(self, message: Source | Answer) -> None:
+        """Tell pages what they may edit, now and when they are opened, or answer one of them."""
+        if message["type"] == "source":
+            self._kept["source"] = message
+        for stage in self._stages:
+            if "page" in stage.ready:
+                stage.send(message)
+
     async def open(self) -> None:
         """Start the stages unless they are running. Raises StageError."""
         async with self._opening:
-            if self._leader and self._leader.alive and (not self._twin or self._twin.alive):
+            if self._leader and all(stage.alive for stage in self._stages):
                 return
             await self._close()
             self._open_socket()
@@ -232,14 +252,17 @@ class Playback:
         when: When = "restart",
         beats_per_bar: int = BEATS_PER_BAR,
         senses: Sequence[Sensed] | None = None,
+        simulated: bool = False,
     ) -> int | None:
         """Play a program's score: `restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`.
 
-        Parts that are the same as in the score that plays are not touched when it takes over.
+        Parts that are the same as in the score that plays are not touched when it takes over. If `simulated`, only the
+        simulator plays it, and real robots stop.
 
         With `senses`, robots sense what is in this recording, and nothing else. `asked` is the count of `stops` when
         somebody asked for it. Returns its generation; None if it has been stopped
-        since then, before it began, or if an emergency stop is on. Raises StageError.
+        since then, before it began, or if an emergency stop is on. Raises StageError, also if it is to be `simulated`
+        and there is no simulator.
         """
         ends = self._ends
         if not self.is_on:
@@ -254,12 +277,26 @@ class Playback:
         if (stop := score.safety.stop) and stop in self._waits_for:
             self._listen({"type": "error", "message": refused_by(stop)}, True)
             return None
+        self._let_lead(simulated)
         self._senses = senses
         return self._generation if self._send_score(score, name, when, beats_per_bar, asked) else None
 
+    def _let_lead(self, simulated: bool) -> None:
+        """Have the simulator play alone, while the stage of real robots stops them and waits, or both play again."""
+        assert self._leader
+        if simulated and self._twin:
+            self._leader.send({"type": "hush"})
+            self._idle, self._leader, self._twin = self._leader, self._twin, None
+        elif simulated and self._leader.ready["real"]:
+            raise StageError("no robot is named, and there is no simulator: set improv.backend to auto, sim, or both")
+        elif not simulated and self._idle:
+            self._leader.send({"type": "hush"})  # its ghost must not go on while robots are waited for
+            self._leader, self._twin, self._idle = self._idle, self._leader, None
+
     def resume(self, asked: int) -> None:
         """Resume all stages after a pause. `asked` is as for `play`."""
-        self.stops.send({"type": "resume", "at": time.monotonic()}, self._stages, asked)
+        stages = [stage for stage in (self._leader, self._twin) if stage]
+        self.stops.send({"type": "resume", "at": time.monotonic()}, stages, asked)
 
     def conduct(self, message: Change) -> None:
         """Send a command to all stages, effective at the same time."""
@@ -273,6 +310,8 @@ class Playback:
         timed["at"] = time.monotonic()
         if self._leader:
             self._leader.send(timed)
+        if self._idle and message["type"] in ("speed", "silence"):
+            self._idle.send(timed)  # it holds for what it plays next
         if not self._twin or message["type"] in ("cue", "key", "force"):  # the twin is told what was sensed
             return
         if not self._behind:
@@ -305,7 +344,7 @@ class Playback:
         for stage in stages:
             self.stops.discard(stage)
             self._written.pop(stage, None)
-        self._leader = self._twin = None
+        self._leader = self._twin = self._idle = None
         self.is_on = False
         if self._socket:
             self._socket.close()
@@ -443,6 +482,9 @@ class Playback:
             self.silence(request["muted"], request["soloed"])
         elif request["type"] == "place" or request["type"] == "form":
             self._listen(request, True)
+        elif request["type"] == "editing":
+            if self._edit:
+                self._edit(request, asked)
         elif request["type"] == "resume":
             self.resume(asked)
         elif request["type"] != "hush" and request["type"] != "pause":
@@ -474,6 +516,8 @@ class Playback:
 
         A new leading stage first stops the robots, even if a standby should have: that one may have failed too.
         """
+        if dead is self._idle:
+            return {**gone, "message": f"{gone['message']}: its robots stand still; the next dance starts a new one"}
         leads = dead is self._leader
         if leads:
             self.is_on = False

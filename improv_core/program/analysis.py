@@ -11,13 +11,14 @@ from fractions import Fraction
 from functools import cached_property
 from heapq import heapify, heappop, heappush
 from itertools import count, islice, pairwise
+from typing import NamedTuple
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.feasibility import check_casting
 from improv_core.program.fixes import give_arguments, move_canon
-from improv_core.program.meaning import Meaning, is_valid_robot, movement_of, understand
-from improv_core.program.reader import Definition, Scope
+from improv_core.program.meaning import Meaning, is_valid_robot, movement_of, reader_of, understand
+from improv_core.program.reader import Definition, Reader, Scope
 from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score import dice, movement
@@ -59,6 +60,15 @@ class Placed:
         return Span(self.start, self.start + len(self.statement.text))
 
 
+class Line(NamedTuple):
+    """What robots play in a scene (from 0), each from the same throw of the dice on, and the statement it is from."""
+
+    parts: Sequence[tuple[str, Movement]]
+    statement: int
+    scene: int = 0
+    throw: int = 0
+
+
 @dataclass(frozen=True)
 class Analysis:
     """The meaning of one version of a document. Made by `analyze`, or by `edited` from the previous version.
@@ -68,7 +78,7 @@ class Analysis:
     the statements whose meaning has diagnostics or names that are undefined or have wrong arguments, and `uneven` those
     that play something whose length has a denominator over `EVEN`. `infeasible` lists, by index, what the robots of a
     statement can't do. `waiting` is a heap of statements that may use what has changed and that `settled` has not come
-    to yet: until then, they mean what they meant before.
+    to yet: until then, they mean what they meant before. `selected` are the lines that play, if not all of them do.
     """
 
     lines: LineIndex
@@ -84,6 +94,7 @@ class Analysis:
     cast: Robots  # from improv.toml
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
     waiting: Sequence[int] = ()
+    selected: Sequence[Line] | None = None
 
     @property
     def text(self) -> str:
@@ -100,23 +111,31 @@ class Analysis:
         return _tempo(self.tempos, self.meanings)
 
     @cached_property
-    def parts(self) -> Mapping[str, tuple[Movement, ...]]:
-        """What each robot plays in each scene, in order of appearance.
+    def played(self) -> Mapping[int, Line]:
+        """The lines that robots play, by index.
 
-        Each line begins, for all its robots, at the furthest throw that any of them has reached.
+        Each begins, for all its robots, at the furthest throw that any of them has reached.
         """
-        plays: dict[str, dict[int, list[Movement]]] = {}
+        lines = {}
         throws: dict[str, int] = {}
         for index, (statement_id, meaning) in enumerate(zip(self.statement_ids, self.meanings, strict=True)):
             if not meaning.robots or index in self._too_uneven:
                 continue
             scene = min(bisect_left(self.scenes, index), MOST_SCENES - 1) if self.scenes else 0
             throw = max([throws.get(robot, 0) for robot in meaning.robots]) if throws else 0
-            for robot, part in meaning.parts:
-                begun = movement.use(dice.throwing(part, throw), None, statement_id)
-                plays.setdefault(robot, {}).setdefault(scene, []).append(begun)
+            lines[index] = Line(meaning.parts, statement_id, scene, throw)
             if throw or meaning.movement.throws:
                 throws.update(dict.fromkeys(meaning.robots, throw + meaning.movement.throws))
+        return lines
+
+    @cached_property
+    def parts(self) -> Mapping[str, tuple[Movement, ...]]:
+        """What each robot plays in each scene, in order of appearance."""
+        plays: dict[str, dict[int, list[Movement]]] = {}
+        for line in self.played.values() if self.selected is None else self.selected:
+            for robot, part in line.parts:
+                begun = movement.use(dice.throwing(part, line.throw), None, line.statement)
+                plays.setdefault(robot, {}).setdefault(line.scene, []).append(begun)
         scenes = range(min(len(self.scenes) + 1, MOST_SCENES))
         return {
             robot: tuple([movement.series(parts.get(scene, ())) for scene in scenes]) for robot, parts in plays.items()
@@ -149,7 +168,7 @@ class Analysis:
             return (_TOO_LONG,)
         serious = self.faulty.union(self.tempos[1:], self.scenes[MOST_SCENES - 1 :], self.infeasible, self._too_uneven)
         indices = [*sorted(serious), *sorted(self.bindings.unused.union(self._scene_hints) - serious)]
-        reported = ((index, each) for index in indices for each in self._diagnostics_of(index))
+        reported = ((index, each) for index in indices for each in self.diagnostics_of(index))
         found = [each.shifted(self.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
         if next_one := next(reported, None):
             found.append(self._more(indices[indices.index(next_one[0]) :]))
@@ -172,6 +191,10 @@ class Analysis:
     def movement(self, placed: Placed, node: Node) -> Movement:
         """The movement of a node of a statement, as its first robot plays it."""
         return movement_of(node, self._scope(placed.index), len(placed.meaning.robots))
+
+    def reader(self, index: int, robot: int = 0) -> Reader:
+        """A reader that has read the movement of a statement, as one of its robots plays it."""
+        return reader_of(self.meanings[index], self._scope(index), self.statement_ids[index], robot)
 
     def edited(self, start: int, end: int, text: str, at_once: int | None = None) -> Analysis:
         """The analysis after `text` has replaced the text from `start` to `end`. Costs what the edit touches.
@@ -315,7 +338,7 @@ class Analysis:
     def _scope(self, index: int) -> Scope:
         return _scope(self.statements[index], index, self.bindings, self.meanings)
 
-    def _diagnostics_of(self, index: int) -> Iterator[Diagnostic]:
+    def diagnostics_of(self, index: int) -> Iterator[Diagnostic]:
         """The diagnostics of one statement. Spans count from its start."""
         statement, meaning = self.statements[index], self.meanings[index]
         for each in meaning.diagnostics:

@@ -31,10 +31,12 @@ _MOMENTS_PER_SEGMENT = 2
 def score_of(analysis: Analysis) -> Score:
     """The score of a program."""
     cast = analysis.cast
-    robots = {name: cast.robot(name) for name in analysis.robots}
-    poses = start_poses(robots, cast.world.size, cast.formation)
+    named = (name for line in analysis.played.values() for name, _ in line.parts)
+    robots = {name: cast.robot(name) for name in dict.fromkeys([*named, *analysis.robots])}
+    poses = start_poses(robots, cast.world.size, cast.formation)  # also of those that a selection leaves out
     parts, smooth = {}, _Smooth(analysis.tempo)
-    for name, robot in robots.items():
+    for name in analysis.robots:
+        robot = robots[name]
         profile = replace(robot.profile, message=robot.message)
         scenes = analysis.parts[name]
         parts[name] = Part(

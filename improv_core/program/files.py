@@ -38,8 +38,8 @@ def read_program(path: Path) -> str:
     return _read(path, LONGEST_PROGRAM)
 
 
-def _read(path: Path, most: int) -> str:
-    """The text of a regular file of at most so many bytes. Raises ReadError."""
+def read_bytes(path: Path, most: int = LONGEST_PROGRAM) -> bytes:
+    """What a regular file holds, at most so many bytes. Raises ReadError."""
     try:
         opened = path == Path("/dev/stdin") or path.parent == Path("/dev/fd")
         if not opened:
@@ -50,14 +50,20 @@ def _read(path: Path, most: int) -> str:
             data = file.read(most + 1)
         if len(data) > most:
             raise ReadError(f"{path}: it is larger than {most // 1_000_000} MB")
-        return data.decode("utf-8-sig")
+        return data
     except FileNotFoundError:
         problem = "it is a link to nothing" if path.is_symlink() else "no such file or directory"
-    except UnicodeDecodeError:
-        problem = "it is not UTF-8 text"
     except (OSError, ValueError) as error:  # ValueError: a path with a zero byte
         problem = (getattr(error, "strerror", None) or "it can't be read").lower()
     raise ReadError(f"{path}: {problem}")
+
+
+def _read(path: Path, most: int) -> str:
+    """The text of a regular file of at most so many bytes. Raises ReadError."""
+    try:
+        return read_bytes(path, most).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ReadError(f"{path}: it is not UTF-8 text") from None
 
 
 def _refuse_others(found: os.stat_result) -> None:

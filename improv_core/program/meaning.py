@@ -65,8 +65,9 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     diagnostics = list(statement.diagnostics)
     bound = tuple(scope.values())
     sign = statement.sign
-    if not sign:
-        return Meaning(bound, NOTHING, tuple(diagnostics))  # already reported: one error, one message
+    if not sign:  # already reported: one error, one message
+        body = _gathered(statement.body, scope, []) if statement.body else None
+        return Meaning(bound, NOTHING, tuple(diagnostics), body=body)
     robots = _robots(statement.heads, diagnostics) if sign.type == "DOLLAR" else ()
     uses_phrases = any(found is not None and found.phrase is not None for found in bound)
     body = _gathered(statement.body, scope, diagnostics) if statement.body and uses_phrases else statement.body
@@ -112,6 +113,14 @@ def is_valid_robot(name: str) -> bool:
 def movement_of(node: Node, scope: Scope, robots: int) -> Movement:
     """The movement of a node of a statement, in its scope, as the first of so many robots plays it."""
     return Reader(scope, _NOWHERE, Reading(0, robots)).movement(node)
+
+
+def reader_of(meaning: Meaning, scope: Scope, statement_id: int, robot: int) -> Reader:
+    """A reader that has read the movement of a statement again, as one of its robots plays it."""
+    reader = Reader(scope, statement_id, Reading(robot, len(meaning.robots)))
+    if meaning.body:
+        reader.movement(meaning.body)
+    return reader
 
 
 _NOWHERE = -1  # the ID of no statement

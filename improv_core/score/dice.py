@@ -101,6 +101,7 @@ class Seed(Single):
 @dataclass(frozen=True, slots=True, eq=False)
 class Throwing(Single):
     throw: int
+    stream: str
 
 
 def choose(items: Sequence[Movement]) -> Movement:
@@ -142,11 +143,11 @@ def seed(body: Movement, number: Fraction) -> Movement:
     return Seed(body.duration, body.uniform, bounds, body, number)
 
 
-def throwing(body: Movement, throw: int) -> Movement:
-    """What a line plays: a movement that begins at this throw of the robots' stream."""
+def throwing(body: Movement, throw: int, stream: str = ROBOTS) -> Movement:
+    """What a line plays: a movement that begins at this throw of a stream."""
     if not body.bounds.dice:
         return body
-    return Throwing(body.duration, body.uniform, body.bounds, body, throw)
+    return Throwing(body.duration, body.uniform, body.bounds, body, throw, stream)
 
 
 def decided(part: Choose | Chance | Seed | Throwing, dice: Dice) -> tuple[Movement, Dice]:
@@ -158,7 +159,7 @@ def decided(part: Choose | Chance | Seed | Throwing, dice: Dice) -> tuple[Moveme
         return part.body if dice.happens(part.probability) else part.otherwise, dice.inside(0)
     if isinstance(part, Seed):
         return part.body, dice_of(str(part.number))
-    return part.body, dice_of(ROBOTS, part.throw)
+    return part.body, dice_of(part.stream, part.throw)
 
 
 def in_order(part: Shuffle, dice: Dice) -> list[tuple[Movement, Dice]]:

@@ -65,4 +65,4 @@ def _own(movement: Movement) -> object:
         return movement.number
     if isinstance(movement, Reaction):
         return movement.condition
-    return movement.throw if isinstance(movement, Throwing) else None
+    return (movement.stream, movement.throw) if isinstance(movement, Throwing) else None

@@ -54,4 +54,6 @@ def checked(kind: Callable[..., T], values: Any) -> T:
 
 
 def _all_fit(values: Any, hint: Any) -> bool:
+    if hint is int:  # there may be thousands
+        return {int}.issuperset(map(type, values))
     return hint is Any or all(fits(each, hint) for each in values)

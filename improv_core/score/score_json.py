@@ -307,7 +307,7 @@ def _row(part: Movement, inner: list[int]) -> list[Any]:
     if isinstance(part, chances.Seed):
         return ["seed", inner[0], str(part.number)]
     if isinstance(part, chances.Throwing):
-        return ["throwing", inner[0], part.throw]
+        return ["throwing", inner[0], part.throw, part.stream]
     assert isinstance(part, reactions.Reaction)
     return [_REACTIONS[type(part)], inner, *part.condition, part.span]
 
@@ -397,7 +397,9 @@ def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
     if kind == "seed":
         return chances.seed(body, Fraction(_exact(rest[1])))
     if kind == "throwing":
-        return chances.throwing(body, _count(rest[1]))
+        if not isinstance(rest[2], str):
+            raise ValueError("a stream of throws is wrong")
+        return chances.throwing(body, _count(rest[1]), rest[2])
     raise ValueError(f"no movement is called {kind!r}")
 
 

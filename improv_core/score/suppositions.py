@@ -107,6 +107,6 @@ def remade(part: Movement, items: Sequence[Movement]) -> Movement:
     if isinstance(part, Seed):
         return seed(body, part.number)
     if isinstance(part, Throwing):
-        return throwing(body, part.throw)
+        return throwing(body, part.throw, part.stream)
     assert isinstance(part, algebra.Use)
     return algebra.use(body, part.span, part.statement)

@@ -24,10 +24,9 @@ from improv_core.stage.protocol import (
     Decided,
     FromStage,
     Load,
-    Measured,
-    Program,
     Sensed,
     Stopped,
+    ToPages,
     ToStage,
 )
 from improv_core.stage.sensing import foreseen
@@ -97,12 +96,12 @@ class Clock(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A sink, and functions that send a message to the parent, and show a score or a message on the page."""
+    """A sink, and functions that send a message to the parent, show a score on pages, and pass on what is for them."""
 
     sink: Sink
     tell: Callable[[FromStage], None]
     show: Callable[[Score, int], None] = lambda score, generation: None
-    present: Callable[[Program | Measured], None] = lambda message: None
+    present: Callable[[ToPages], None] = lambda message: None
 
 
 def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
@@ -237,7 +236,10 @@ class _Loop:
         if message["type"] == "ping":
             self._tell({"type": "pong", "number": message["number"]})
             return
-        if message["type"] == "program" or message["type"] == "measured":
+        if message["type"] == "program" or message["type"] == "source" or message["type"] == "answer":
+            self._opened.present(message)
+            return
+        if message["type"] == "measured":
             self._opened.present(message)
             return
         if message["type"] == "sensed" or message["type"] == "decided":

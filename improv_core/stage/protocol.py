@@ -36,6 +36,8 @@ DEADMAN_LIMIT = 0.3
 """Seconds without a sign of a deadman button after which it counts as released."""
 END_LIMIT = 3.0
 """Seconds a stage may take to stop its robots and end, before it is killed."""
+LONGEST_TEXT = 100_000
+"""Characters of a program that can be edited on the page: a browser would take long to lay out more."""
 
 When = Literal["restart", "now", "beat", "bar", "end"]
 """When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat, bar, or the end."""
@@ -252,6 +254,135 @@ class Program(TypedDict):
     problems: Sequence[Problem]
 
 
+class Source(TypedDict):
+    """The program as it stands in its file at `path`, which pages may edit. `revision` names this version of it.
+
+    Its lines end in \\n here, whatever they end in in the file.
+    """
+
+    type: Literal["source"]
+    path: str
+    text: str
+    revision: str
+
+
+class Analyze(TypedDict):
+    """A page has this text, which it numbers: what are its colors and its problems?"""
+
+    type: Literal["analyze"]
+    number: int
+    text: str
+
+
+class Complete(TypedDict):
+    """What may be written at an offset of the text with this number?"""
+
+    type: Literal["complete"]
+    number: int
+    offset: int
+
+
+class Explain(TypedDict):
+    """What stands at an offset of the text with this number?"""
+
+    type: Literal["explain"]
+    number: int
+    offset: int
+
+
+class Write(TypedDict):
+    """Save this text, which is an edit of a revision of the file, and play it."""
+
+    type: Literal["write"]
+    number: int
+    text: str
+    revision: str
+
+
+AskEditor = Analyze | Complete | Explain | Write
+"""What a page asks for while somebody edits the program on it."""
+
+
+class TextEdit(TypedDict):
+    """Replaces the text between two offsets."""
+
+    start: int
+    end: int
+    text: str
+
+
+class TextFix(TypedDict):
+    title: str
+    edits: Sequence[TextEdit]
+
+
+class TextProblem(TypedDict):
+    """A diagnostic of a text, or with a `file`, of that other file, where its `line` is (counted from 1)."""
+
+    start: int
+    end: int
+    file: str
+    line: int
+    severity: str
+    message: str
+    fixes: Sequence[TextFix]
+
+
+class Analyzed(TypedDict):
+    """Of each colored word, `colors` has the characters since the one before, its length, and its kind."""
+
+    type: Literal["analyzed"]
+    number: int
+    colors: Sequence[int]
+    problems: Sequence[TextProblem]
+
+
+class OfferedWord(TypedDict):
+    word: str
+    about: str
+
+
+class Completed(TypedDict):
+    """The words that may replace the text between two offsets, best first."""
+
+    type: Literal["completed"]
+    number: int
+    start: int
+    end: int
+    words: Sequence[OfferedWord]
+
+
+class Explained(TypedDict):
+    """What stands between two offsets, in words, and its path as SVG."""
+
+    type: Literal["explained"]
+    number: int
+    start: int
+    end: int
+    text: str
+    picture: str
+
+
+class Written(TypedDict):
+    """The text with this number was saved as a revision; or it was not, and one line says why."""
+
+    type: Literal["written"]
+    number: int
+    revision: str
+    problem: str
+
+
+EditorAnswer = Analyzed | Completed | Explained | Written
+
+
+class Answer(TypedDict):
+    """An answer to the page with this number alone."""
+
+    type: Literal["answer"]
+    page: int
+    answer: EditorAnswer
+
+
 class Ping(TypedDict):
     type: Literal["ping"]
     number: int
@@ -259,7 +390,9 @@ class Ping(TypedDict):
 
 Conduct = Hush | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """How somebody, at an editor or at the page, has a say in what plays."""
-ToStage = Load | Conduct | Sensed | Decided | Measured | Program | Ping
+ToPages = Program | Source | Answer | Measured
+"""From the parent to the pages, through their stage."""
+ToStage = Load | Conduct | Sensed | Decided | ToPages | Ping
 
 
 class Restart(TypedDict):
@@ -292,7 +425,15 @@ class Watched(TypedDict):
     type: Literal["watched"]
 
 
-PageRequest = Conduct | Restart | Place | Form
+class Editing(TypedDict):
+    """The page with this number asks for something while somebody edits the program on it."""
+
+    type: Literal["editing"]
+    page: int
+    ask: AskEditor
+
+
+PageRequest = Conduct | Restart | Place | Form | Editing
 """What somebody may ask for at the page."""
 
 
@@ -666,8 +807,10 @@ ToPage = (
     | Window
     | Sensed
     | Decided
+    | Source
+    | EditorAnswer
 )
-FromPage = PageRequest | AskWindow
+FromPage = Conduct | Restart | Place | Form | AskWindow | AskEditor
 
 
 def refused_by(stop: str) -> str:

@@ -13,7 +13,7 @@ from improv_core.stage.sinks import Edge
 OVERTAKEN = frozenset(
     {
         *("pause", "resume", "seek", "speed", "silence", "held", "cue", "key", "force"),
-        *("sensed", "decided", "measured", "program"),
+        *("sensed", "decided", "measured", "program", "source", "answer"),
     }
 )
 """What urgent messages overtake. They never overtake a score, so a stop can't be undone by a score sent before it."""

@@ -4,27 +4,51 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Mapping
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from pathlib import Path, PurePosixPath
 from typing import Any
+from urllib.parse import unquote
 
+from improv_core.ide.robots_file.code_lens import trial
 from improv_core.plain import printable
+from improv_core.robots.config import read_robots
 from improv_core.stage.protocol import FASTEST, LAST_BEAT, SLOWEST
-from improv_ls.documents import Document
+from improv_core.text import Span
+from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.handlers.workspace_files import refresh_robots
+from improv_ls.positions import range_of, to_span
 from improv_ls.session import Session
 
 
 def play(ls: Session, *arguments: Any) -> None:
-    """Play the document whose URI is the first argument, or else the only open one."""
-    if document := _program(ls, "play", arguments):
+    """Play an open program, or only some of it.
+
+    The arguments are its URI or the end of its path, which the only open one does not need, and then nothing, a range,
+    a name, or a line or two, counted from 1. Of an `improv.toml`, they are its URI and a robot, which takes a step.
+    """
+    refresh_robots(ls)
+    if file := ls.robots_files.get(_path(arguments)):
+        _try(ls, file, arguments[1:])
+        return
+    document, rest = _program(ls, arguments)
+    if not document:
+        ls.editor.warn("improv.play: expected the URI of an open program")
+    elif not rest:
         ls.editor.soon(ls.performance.play(document, ls.arrival.stops))
+    elif (wanted := _wanted(ls, document, rest)) is not None:
+        ls.editor.soon(ls.performance.play_only(document, wanted, ls.arrival.stops))
+    else:
+        ls.editor.warn("improv.play: expected a program, then nothing, a range, a name, or a line counted from 1")
 
 
 def before(ls: Session, *arguments: Any) -> None:
     """Play the version of a document that played before; which document, as for `play`."""
-    if document := _program(ls, "before", arguments):
+    refresh_robots(ls)
+    document, rest = _program(ls, arguments)
+    if document and not rest:
         ls.editor.soon(ls.performance.play_before(document, ls.arrival.stops))
+    else:
+        ls.editor.warn("improv.before: expected the URI of an open program")
 
 
 async def history(ls: Session, *arguments: Any) -> list[Mapping[str, str]] | str | None:
@@ -117,14 +141,45 @@ def solo(ls: Session, *arguments: Any) -> None:
     _silence(ls, "solo", arguments)
 
 
-def _program(ls: Session, command: str, arguments: tuple[Any, ...]) -> Document | None:
-    """The document whose URI is the first argument, or else the only open one, with the robots that it has now."""
-    refresh_robots(ls)
-    uris = list(arguments[:1]) or list(ls.documents)
-    document = ls.documents.get(str(uris[0])) if len(uris) == 1 else None
-    if not document:
-        ls.editor.warn(f"improv.{command}: expected the URI of an open program")
-    return document
+def _path(arguments: Sequence[Any]) -> str:
+    """The first argument, if it is text: the URI of a file, or the end of its path."""
+    return arguments[0] if arguments and isinstance(arguments[0], str) else ""
+
+
+def _program(ls: Session, arguments: Sequence[Any]) -> tuple[Document | None, Sequence[Any]]:
+    """The program that is to play, and the arguments that say how much of it."""
+    path = _path(arguments)
+    folders = (part for part in PurePosixPath(path).parts if part not in ("~", "..", "/"))  # as Helix shortens it
+    end = "/".join(folders)
+    ending = [document for uri, document in ls.documents.items() if unquote(uri).endswith(f"/{end}")]
+    named = ls.documents.get(path) or (ending[0] if len(ending) == 1 and path else None)
+    if named or (path and not path.isidentifier()):
+        return named, arguments[1:]
+    return next(iter(ls.documents.values())) if len(ls.documents) == 1 else None, arguments
+
+
+def _wanted(ls: Session, document: Document, rest: Sequence[Any]) -> Span | str | None:
+    """How much of a program is to play; None if nothing says that."""
+    lines, last = document.lines, rest[-1]
+    if all(type(each) is int and each > 0 for each in rest) and len(rest) <= 2:
+        first = lines.start(min(rest) - 1)
+        return Span(first, lines.end(max(rest) - 1) if rest[0] != last else first)
+    if len(rest) == 1 and isinstance(last, str) and last:
+        return last
+    place = range_of(last) if len(rest) == 1 else None
+    return to_span(lines, place, ls.editor.encoding) if place else None
+
+
+def _try(ls: Session, file: RobotsFile, rest: Sequence[Any]) -> None:
+    """Have a robot of an `improv.toml` take a step."""
+    if len(rest) == 1 and isinstance(rest[0], str) and rest[0] in read_robots(file.lines.text).robots:
+        analysis = trial(file.lines.text, path_of(file.uri), rest[0])
+        # A URI of its own, and no place in the history: what plays is not in the text of the file.
+        ls.editor.soon(
+            ls.performance.play(Document(f"{file.uri}#{rest[0]}", None, analysis), ls.arrival.stops, by=None)
+        )
+    else:
+        ls.editor.warn("improv.play: expected a robot of this improv.toml")
 
 
 def _silence(ls: Session, command: str, arguments: tuple[Any, ...]) -> None:

@@ -7,6 +7,7 @@ from argparse import ArgumentParser
 from tests.benchmarks import (
     calibration,
     continuity,
+    edit,
     faults,
     keystroke,
     odometry,
@@ -24,6 +25,7 @@ BENCHMARKS = {
         "how far off bases that drift end, calibrated or following or not",
     ),
     "continuity": (continuity.run, "what a save does to robots it does not change, and what it costs"),
+    "edit": (edit.run, "from `improv edit` to the first key, and from Ctrl+Enter to motion"),
     "faults": (faults.run, "from a fault to the first zero that a robot hears"),
     "keystroke": (keystroke.run, "from a keystroke to its diagnostics, beside ruff and bare pygls"),
     "odometry": (odometry.run, "how late commands are beside the odometry of twenty robots, and what it costs"),

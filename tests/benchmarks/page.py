@@ -26,7 +26,7 @@ SETTLE = 5
 """Seconds after which a page knows what is to come, and its view stands."""
 
 # How many milliseconds apart the frames of so many seconds are.
-_GAPS = """seconds => new Promise(done => {
+GAPS = """seconds => new Promise(done => {
   const gaps = []
   let last = null
   const look = now => {
@@ -87,7 +87,7 @@ def measure(seconds: float, robots: int = ROBOTS, program: str | None = None) ->
         raise RuntimeError("chromium is not installed")
     show = Show()
     try:
-        show.play(program or _dance(robots))
+        show.play(program or dance(robots))
         stage = _stage()
         time.sleep(1)
         alone = _busy(stage, seconds)
@@ -97,7 +97,7 @@ def measure(seconds: float, robots: int = ROBOTS, program: str | None = None) ->
             watch(page, show)
             time.sleep(SETTLE)
             before, began = _cpu(stage), time.monotonic()
-            gaps: list[float] = page.evaluate(_GAPS, seconds)
+            gaps: list[float] = page.evaluate(GAPS, seconds)
             watched = (_cpu(stage) - before) / (time.monotonic() - began)
             browser.close()
         return Seen(gaps, _bytes_per_second(show.url, seconds), alone, watched)
@@ -105,7 +105,7 @@ def measure(seconds: float, robots: int = ROBOTS, program: str | None = None) ->
         show.close()
 
 
-def _dance(robots: int) -> str:
+def dance(robots: int) -> str:
     """All move all the time, in several ways that lead back to where they began."""
     ways = ("forward || left", "forward left", "scale 1/2 forward || halfright", "forward || slow 2 left")
     lines = (f"r{place} $ repeat ({ways[place % len(ways)]})\n" for place in range(robots))

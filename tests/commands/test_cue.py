@@ -14,7 +14,7 @@ def test_a_key_in_the_terminal_gives_the_cue(tmp_path: Path) -> None:
     program = tmp_path / "wait.improv"
     program.write_text("beat 600\nr $ until cue (repeat forward)\n")
     ours, theirs = pty.openpty()
-    command = [*IMPROV, "play", str(program), "--backend", "sim", "--no-browser"]
+    command = [*IMPROV, "play", str(program), "--once", "--backend", "sim", "--no-browser"]
     # In a session of its own, whose terminal this is.
     process = subprocess.Popen(
         ["setsid", "--ctty", "--wait", *command], stdin=theirs, stdout=theirs, stderr=theirs, cwd=tmp_path

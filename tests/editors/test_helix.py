@@ -130,6 +130,8 @@ def test_session(tmp_path: Path) -> None:
         terminal.see("●", there=False)
         terminal.type("F5")
         asyncio.run(robot.moves(url))
+        terminal.type("2", "G", "F7")
+        terminal.see("✗ there is nothing to play on line 2")
         terminal.type("i", "F6")
         asyncio.run(robot.stands(url))
         _escape(terminal)

@@ -66,6 +66,10 @@ def test_session(tmp_path: Path) -> None:
             url = written(page)
             terminal.type(":ImprovPlay", "Enter")
             asyncio.run(robot.moves(url))
+            terminal.type(":call append(3, ['wide = up', 'bob $ left'])", "Enter", ":5ImprovPlay", "Enter")
+            terminal.see("▶ line 5: bob 1 beat, 0.50 s at beat 120, simulator")
+            terminal.type(":ImprovPlay wide", "Enter")
+            terminal.see("▶ wide: ghost 1 beat")
             terminal.type(":quit!", "Enter")
 
 

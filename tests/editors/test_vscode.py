@@ -53,6 +53,7 @@ def test_session(tmp_path: Path) -> None:
         _keys_stop_the_robots(page, robots)
         _a_new_server_plays(page)
         _the_one_before_plays_and_the_history_shows_it(page)
+        _only_a_line_plays(page)
         _kill_the_editor(env)
 
 
@@ -324,6 +325,22 @@ def _the_one_before_plays_and_the_history_shows_it(page: Page) -> None:
     expect(page.get_by_role("tab", name="Untitled-1")).to_be_visible()
     expect(word(page, "forward")).to_be_visible()
     expect(page.locator(".view-line", has_text="A line above")).to_have_count(0)
+
+
+def _only_a_line_plays(page: Page) -> None:
+    lit = page.locator(".view-overlays [class*=TextEditorDecorationType]")
+    word(page, "forward").click()
+    page.keyboard.press("End")
+    page.keyboard.type("\nbob $ repeat right")
+    page.keyboard.press("Control+Shift+Enter")
+    page.wait_for_function(IS_LIT, arg="right")
+    expect(lit).to_have_count(1)
+    page.keyboard.press("Control+S")
+    expect(lit).to_have_count(2)
+    keep_picture(page, "lenses")
+    page.get_by_text("▶ this line").first.click()
+    expect(lit).to_have_count(1)
+    page.wait_for_function(IS_LIT, arg="left")
 
 
 def _kill_the_editor(env: Mapping[str, str]) -> None:

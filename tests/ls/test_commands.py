@@ -68,7 +68,7 @@ def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None
     with Client(QUIET, {**CAPABILITIES, "experimental": {"improv": True}}) as waiting:
         command(waiting, "key", "g")
         waiting.wait_for_line("improv.key: nothing plays; save a program first")
-        waiting.open(uri, "beat 600\nr $ until go (repeat left) until not go (repeat forward)\n")
+        waiting.open(uri, "r $ repeat (until go (repeat left) until not go (repeat forward))\n")
         waiting.save(uri)
         waiting.wait("improv/transport", lambda params: params["state"] == "playing")
         for wrong in ("x", "G", ""):
@@ -79,7 +79,7 @@ def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None
         waiting.wait("improv/evaluated")  # it walks
         command(waiting, "key", "g")
         waiting.wait_for_line("g is released")
-        waiting.wait("improv/transport", lambda params: params["state"] == "ended")
+        waiting.wait("improv/evaluated")  # it turns
 
 
 def test_a_stop_releases_the_key_of_a_sense(tmp_path: Path) -> None:

@@ -68,12 +68,18 @@ def test_lines_that_play_show_their_beat_to_those_who_want_it() -> None:
 def test_lines_that_play_say_what_can_be_done_with_them() -> None:
     with Client({"onSave": "off"}, capabilities=REFRESHED) as client:
         client.open(URI, PROGRAM.replace("𝑥 =", "# 𝑥 ="))
+        head = {"start": {"line": 4, "character": 0}, "end": {"line": 4, "character": 3}}
+        below = {"start": {"line": 5, "character": 0}, "end": {"line": 5, "character": 3}}
+        name = {"start": {"line": 3, "character": 0}, "end": {"line": 3, "character": 4}}
         assert lenses(client) == [
-            (4, "▶ play · 1 beat, 2.0 s", "improv.play", [URI]),
+            (3, "▶ try · 1 beat, 2.0 s", "improv.play", [URI, name]),
+            (4, "▶ this line · 1 beat, 2.0 s", "improv.play", [URI, head]),
+            (4, "▶ play all", "improv.play", [URI]),
             (4, "■ hush", "improv.hush", []),
             (4, "mute", "improv.mute", ["r"]),
             (4, "solo", "improv.solo", ["r"]),
-            (5, "▶ play · ∞", "improv.play", [URI]),
+            (5, "▶ this line · ∞", "improv.play", [URI, below]),
+            (5, "▶ play all", "improv.play", [URI]),
             (5, "■ hush", "improv.hush", []),
             (5, "mute", "improv.mute", ["s"]),
             (5, "solo", "improv.solo", ["s"]),
@@ -86,14 +92,15 @@ def test_lines_that_play_say_what_can_be_done_with_them() -> None:
 def test_a_lens_does_what_it_says_and_then_says_something_else() -> None:
     with Client({"backend": "sim", "page": {"open": False}}, capabilities=REFRESHED) as client:
         client.open(URI, "r $ repeat up\r\ns $ repeat up\r\n")
-        play, _, mute, *_ = client.request("textDocument/codeLens", DOCUMENT)
+        _, play, _, mute, *_ = client.request("textDocument/codeLens", DOCUMENT)
         client.request("workspace/executeCommand", play["command"])
         client.wait_for_line("▶ r ∞ · s ∞")
         client.request("workspace/executeCommand", {"command": "improv.pause", "arguments": []})
         client.request("workspace/executeCommand", mute["command"])
         client.wait("workspace/codeLens/refresh")
         titles = [title for _, title, _, _ in lenses(client)]
-        assert titles == ["▶ play · ∞", "■ hush", "unmute", "solo", "▶ play · ∞", "■ hush", "mute", "solo"]
+        both = ["▶ this line · ∞", "▶ play all", "■ hush"]
+        assert titles == [*both, "unmute", "solo", *both, "mute", "solo"]
 
 
 def test_a_line_inside_brackets_is_indented_as_it_is_typed() -> None:

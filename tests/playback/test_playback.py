@@ -19,16 +19,20 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import Safety, Score
 from improv_core.stage.protocol import (
+    Answer,
     Conduct,
     Decided,
+    Editing,
     FromStage,
     Load,
     Moment,
     Ready,
     Sensed,
+    Source,
     State,
     ToStage,
     TransportMessage,
+    Written,
 )
 
 LIMIT = 60.0
@@ -121,6 +125,7 @@ class Show:
     def __init__(self, backend: str = "both") -> None:
         self.stages: list[Fake] = []
         self.news: list[News] = []
+        self.edits: list[tuple[Editing, int]] = []
         self.fails: set[str] = set()
         self.held: set[SinkName] = set()  # these stages only start
         self.released = asyncio.Event()  # once this is set
@@ -128,6 +133,9 @@ class Show:
         self.playback = Playback(
             Options(backend), lambda message, leads: self.news.append(message), self.stops, self._start
         )
+
+    def edit(self, editing: Editing, asked: int) -> None:
+        self.edits.append((editing, asked))
 
     async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> Fake:
         if sink in self.held:
@@ -296,6 +304,52 @@ def test_while_an_emergency_stop_is_on_a_score_that_names_it_is_refused() -> Non
     check(performs)
 
 
+def test_what_only_the_simulator_is_to_play_stops_real_robots_until_the_next_score() -> None:
+    async def performs(show: Show) -> None:
+        ros, simulator = await show.play()
+        alone = await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+        assert (ros.kinds[-1], simulator.loads[-1]["generation"]) == ("hush", alone)
+        assert "entry" not in simulator.loads[-1]  # it leads
+        simulator.tell("playing", 1.0)
+        ros.tell("stopped")
+        assert show.playback.is_on
+        assert show.playback.status == "simulator"
+        show.playback.conduct({"type": "speed", "factor": 2.0})
+        assert ros.kinds[-1] == simulator.kinds[-1] == "speed"
+        show.playback.resume(show.stops.count)
+        assert ros.kinds[-1] == "speed"  # only what paused resumes
+
+        both = await show.begin()
+        assert simulator.kinds[-1] == "hush"
+        assert ros.loads[-1]["generation"] == both
+        ros.tell("playing", monotonic=700.0)
+        assert simulator.loads[-1]["entry"]["monotonic"] == 700.0
+
+    check(performs)
+
+
+def test_a_stage_that_dies_while_the_simulator_plays_alone_is_replaced_by_the_next_score() -> None:
+    async def performs(show: Show) -> None:
+        ros, _ = await show.play()
+        await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+        ros.die()
+        assert show.lines == ["the stage exited unexpectedly: its robots stand still; the next dance starts a new one"]
+        await show.play()
+        assert show.latest("ros") is not ros
+        assert show.latest("ros").kinds == ["load"]
+
+    check(performs)
+
+
+def test_without_a_simulator_nothing_is_simulated() -> None:
+    async def performs(show: Show) -> None:
+        with pytest.raises(StageError, match="no robot is named, and there is no simulator"):
+            await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+        assert show.latest("ros").kinds == []
+
+    check(performs, "ros")
+
+
 def test_a_twin_pauses_while_what_leads_waits() -> None:
     async def performs(show: Show) -> None:
         leader, twin = await show.play()
@@ -446,6 +500,47 @@ def test_who_stands_still_and_how_fast_the_others_are_is_told_to_every_new_stage
         leader.die()
         await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").loads)
         assert show.latest("ros").sent[:2] == kept
+
+    check(performs)
+
+
+def test_only_a_parent_that_edits_obeys_a_page_that_does_and_a_stop_comes_first() -> None:
+    write: Editing = {
+        "type": "editing",
+        "page": 1,
+        "ask": {"type": "write", "number": 1, "text": "ada $ left\n", "revision": ""},
+    }
+
+    async def performs(show: Show) -> None:
+        _, twin = await show.play()
+        news = len(show.news)
+        twin.say({"type": "request", "command": write})
+        assert (show.edits, len(show.news), twin.kinds) == ([], news, ["load"])
+        await show.playback.close()
+        show.playback = Playback(Options("both"), lambda message, leads: None, show.stops, show._start, show.edit)
+        _, twin = await show.play()
+        asked = show.stops.arrive(write)  # on the thread that reads
+        twin.say({"type": "request", "command": {"type": "hush"}})
+        twin.hear({"type": "request", "command": write}, asked)  # on the event loop
+        assert show.edits == [(write, asked)]
+        assert await show.playback.play(ENDLESS, "dance.improv", asked) is None  # it was stopped before it began
+
+    check(performs)
+
+
+def test_pages_are_told_what_they_may_edit_also_those_of_a_new_stage_and_one_is_answered() -> None:
+    async def performs(show: Show) -> None:
+        leader, twin = await show.play()
+        source: Source = {"type": "source", "path": "/dance.improv", "text": "", "revision": "1"}
+        written: Written = {"type": "written", "number": 1, "revision": "1", "problem": ""}
+        answer: Answer = {"type": "answer", "page": 1, "answer": written}
+        show.playback.tell_pages(source)
+        show.playback.tell_pages(answer)
+        assert (twin.sent[-2:], leader.kinds) == ([source, answer], ["load"])  # ROS 2 has no page
+        twin.die()
+        await show.until(lambda: show.latest("simulator") is not twin)
+        assert source in show.latest("simulator").sent
+        assert answer not in show.latest("simulator").sent
 
     check(performs)
 

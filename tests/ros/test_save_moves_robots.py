@@ -68,6 +68,21 @@ def test_the_simulator_plays_beside_it_as_a_twin(listen: Listen, ros_env: dict[s
         listener.wait(still)
 
 
+def test_what_no_robot_plays_is_danced_in_the_simulator_alone(listen: Listen, ros_env: dict[str, str]) -> None:
+    listener = listen("/turtle1/cmd_vel", "/ghost/cmd_vel")
+    with Client({**OPTIONS, "backend": "both"}, env=ros_env) as client:
+        client.open(URI, "x = repeat left\nturtle1 $ repeat forward\n")
+        client.save(URI)
+        listener.wait(moving)
+        client.request("workspace/executeCommand", {"command": "improv.play", "arguments": ["x"]})
+        assert client.wait_for_line("▶ x: ").endswith("▶ x: ghost ∞, endless at beat 60, simulator")
+        listener.wait(still)
+        client.save(URI)
+        client.wait_for_line("▶ turtle1 ∞")
+        listener.wait(moving)
+    assert {message["topic"] for message in listener.heard} == {"/turtle1/cmd_vel"}
+
+
 def test_a_wrong_save_lets_the_dance_go_on_and_hush_ends_it(listen: Listen, ros_env: dict[str, str]) -> None:
     listener = listen("/turtle1/cmd_vel")
     with Client(OPTIONS, env=ros_env) as client:

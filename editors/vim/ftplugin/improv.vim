@@ -16,12 +16,25 @@ if exists('g:loaded_ale')
   endif
 endif
 
-function! s:Execute(command, arguments) abort
-  let l:params = {'command': a:command, 'arguments': a:arguments}
-  call ale#lsp_linter#SendRequest(bufnr(''), 'improv_ls', [0, 'workspace/executeCommand', l:params])
+function! s:Send(params, linter, server) abort
+  " First what was typed: otherwise a line number might mean another line.
+  call ale#lsp#NotifyForChanges(a:server.connection_id, a:server.buffer)
+  call ale#lsp#Send(a:server.connection_id, [0, 'workspace/executeCommand', a:params])
 endfunction
 
-command! -buffer -bar ImprovPlay call s:Execute('improv.play', [ale#util#ToURI(expand('%:p'))])
+function! s:Execute(command, arguments) abort
+  let l:params = {'command': a:command, 'arguments': a:arguments}
+  let l:linter = filter(ale#linter#GetAll(['improv']), {_, each -> each.name is# 'improv_ls'})[0]
+  call ale#lsp_linter#StartLSP(bufnr(''), l:linter, function('s:Send', [l:params]))
+endfunction
+
+" Play the program, or only these lines or a name in it; `ranges` counts the line numbers of a range.
+function! s:Play(ranges, first, last, name) abort
+  let l:only = a:ranges ? [a:first, a:last] : empty(a:name) ? [] : [a:name]
+  call s:Execute('improv.play', [ale#util#ToURI(expand('%:p'))] + l:only)
+endfunction
+
+command! -buffer -bar -range -nargs=? ImprovPlay call s:Play(<range>, <line1>, <line2>, <q-args>)
 command! -buffer -bar ImprovHush call s:Execute('improv.hush', [])
 command! -buffer -bar ImprovCue call s:Execute('improv.cue', [])
 command! -buffer -bar ImprovPage call s:Execute('improv.page', [])

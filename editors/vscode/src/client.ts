@@ -50,7 +50,7 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
         executeCommand: (name, given, next) => {
           if (!workspace.isTrusted && !HARMLESS.includes(name)) return askForTrust();
           // The client registers the server's commands. The command palette passes no arguments.
-          return next(name, OF_A_PROGRAM.includes(name) ? programOf(given[0]) : given);
+          return next(name, OF_A_PROGRAM.includes(name) ? [...programOf(given[0]), ...given.slice(1)] : given);
         },
         window: {
           showDocument: async (params, token, next) => {

@@ -18,6 +18,7 @@ export function registerCommands(
 ): Disposable {
   const own: Record<string, (argument?: string) => unknown> = {
     "improv.playWhenReady": () => server.playWhenReady(),
+    "improv.playThis": () => server.playThis(),
     "improv.restartServer": () => server.restart(),
     "improv.showLogs": () => log.show(),
     "improv.showVersions": () => showVersions(context, server),

@@ -1,7 +1,7 @@
 // The language server: it starts, stops and restarts, and says what failed.
 
-import { commands, Disposable, ExtensionContext, LogOutputChannel, TextDocumentSaveReason, workspace } from "vscode";
-import { InitializeResult, LanguageClient, State } from "vscode-languageclient/node";
+import { commands, Disposable, ExtensionContext, LogOutputChannel, TextDocumentSaveReason, window, workspace } from "vscode";
+import { InitializeResult, LanguageClient, Range, State } from "vscode-languageclient/node";
 import { activeProgram, createClient, Listener } from "./client";
 import { install } from "./install";
 import { showWarning } from "./messages";
@@ -16,8 +16,8 @@ export class Server implements Disposable {
   private client?: LanguageClient;
   private starting = Promise.resolve();
   private state: ServerState = "stopped";
-  /** Programs that were played or saved while the server was starting: they play once it runs. */
-  private readonly waiting = new Set<string>();
+  /** What was played or saved while the server was starting, by program: it plays once the server runs. */
+  private readonly waiting = new Map<string, Range[]>();
   private readonly listening: Disposable[];
 
   constructor(
@@ -31,7 +31,7 @@ export class Server implements Disposable {
       workspace.onWillSaveTextDocument(({ document, reason }) => {
         const plays = workspace.isTrusted && workspace.getConfiguration("improv").get("onSave") !== "off";
         if (this.state !== "starting" || reason !== TextDocumentSaveReason.Manual || !plays) return;
-        if (document.languageId === "improv") this.waiting.add(document.uri.toString());
+        if (document.languageId === "improv") this.waiting.set(document.uri.toString(), []);
       }),
       workspace.onDidChangeConfiguration(async (event) => {
         // VS Code reports every restricted setting when trust is granted, whether it changed or not.
@@ -49,10 +49,18 @@ export class Server implements Disposable {
     return this.client?.sendRequest<Result>(method, params);
   }
 
-  /** Plays the program in the active editor once the server runs, and starts the server if need be. */
-  playWhenReady(): void {
+  /** Plays only the selection, or the line of the cursor. */
+  playThis(): void {
+    const editor = window.activeTextEditor;
+    if (editor?.document.languageId !== "improv") return;
+    const { start, end } = editor.selection;
+    this.playWhenReady(Range.create(start.line, start.character, end.line, end.character));
+  }
+
+  /** Plays the program in the active editor, or a range of it, once the server runs. Starts the server if need be. */
+  playWhenReady(...range: Range[]): void {
     const program = activeProgram()?.toString();
-    if (program) this.waiting.add(program);
+    if (program) this.waiting.set(program, range);
     if (this.state === "running") void this.playWaiting();
     else if (this.state !== "starting") void this.restart();
   }
@@ -103,7 +111,7 @@ export class Server implements Disposable {
   private async playWaiting(): Promise<void> {
     const programs = [...this.waiting];
     this.waiting.clear();
-    for (const program of programs) await commands.executeCommand("improv.play", program);
+    for (const [program, range] of programs) await commands.executeCommand("improv.play", program, ...range);
   }
 
   private reportFailure(error: Error): void {

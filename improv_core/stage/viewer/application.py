@@ -34,8 +34,8 @@ OWN_HOST = re.compile(r"(127\.0\.0\.1|localhost):\d+")
 PARTING = 0.25
 """Seconds that pages have at the end to receive the reason."""
 MAX_PAGES = 64
-MAX_MESSAGE = 256 * 1024
-"""Bytes of a message from a page: enough to silence every robot by name."""
+MAX_MESSAGE = 1024 * 1024
+"""Bytes of a message from a page: enough for the longest text, however JSON writes it."""
 WATCHED: Watched = {"type": "watched"}
 FOLDER = Path(__file__).parent / "page"
 NO_TOKEN = '<meta id="token" name="improv-token" content="">'
@@ -190,6 +190,13 @@ class Application:
             return
         if request["type"] == "window":
             outbox.ask(request)
+        elif (
+            request["type"] == "analyze"
+            or request["type"] == "complete"
+            or request["type"] == "explain"
+            or request["type"] == "write"
+        ):
+            self._throttle.take({"type": "editing", "page": outbox.number, "ask": request})
         else:
             self._throttle.take(request)
 

@@ -28,9 +28,13 @@ class Lengthening(Protocol):
 
 
 class Outbox:
-    """The latest message of each kind, all bumps and trails, and the latest question that the page has asked."""
+    """The latest message of each kind, all bumps and trails, and the latest question that the page has asked.
 
-    def __init__(self) -> None:
+    `number` is the page's own.
+    """
+
+    def __init__(self, number: int) -> None:
+        self.number = number
         self._waiting: dict[str, str] = {}
         self._bumps: deque[Bump] = deque(maxlen=MOST_BUMPS)
         self._trails: dict[TrailKind, Mapping[str, Lengthening]] = {}

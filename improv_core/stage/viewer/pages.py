@@ -26,6 +26,7 @@ class Pages:
     def __init__(self, snapshot: Callable[[], Snapshot]) -> None:
         self._snapshot = snapshot
         self._outboxes: set[Outbox] = set()
+        self._joined = 0  # pages so far
         self._watched = asyncio.Event()
         self._latest: dict[str, str] = {}
         self._drawn: dict[str, object] = {}
@@ -40,7 +41,8 @@ class Pages:
     def join(self) -> Outbox:
         """A new page's outbox, filled with everything that the other pages know."""
         self._draw()
-        outbox = Outbox()
+        self._joined += 1
+        outbox = Outbox(self._joined)
         for kind, text in self._latest.items():
             outbox.put(kind, text)
         if self._bumps:
@@ -81,6 +83,12 @@ class Pages:
     def forget_measured(self) -> None:
         """Another performance begins."""
         self._measured = {}
+
+    def answer(self, page: int, kind: str, text: str) -> None:
+        """Send a message to one page, unless it has been closed."""
+        for outbox in self._outboxes:
+            if outbox.number == page:
+                outbox.put(kind, text)
 
     async def watch(self) -> None:
         """Send what moves, 60 times a second while a page is open, forever."""

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from typing import cast, get_args
 
-from improv_core.stage.protocol import FASTEST, LAST_BEAT, SLOWEST, Facing, FromPage, Shape
+from improv_core.stage.protocol import FASTEST, LAST_BEAT, LONGEST_TEXT, SLOWEST, Facing, FromPage, Shape
 
 MOST_NAMES, LONGEST_NAME = 1000, 100
 
@@ -44,6 +44,21 @@ def _is_name(value: object) -> bool:
 
 def _is_truth(value: object) -> bool:
     return isinstance(value, bool)
+
+
+def _is_count(value: object) -> bool:
+    return type(value) is int and 0 <= value <= LAST_BEAT
+
+
+def _is_text(value: object) -> bool:
+    """A text that can be saved: without halves of characters."""
+    if not isinstance(value, str) or len(value) > LONGEST_TEXT:
+        return False
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _are_names(value: object) -> bool:
@@ -86,5 +101,9 @@ REQUESTS: Mapping[str, Mapping[str, Check]] = {
     "place": {"start_poses": _are_start_poses},
     "form": {"shape": _one_of(Shape), "distance": _between(0.001, 1000), "facing": _one_of(Facing)},
     "window": {"generation": _between(0, LAST_BEAT), "from": _between(0, LAST_BEAT), "to": _between(0, LAST_BEAT)},
+    "analyze": {"number": _is_count, "text": _is_text},
+    "complete": {"number": _is_count, "offset": _is_count},
+    "explain": {"number": _is_count, "offset": _is_count},
+    "write": {"number": _is_count, "text": _is_text, "revision": _is_text},
 }
 """Each request and the values it needs. The viewer answers `window` itself; the others go to the parent."""

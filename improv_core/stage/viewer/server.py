@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING
 from improv_core.score.score import Score
 from improv_core.stage.protocol import (
     Decided,
-    Measured,
     PageRequest,
-    Program,
     Sensed,
     ShownScore,
     Stopped,
+    ToPages,
     TransportMessage,
     Watched,
 )
@@ -75,8 +74,15 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | Program | ShownScore | Sensed | Decided | Measured) -> None:
-        """Send a message to every page, and to later ones until another of its type, about the same, replaces it."""
+    def publish(self, message: TransportMessage | Stopped | ToPages | ShownScore | Sensed | Decided) -> None:
+        """Send a message to every page, and to later ones until another of its type, about the same, replaces it.
+
+        An answer goes to the page that has asked.
+        """
+        if message["type"] == "answer":
+            answer = message["answer"]
+            self._soon(self._pages.answer, message["page"], answer["type"], json.dumps(answer))
+            return
         if message["type"] == "measured":
             self._soon(self._pages.measure, message)
             return

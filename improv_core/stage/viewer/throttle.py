@@ -46,7 +46,9 @@ class Throttle:
 
 
 def _about(request: PageRequest) -> str:
-    """What only the latest request counts of: its kind, and which key or sense it is about."""
+    """What only the latest request counts of: its kind, and which key, sense, or page it is about."""
     if request["type"] == "key":
         return f"key {request['key']}"
+    if request["type"] == "editing":  # each page has a text of its own
+        return f"editing {request['page']} {request['ask']['type']}"
     return f"force {request['robot']} {request['sense']}" if request["type"] == "force" else request["type"]

@@ -30,10 +30,29 @@ person.session(function()
     vim.fn.cursor(4, 1)
     person.await("the lenses in their order", function()
       vim.cmd.redraw()
-      return person.above(4) == "▶ play · ∞ | ■ hush | mute | solo"
+      return person.above(4) == "▶ this line · ∞ | ▶ play all | ■ hush | mute | solo"
     end)
     vim.lsp.codelens.enable(false)
   end
+
+  -- Only a line, a selection, or a name plays, and the save brings the rest back.
+  vim.fn.cursor(4, 1)
+  vim.api.nvim_feedkeys("\\\r", "x", false)
+  await_lit("4:14 left")
+  vim.cmd.write()
+  await_lit("2:8 right, 3:13 𝒹, 4:14 left")
+  vim.fn.cursor(3, 18)
+  vim.api.nvim_feedkeys("viw\\\r", "x", false)
+  await_lit("3:18 forward")
+  assert(vim.fn.mode() == "n", vim.fn.mode())
+  vim.cmd("3ImprovPlay")
+  await_lit("2:8 right, 3:13 𝒹")
+  vim.cmd.ImprovPlay("𝒹")
+  person.await_message("▶ 𝒹: a 1 beat")
+  vim.cmd.ImprovPlay("𝒷")
+  person.await_message("✗ `𝒷` is not defined in this program")
+  vim.cmd.write()
+  await_lit("3:18 forward, 4:14 left")
 
   -- What is typed before a word moves its light, what is typed beside it does not widen it.
   insert(1, 0, "# 🤖", "")

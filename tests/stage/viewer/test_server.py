@@ -24,7 +24,7 @@ from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
-from improv_core.stage.protocol import PageRequest, Watched
+from improv_core.stage.protocol import LONGEST_TEXT, PageRequest, Watched
 from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
 from improv_core.stage.tickets import issue
@@ -383,6 +383,21 @@ def test_a_command_is_passed_on_with_its_values_only(
     assert [commands.get(timeout=LIMIT) for _ in range(2)] == [{"type": "watched"}, message]
 
 
+def test_what_a_page_that_edits_asks_for_says_which_page_it_is(
+    viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched]
+) -> None:
+    asks = [
+        {"type": "analyze", "number": 1, "text": "é" * LONGEST_TEXT},
+        {"type": "complete", "number": 1, "offset": 0},
+        {"type": "explain", "number": 1, "offset": 0},
+        {"type": "write", "number": 1, "text": "", "revision": "0"},
+    ]
+    send(viewer, *({**ask, "page": 7} for ask in asks))
+    assert commands.get(timeout=LIMIT) == {"type": "watched"}
+    for ask in asks:
+        assert commands.get(timeout=LIMIT) == {"type": "editing", "page": 1, "ask": ask}
+
+
 @pytest.mark.parametrize(
     "message",
     [
@@ -419,6 +434,14 @@ def test_a_command_is_passed_on_with_its_values_only(
         '{"type": "form", "shape": "line", "distance": 0, "facing": "in"}',
         '{"type": "window", "generation": 1, "from": 0}',
         '{"type": "window", "generation": 1, "from": -1, "to": 4}',
+        '{"type": "analyze", "number": 1.0, "text": ""}',
+        '{"type": "analyze", "number": -1, "text": ""}',
+        '{"type": "complete", "number": 1, "offset": true}',
+        '{"type": "write", "number": 1, "text": ""}',
+        '{"type": "write", "number": 1, "text": "\\ud800", "revision": ""}',
+        json.dumps({"type": "write", "number": 1, "text": "x" * (LONGEST_TEXT + 1), "revision": ""}),
+        '{"type": "editing", "page": 1, "ask": {"type": "write", "number": 1, "text": "", "revision": ""}}',
+        '{"type": "source", "path": "x", "text": "", "revision": ""}',
         '{"type": "watched"}',
     ],
 )

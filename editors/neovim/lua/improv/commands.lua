@@ -27,10 +27,44 @@ local function number(text)
   return { tonumber(text) or text }
 end
 
-local function play()
+--- Play this program, or only what `only` lists for the server: a range, a name, or two lines.
+local function play(only)
   local buffer = vim.api.nvim_get_current_buf()
-  if server.of(buffer) or not waiting.play(buffer) then
-    execute("improv.play", { vim.uri_from_bufnr(buffer) })
+  local arguments = { vim.uri_from_bufnr(buffer), unpack(only) }
+  if server.of(buffer) or not waiting.play(buffer, arguments) then
+    execute("improv.play", arguments)
+  end
+end
+
+--- What was selected, between two positions as getpos() returns them: whole lines unless it was by characters.
+local function selected(mode, from, to)
+  local first, last = { from[2], from[3] - 1 }, { to[2], to[3] - 1 }
+  if first[1] > last[1] or (first[1] == last[1] and first[2] > last[2]) then
+    first, last = last, first
+  end
+  local client = server.of(0)
+  if mode ~= "v" or not client then
+    return { first[1], last[1] }
+  end
+  return { vim.lsp.util.make_given_range_params(first, last, 0, client.offset_encoding).range }
+end
+
+local function command_play(given)
+  if given.range == 0 then
+    return play(given.args ~= "" and { given.args } or {})
+  end
+  local from, to = vim.fn.getpos("'<"), vim.fn.getpos("'>")
+  local is_visual = given.range == 2 and given.line1 == from[2] and given.line2 == to[2]
+  play(is_visual and selected(vim.fn.visualmode(), from, to) or { given.line1, given.line2 })
+end
+
+--- Play only the selection, or else the line of the cursor.
+local function play_this()
+  local mode = vim.fn.mode()
+  local is_visual = mode:find("[vV\22]") ~= nil
+  play(selected(mode, vim.fn.getpos(is_visual and "v" or "."), vim.fn.getpos(".")))
+  if is_visual then
+    vim.cmd.normal { "\27", bang = true }
   end
 end
 
@@ -92,7 +126,7 @@ function M.define(buffer)
   end
   local a_number, a_robot = { nargs = 1 }, { nargs = 1, complete = robots }
 
-  command("ImprovPlay", play, "Play this program")
+  command("ImprovPlay", command_play, "Play this program, or only these lines or this name", { nargs = "?", range = true })
   command("ImprovBefore", before, "Play the version of this program that played before")
   command("ImprovHistory", history, "Show a program that played")
   command("ImprovPause", function() execute("improv.pause") end, "Pause all robots")
@@ -107,6 +141,11 @@ function M.define(buffer)
   command("ImprovPage", function() execute("improv.page") end, "Show the robots in the browser")
   command("ImprovCalibrate", function() execute("improv.calibrate") end, "Show how to calibrate a robot")
   vim.api.nvim_create_user_command("ImprovHush", hush, { desc = "Stop all robots immediately" })
+  local mapping = { buffer = buffer, desc = "Improv: play only this line or selection" }
+  vim.keymap.set({ "n", "x" }, "<Plug>(improv-play-this)", play_this, mapping)
+  if not vim.g.no_plugin_maps and not vim.g.no_improv_maps and vim.fn.hasmapto("<Plug>(improv-play-this)") == 0 then
+    vim.keymap.set({ "n", "x" }, "<LocalLeader><CR>", "<Plug>(improv-play-this)", mapping)
+  end
 end
 
 return M

@@ -4,14 +4,14 @@ local server = require("improv.server")
 
 local M = {}
 
-local programs = {} -- by buffer
+local programs = {} -- by buffer, what the server is to play
 
 --- Play a program as soon as its server has started. Returns false if no server is starting.
-function M.play(buffer)
+function M.play(buffer, arguments)
   if not server.is_starting() then
     return false
   end
-  programs[buffer] = true
+  programs[buffer] = arguments
   vim.notify("Improv is starting; then this program plays")
   return true
 end
@@ -19,15 +19,16 @@ end
 --- A save: the server hears of it itself, unless it is still starting.
 function M.saved(buffer, settings)
   if not server.of(buffer) and (settings or {}).onSave ~= "off" then
-    M.play(buffer)
+    M.play(buffer, { vim.uri_from_bufnr(buffer) })
   end
 end
 
 --- The server of a buffer has started, and has its text.
 function M.attached(client, buffer)
-  if programs[buffer] and client.name == "improv" then
+  local arguments = programs[buffer]
+  if arguments and client.name == "improv" then
     programs[buffer] = nil
-    server.execute(client, "improv.play", { vim.uri_from_bufnr(buffer) })
+    server.execute(client, "improv.play", arguments)
   end
 end
 

@@ -15,6 +15,9 @@ import { withToken } from "./token.js"
  *   | { type: "force", robot: string, sense: string, value: boolean | null }
  *   | { type: "place", start_poses: Record<string, StartPose> }
  *   | { type: "form", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" }
+ *   | { type: "analyze", number: number, text: string }
+ *   | { type: "complete" | "explain", number: number, offset: number }
+ *   | { type: "write", number: number, text: string, revision: string }
  *   | { type: "window", generation: number, from: number, to: number }} Request what a page may ask for
  */
 

@@ -16,6 +16,8 @@ export class Controls {
   #clock
   #send
   #target = { beat: 0, at: -Infinity } // of the last seek, until the server confirms it
+  /** @type {(() => boolean) | null} */
+  writes = null // saves and plays the text on this page, if there is one that does not play; whether it did
 
   /**
    * `send` asks the server for something.
@@ -43,6 +45,7 @@ export class Controls {
 
   playOrPause() {
     const { state, generation } = this.#clock.transport
+    if (state !== "playing" && this.writes?.()) return
     if (!generation || state === "waiting") return
     if (state === "playing") this.#send({ type: "pause" })
     else this.#send({ type: state === "paused" ? "resume" : "restart" })
@@ -111,7 +114,8 @@ export class Controls {
     find("normal").setAttribute("aria-label", `Speed ${round(speed)}, back to normal`)
     find("stop").setAttribute("aria-disabled", String(!open))
     for (const id of ["play", "restart", "step", "slower", "normal", "faster"]) {
-      find(id).setAttribute("aria-disabled", String(!open || !played || (id === "play" && state === "waiting")))
+      const ready = played || (id === "play" && this.writes !== null)
+      find(id).setAttribute("aria-disabled", String(!open || !ready || (id === "play" && state === "waiting")))
     }
     document.title = played && open ? `${WORDS[state]} · Improv` : "Improv"
     this.showBeat()

@@ -34,11 +34,15 @@ export class Invitation {
    */
   show(open, played, robots) {
     find("hint").hidden = !open || (played && robots)
-    find("hint-title").textContent = played
-      ? `${this.#name || "This program"} has no robots`
-      : this.#name
-        ? `Save ${this.#name} to see it dance`
-        : "Save a program to see it dance"
+    const editing = document.body.classList.contains("editing")
+    find("hint-example").hidden = editing && !played
+    find("hint-title").textContent = editing && !played
+      ? `Press Play to see ${this.#name} dance`
+      : played
+        ? `${this.#name || "This program"} has no robots`
+        : this.#name
+          ? `Save ${this.#name} to see it dance`
+          : "Save a program to see it dance"
     find("hint-text").textContent = played
       ? "Write the name of a robot, a dollar sign, and what it does. For example:"
       : this.#folder && `It is in ${this.#folder}`

@@ -1,5 +1,6 @@
 // @ts-check
-// The keyboard. Space stops the robots wherever the focus is, and so does Escape unless it closes Help; other keys do nothing in input fields.
+// The keyboard. Space stops the robots wherever the focus is, unless a program is written there, and so does Escape
+// unless it closes something; other keys do nothing in input fields.
 
 /**
  * Calls functions for keys: `keys` by `event.key`, `stop` for Space and Escape, `shifted` for arrows with Shift.
@@ -10,13 +11,14 @@
  */
 export function listen(stop, keys, shifted, lettersWork) {
   addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey) return
+    if (event.ctrlKey || event.altKey || event.metaKey || event.isComposing || event.defaultPrevented) return
+    const target = event.target instanceof Element ? event.target : document.body
+    if (event.code === "Space" && target.closest("textarea")) return
     if (event.code === "Space" || event.key === "Escape") {
       event.preventDefault() // otherwise Space would also press the focused button
       if (!event.repeat) stop(event)
       return
     }
-    const target = event.target instanceof Element ? event.target : document.body
     if (target.closest("input, select, textarea")) return
     const arrow = event.key.startsWith("Arrow")
     const action = arrow && event.shiftKey ? shifted[event.key] : keys[event.key.length === 1 ? event.key.toLowerCase() : event.key]

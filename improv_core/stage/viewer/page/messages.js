@@ -43,6 +43,17 @@ const word = (value) => listOf(count)(value) && value.length === 3
 const moment = (value) =>
   Array.isArray(value) && value.length === 7 && value.slice(0, 6).every(number) && value[1] > 0 && listOf(word)(value[6])
 
+const edit = shape({ start: count, end: count, text })
+const problem = shape({
+  start: count,
+  end: count,
+  file: text,
+  line: count,
+  severity: text,
+  message: text,
+  fixes: listOf(shape({ title: text, edits: listOf(edit) })),
+})
+
 const MESSAGES = {
   robots: shape({ robots: mapOf(shape({ radius: number })) }),
   trails: shape({ robots: mapOf(shape({ from: count, places: listOf(numbers(4)) })) }),
@@ -111,6 +122,11 @@ const MESSAGES = {
   sensed: shape({ generation: count, robot: text, sense: text, value: nullOr(flag), beat: number }),
   decided: shape({ generation: count, robot: text, sources: listOf(word), held: flag, beat: number }),
   stopped: shape({ message: maybe(text) }),
+  source: shape({ path: text, text, revision: text }),
+  analyzed: shape({ number: count, colors: listOf(count), problems: listOf(problem) }),
+  completed: shape({ number: count, start: count, end: count, words: listOf(shape({ word: text, about: text })) }),
+  explained: shape({ number: count, start: count, end: count, text, picture: text }),
+  written: shape({ number: count, revision: text, problem: text }),
 }
 
 /**

@@ -7,6 +7,7 @@ import { Clock } from "./clock.js"
 import { connect } from "./connection.js"
 import { Controls } from "./controls.js"
 import { Deadman } from "./deadman.js"
+import { Editor } from "./editor.js"
 import { find, findA } from "./elements.js"
 import { Formation } from "./formation.js"
 import { hold } from "./hands.js"
@@ -35,8 +36,13 @@ const cast = new Cast()
 const notices = new Notices()
 const stage = new Stage(findA("stage", HTMLCanvasElement))
 const invitation = new Invitation()
-const lights = new Lights(new Score(find("score-text")), clock)
 const send = connect(take, change)
+const editor = new Editor(send)
+const score = new Score(find("score-text"))
+const lights = new Lights(
+  { show: (message) => shownText().show(message), light: (places) => shownText().light(places) },
+  clock,
+)
 const program = new Program(clock, send)
 const controls = new Controls(clock, send)
 const deadman = new Deadman(send)
@@ -71,7 +77,9 @@ function take(message) {
   else if (message.type === "bumps") bumps.take(message)
   else if (message.type === "sensed") senses.take(message)
   else if (message.type === "decided") takeDecision(message)
-  else notices.end(message)
+  else if (message.type === "source") takeSource(message)
+  else if (message.type === "stopped") notices.end(message)
+  else editor.takeAnswer(message)
   view.touch()
 }
 
@@ -91,6 +99,23 @@ function takeMeasured(message) {
 function takeProgram(message) {
   invitation.take(message)
   showTransport()
+}
+
+/** @param {Messages["source"]} message */
+function takeSource(message) {
+  if (!editor.takeSource(message)) return
+  controls.writes = () => {
+    const writes = !editor.isPlayed
+    if (writes) editor.saving.write()
+    return writes
+  }
+  panels.openScore()
+  showTransport()
+}
+
+/** Where the program is shown. */
+function shownText() {
+  return editor.open ? editor : score
 }
 
 /** @param {Messages["decided"]} message */
@@ -141,6 +166,7 @@ function change(now) {
     program.reconnect()
   }
   notices.change(now)
+  editor.connect(now === "open")
   view.touch()
   showTransport()
 }

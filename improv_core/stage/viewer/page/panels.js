@@ -32,6 +32,7 @@ export class Panels {
   #page
   /** @type {(() => Promise<Blob>) | null} */
   #recording = null // ends a recording
+  #writing = false // whether the program can be written
   #trails = findA("trail", HTMLSelectElement)
   trail = Infinity // seconds
   ahead = true
@@ -48,7 +49,10 @@ export class Panels {
       this.#open(name, settings.get(name, wide) && !SMALL.matches)
       find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
     }
-    SMALL.addEventListener("change", () => SMALL.matches && !find("timeline").hidden && this.#open("score", false))
+    SMALL.addEventListener("change", () => {
+      const extra = this.#writing ? "timeline" : "score"
+      if (SMALL.matches && !find("timeline").hidden) this.#open(extra, false)
+    })
     for (const [card, button] of Object.entries(CARDS)) {
       find(button).addEventListener("click", () => this.#turn(card))
       find(card).querySelector(".close")?.addEventListener("click", () => this.#shut(card))
@@ -73,6 +77,14 @@ export class Panels {
   /** Ends the recording: the dance is over. */
   finish() {
     if (this.#recording) this.#record()
+  }
+
+  /** Shows the program, which can be written. */
+  openScore() {
+    this.#writing = true
+    this.#open("score", true)
+    if (SMALL.matches) this.#open("timeline", false)
+    this.#page.resize()
   }
 
   showFit() {

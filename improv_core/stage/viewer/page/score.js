@@ -112,7 +112,7 @@ export class Lights {
   #lit = ""
 
   /**
-   * @param {Score} score
+   * @param {Pick<Score, "show" | "light">} score
    * @param {Clock} clock
    */
   constructor(score, clock) {

@@ -1,0 +1,160 @@
+"""`improv edit`: a program that is written on the page, saved from there, and played."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import sys
+from pathlib import Path
+from zlib import crc32
+
+import click
+
+from improv_core.commands import parameters
+from improv_core.commands.exit_codes import INTERRUPTED, CommandError
+from improv_core.commands.new import make, with_ending
+from improv_core.commands.terminal import Performance, first, performance, run
+from improv_core.diagnostics import Diagnostic
+from improv_core.playback.start import Options
+from improv_core.program.files import ReadError, robots_near
+from improv_core.robots.config import Robots, find_robots_file
+from improv_core.services.page_editor import PageEditor
+from improv_core.services.program_file import Version, WriteError, read_version, write_text
+from improv_core.services.saves import changes, read_saved, settle
+from improv_core.stage.protocol import LONGEST_TEXT, Editing, EditorAnswer, When, Write
+from improv_core.text import Span
+
+PORTS = range(20_000, 30_000)
+"""Where pages that edit are served: below the ports that systems give to others."""
+
+
+@click.command("edit")
+@click.argument("file", required=False, type=click.Path(path_type=Path))
+@parameters.backend
+@parameters.port
+@parameters.no_browser
+@parameters.continues
+def command(file: Path | None, backend: str, port: int, no_browser: bool, when: When) -> None:
+    """Write a program on the page in the browser. Ctrl+Enter there saves and plays it.
+
+    Without FILE, begin a new one. Ctrl-C stops the robots.
+    """
+    if backend == "ros":
+        raise CommandError("the page belongs to the simulator: use --backend both")
+    if file and not file.exists():
+        file = with_ending(file)
+    if not file or not file.exists():
+        file = make(file)
+    version = read_version(file)
+    if len(version.text) > LONGEST_TEXT:
+        raise CommandError(f"{file}: it is too long for the page: edit it in an editor, and use `improv watch`")
+    options = parameters.options(file, backend, port or _usual_port(file))
+    sys.exit(run(edit(file, version, options, when, browser=not no_browser)))
+
+
+async def edit(path: Path, version: Version, options: Options, when: When, *, browser: bool) -> int:
+    """Let pages edit a program until interrupted; the exit code. Raises StageError."""
+    asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
+    async with performance(
+        options, browser=False, edit=lambda editing, asked: asks.put_nowait((editing, asked))
+    ) as performing:
+        desk = _Desk(performing, path, version, when)
+        if browser:
+            opening = asyncio.create_task(performing.open_browser())
+        performing.say(f"editing {path.name}: Ctrl+Enter on the page saves and plays it, Ctrl-C here ends")
+        await first(desk.serve(asks), desk.follow(), performing.interrupted.wait())
+        if browser:
+            opening.cancel()
+    return INTERRUPTED
+
+
+class _Desk:
+    """One program that pages edit, and its file."""
+
+    def __init__(self, performing: Performance, path: Path, version: Version, when: When) -> None:
+        self._performing = performing
+        self._path = path
+        self._version = version
+        self._when = when
+        self._editor = PageEditor(_robots_near(path.parent))
+        performing.present(path)
+        self._show()
+
+    async def serve(self, asks: asyncio.Queue[tuple[Editing, int]]) -> None:
+        """Obey pages, forever."""
+        while True:
+            editing, asked = await asks.get()
+            page, ask = editing["page"], editing["ask"]
+            if ask["type"] == "write":
+                await self._write(page, ask, asked)
+            elif ask["type"] == "analyze":
+                self._answer(page, self._editor.analyze(page, ask))
+            elif ask["type"] == "complete":
+                self._answer(page, self._editor.complete(page, ask))
+            else:
+                self._answer(page, self._editor.explain(page, ask))
+
+    async def follow(self) -> None:
+        """Tell pages when another program has changed the file or its `improv.toml`, forever."""
+        times = read_saved(self._path).times
+        async for _ in changes(self._path.parent):
+            if read_saved(self._path).times == times:
+                continue
+            times = (await settle(self._path)).times
+            robots = _robots_near(self._path.parent)
+            try:
+                version = read_version(self._path)
+            except ReadError as problem:  # pages keep their text, and can save it
+                self._performing.complain(f"improv: {problem}")
+                version = self._version
+            if version != self._version:
+                self._performing.say(f"{self._path.name} was changed by another program")
+            if (version, robots) != (self._version, self._editor.robots):
+                self._version, self._editor.robots = version, robots
+                self._show()
+
+    async def _write(self, page: int, ask: Write, asked: int) -> None:
+        """Save what is on a page, and play it."""
+        try:
+            self._version = write_text(self._path, ask["text"], ask["revision"])
+        except WriteError as problem:
+            self._performing.complain(f"improv: {problem}")
+            self._answer(page, {"type": "written", "number": ask["number"], "revision": "", "problem": str(problem)})
+            return
+        revision = self._version.revision
+        self._answer(page, {"type": "written", "number": ask["number"], "revision": revision, "problem": ""})
+        self._show()
+        await self._performing.play_if_right(self._editor.analysis(ask["text"]), self._path, asked, self._when)
+
+    def _show(self) -> None:
+        """Tell all pages what the file holds."""
+        self._performing.tell_pages(
+            {
+                "type": "source",
+                "path": str(self._path.absolute()),
+                "text": self._version.text,
+                "revision": self._version.revision,
+            }
+        )
+
+    def _answer(self, page: int, answer: EditorAnswer | None) -> None:
+        if answer:
+            self._performing.tell_pages({"type": "answer", "page": page, "answer": answer})
+
+
+def _robots_near(folder: Path) -> Robots:
+    """What `improv.toml` says. One that can't be read is an error: nothing plays."""
+    try:
+        return robots_near(folder)
+    except ReadError as error:
+        return Robots(path=find_robots_file(folder), diagnostics=(Diagnostic("robots", Span(0, 0), str(error)),))
+
+
+def _usual_port(path: Path) -> int:
+    """The same port for the same file each time, if it is free: a browser keeps unsaved text by the page's address."""
+    port = PORTS[crc32(str(path.resolve()).encode()) % len(PORTS)]
+    try:
+        socket.create_server(("127.0.0.1", port)).close()
+    except OSError:
+        return 0
+    return port

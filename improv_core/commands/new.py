@@ -1,0 +1,36 @@
+"""`improv new`: a file with a small program, to begin with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from improv_core.commands.echo import echo
+from improv_core.commands.exit_codes import CommandError
+from improv_core.services.program_file import ENDING, WriteError, create
+
+
+@click.command("new")
+@click.argument("name", required=False, type=click.Path(path_type=Path))
+def command(name: Path | None) -> None:
+    """Make a small program to begin with.
+
+    Without NAME, it is dance.improv or the next free name.
+    """
+    make(name and with_ending(name))
+
+
+def with_ending(name: Path) -> Path:
+    """The name of a program, with the usual ending if it has none."""
+    return name if name.suffix or not name.name else name.with_name(name.name + ENDING)
+
+
+def make(path: Path | None) -> Path:
+    """Make a small program, with the first free name if none is given. Raises CommandError."""
+    try:
+        made = create(path)
+    except WriteError as problem:
+        raise CommandError(str(problem)) from None
+    echo(f"made {made}")
+    return made

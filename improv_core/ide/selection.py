@@ -1,0 +1,268 @@
+"""What plays if only a selection, a line, or a name is to play, and why it can't."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, count
+
+from improv_core.diagnostics import Severity
+from improv_core.ide.cursor import touching
+from improv_core.ide.piece import Piece, is_broken, piece_at
+from improv_core.ide.references import lines_playing
+from improv_core.program.analysis import Analysis, Line, Placed
+from improv_core.program.feasibility import check_casting
+from improv_core.program.reader import Reader
+from improv_core.robots.config import Robots
+from improv_core.robots.limits import unsupported
+from improv_core.score.dice import throwing
+from improv_core.score.excerpt import Place, place_of
+from improv_core.score.movement import Movement, series
+from improv_core.syntax import nodes
+from improv_core.syntax.nodes import Node
+from improv_core.text import Span
+
+GHOST = "ghost"
+"""The robot that dances what no robot plays."""
+MOST_DANCED = 100
+"""The most definitions of a selection in which no line has robots."""
+_NOWHERE = -1  # the ID of no statement
+_PLAYS_NOTHING = "choose a line with a robot, a name, or a movement"
+
+
+class UnplayableError(Exception):
+    """A selection can't be played. The message is one line that says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Some of a program: its name for people, and an analysis by which nothing else plays.
+
+    With a `ghost`, a robot dances that nobody named: all of it may be played in the simulator only.
+    """
+
+    name: str
+    analysis: Analysis
+    ghost: str | None = None
+
+
+def select(analysis: Analysis, wanted: Span | str) -> Selection:
+    """What plays if only what a span touches is to play (of an empty one: its line), or a name. Raises UnplayableError.
+
+    Lines with robots play as in the whole program: in their scenes, and with their throws of the dice. If there are
+    none, definitions and movements are danced by the robots of the nearest line that plays them, or else by a ghost.
+    """
+    chosen, part = _named(analysis, wanted) if isinstance(wanted, str) else _touched(analysis, wanted)
+    lines = [each for each in chosen if _sign(each) == "DOLLAR"]
+    if lines and not part:
+        _require_no_errors(analysis, [each.index for each in lines])
+        played = [analysis.played[each.index] for each in lines]
+        return Selection(_lines(analysis, lines), replace(analysis, selected=played))
+    found = [each for each in chosen if part or _sign(each) in ("EQUAL", "")]
+    if not found:
+        raise UnplayableError(f"there is nothing to play on {_lines(analysis, chosen)}: {_PLAYS_NOTHING}")
+    if len(found) > MOST_DANCED:
+        raise UnplayableError(f"these are {len(found):,} definitions: select {MOST_DANCED} or fewer")
+    ghost = _unused_name(analysis)
+    danced = [_danced(analysis, each, part, ghost) for each in found]
+    selected = replace(analysis, selected=danced)
+    name = _head(found[0]) if len(found) == 1 and _sign(found[0]) == "EQUAL" and not part else _lines(analysis, found)
+    ghostly = [movement for line in danced for robot, movement in line.parts if robot == ghost]
+    if not ghostly:
+        return Selection(name, selected)
+    return Selection(name, replace(selected, cast=_with_ghost(analysis.cast, ghost, ghostly)), ghost)
+
+
+def uses(analysis: Analysis, index: int) -> Sequence[int] | None:
+    """The statements that give a phrase its arguments: its nearest use, the nearest use of that if it is a phrase, …
+
+    None if nothing uses one of them correctly. A statement that takes no arguments needs none.
+    """
+    found: list[int] = []
+    while analysis.statements[index].parameters:
+        name = analysis.statements[index].defines
+        users = analysis.bindings.users(name, index) if name else ()
+        nearest = next((each for each in users if analysis.meanings[each].ok), None)
+        if nearest is None:
+            return None
+        found.append(index := nearest)
+    return found
+
+
+def _named(analysis: Analysis, name: str) -> tuple[Sequence[Placed], None]:
+    """The last definition of a name."""
+    if definers := analysis.bindings.defined.get(name):
+        return [analysis.placed(definers[-1])], None
+    near = analysis.bindings.nearest(name)
+    hint = f"did you mean `{near}`?" if near in analysis.bindings.defined else f"write `{name} = …`"
+    raise UnplayableError(f"`{name}` is not defined in this program: {hint}")
+
+
+def _touched(analysis: Analysis, span: Span) -> tuple[Sequence[Placed], Span | None]:
+    """The statements of a selection, and its span if it is only a part of the movement of one."""
+    text, lines = analysis.text[slice(*span)], analysis.lines
+    if not text.strip():
+        first, last = (lines.position(offset).line for offset in span)
+        found = list(touching(analysis, Span(lines.start(first), lines.end(last))))
+        if not found:
+            raise UnplayableError(f"there is nothing to play on line {first + 1}: {_PLAYS_NOTHING}")
+        return found, None
+    start, end = span.start + len(text) - len(text.lstrip()), span.start + len(text.rstrip())
+    found = [each for each in touching(analysis, Span(start, end)) if each.start < end and start < each.span.end]
+    if not found:
+        raise UnplayableError(f"there is nothing to play in this selection: {_PLAYS_NOTHING}")
+    (first_one, *others), sign = found, found[0].statement.sign
+    begin = first_one.start + (sign.end if sign else 0)
+    is_whole = not analysis.text[begin:start].strip() and end >= first_one.span.end
+    if others or start < begin or is_whole or _sign(first_one) not in ("EQUAL", "DOLLAR", ""):
+        return found, None
+    return found, Span(start, min(end, first_one.span.end))
+
+
+def _danced(analysis: Analysis, placed: Placed, part: Span | None, ghost: str) -> Line:
+    """A definition, or a part of a statement, danced by the robots of the nearest line that plays it, or by a ghost."""
+    playing = next(lines_playing(analysis, placed.index), None)
+    robots = (ghost,) if playing is None else analysis.meanings[playing].robots
+    own_id = analysis.statement_ids[placed.index]
+    if is_broken(placed) and (part or not _sign(placed)):
+        written = _written(analysis, placed, part or placed.span)
+        body = placed.meaning.body
+        if not _sign(placed) and not part and body:  # as it stands there, so that its words light up
+            return Line([(ghost, analysis.reader(placed.index).movement_made(body))], own_id)
+        return _able(analysis, placed, Line([(robot, written) for robot in robots], _NOWHERE), playing)
+    piece = piece_at(analysis, part) if part else None
+    using = uses(analysis, placed.index)
+    if using is None:
+        raise UnplayableError(f"nothing below uses `{_head(placed)}`: write a line that gives it its arguments")
+    if part and not piece:
+        raise UnplayableError(f"there is nothing to play in this selection: {_PLAYS_NOTHING}")
+    _require_no_errors(analysis, [placed.index, *using], piece)
+    voices = len(robots) if placed.statement.has_canon else 1
+    found = [_movement(analysis, [placed.index, *using], piece, robot) for robot in range(voices)]
+    parts = list(zip(robots, found * (len(robots) // voices), strict=True))
+    return _able(analysis, placed, Line(parts, own_id), playing)
+
+
+def _movement(analysis: Analysis, using: Sequence[int], piece: Piece | None, robot: int) -> Movement:
+    """A statement or a piece of it, with the arguments and the throws of the dice that it has in the whole program.
+
+    `using` has the statement, then those that give it its arguments.
+    """
+    *phrases, top = using
+    reader, body = analysis.reader(top, robot), analysis.meanings[top].body
+    whole = _read(reader, body)
+    for index in reversed(phrases):
+        reader, body = _expanded(reader, body, analysis.meanings[index].body)
+    items = [_read(reader, node) for node in (piece.nodes if piece else (body,)) if node]
+    inner = series(items)
+    line = next((analysis.played.get(host) for host in lines_playing(analysis, top)), None)
+    if not inner.dice or not line:
+        return inner
+    definition, place = analysis.meanings[top].definition, Place(throw=line.throw)
+    if definition:
+        place = place_of(definition.movement, line.parts[0][1], place) or place
+    place = place_of(items[0], whole, place) or place
+    return throwing(inner, place.throw, place.stream)
+
+
+def _read(reader: Reader, node: Node | None) -> Movement:
+    """The movement of a node that a reader has read, or reads now."""
+    if node is None:
+        return series(())
+    try:
+        return reader.movement_made(node)
+    except KeyError:  # it gave up before it came here
+        return reader.movement(node)
+
+
+def _expanded(reader: Reader, body: Node | None, phrase: Node | None) -> tuple[Reader, Node | None]:
+    """The reader and the body of the first use of a phrase, found by its body, within what has been read."""
+    for node in nodes.nodes(body) if body else ():
+        expansion = reader.expansion(node) if isinstance(node, nodes.Call) else None
+        if expansion and expansion.body is phrase:
+            return expansion.reader, expansion.body
+    raise UnplayableError("its nearest use can't be read: play that one instead")
+
+
+def _written(analysis: Analysis, placed: Placed, span: Span) -> Movement:
+    """What is written at a span, if that alone is a correct movement; the statement around it is not."""
+    free = analysis.with_robots(replace(analysis.cast, robots={}))  # that the ghost is not among them is no error
+    text = f"{GHOST} $ ({analysis.text[slice(*span)]}\n)"
+    alone = free.edited(placed.start, placed.span.end, text)
+    _require_no_errors(alone, [placed.index])
+    return alone.meanings[placed.index].movement
+
+
+def _able(analysis: Analysis, placed: Placed, line: Line, playing: int | None) -> Line:
+    """The line, if its robots, those of the line `playing`, can do that."""
+    if playing is None:
+        return line
+    statement, meaning = analysis.statements[playing], analysis.meanings[playing]
+    first, *others = (movement for _, movement in line.parts)
+    heads = tuple(head for head in statement.heads if head.text in meaning.robots)
+    cast = replace(placed.meaning, robots=meaning.robots, movement=first, others=tuple(others))
+    for problem in check_casting(replace(statement, heads=heads), cast, analysis.cast, analysis.tempo):
+        if problem.severity is Severity.ERROR:
+            raise UnplayableError(f"{_lines(analysis, [placed])}: {problem.message}")
+    return line
+
+
+def _require_no_errors(analysis: Analysis, indices: Sequence[int], piece: Piece | None = None) -> None:
+    """Raise UnplayableError if statements have errors, or the definitions that they use, or the tempo.
+
+    Of the first statement, only the `piece` counts, if there is one.
+    """
+    needed = _needed(analysis, indices, piece)
+    for index in sorted(needed):
+        for problem in analysis.diagnostics_of(index):
+            counts = not piece or index != indices[0] or (piece.span.start <= problem.span.start < piece.span.end)
+            if counts and problem.severity is Severity.ERROR:
+                raise UnplayableError(f"{_lines(analysis, [analysis.placed(index)])}: {problem.message}")
+
+
+def _needed(analysis: Analysis, indices: Sequence[int], piece: Piece | None) -> set[int]:
+    """These statements, the definitions that they use, and the tempo."""
+    reached = {*indices, *analysis.tempos[:1]}
+    waiting = list(reached)
+    while waiting:
+        index = waiting.pop()
+        names = analysis.statements[index].uses
+        if piece and index == indices[0]:
+            names = tuple(name.text for node in piece.nodes for name in nodes.names(node))
+        definers = {analysis.bindings.definer(name, index) for name in names}
+        found = {definer for definer in definers if definer is not None} - reached
+        reached |= found
+        waiting += found
+    return reached
+
+
+def _unused_name(analysis: Analysis) -> str:
+    """A name for the ghost that no robot has."""
+    taken = {robot for meaning in analysis.meanings for robot in meaning.robots}.union(analysis.cast.robots)
+    names = chain([GHOST], (f"{GHOST}{number}" for number in count(2)))
+    return next(name for name in names if name not in taken)
+
+
+def _with_ghost(cast: Robots, ghost: str, movements: Sequence[Movement]) -> Robots:
+    """The robots, and a ghost that is like the first of them that can do these movements."""
+    able = (
+        robot
+        for robot in cast.robots.values()
+        if not any(unsupported(movement.peak, robot.profile) for movement in movements)
+    )
+    like = next(able, cast.robot(ghost))
+    return replace(cast, robots={**cast.robots, ghost: replace(like, start=None, reset=None)})
+
+
+def _sign(placed: Placed) -> str:
+    return placed.statement.sign.type if placed.statement.sign else ""
+
+
+def _head(placed: Placed) -> str:
+    return placed.statement.heads[0].text
+
+
+def _lines(analysis: Analysis, placed: Sequence[Placed]) -> str:
+    """`line 3`, `lines 3 to 5`."""
+    first, last = (analysis.lines.position(each.start).line + 1 for each in (placed[0], placed[-1]))
+    return f"line {first}" if first == last else f"lines {first} to {last}"

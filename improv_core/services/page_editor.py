@@ -1,0 +1,141 @@
+"""Answers for the page on which somebody edits a program: colors, problems with fixes, completion, and hovers."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import islice
+
+from improv_core.diagnostics import Diagnostic
+from improv_core.ide.completion import complete
+from improv_core.ide.hover import hover
+from improv_core.ide.semantic_tokens import colored, pieces
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.robots.config import FILE_NAME, Robots
+from improv_core.stage.protocol import (
+    Analyze,
+    Analyzed,
+    Complete,
+    Completed,
+    Explain,
+    Explained,
+    TextProblem,
+)
+from improv_core.text import LineIndex, difference
+
+MOST_PAGES = 64
+"""Pages whose texts are kept: as many as there can be."""
+MOST_PROBLEMS = 50
+MOST_WORDS = 50
+
+
+class PageEditor:
+    """The text on each page, analyzed for the robots of `improv.toml`. Offsets count code points."""
+
+    def __init__(self, robots: Robots) -> None:
+        self.robots = robots
+        """May be set: what is asked from then on is answered for them."""
+        self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
+        self._latest = analyze("", robots)
+
+    def analysis(self, text: str) -> Analysis:
+        """The analysis of a text, made from the latest one."""
+        if self._latest.cast is not self.robots:
+            self._latest = self._latest.with_robots(self.robots)
+        if text != self._latest.text:
+            self._latest = self._latest.edited(*difference(self._latest.text, text)).settled()
+        return self._latest
+
+    def analyze(self, page: int, ask: Analyze) -> Analyzed:
+        """The colors and problems of a page's text, which is kept."""
+        analysis = self.analysis(ask["text"])
+        self._texts[page] = ask["number"], analysis
+        self._texts.move_to_end(page)
+        if len(self._texts) > MOST_PAGES:
+            self._texts.popitem(last=False)
+        return {
+            "type": "analyzed",
+            "number": ask["number"],
+            "colors": list(_colors(analysis)),
+            "problems": list(islice(_problems(analysis, self.robots), MOST_PROBLEMS)),
+        }
+
+    def complete(self, page: int, ask: Complete) -> Completed | None:
+        """The words that may be written at an offset: those that begin like what is there, or if none does, contain it.
+
+        None if the page has another text, or no word may be there.
+        """
+        analysis = self._text(page, ask["number"])
+        found = complete(analysis, min(ask["offset"], len(analysis.text))) if analysis else None
+        if not analysis or not found:
+            return None
+        begun = analysis.text[found.span.start : found.span.end].lower()
+        fitting = [item for item in found.items if begun in item.label.lower()]
+        items = [item for item in fitting if item.label.lower().startswith(begun)] or fitting
+        return {
+            "type": "completed",
+            "number": ask["number"],
+            "start": found.span.start,
+            "end": found.span.end,
+            "words": [{"word": item.label, "about": item.detail} for item in items[:MOST_WORDS]],
+        }
+
+    def explain(self, page: int, ask: Explain) -> Explained | None:
+        """The hover at an offset. None if the page has another text, or there is nothing to say."""
+        analysis = self._text(page, ask["number"])
+        found = hover(analysis, min(ask["offset"], len(analysis.text)), pictures=True) if analysis else None
+        if not found:
+            return None
+        return {
+            "type": "explained",
+            "number": ask["number"],
+            "start": found.span.start,
+            "end": found.span.end,
+            "text": found.plain,
+            "picture": found.picture,
+        }
+
+    def _text(self, page: int, number: int) -> Analysis | None:
+        known, analysis = self._texts.get(page, (-1, None))
+        return analysis if known == number else None
+
+
+def _colors(analysis: Analysis) -> Iterator[int]:
+    """Three integers for each colored word; the kinds are those of `semantic_tokens_legend`."""
+    before = 0
+    for offset, text, unknown, strange in pieces(analysis):
+        for start, end, kind, _ in _colored(text, unknown, strange):
+            yield from (offset + start - before, end - start, kind)
+            before = offset + end
+
+
+_colored = lru_cache(maxsize=10_000)(colored)
+
+
+def _problems(analysis: Analysis, robots: Robots) -> Iterator[TextProblem]:
+    """Those of the program, then those of `improv.toml`, in which the page can fix nothing."""
+    for each in analysis.diagnostics:
+        yield _problem(each, analysis.lines)
+    lines = LineIndex(robots.text)
+    for each in robots.diagnostics:
+        file = robots.path.name if robots.path else FILE_NAME
+        yield {**_problem(each, lines), "start": 0, "end": 0, "file": file, "fixes": []}
+
+
+def _problem(problem: Diagnostic, lines: LineIndex) -> TextProblem:
+    return {
+        "start": problem.span.start,
+        "end": problem.span.end,
+        "file": "",
+        "line": lines.position(problem.span.start).line + 1,
+        "severity": problem.severity.value,
+        "message": problem.message,
+        "fixes": [
+            {
+                "title": fix.title,
+                "edits": [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in fix.edits],
+            }
+            for fix in problem.fixes
+        ],
+    }

@@ -1,0 +1,97 @@
+"""Saves of a program by whatever writes it: how it stands in its file, when that changes, and when it is complete."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from improv_core.program.files import ReadError, read_program
+from improv_core.robots.config import find_robots_file
+
+STEP, LOOK_AGAIN = 10, 500
+"""Milliseconds from a change in a watched folder to a look at the file, and between two looks without a change."""
+SETTLING, MID_LINE_SETTLING, EMPTY_SETTLING = 0.1, 0.5, 5.0
+"""Seconds that a file must stay unchanged before it is played: longer if it ends in the middle of a line, since it may
+be half written, and longest if it is empty, missing or not text, since somebody may still be writing it."""
+
+
+class Saved(NamedTuple):
+    """A program as it was saved, or why it can't be read; and when it and its `improv.toml` were saved, in ns.
+
+    So a save that changes nothing counts as well.
+    """
+
+    text: str | None
+    problem: str
+    times: tuple[int, ...]
+
+
+def read_saved(path: Path) -> Saved:
+    """A program as it is saved now."""
+    times = tuple(state.st_mtime_ns for state in _states(path))
+    try:
+        return Saved(read_program(path), "", times)
+    except ReadError as problem:
+        return Saved(None, str(problem), times)
+
+
+def changed_at(path: Path) -> int:
+    """Unix time of the latest save, in nanoseconds."""
+    # On Windows, st_ctime is the time of creation; elsewhere, only it tells when a file was moved to this place.
+    return max((each.st_mtime_ns if os.name == "nt" else each.st_ctime_ns for each in _states(path)), default=0)
+
+
+def _states(path: Path) -> Iterator[os.stat_result]:
+    """Of a program and its `improv.toml`, as far as they exist."""
+    for file in (path, find_robots_file(path.parent)):
+        with contextlib.suppress(OSError):
+            if file:
+                yield file.stat()
+
+
+def saved_or_awaited(path: Path) -> Saved:
+    """A program as it was saved, or none if it is missing from a folder that exists. Raises ReadError."""
+    saved = read_saved(path)
+    if saved.text is None and (path.exists() or not path.parent.is_dir()):
+        raise ReadError(saved.problem)
+    return saved
+
+
+async def changes(folder: Path) -> AsyncIterator[object]:
+    """Yields whenever a folder may have changed; it may be removed and come back.
+
+    A folder that can't be watched is polled.
+    """
+    from watchfiles import awatch
+
+    # The folder is watched instead of the file, since many editors save by replacing the file. Polling finds what the
+    # system did not report: saves before watching began, and saves over a network.
+    while True:
+        with contextlib.suppress(OSError):
+            async for found in awatch(
+                folder, recursive=False, yield_on_timeout=True, step=STEP, rust_timeout=LOOK_AGAIN
+            ):
+                yield found
+        await asyncio.sleep(LOOK_AGAIN / 1000)
+        yield None
+
+
+async def settle(path: Path) -> Saved:
+    """A program once it no longer changes: half of one may be a program too, and not every editor saves in one step."""
+    clock = asyncio.get_running_loop().time
+    latest, since = read_saved(path), clock()
+    while clock() - since < _settling(latest.text):
+        await asyncio.sleep(SETTLING)
+        if (now := read_saved(path)) != latest:
+            latest, since = now, clock()
+    return latest
+
+
+def _settling(text: str | None) -> float:
+    if not text:
+        return EMPTY_SETTLING
+    return SETTLING if text.endswith(("\n", "\r")) else MID_LINE_SETTLING

@@ -1,0 +1,335 @@
+// @ts-check
+// The program as text that can be written. The text control is the browser's own; this module keeps what belongs to it
+// up to date: colors, mistakes, offers, hovers, and the words that play.
+
+import { apply, difference, moved } from "./edits.js"
+import { find, findA } from "./elements.js"
+import { Ink } from "./ink.js"
+import { list } from "./mistakes.js"
+import { Offers } from "./offers.js"
+import { Points } from "./points.js"
+import { Saving } from "./saving.js"
+import { Tooltip } from "./tooltip.js"
+
+/** @import { Request } from "./connection.js" */
+/** @import { Edit } from "./edits.js" */
+/** @import { Color } from "./ink.js" */
+/** @import { Messages } from "./messages.js" */
+/** @import { Mistake } from "./mistakes.js" */
+
+const CALM = 400 // milliseconds without a key after which mistakes are shown: half a word is one
+const MARGIN = 8 // pixels around the cursor that stay in view
+
+export class Editor {
+  #send
+  #connected = false
+  #control = findA("text", HTMLTextAreaElement)
+  #ink = new Ink(find("ink"))
+  #offers = new Offers(this.#control, (word) => this.#pick(word))
+  #tooltip = new Tooltip(this.#control, (x, y) => this.#explain(x, y))
+  #text = ""
+  #points = new Points("")
+  #number = 0 // of the text
+  #asking = false // about colors and mistakes
+  #analyzed = -1 // the number of the text that the server has
+  #edited = -Infinity // when, in milliseconds
+  #calm = 0 // the timer that shows mistakes
+  /** @type {Color[]} */
+  #colors = []
+  /** @type {Mistake[]} */
+  #mistakes = []
+  /** @type {Mistake[]} */
+  #shown = [] // of the mistakes
+  /** @type {{ start: number, end: number, asked: boolean } | null} */
+  #offering = null // for what is written here
+  #played = ""
+  /** @type {Map<number, string>} */
+  #places = new Map() // of the words that play, in code points of the played text
+
+  /** @param {(request: Request) => void} send asks the server for something */
+  constructor(send) {
+    this.#send = send
+    const control = this.#control
+    control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
+    control.addEventListener("keydown", (event) => this.#press(event))
+    control.addEventListener("compositionstart", () => this.#endOffer())
+    control.addEventListener("focus", () => (find("stop-key").textContent = "Esc")) // Space is a letter here
+    control.addEventListener("blur", () => (find("stop-key").textContent = "Space"))
+    for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#endOffer())
+    find("paper").addEventListener("scroll", () => this.#endOffer())
+    this.saving = new Saving(send, {
+      getText: () => this.#text,
+      set: (text) => this.#set(text),
+      replace: (text) => this.#replace(text),
+      wrote: () => this.#showMistakes(),
+    })
+  }
+
+  /** Whether the program can be written here. */
+  get open() {
+    return this.saving.open
+  }
+
+  /** Whether the text is saved and plays, or was played last. */
+  get isPlayed() {
+    return this.#text === this.#played && this.saving.isSaved
+  }
+
+  /** Takes what the file holds. Whether this is the first time. @param {Messages["source"]} source */
+  takeSource(source) {
+    const first = this.saving.takeSource(source)
+    this.#analyze() // the robots may have changed, too
+    return first
+  }
+
+  /** @param {Messages["analyzed" | "completed" | "explained" | "written"]} message */
+  takeAnswer(message) {
+    if (message.type === "written") this.saving.takeWritten(message)
+    else if (message.type === "analyzed") this.#takeAnalysis(message)
+    else if (message.number !== this.#number) return
+    else if (message.type === "completed") this.#takeWords(message)
+    else this.#tooltip.show([...this.#wrongAt(message.start, message.end), message.text].join("\n"), message.picture)
+  }
+
+  /** @param {boolean} connected */
+  connect(connected) {
+    this.#connected = connected
+    this.#analyzed = -1
+    this.#asking = false
+    if (connected && this.open) this.#analyze()
+    this.saving.connect(connected)
+  }
+
+  /** The program that plays now. @param {{ text: string }} score */
+  show({ text }) {
+    this.#played = text.replace(/\r\n?/g, "\n")
+  }
+
+  /** Lights words of the played text, given by offset in code points. @param {Map<number, string>} places */
+  light(places) {
+    this.#places = places
+    this.#light()
+  }
+
+  /** @param {InputEvent | null} event */
+  #take(event) {
+    this.#edited = performance.now()
+    this.#refresh()
+    // A phone's keyboard composes every word.
+    const typed = ["insertText", "insertCompositionText", "deleteContentBackward"].includes(event?.inputType ?? "")
+    if (typed) this.#complete(false)
+    else this.#endOffer()
+    this.#reveal()
+  }
+
+  /** @param {KeyboardEvent} event */
+  #press(event) {
+    if (event.isComposing) return
+    const tooltip = this.#tooltip.open
+    this.#tooltip.hide()
+    if (event.key === " " && event.ctrlKey) {
+      event.preventDefault()
+      this.#complete(true)
+    } else if (!event.ctrlKey && !event.metaKey && !event.altKey) {
+      if (this.#offers.takes(event)) event.preventDefault()
+      else if (event.key === "Escape" && tooltip) event.preventDefault()
+      else if (event.key.startsWith("Arrow") || event.key === "Enter") this.#endOffer()
+    }
+  }
+
+  /** Puts another text in; the cursor stays where it is in what has not changed. @param {string} text */
+  #set(text) {
+    const { value, selectionStart, selectionEnd } = this.#control
+    const edit = difference(value, text)
+    const [start, end] = [selectionStart, selectionEnd].map((offset) =>
+      offset <= edit.start ? offset : Math.max(edit.start, offset + text.length - value.length),
+    )
+    this.#put(edit, text)
+    this.#control.setSelectionRange(start, end)
+    this.#refresh()
+  }
+
+  /** Puts another text in, as if it had been typed. @param {string} text */
+  #replace(text) {
+    this.#control.focus()
+    this.#put(difference(this.#control.value, text), text)
+    this.#refresh()
+    this.#reveal()
+  }
+
+  /**
+   * With the focus, the edit can be undone.
+   * @param {Edit} edit
+   * @param {string} text after it
+   */
+  #put({ start, end, text: put }, text) {
+    const control = this.#control
+    if (control.value === text) return
+    if (document.activeElement === control) {
+      control.setSelectionRange(start, end)
+      document.execCommand(put ? "insertText" : "delete", false, put)
+    }
+    if (control.value !== text) control.value = text
+  }
+
+  /** The text may have changed. */
+  #refresh() {
+    const text = wellFormed(this.#control.value)
+    if (text !== this.#text) {
+      const edit = difference(this.#text, text)
+      this.#text = text
+      this.#points = new Points(text)
+      this.#number++
+      this.#colors = moved(this.#colors, edit)
+      this.#mistakes = moved(this.#mistakes, edit)
+      this.#shown = moved(this.#shown, edit)
+      this.#analyze()
+      this.saving.edited()
+    }
+    this.#draw()
+  }
+
+  #analyze() {
+    if (this.#asking || !this.#connected) return
+    this.#asking = true
+    this.#send({ type: "analyze", number: this.#number, text: this.#text })
+  }
+
+  /** @param {Messages["analyzed"]} message */
+  #takeAnalysis({ number, colors, problems }) {
+    this.#asking = false
+    if (number !== this.#number) {
+      this.#analyze()
+      return
+    }
+    this.#analyzed = number
+    if (this.#offering) this.#askForWords()
+    this.#colors = []
+    for (let i = 0, at = 0; i < colors.length; i += 3) {
+      const start = at + colors[i]
+      at = start + colors[i + 1]
+      this.#colors.push({ start: this.#points.toUnits(start), end: this.#points.toUnits(at), kind: colors[i + 2] })
+    }
+    /** @type {<T extends { start: number, end: number }>(span: T) => T} */
+    const inUnits = (span) => ({ ...span, start: this.#points.toUnits(span.start), end: this.#points.toUnits(span.end) })
+    this.#mistakes = problems.map((problem) => ({
+      ...inUnits(problem),
+      fixes: problem.fixes.map(({ title, edits }) => ({ title, edits: edits.map(inUnits) })),
+    }))
+    clearTimeout(this.#calm)
+    const rest = this.#edited + CALM - performance.now()
+    if (rest <= 0) this.#showMistakes()
+    else this.#calm = window.setTimeout(() => this.#showMistakes(), rest)
+    this.#draw()
+  }
+
+  #showMistakes() {
+    this.#shown = this.#mistakes
+    const number = this.#number
+    list(
+      this.#shown,
+      (offset) => this.#go(offset),
+      (edits) => number === this.#number && this.#replace(apply(this.#text, edits)),
+    )
+    this.#draw()
+  }
+
+  #draw() {
+    this.#ink.show(this.#text, this.#colors, this.#shown.filter(({ file }) => !file))
+    this.#control.scrollTop = 0
+    this.#light()
+  }
+
+  /** Lights what plays, where the text is still as it was played. */
+  #light() {
+    const played = new Points(this.#played)
+    const { start, end, text } = difference(this.#played, this.#text)
+    /** @type {Map<number, string>} */
+    const places = new Map()
+    for (const [place, color] of this.#places) {
+      const offset = played.toUnits(place)
+      if (offset < start) places.set(offset, color)
+      else if (offset >= end) places.set(offset + text.length - (end - start), color)
+    }
+    this.#ink.light(places)
+  }
+
+  /** @param {boolean} asked whether somebody has asked for it, instead of only writing */
+  #complete(asked) {
+    const { selectionStart, selectionEnd } = this.#control
+    this.#offering = null
+    if (selectionStart !== selectionEnd) return
+    this.#offering = { start: selectionEnd, end: selectionEnd, asked }
+    if (this.#analyzed === this.#number) this.#askForWords()
+  }
+
+  /** Only once the server has the text. */
+  #askForWords() {
+    const offset = this.#points.toPoints(this.#control.selectionEnd)
+    this.#send({ type: "complete", number: this.#number, offset })
+  }
+
+  /** @param {Messages["completed"]} message */
+  #takeWords({ start, end, words }) {
+    const [from, to] = [this.#points.toUnits(start), this.#points.toUnits(end)]
+    const offering = this.#offering
+    if (!offering || offering.end !== this.#control.selectionEnd || to !== offering.end) return
+    const begun = this.#text.slice(from, to)
+    const complete = words.some(({ word }) => word === begun)
+    if (!words.length || (!offering.asked && (!begun || complete))) return this.#endOffer()
+    this.#offering = { ...offering, start: from }
+    this.#offers.show(words, this.#ink.place(from))
+  }
+
+  #endOffer() {
+    this.#offering = null
+    this.#offers.hide()
+  }
+
+  /** @param {string} word */
+  #pick(word) {
+    if (!this.#offering) return
+    const { start, end } = this.#offering
+    this.#offering = null
+    this.#replace(this.#text.slice(0, start) + word + this.#text.slice(end))
+    this.#control.setSelectionRange(start + word.length, start + word.length)
+  }
+
+  /**
+   * @param {number} x
+   * @param {number} y
+   */
+  #explain(x, y) {
+    const word = this.#ink.wordAt(x, y)
+    if (!word) return false
+    this.#send({ type: "explain", number: this.#number, offset: this.#points.toPoints(word.start) })
+    return true
+  }
+
+  /** The messages about a place, which counts in code points. @param {number} start @param {number} end */
+  #wrongAt(start, end) {
+    const [from, to] = [this.#points.toUnits(start), this.#points.toUnits(end)]
+    return this.#shown.filter((each) => !each.file && each.start < to && each.end > from).map(({ message }) => message)
+  }
+
+  /** @param {number} offset */
+  #go(offset) {
+    this.#control.focus()
+    this.#control.setSelectionRange(offset, offset)
+    this.#reveal()
+  }
+
+  /** Scrolls to the cursor. */
+  #reveal() {
+    const paper = find("paper")
+    const { top, bottom } = paper.getBoundingClientRect()
+    const place = this.#ink.place(this.#control.selectionEnd)
+    if (place.top < top + MARGIN) paper.scrollTop -= top + MARGIN - place.top
+    else if (place.bottom > bottom - MARGIN) paper.scrollTop += place.bottom - bottom + MARGIN
+  }
+}
+
+/** Without halves of characters, which can't be saved. @param {string} text */
+function wellFormed(text) {
+  return text.replace(/[\uD800-\uDBFF](?![\uDC00-\uDFFF])|(?<![\uD800-\uDBFF])[\uDC00-\uDFFF]/g, "\uFFFD")
+}

@@ -1,0 +1,121 @@
+"""`improv.play` with a range, a name, or a line: what else there is stays out, and a save brings it back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tests.ls.client import CAPABILITIES, Client
+
+URI = "file:///my%20dance.improv"
+TOLD = {**CAPABILITIES, "experimental": {"improv": True}}
+PROGRAM = "beat 240\n𝑥 = repeat up\nanna $ repeat left\nbert $ repeat forward\nanna $ lft\n"
+RIGHT = PROGRAM.replace("lft", "left")
+
+
+def play(client: Client, *arguments: object) -> None:
+    client.request("workspace/executeCommand", {"command": "improv.play", "arguments": arguments})
+
+
+def at(line: int, start: int = 0, end: int = 0) -> dict[str, Any]:
+    return {"start": {"line": line, "character": start}, "end": {"line": line, "character": end}}
+
+
+def playing(client: Client, generation: int) -> Any:
+    """What plays, once a generation does."""
+    evaluated = client.wait("improv/evaluated", lambda params: params["generation"] == generation)
+    client.wait("improv/transport", lambda params: params["state"] == "playing")
+    return evaluated
+
+
+def test_only_what_was_asked_for_plays_and_the_save_is_an_edit_of_it() -> None:
+    with Client({"backend": "sim", "page": {"open": False}, "onSave": "continue", "switchAt": "beat"}, TOLD) as client:
+        client.open(URI, PROGRAM)
+        client.save(URI)
+        client.wait_for_line("✗ line 5: `lft` is not defined")
+        play(client, URI, at(3))
+        assert client.wait_for_line("▶") == "▶ line 4: bert ∞, endless at beat 240, simulator"
+        bert = playing(client, 1)
+        assert bert["ranges"] == [[3, 14, 3, 21]]
+        assert bert["robots"].keys() == {"bert"}
+
+        client.change(URI, 2, {"text": RIGHT})
+        client.save(URI)
+        assert client.wait_for_line("▶").startswith("▶ anna ∞ · bert ∞, ")
+        both = playing(client, 2)
+        begins = both["from"]
+        assert both["robots"]["bert"]["moments"][0][0] == begins > 0
+        assert client.request("improv/moments", {"beat": begins - 1})["robots"]["bert"]["moments"][0][0] == begins - 1
+
+        play(client, URI, at(1, 5, 14))  # of what nobody plays
+        assert client.wait_for_line("▶") == "▶ 𝑥: ghost ∞, endless at beat 240, simulator"
+        ghost = playing(client, 3)
+        assert (ghost["ranges"], [*ghost["robots"]]) == ([[1, 12, 1, 14]], ["ghost"])
+        client.request("workspace/executeCommand", {"command": "improv.restart", "arguments": []})
+        assert client.wait_for_line("▶").startswith("▶ 𝑥: ghost")
+
+
+def test_a_name_or_lines_are_enough_where_one_program_is_open() -> None:
+    with Client({"backend": "sim", "page": {"open": False}}) as client:
+        client.open(URI, PROGRAM)
+        for arguments, expected in (
+            (["𝑥"], "▶ 𝑥: ghost ∞, "),
+            ([URI, "𝑥"], "▶ 𝑥: ghost ∞, "),
+            ([4], "▶ line 4: bert ∞, "),
+            (["~/../my dance.improv", 3, 4], "▶ lines 3 to 4: anna ∞ · bert ∞, "),
+        ):
+            play(client, *arguments)
+            assert client.wait_for_line("▶").startswith(expected)
+
+
+def test_what_cannot_be_played_is_refused_in_one_line_and_nothing_stops(tmp_path: Path) -> None:
+    program = tmp_path / "dance.improv"
+    program.write_text(RIGHT, encoding="utf-8")
+    with Client({"backend": "sim", "page": {"open": False}}) as client:
+        uri = program.as_uri()
+        client.open(uri, RIGHT)
+        play(client)
+        client.wait_for_line("▶")
+        keeps = "; the previous dance keeps playing"
+        nothing = "there is nothing to play on line"
+        advice = "choose a line with a robot, a name, or a movement"
+        for arguments, expected in (
+            ([uri, at(5)], f"✗ {nothing} 6: {advice}{keeps}"),
+            ([uri, 1], f"✗ {nothing} 1: {advice}{keeps}"),
+            ([uri, "square"], f"✗ `square` is not defined in this program: write `square = …`{keeps}"),
+            (["file:///gone.improv", at(0)], "improv.play: expected the URI of an open program"),
+        ):
+            play(client, *arguments)
+            assert client.wait("window/showMessage")["message"] == expected
+        wrong: list[list[object]] = [[uri, {"start": 3}], [uri, 0], [uri, [1]], [{}], [uri, at(-1)], [uri, "x", "y"]]
+        for each in wrong:
+            play(client, *each)
+            client.wait_for_line("improv.play: expected a program, then nothing, a range, a name, or a line counted")
+        program.unlink()  # the editor still has it
+        play(client, uri, at(3))
+        client.wait_for_line("▶ line 4: bert")
+        (tmp_path / "improv.toml").write_text("[robots.carl]\n")
+        play(client, uri, at(3))
+        client.wait_for_line("✗ line 4: `bert` is not in improv.toml")
+
+
+def test_a_robot_takes_a_step_from_its_section() -> None:
+    uri = "file:///nowhere/improv.toml"
+    robots = '[robots.anna]\nprofile = "turtlebot3_burger"\n'
+    with Client({"backend": "sim", "page": {"open": False}}, TOLD) as client:
+        client.open(uri, robots, "toml")
+        lenses = client.request("textDocument/codeLens", {"textDocument": {"uri": uri}})
+        step, hush = (each["command"] for each in lenses)
+        assert [(each["range"]["start"]["line"], each["command"]["title"]) for each in lenses] == [
+            (0, "▶ try forward"),
+            (0, "■ hush"),
+        ]
+        client.request("workspace/executeCommand", step)
+        assert client.wait_for_line("▶") == "▶ anna 1 beat, 1.0 s at beat 60, simulator"
+        assert client.wait("improv/evaluated")["uri"] != uri  # no word of the file is lit
+        client.request("workspace/executeCommand", hush)
+        client.change(uri, 2, {"text": robots.replace("burger", "burgr")})
+        client.request("workspace/executeCommand", step)
+        client.wait_for_line("✗ improv.toml has errors")
+        play(client, uri, "bert")
+        client.wait_for_line("improv.play: expected a robot of this improv.toml")

@@ -1,0 +1,72 @@
+"""What the page is answered while somebody edits a program on it."""
+
+from __future__ import annotations
+
+from improv_core.ide.semantic_tokens_legend import TYPES
+from improv_core.program.analysis import analyze
+from improv_core.robots.config import read_robots
+from improv_core.services.page_editor import MOST_PROBLEMS, PageEditor
+from improv_core.services.program_file import TEMPLATE
+from improv_core.stage.protocol import Analyzed
+
+PAGE, OTHER = 1, 2
+
+
+def ask(editor: PageEditor, text: str, number: int = 1, page: int = PAGE) -> Analyzed:
+    return editor.analyze(page, {"type": "analyze", "number": number, "text": text})
+
+
+def colored(text: str) -> list[str]:
+    """`word:kind` of each colored word."""
+    colors, found, at = ask(PageEditor(read_robots("")), text)["colors"], [], 0
+    for gap, length, kind in zip(colors[::3], colors[1::3], colors[2::3], strict=True):
+        start, at = at + gap, at + gap + length
+        found.append(f"{text[start:at]}:{TYPES[kind]}")
+    return found
+
+
+def test_words_have_the_colors_that_editors_give_them() -> None:
+    assert colored("# 🤖\nr $ repeat 2 left\n") == [
+        *("# 🤖:comment", "r:class", "$:operator", "repeat:keyword", "2:number", "left:function")
+    ]
+
+
+def test_a_problem_has_its_place_its_message_and_its_fixes() -> None:
+    (problem,) = ask(PageEditor(read_robots("")), "r $ left\ns $ forwrd\n")["problems"]
+    assert (problem["start"], problem["end"], problem["line"], problem["severity"]) == (13, 19, 2, "error")
+    assert problem["fixes"] == [{"title": "Change to forward", "edits": [{"start": 13, "end": 19, "text": "forward"}]}]
+    assert len(ask(PageEditor(read_robots("")), "r $ x\n" * 200)["problems"]) == MOST_PROBLEMS
+
+
+def test_problems_of_the_robots_file_are_listed_until_it_is_right() -> None:
+    editor = PageEditor(read_robots("[robots.r]\nprofile = 'none'\n"))
+    (problem,) = ask(editor, "r $ left\n")["problems"]
+    assert (problem["file"], problem["line"], problem["fixes"]) == ("improv.toml", 2, [])
+    editor.robots = read_robots("[robots.s]\n")
+    assert [each["message"] for each in ask(editor, "r $ left\n")["problems"]] == [
+        each.message for each in analyze("r $ left\n", editor.robots).diagnostics
+    ]
+
+
+def test_words_are_offered_and_explained_for_the_text_that_the_page_has() -> None:
+    editor = PageEditor(read_robots(""))
+    ask(editor, "r $ le", number=7)
+    ask(editor, "s $ reflect YZ ri", number=1, page=OTHER)
+    completed = editor.complete(PAGE, {"type": "complete", "number": 7, "offset": 6})
+    assert completed
+    assert (completed["start"], completed["end"], [each["word"] for each in completed["words"]]) == (4, 6, ["left"])
+    completed = editor.complete(OTHER, {"type": "complete", "number": 1, "offset": 17})
+    assert completed
+    assert [each["word"] for each in completed["words"]] == ["right"]
+    explained = editor.explain(OTHER, {"type": "explain", "number": 1, "offset": 5})
+    assert explained
+    assert explained["text"].startswith("reflect YZ")
+    assert editor.complete(PAGE, {"type": "complete", "number": 6, "offset": 6}) is None  # of another text
+    assert editor.explain(3, {"type": "explain", "number": 7, "offset": 0}) is None  # of a page without one
+    for offset in (0, 10**9):
+        editor.complete(PAGE, {"type": "complete", "number": 7, "offset": offset})
+        editor.explain(PAGE, {"type": "explain", "number": 7, "offset": offset})
+
+
+def test_what_improv_new_writes_is_right() -> None:
+    assert ask(PageEditor(read_robots("")), TEMPLATE)["problems"] == []

@@ -21,7 +21,7 @@ from improv_core.robots.config import Robots, find_robots_file
 from improv_core.services.page_editor import PageEditor
 from improv_core.services.program_file import Version, WriteError, read_version, write_text
 from improv_core.services.saves import changes, read_saved, settle
-from improv_core.stage.protocol import LONGEST_TEXT, Editing, EditorAnswer, When, Write
+from improv_core.stage.protocol import Editing, EditorAnswer, When, Write
 from improv_core.text import Span
 
 PORTS = range(20_000, 30_000)
@@ -46,8 +46,6 @@ def command(file: Path | None, backend: str, port: int, no_browser: bool, when: 
     if not file or not file.exists():
         file = make(file)
     version = read_version(file)
-    if len(version.text) > LONGEST_TEXT:
-        raise CommandError(f"{file}: it is too long for the page: edit it in an editor, and use `improv watch`")
     options = parameters.options(file, backend, port or _usual_port(file))
     sys.exit(run(edit(file, version, options, when, browser=not no_browser)))
 

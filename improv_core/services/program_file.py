@@ -10,6 +10,7 @@ from pathlib import Path
 
 from improv_core.program.files import ENDING, ReadError, read_bytes
 from improv_core.services.replacing import replacing
+from improv_core.stage.protocol import LONGEST_TEXT
 from improv_core.text import LINE_END
 
 TEMPLATE = """\
@@ -50,12 +51,14 @@ class Version:
 
 
 def read_version(path: Path) -> Version:
-    """What a file holds. Raises ReadError unless it is UTF-8 text."""
+    """What a file holds. Raises ReadError unless it is UTF-8 text that fits on the page."""
     version = Version(read_bytes(path))
     try:
-        version.data.decode()
+        length = len(version.text)
     except UnicodeDecodeError:
         raise ReadError(f"{path}: it is not UTF-8 text") from None
+    if length > LONGEST_TEXT:
+        raise ReadError(f"{path}: it is too long for the page: edit it in an editor, and use `improv watch`")
     return version
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from improv_core.program.files import ReadError
 from improv_core.services.program_file import TEMPLATE, Version, WriteError, create, read_version, write_text
+from improv_core.stage.protocol import LONGEST_TEXT
 
 
 @pytest.mark.parametrize(
@@ -55,13 +56,21 @@ def test_another_programs_edit_is_not_overwritten(tmp_path: Path) -> None:
     assert file.read_text() == "r $ forward\n"
 
 
-def test_what_is_no_text_is_neither_read_nor_overwritten(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [(b"r $ left # \xff\n", "it is not UTF-8 text"), (b"#" * (LONGEST_TEXT + 1), "it is too long for the page")],
+)
+def test_what_can_not_be_edited_is_neither_read_nor_overwritten(tmp_path: Path, content: bytes, problem: str) -> None:
     file = tmp_path / "dance.improv"
-    file.write_bytes(b"r $ left # \xff\n")
-    with pytest.raises(ReadError, match="it is not UTF-8 text"):
+    file.write_bytes(content)
+    with pytest.raises(ReadError, match=problem):
         read_version(file)
-    with pytest.raises(WriteError, match="it is not UTF-8 text"):
+    with pytest.raises(WriteError, match=problem):
         write_text(file, "r $ left\n", "")
+    assert file.read_bytes() == content
+
+
+def test_only_a_file_is_written(tmp_path: Path) -> None:
     with pytest.raises(WriteError, match="something else has that name"):
         write_text(tmp_path, "r $ left\n", "")
 

@@ -125,14 +125,12 @@ export class Editor {
   /** @param {KeyboardEvent} event */
   #press(event) {
     if (event.isComposing) return
-    const tooltip = this.#tooltip.open
     this.#tooltip.hide()
     if (event.key === " " && event.ctrlKey) {
       event.preventDefault()
       this.#complete(true)
     } else if (!event.ctrlKey && !event.metaKey && !event.altKey) {
       if (this.#offers.takes(event)) event.preventDefault()
-      else if (event.key === "Escape" && tooltip) event.preventDefault()
       else if (event.key.startsWith("Arrow") || event.key === "Enter") this.#endOffer()
     }
   }

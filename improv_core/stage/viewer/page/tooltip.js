@@ -28,10 +28,6 @@ export class Tooltip {
     }
   }
 
-  get open() {
-    return !this.#box.hidden
-  }
-
   /**
    * @param {string} text
    * @param {string} picture SVG, or nothing

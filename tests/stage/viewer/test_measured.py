@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 
 from tests.stage.viewer.conftest import Show, wait, watch
 
@@ -37,22 +37,21 @@ def test_the_page_says_how_far_off_a_robot_is_and_was(page: Page, show: Show) ->
     off = page.locator("li[data-robot=ada] .off")
     last = page.evaluate("improv.off.ada")
     assert re.fullmatch(r"\d\.\d\d m, \d+° off", last)
-    assert off.text_content() == last
-    assert page.locator("li[data-robot=bert] .off").text_content() == ""
+    expect(off).to_have_text(last)
+    expect(page.locator("li[data-robot=bert] .off")).to_have_text("")
     line = page.locator("#playline").bounding_box()
     assert line
     page.mouse.move(line["x"] + 3, line["y"] + line["height"] / 2)
-    assert page.locator("#cast-head").text_content() == "beat 1"
+    expect(page.locator("#cast-head")).to_have_text("beat 1")
+    expect(off).not_to_have_text(last)
     then = off.text_content()
     assert then
-    assert then != last
     assert float(then.split()[0]) < float(last.split()[0])
     page.mouse.move(5, 5)
-    assert (off.text_content(), page.locator("#cast-head").text_content()) == (last, "")
+    expect(off).to_have_text(last)
+    expect(page.locator("#cast-head")).to_have_text("")
     off.hover()
-    most = off.get_attribute("title")
-    assert most
-    assert most.startswith("at most ")
+    expect(off).to_have_attribute("title", re.compile("^at most "))
     page.reload()
     wait(page, f"window.improv?.off.ada === {last!r}")  # from the start, though the page is new
 

@@ -49,9 +49,18 @@ def test_the_words_that_play_are_lit_also_after_emoji(page: Page, show: Show) ->
     expect(lit).to_have_count(0)
 
 
+PAINTED = f"""(
+  window.before = window.count,
+  window.count = ({COUNT})({FAINT}),
+  window.same = window.count === window.before ? window.same + 1 : 0,
+  window.count > 100 && window.same > 10
+)"""
+"""A path ahead has been painted, and for ten frames nothing more."""
+
+
 def test_the_path_ahead_is_drawn_and_can_be_hidden(page: Page, show: Show) -> None:
     still(page, show)
-    wait(page, f"({COUNT})({FAINT}) > 100")
+    wait(page, PAINTED)
     page.keyboard.press("a")
     wait(page, f"({COUNT})({FAINT}) < 40")
     page.keyboard.press("a")

@@ -43,6 +43,7 @@ export class Editor {
   /** @type {{ start: number, end: number, asked: boolean } | null} */
   #offering = null // for what is written here
   #played = ""
+  #playedPoints = new Points("")
   /** @type {Map<number, string>} */
   #places = new Map() // of the words that play, in code points of the played text
 
@@ -103,6 +104,7 @@ export class Editor {
   /** The program that plays now. @param {{ text: string }} score */
   show({ text }) {
     this.#played = text.replace(/\r\n?/g, "\n")
+    this.#playedPoints = new Points(this.#played)
   }
 
   /** Lights words of the played text, given by offset in code points. @param {Map<number, string>} places */
@@ -241,12 +243,11 @@ export class Editor {
 
   /** Lights what plays, where the text is still as it was played. */
   #light() {
-    const played = new Points(this.#played)
     const { start, end, text } = difference(this.#played, this.#text)
     /** @type {Map<number, string>} */
     const places = new Map()
     for (const [place, color] of this.#places) {
-      const offset = played.toUnits(place)
+      const offset = this.#playedPoints.toUnits(place)
       if (offset < start) places.set(offset, color)
       else if (offset >= end) places.set(offset + text.length - (end - start), color)
     }

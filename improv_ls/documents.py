@@ -10,11 +10,10 @@ from urllib.parse import unquote, urlsplit
 from lsprotocol import types
 from pygls.uris import to_fs_path
 
-from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import Analysis, analyze
-from improv_core.program.files import ReadError, robots_near
-from improv_core.robots.config import FILE_NAME, Robots, find_robots_file
-from improv_core.text import LineIndex, Span, difference
+from improv_core.program.files import robots_or_problem
+from improv_core.robots.config import FILE_NAME, Robots
+from improv_core.text import LineIndex, difference
 from improv_ls.positions import Encoding, to_span
 
 AT_ONCE = 300
@@ -64,17 +63,9 @@ def opened(uri: str, version: int | None, text: str) -> Document:
 
 
 def robots_of(uri: str) -> Robots:
-    """What the `improv.toml` near a document says; nothing if the document is not a file, or there is none.
-
-    One that cannot be read is an error: robots whose kind is not known must not move as if they were of any kind.
-    """
+    """What the `improv.toml` near a document says; nothing if the document is not a file, or there is none."""
     path = path_of(uri)
-    if not path:
-        return Robots()
-    try:
-        return robots_near(path.parent)
-    except ReadError as error:
-        return Robots(path=find_robots_file(path.parent), diagnostics=(Diagnostic("robots", Span(0, 0), str(error)),))
+    return robots_or_problem(path.parent) if path else Robots()
 
 
 def moved(uri: str, old: str, new: str) -> str:

@@ -7,9 +7,8 @@ import time
 from collections.abc import Callable, Sequence
 
 from improv_core.ide.inlay_hint import Hint
-from improv_core.stage.protocol import TransportMessage
+from improv_core.stage.protocol import TransportMessage, beat_at
 from improv_ls.editor import Editor
-from improv_ls.playing import beat_of
 
 SHORTEST = 0.5
 """Seconds between two requests to ask again, at least."""
@@ -50,7 +49,7 @@ class Hinting:
         step = period / max(period // SHORTEST, 1) if period >= SHORTEST else SHORTEST
         while True:
             wanted = self._editor.settings.inlay_hints_playing
-            now = self._hints(beat_of(transport)) if wanted else ()
+            now = self._hints(beat_at(transport, time.monotonic())) if wanted else ()
             if now != self._shown:
                 self._shown = now
                 self._editor.refresh("inlay_hint")

@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
 from improv_core.ide.moments import playing
-from improv_core.stage.protocol import TransportMessage
+from improv_core.stage.protocol import TransportMessage, beat_at
 from improv_core.text import Span
 from improv_ls.documents import Document
 from improv_ls.editor import Editor
-from improv_ls.playing import Playing, beat_of
+from improv_ls.playing import Playing
 from improv_ls.positions import Encoding, to_position
 
 EVALUATED = "improv/evaluated"
@@ -107,7 +107,6 @@ class Live:
 
 def _transport(message: TransportMessage, uri: str | None, page: str | None) -> dict[str, Any]:
     """A stage's transport message as of now."""
-    beat = beat_of(message)
     return {
         "generation": message["generation"],
         "state": message["state"],
@@ -117,7 +116,7 @@ def _transport(message: TransportMessage, uri: str | None, page: str | None) -> 
         "beats": message["beats"],
         "muted": message["muted"],
         "soloed": message["soloed"],
-        "beat": beat if message["beats"] is None else min(beat, message["beats"]),
+        "beat": beat_at(message, time.monotonic()),
         "wall": time.time(),
         "uri": uri,
         "page": page,

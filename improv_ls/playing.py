@@ -12,7 +12,7 @@ from improv_core.ide.inlay_hint_playing import playing_hints
 from improv_core.ide.moments import SoFar
 from improv_core.score.movement import near
 from improv_core.score.performance import SenseEdge
-from improv_core.stage.protocol import SceneJson, Sensed, State, TransportMessage
+from improv_core.stage.protocol import SceneJson, Sensed, State, TransportMessage, beat_at
 from improv_ls.documents import Document, moved
 
 
@@ -75,7 +75,7 @@ class Playing:
         """The inlay hints of a document about what plays now."""
         if not self.transport or not self.document or self.document.uri != uri:
             return ()
-        return self.hints_at(beat_of(self.transport))
+        return self.hints_at(beat_at(self.transport, time.monotonic()))
 
     def hints_at(self, beat: float) -> Sequence[Hint]:
         """The inlay hints of the document that plays, at a beat."""
@@ -91,9 +91,3 @@ class Playing:
         }
         if self.latest:
             self.latest = replace(self.latest, uri=moved(self.latest.uri, old, new))
-
-
-def beat_of(message: TransportMessage) -> float:
-    """The beat that a stage's transport message means now."""
-    passed = time.monotonic() - message["monotonic"] if message["state"] == "playing" else 0.0
-    return message["beat"] + passed * message["tempo"] / 60

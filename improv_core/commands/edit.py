@@ -14,15 +14,12 @@ from improv_core.commands import parameters
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.new import make, with_ending
 from improv_core.commands.terminal import Performance, first, performance, run
-from improv_core.diagnostics import Diagnostic
 from improv_core.playback.start import Options
-from improv_core.program.files import ReadError, robots_near
-from improv_core.robots.config import Robots, find_robots_file
+from improv_core.program.files import ReadError, robots_or_problem
 from improv_core.services.page_editor import PageEditor
 from improv_core.services.program_file import Version, WriteError, read_version, write_text
 from improv_core.services.saves import changes, read_saved, settle
 from improv_core.stage.protocol import Editing, EditorAnswer, When, Write
-from improv_core.text import Span
 
 PORTS = range(20_000, 30_000)
 """Where pages that edit are served: below the ports that systems give to others."""
@@ -74,7 +71,7 @@ class _Desk:
         self._path = path
         self._version = version
         self._when = when
-        self._editor = PageEditor(_robots_near(path.parent))
+        self._editor = PageEditor(robots_or_problem(path.parent))
         performing.present(path)
         self._show()
 
@@ -99,7 +96,7 @@ class _Desk:
             if read_saved(self._path).times == times:
                 continue
             times = (await settle(self._path)).times
-            robots = _robots_near(self._path.parent)
+            robots = robots_or_problem(self._path.parent)
             try:
                 version = read_version(self._path)
             except ReadError as problem:  # pages keep their text, and can save it
@@ -138,14 +135,6 @@ class _Desk:
     def _answer(self, page: int, answer: EditorAnswer | None) -> None:
         if answer:
             self._performing.tell_pages({"type": "answer", "page": page, "answer": answer})
-
-
-def _robots_near(folder: Path) -> Robots:
-    """What `improv.toml` says. One that can't be read is an error: nothing plays."""
-    try:
-        return robots_near(folder)
-    except ReadError as error:
-        return Robots(path=find_robots_file(folder), diagnostics=(Diagnostic("robots", Span(0, 0), str(error)),))
 
 
 def _usual_port(path: Path) -> int:

@@ -29,9 +29,7 @@ class Loads:
 
     def make(self, stage: Receiver, asked: Asked, backend: str) -> Load:
         """The message to a stage; `backend` is what everything plays on, in words. It has to be sent, or forgotten."""
-        written = self._written.setdefault(stage, Written())
-        if written.is_stale:
-            written = self._written[stage] = Written()
+        written = self._written[stage] = self._written.get(stage, Written()).renewed()
         return {
             "type": "load",
             "generation": asked.generation,

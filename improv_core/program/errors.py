@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from improv_core.score.motion import Pose
+
 
 class Error(NamedTuple):
     """How far a robot is from where it ideally is, in meters, and how far it is turned, in radians."""
@@ -47,5 +49,4 @@ class Errors:
 
 def error(pose: Mapping[str, float], ideal: Mapping[str, float]) -> Error:
     """How far a pose is from another one."""
-    far = math.dist([pose[axis] for axis in "xyz"], [ideal[axis] for axis in "xyz"])
-    return Error(far, abs(math.remainder(pose["heading"] - ideal["heading"], math.tau)))
+    return Error(*Pose(**pose).apart(Pose(**ideal)))

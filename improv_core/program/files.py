@@ -11,8 +11,10 @@ import stat
 import sys
 from pathlib import Path
 
+from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import LONGEST_PROGRAM, Analysis, analyze
 from improv_core.robots.config import Robots, find_robots_file, read_robots
+from improv_core.text import Span
 
 ENDING = ".improv"
 """Of the names of programs."""
@@ -36,6 +38,15 @@ def robots_near(folder: Path) -> Robots:
     """The robots of the nearest `improv.toml` in a folder or its parents. Raises ReadError if it can't be read."""
     found = find_robots_file(folder)
     return read_robots(_read(found, LARGEST_ROBOTS_FILE), found) if found else Robots()
+
+
+def robots_or_problem(folder: Path) -> Robots:
+    """The same, but one that can't be read is an error in what it says: robots whose kind is not known must not move as
+    if they were of any kind."""
+    try:
+        return robots_near(folder)
+    except ReadError as error:
+        return Robots(path=find_robots_file(folder), diagnostics=(Diagnostic("robots", Span(0, 0), str(error)),))
 
 
 def read_program(path: Path) -> str:

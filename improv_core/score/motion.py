@@ -83,6 +83,11 @@ class Pose:
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return Pose(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, -self.z, -self.heading)
 
+    def apart(self, other: Pose) -> tuple[float, float]:
+        """How far it is from another one, in meters, and how far turned from it, in radians from 0 to π."""
+        far = math.dist((self.x, self.y, self.z), (other.x, other.y, other.z))
+        return far, abs(math.remainder(self.heading - other.heading, math.tau))
+
     def then(self, other: Pose) -> Pose:
         """The composition of two poses: `other` is relative to this pose; the result is in the world frame."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)

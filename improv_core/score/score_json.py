@@ -38,10 +38,9 @@ class Written:
     whole: int = 0
     """The number of rows of the first score, which was written whole."""
 
-    @property
-    def is_stale(self) -> bool:
-        """Whether it should start over, as most of its rows may belong to scores that no longer play."""
-        return len(self.rows) > 2 * self.whole + MOST_KNOWN
+    def renewed(self) -> Written:
+        """This, or a new one once most of its rows may belong to scores that no longer play."""
+        return Written() if len(self.rows) > 2 * self.whole + MOST_KNOWN else self
 
 
 class _Written(NamedTuple):

@@ -11,13 +11,13 @@ import os
 import re
 import secrets
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 
 from improv_core.program.files import ReadError, read_program
+from improv_core.services.replacing import replacing
 
 MOST = 200
 """Programs that are kept; then the oldest makes room."""
@@ -92,7 +92,9 @@ def keep(file: str, text: str, now: datetime) -> None:
     header = f"# played {now.isoformat()} at {json.dumps(file)}\n"
     try:
         folder().mkdir(0o700, parents=True, exist_ok=True)
-        _write(folder() / f"{now:%Y%m%dT%H%M%S.%fZ}-{secrets.token_hex(4)}.improv", header + text)
+        name = f"{now:%Y%m%dT%H%M%S.%fZ}-{secrets.token_hex(4)}.improv"
+        with replacing(folder() / name, private=True) as kept:
+            kept.write((header + text).encode())
         for old in _files()[MOST:]:
             old.unlink(missing_ok=True)  # another process may have done so
     except (OSError, ValueError) as error:
@@ -138,17 +140,3 @@ def _programs(files: Sequence[Path]) -> Iterator[Played | None]:
             yield Played(path.stem, at, file, whole[header.end() :])
         elif path.exists():  # otherwise another process has made room
             yield None
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a file that is complete as soon as it has its name, and that only its owner can read. Raises OSError."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".")  # with mode 0600
-    temporary = Path(name)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(text.encode())
-            file.flush()
-            os.fsync(handle)
-        temporary.rename(path)
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -13,11 +13,12 @@ from typing import BinaryIO
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[BinaryIO]:
+def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
     """A new file that takes the place of `path` in one step at the end; if the body raises, nothing changes.
 
     Until then it has a random name in the same folder, only its owner can read it, and no link is followed. It gets
-    the permissions of the file it replaces. If `path` is a link, it stays one. Raises OSError.
+    the permissions of the file it replaces, unless it is to stay `private`. If `path` is a link, it stays one. Raises
+    OSError.
     """
     target = path.resolve()
     if target.exists() and not target.is_file():
@@ -30,7 +31,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         with os.fdopen(handle, "wb") as file:
             yield file
             file.flush()
-            if sys.platform != "win32":
+            if sys.platform != "win32" and not private:
                 os.fchmod(handle, target.stat().st_mode if target.exists() else _usual_mode())
             os.fsync(handle)
         temporary.replace(target)

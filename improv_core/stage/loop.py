@@ -236,10 +236,12 @@ class _Loop:
         if message["type"] == "ping":
             self._tell({"type": "pong", "number": message["number"]})
             return
-        if message["type"] == "program" or message["type"] == "source" or message["type"] == "answer":
-            self._opened.present(message)
-            return
-        if message["type"] == "measured":
+        if (
+            message["type"] == "program"
+            or message["type"] == "source"
+            or message["type"] == "answer"
+            or message["type"] == "measured"
+        ):
             self._opened.present(message)
             return
         if message["type"] == "sensed" or message["type"] == "decided":

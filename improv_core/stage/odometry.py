@@ -178,8 +178,7 @@ class _Track:
         before = self.latest
         if raw.source != CONTINUOUS or not before or raw.at <= before.at:
             return ""
-        passed, far = raw.at - before.at, _distance(before.pose, raw.pose)
-        turn = abs(math.remainder(raw.pose.heading - before.pose.heading, math.tau))
+        passed, (far, turn) = raw.at - before.at, raw.pose.apart(before.pose)
         if far < JUMP + self.fastest * passed and turn < JUMP_TURN + self.fastest_turn * passed:
             return ""
         return f"{far:.2f} m and {math.degrees(turn):.0f} degrees"
@@ -218,7 +217,3 @@ class _Track:
         while len(self.legs) > 1 and self.legs[1].at <= at:
             self.legs.popleft()
         return self.legs[0].pose_at(at)
-
-
-def _distance(one: Pose, other: Pose) -> float:
-    return math.dist((one.x, one.y, one.z), (other.x, other.y, other.z))

@@ -14,7 +14,7 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
-from improv_core.stage.protocol import Entry, Measured, SceneJson, Sensed, Stretch, TransportMessage
+from improv_core.stage.protocol import Entry, Measured, SceneJson, Sensed, Stretch, TransportMessage, beat_at, is_silent
 from improv_core.stage.swap import Before, Swap, edited, joined
 from improv_core.stage.viewer.lookahead import MOST_SENSED, window
 
@@ -89,12 +89,7 @@ class Outlook:
 
     def beat(self, now: float) -> float:
         """The beat of the performance."""
-        transport = self.transport
-        if not transport:
-            return 0.0
-        passed = (now - transport["monotonic"]) * transport["tempo"] / 60 if transport["state"] == "playing" else 0.0
-        beat = transport["beat"] + max(passed, 0.0)
-        return beat if transport["beats"] is None else min(beat, transport["beats"])
+        return beat_at(self.transport, now) if self.transport else 0.0
 
     @property
     def is_moving(self) -> bool:
@@ -117,7 +112,9 @@ class Outlook:
     def path(self, robot: str) -> Iterator[tuple[float, Pose]]:
         """A robot's next poses, and in how many seconds it is there; none if nothing plays, or it is silent."""
         stretch, transport, score = self._stretches.get(robot), self.transport, self.score
-        if not stretch or not transport or not score or stretch["pose"] is None or self._is_silent(robot):
+        if not stretch or not transport or not score or stretch["pose"] is None:
+            return
+        if is_silent(robot, transport["muted"], transport["soloed"]):
             return
         if transport["state"] not in _GOES_ON:
             return
@@ -198,11 +195,6 @@ class Outlook:
         """Whether a message says another position than the one before it."""
         expected = self.beat(message["monotonic"])
         return abs(message["beat"] - expected) > JUMP * message["tempo"] / 60
-
-    def _is_silent(self, robot: str) -> bool:
-        assert self.transport
-        soloed = self.transport["soloed"]
-        return robot not in soloed if soloed else robot in self.transport["muted"]
 
     def _word(self, statement: int, start: int, end: int) -> str:
         """A word of the program; empty if it was too long to be sent."""

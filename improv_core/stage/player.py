@@ -43,6 +43,7 @@ from improv_core.stage.protocol import (
     Waiting,
     WarningLine,
     When,
+    is_silent,
     refused_by,
     to_pose_json,
 )
@@ -660,9 +661,7 @@ class Player:
         self._odometry.tell(robot, twist, at)
 
     def _is_silent(self, robot: str) -> bool:
-        return robot in self._listeners.standing or (
-            robot not in self._soloed if self._soloed else robot in self._muted
-        )
+        return robot in self._listeners.standing or is_silent(robot, self._muted, self._soloed)
 
     def _send_due(self, performed: float) -> None:
         """Send every change that is due, and then the repeats of one slot, so that a change never waits for more."""

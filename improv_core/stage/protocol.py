@@ -7,7 +7,7 @@ and for mypy. Where a message arrives from another process, `read_to_stage` or `
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, TypedDict, cast, get_args
@@ -811,6 +811,18 @@ ToPage = (
     | EditorAnswer
 )
 FromPage = Conduct | Restart | Place | Form | AskWindow | AskEditor
+
+
+def beat_at(transport: TransportMessage, now: float) -> float:
+    """The beat at a monotonic time, by the latest that a stage has said of its position."""
+    passed = max(now - transport["monotonic"], 0.0) if transport["state"] == "playing" else 0.0
+    beat = transport["beat"] + passed * transport["tempo"] / 60
+    return beat if transport["beats"] is None else min(beat, transport["beats"])
+
+
+def is_silent(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
+    """Whether a robot stands still while others play: if robots are soloed, all others, or else the muted ones."""
+    return robot not in soloed if soloed else robot in muted
 
 
 def refused_by(stop: str) -> str:

@@ -21,7 +21,7 @@ from improv_core.program.compiler import score_of
 from improv_core.score.motion import Twist
 from tests.benchmarks.documents import Edit, improv
 from tests.benchmarks.robots import ENV, NOTHING, PYTHON, Due, Heard, Lateness, Listener, Plain, lateness, start_anew
-from tests.benchmarks.servers import OURS, Server, memory
+from tests.benchmarks.servers import OURS, Server, memory, processor_time
 from tests.processes import descendants
 from tests.stage.test_player import Memory
 
@@ -176,11 +176,11 @@ def crowd(count: int, seconds: int) -> Crowd:
         saved = server.save()
         zero = _zero(tap.wait("playing"))
         both = _stage(server), listener.pid
-        before = [_cpu(pid) for pid in both]
+        before = [processor_time(pid) for pid in both]
         begin = time.monotonic()
         tap.wait("ended")
         passed = time.monotonic() - begin
-        stage_cpu, listener_cpu = ((_cpu(pid) - was) / passed for pid, was in zip(both, before, strict=True))
+        stage_cpu, listener_cpu = ((processor_time(pid) - was) / passed for pid, was in zip(both, before, strict=True))
         now, _ = memory(both[0])
         time.sleep(1)
         server.replace(_program(robots, 2, 90))
@@ -278,9 +278,3 @@ def _stage(server: Server) -> int:
         if b"--sink" in Path(f"/proc/{pid}/cmdline").read_bytes():
             return pid
     raise RuntimeError("no stage runs")
-
-
-def _cpu(pid: int) -> float:
-    """Seconds of a processor that a process has used (Linux)."""
-    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

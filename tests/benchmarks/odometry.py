@@ -16,6 +16,7 @@ from improv_core.score.score_json import to_json
 from improv_core.stage.protocol import FOLDER
 from tests.benchmarks.live import rehearsed
 from tests.benchmarks.robots import ENV, HERE, LIMIT, PYTHON, Lateness, Listener, lateness
+from tests.benchmarks.servers import processor_time
 from tests.benchmarks.tables import p99, print_row
 from tests.processes import descendants
 from tests.stage.test_player import score
@@ -23,7 +24,6 @@ from tests.stage.test_player import score
 ROBOTS = [f"r{number}" for number in range(20)]
 MOST = 1.2
 """How many times later commands may be at the median."""
-TICKS = os.sysconf("SC_CLK_TCK")
 
 
 def run(quick: bool) -> None:
@@ -99,12 +99,7 @@ def _perform(program: Score, cost: _Cost) -> float:
 def _used(stage: int) -> tuple[float, float]:
     """The seconds of processor time that a stage and its reader have used."""
     reader = [pid for pid in descendants(stage) if b"reader.py" in Path(f"/proc/{pid}/cmdline").read_bytes()]
-    return _seconds(stage), sum(map(_seconds, reader))
-
-
-def _seconds(pid: int) -> float:
-    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / TICKS
+    return processor_time(stage), sum(map(processor_time, reader))
 
 
 def _plain(seconds: int) -> tuple[float, float]:

@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 from playwright.sync_api import sync_playwright
 
+from tests.benchmarks.servers import processor_time
 from tests.benchmarks.tables import p99, print_row
 from tests.page import live_behind
 from tests.processes import descendants
@@ -96,9 +97,9 @@ def measure(seconds: float, robots: int = ROBOTS, program: str | None = None) ->
             page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
             watch(page, show)
             time.sleep(SETTLE)
-            before, began = _cpu(stage), time.monotonic()
+            before, began = processor_time(stage), time.monotonic()
             gaps: list[float] = page.evaluate(GAPS, seconds)
-            watched = (_cpu(stage) - before) / (time.monotonic() - began)
+            watched = (processor_time(stage) - before) / (time.monotonic() - began)
             browser.close()
         return Seen(gaps, _bytes_per_second(show.url, seconds), alone, watched)
     finally:
@@ -139,15 +140,9 @@ def _stage() -> int:
 
 
 def _busy(pid: int, seconds: float) -> float:
-    before = _cpu(pid)
+    before = processor_time(pid)
     time.sleep(seconds)
-    return (_cpu(pid) - before) / seconds
-
-
-def _cpu(pid: int) -> float:
-    """Seconds of a processor that a process has used (Linux)."""
-    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return (processor_time(pid) - before) / seconds
 
 
 if __name__ == "__main__":

@@ -85,6 +85,12 @@ class Seen:
     mistakes: int
 
 
+def processor_time(pid: int) -> float:
+    """Seconds of processor time that a process has used (Linux)."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def memory(pid: int) -> tuple[float, float]:
     """What a process has in memory, now and at most so far, in MB (10^6 bytes; Linux)."""
     status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
@@ -171,8 +177,7 @@ class Server:
 
     def processor_time(self) -> float:
         """Seconds of processor time that it has used (Linux)."""
-        fields = Path(f"/proc/{self.pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+        return processor_time(self.pid)
 
     def ask(self, method: str, **params: Any) -> tuple[float, Any]:
         """How many seconds it takes until a request about the document is answered, and the answer."""

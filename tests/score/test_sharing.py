@@ -104,8 +104,7 @@ def test_after_a_score_that_can_not_be_read_the_next_one_has_to_be_whole() -> No
 def test_the_movements_that_are_kept_do_not_grow_for_ever() -> None:
     line = Line()
     for turn in range(2, 20):
-        if line.writer.is_stale:
-            line.writer = Written()
+        line.writer = line.writer.renewed()
         analysis = analyze("".join(f"x{name} = forward left {turn}\nr $ x{name}\n" for name in range(300)))
         check(line.read(line.write(analysis)), analysis)
     assert len(line.reader.movements) < 2 * MOST_KNOWN

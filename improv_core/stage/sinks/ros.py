@@ -196,7 +196,7 @@ class Ros:
         known.topic.publish(message, self._clock, known.frame)
         if stands:
             self._standby.stands(known.topic.name)
-        self._publishing.health.sent(robot, at, self._now(), known.is_clipped)
+        self._publishing.sent(robot, at, known.is_clipped)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
         """Does nothing: real robots stay where they are."""

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from improv_core.score.motion import Pose
 from improv_core.stage.outlook import Outlook
-from improv_core.stage.protocol import Health, TransportMessage
+from improv_core.stage.protocol import Health, TransportMessage, is_silent
 from improv_core.stage.sinks.ros_nodes import Nodes
 
 LATE = 0.05
@@ -199,7 +199,7 @@ def is_heard(advertised: Advertised) -> bool:
 
 
 def _flags(robot: str, missing: str | None, clipped: bool, transport: TransportMessage) -> dict[str, str]:
-    muted = robot not in transport["soloed"] if transport["soloed"] else robot in transport["muted"]
+    muted = is_silent(robot, transport["muted"], transport["soloed"])
     return {"listens": _yes(not missing), "within its limits": _yes(not clipped), "muted": _yes(muted)}
 
 

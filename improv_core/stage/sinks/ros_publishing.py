@@ -74,6 +74,11 @@ class Publishing:
         ):
             self._process.put(message)
 
+    def sent(self, robot: str, at: float, clipped: bool) -> None:
+        """A velocity that was due at a performance time has been sent."""
+        if self._process:
+            self.health.sent(robot, at, self._clock(), clipped)
+
     def report(self) -> None:
         """Report how well robots are served if that is due."""
         if self._process and (now := self._clock()) >= self._due:
@@ -175,8 +180,7 @@ class _Process:
             while (item := self._queue.get()) is not None:
                 message: ToPublisher
                 if isinstance(item, tuple):
-                    if written.is_stale:
-                        written = Written()
+                    written = written.renewed()
                     message = {"type": "plays", "generation": item[1], "score": to_json(item[0], written)}
                 else:
                     message = item

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
+from improv_core.score.motion import Pose
 from improv_core.stage.protocol import SIMULATED, MeasuredRobot, PoseJson
 
 MOST_PLACES = 20_000
@@ -29,8 +28,7 @@ class MeasuredTrail:
 def measured_place(robot: MeasuredRobot) -> list[float]:
     """A place as the message to the page has it (`DrawnTrail`)."""
     pose, ideal = robot["pose"], robot["ideal"]
-    off = math.dist(*([each["x"], each["y"], each["z"]] for each in (pose, ideal)))
-    turned = abs(math.remainder(pose["heading"] - ideal["heading"], math.tau))
+    off, turned = Pose(**pose).apart(Pose(**ideal))
     flags = float(robot["source"] == SIMULATED), float(robot["follows"])
     return [robot["performed"], robot["beat"], *_plane(pose), *_plane(ideal), off, turned, robot["aligned"], *flags]
 

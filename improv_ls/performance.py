@@ -249,8 +249,9 @@ class Performance:
         return new
 
     def _hear(self, message: News, leads: bool) -> None:
-        if message["type"] == "transport" and leads:
-            self._follow(message)
+        if message["type"] == "transport":
+            if leads and not self.playing.is_old(message):
+                self._follow(message)
         elif message["type"] == "sent" and leads:
             self._records.sent(message)
         elif message["type"] == "sensed" and message["generation"] == self.playing.generation:

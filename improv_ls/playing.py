@@ -45,6 +45,11 @@ class Playing:
         """A document was sent to the stages, and will play once they say so."""
         self._sent[generation] = self.latest = document
 
+    def is_old(self, message: TransportMessage) -> bool:
+        """Whether a stage says this that has been replaced. It can be slow to stop, and what the new one plays has a
+        higher generation."""
+        return message["generation"] < self.generation
+
     def follow(self, message: TransportMessage) -> Literal["program", "scene"] | None:
         """Note what the stage says. Returns what began: another program, or another scene of this one."""
         generation, before = message["generation"], self.generation

@@ -46,3 +46,11 @@ def test_nothing_plays_once_the_stage_is_gone() -> None:
     playing.follow(transport(1))
     playing.gone()
     assert (playing.state, playing.transport) == ("stopped", None)
+
+
+def test_a_stage_that_was_replaced_is_not_heard_once_the_new_one_plays() -> None:
+    playing = Playing({})
+    playing.follow(transport(1))
+    assert not playing.is_old(transport(1, "stopped"))  # nothing else plays yet
+    playing.follow(transport(2))
+    assert playing.is_old(transport(1, "stopped"))

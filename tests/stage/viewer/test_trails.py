@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import pytest
 from playwright.sync_api import Page
 
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.score import Score
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import Show, link, wait, watch
+from tests.stage.viewer.conftest import Show, link, part, transport, wait, watch
+from tests.stage.viewer.looks import PIXEL
 
 CORNERS = "beat 240\nada $ forward left forward left forward left slow 40 forward\n"
 
@@ -53,6 +57,23 @@ def test_a_page_that_is_held_up_misses_no_corner(page: Page, show: Show) -> None
     page.evaluate("() => { const end = performance.now() + 1500; while (performance.now() < end); }")
     wait(page, "improv.beat > 8 && improv.trails.ada.length > 6")
     assert trail(page) == SQUARE
+
+
+def test_a_seek_whose_pose_arrives_late_leaves_no_trail(page: Page, viewer: Viewer, simulator: Simulator) -> None:
+    page.emulate_media(reduced_motion="reduce")  # so the view stands, and repaints nothing
+    page.goto(link(viewer))
+    simulator.prepare(Score(Fraction(60), {"ada": part("ada", Pose(0.0, 0.3))}), restart=True)
+    simulator.send("ada", Twist(x=1.0), 0.0)
+    simulator.advance(3.0)
+    viewer.publish(transport(1, "paused", beat=3.0))
+    ground = f"({PIXEL})(1.3, 0.3) === '251,250,247'"
+    wait(page, f"improv.robots.ada?.x === 3 && !({ground})")
+    viewer.publish(transport(1, "paused", beat=0.0))
+    wait(page, "improv.transport.beat === 0")
+    frames = page.evaluate("improv.frames")
+    wait(page, f"improv.frames > {frames} + 5")
+    simulator.place({"ada": Pose(0.0, 0.3)})
+    wait(page, f"improv.robots.ada.x === 0 && {ground}")
 
 
 def test_the_arc_between_two_poses(page: Page, viewer: Viewer, simulator: Simulator) -> None:

@@ -110,7 +110,6 @@ export class View {
     const { muted, soloed } = clock.transport
     return {
       at,
-      placed,
       moving,
       beat,
       until,
@@ -123,7 +122,7 @@ export class View {
       world: program.current?.score.world ?? null,
       rings: startPoses.rings,
       still: this.still,
-      key: [this.#known, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed].join(),
+      key: [this.#known, placed, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed].join(),
       cast: cast.list(program.current, (index) => stage.color(index)).map((robot) => ({
         ...robot,
         pose: measured.pose(robot.name, seconds) ?? this.robots[robot.name],

@@ -15,7 +15,7 @@ from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.new import make, with_ending
 from improv_core.commands.terminal import Performance, first, performance, run
 from improv_core.playback.start import Options
-from improv_core.program.files import ReadError, robots_or_problem
+from improv_core.program.files import STANDARD_INPUT, ReadError, robots_or_problem
 from improv_core.services.page_editor import PageEditor
 from improv_core.services.program_file import Version, WriteError, read_version, write_text
 from improv_core.services.saves import changes, read_saved, settle
@@ -38,6 +38,8 @@ def command(file: Path | None, backend: str, port: int, no_browser: bool, when: 
     """
     if backend == "ros":
         raise CommandError("the page belongs to the simulator: use --backend both")
+    if file == STANDARD_INPUT:
+        raise CommandError("standard input can't be edited: name a file")
     if file and not file.exists():
         file = with_ending(file)
     if not file or not file.exists():

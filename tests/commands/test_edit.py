@@ -44,6 +44,14 @@ def test_what_can_not_be_edited_is_told_in_one_line(
     assert file.read_bytes() == content
 
 
+def test_standard_input_can_not_be_edited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = run("edit", "-")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "improv: standard input can't be edited: name a file\n"
+    assert not list(tmp_path.iterdir())
+
+
 def test_edit_begins_a_new_program_and_serves_each_file_at_the_same_address(tmp_path: Path) -> None:
     """A browser keeps unsaved text by address, so that it is found again."""
     addresses: list[str] = []

@@ -254,6 +254,9 @@ def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(
     }"""
     assert page.evaluate(shown)
     page.screenshot(path=artifacts / "edit-long.png")
+    write(page, "x")
+    expect(page.locator("#mistakes .fix")).to_be_visible()  # which leaves less room for the text
+    wait(page, f"({shown})()")
     assert page.locator("#text").get_attribute("maxlength") == str(LONGEST_TEXT)
 
 

@@ -58,6 +58,8 @@ export class Editor {
     control.addEventListener("blur", () => (find("stop-key").textContent = "Space"))
     for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#endOffer())
     find("paper").addEventListener("scroll", () => this.#endOffer())
+    // Errors, a bar, or a phone's keyboard may cover the line that is written.
+    new ResizeObserver(() => document.activeElement === control && this.#reveal()).observe(find("paper"))
     this.saving = new Saving(send, {
       getText: () => this.#text,
       set: (text) => this.#set(text),

@@ -176,8 +176,10 @@ def wait(page: Page, condition: str) -> None:
     """Look at every frame until the condition holds. (Playwright's own waiting needs eval, which the page forbids.)"""
     page.evaluate(
         f"""() => new Promise((done, fail) => {{
-          const look = () => ({condition}) ? done() : requestAnimationFrame(look)
-          setTimeout(() => fail(new Error("too late")), {LIMIT * 1000})
+          let looks = 0
+          const look = () => (looks++, {condition}) ? done() : requestAnimationFrame(look)
+          const seen = () => `${{looks}} frames, ${{JSON.stringify([window.improv?.transport, window.improv?.robots])}}`
+          setTimeout(() => fail(new Error(`too late: ${{seen()}}`)), {LIMIT * 1000})
           look()
         }})"""
     )

@@ -180,10 +180,10 @@ class Reader:
         return made
 
     def movement_made(self, node: Node) -> Movement:
-        """The movement of a node that has been read."""
+        """The movement of a node that has been read. One that is nested too deeply to be read counts as empty."""
         if isinstance(node, nodes.Primitive):
             return node.movement
-        return self.made[id(node)] if id(node) in self.made or not self.settled else self.settled.made[id(node)]
+        return self.made.get(id(node)) or (self.settled.made.get(id(node)) if self.settled else None) or NOTHING
 
     def duration(self, node: Node) -> Duration:
         """How many beats a node that has been read lasts."""
@@ -548,10 +548,8 @@ class Reader:
         for node in nodes.nodes(body):
             if isinstance(node, nodes.Apply) and node.word.text == "repeat" and not node.numbers:
                 return "repeat"
-            if isinstance(node, Name) and id(node) in self.made and self.made[id(node)].duration == ENDLESS:
-                return node.text
-            if isinstance(node, Call) and self.made[id(node)].duration == ENDLESS:
-                return node.name.text
+            if isinstance(node, (Name, Call)) and self.duration(node) == ENDLESS:
+                return node.text if isinstance(node, Name) else node.name.text
         return "repeat"
 
     def _report_open(self, node: nodes.Apply) -> None:

@@ -23,6 +23,7 @@ from improv_core.score.dice import (
     dice_of,
     in_order,
 )
+from improv_core.score.inner_first import inner_first
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, SAME, Duration, Exact, Movement, Velocity
 from improv_core.score.profiles import Profile
@@ -119,16 +120,8 @@ def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
     """The extent of a movement without dice."""
     if found := known.get(id(movement)):
         return found
-    waiting = [movement]
-    while waiting:
-        part = waiting[-1]
-        inner = () if isinstance(part, algebra.Parallel) else _parts(part)
-        unknown = [child for child in inner if id(child) not in known]
-        if unknown:
-            waiting += unknown
-            continue
-        waiting.pop()
-        known[id(part)] = _combined(part, [known[id(child)] for child in inner], most)
+    for part in inner_first(movement, lambda part: [each for each in _parts(part) if id(each) not in known]):
+        known[id(part)] = _combined(part, [known[id(each)] for each in _parts(part)], most)
     return known[id(movement)]
 
 
@@ -223,23 +216,18 @@ def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], 
 
 
 def _whole_without_dice(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose]) -> Pose:
-    """Inner legs come first, without recursion."""
     if found := known.get(_key(leg)):
         return found
-    waiting = [leg]
-    while waiting:
-        now = waiting[-1]
-        inner = [] if now.is_walked else list(_inside(now))
-        unknown = [each for each in inner if _key(each) not in known]
-        if unknown:
-            waiting += unknown
-            continue
-        waiting.pop()
+
+    def inside(leg: _Leg) -> Iterable[_Leg]:
+        return () if leg.is_walked else [each for each in _inside(leg) if _key(each) not in known]
+
+    for now in inner_first(leg, inside, _key):
         if now.is_walked:
             known[_key(now)] = _walked_way(now, now.movement.duration, profile)
             continue
         way = Pose()
-        for each in inner:
+        for each in _inside(now):
             way = way.then(known[_key(each)])
         known[_key(now)] = _times(way, now.movement.times or 0) if isinstance(now.movement, algebra.Repeat) else way
     return known[_key(leg)]
@@ -291,7 +279,9 @@ def _inside(leg: _Leg) -> Iterator[_Leg]:
 
 
 def _parts(part: Movement) -> tuple[Movement, ...]:
-    """The movements directly inside a movement without dice, as far as they are performed if no sense ever holds."""
+    """The movements that are measured to measure one without dice. Voices are measured together."""
+    if isinstance(part, algebra.Parallel):
+        return ()
     return (part.assumed,) if isinstance(part, Reaction) else algebra.parts(part)
 
 

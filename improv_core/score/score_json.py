@@ -14,6 +14,7 @@ from improv_core.score import movement as algebra
 from improv_core.score import ramps, reactions, senses
 from improv_core.score import world as worlds
 from improv_core.score.fits import checked, fits
+from improv_core.score.inner_first import inner_first
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Bounds, Movement, Velocity
 from improv_core.score.profiles import Profile
@@ -251,19 +252,13 @@ _MOST_DURATION_BITS = 4 * algebra.MOST_BITS
 def _add(whole: Movement, rows: list[list[Any]], written: Written) -> int:
     """Append the rows of a movement that are new, inner ones first, and return its number.
 
-    Uses an explicit stack for long chains. A movement that is made anew for each score, but has the same row, is known.
+    A movement that was made again for this score, but has the same row as an earlier one, is not new.
     """
-    waiting, known, made = [whole], written.numbers, dict[int, int]()
-    while waiting:
-        part = waiting[-1]
-        inner = [child for child in algebra.parts(part) if id(child) not in known and id(child) not in made]
-        if inner:
-            waiting += inner
-            continue
-        waiting.pop()
-        if id(part) in known or id(part) in made:
-            continue
-        row = _row(part, [made[key] if (key := id(child)) in made else known[key] for child in algebra.parts(part)])
+    known, made = written.numbers, dict[int, int]()
+    if id(whole) in known:
+        return known[id(whole)]
+    for part in inner_first(whole, lambda part: [each for each in algebra.parts(part) if id(each) not in known]):
+        row = _row(part, [made[key] if (key := id(each)) in made else known[key] for each in algebra.parts(part)])
         key_of_row = _frozen(row)
         if key_of_row in written.rows:
             made[id(part)] = written.rows[key_of_row]

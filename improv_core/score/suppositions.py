@@ -19,6 +19,7 @@ from improv_core.score.dice import (
     shuffle,
     throwing,
 )
+from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import ENDLESS, Duration, Movement, parallel, series, stand
 from improv_core.score.reactions import Reaction, Until
 from improv_core.score.walk import walk
@@ -64,16 +65,9 @@ def _cut(movement: Movement, beats: int) -> Movement:
 
 
 def _supposed(whole: Movement, suppose: _Supposing) -> Movement:
-    """The movement with something else assumed of its reactions. Without recursion: names may be chained."""
+    """The movement with something else assumed for each reaction."""
     made: dict[int, Movement] = {}
-    waiting = [whole]
-    while waiting:
-        part = waiting[-1]
-        inner = [each for each in algebra.parts(part) if each.open and id(each) not in made] if part.open else []
-        if inner:
-            waiting += inner
-            continue
-        waiting.pop()
+    for part in inner_first(whole, lambda part: [each for each in algebra.parts(part) if each.open]):
         items = [made.get(id(each), each) for each in algebra.parts(part)]
         if isinstance(part, Reaction):
             assumed = suppose(part, items)

@@ -11,7 +11,7 @@ from improv_core.stage.sinks import Sink
 LOOK_PERIOD = 0.5
 """Seconds in which every robot is checked once: whether it still listens, and whether other nodes move it."""
 MOST_LINES = 10
-"""Lines to tell at once. Nobody reads a thousand."""
+"""The most warnings at once. Nobody reads a thousand."""
 LOOK_AT = 20
 """How many robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
 
@@ -24,8 +24,8 @@ _BACK: Mapping[Rejoin, str] = {
 
 
 class Listeners:
-    """Asks the sink about robots, a few at a time, and collects the lines to tell: each once, and one for all robots
-    that it is true of."""
+    """Asks the sink about robots, a few at a time, and collects warnings: each once, with one line for all robots that
+    it applies to."""
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
@@ -50,12 +50,12 @@ class Listeners:
         self.away, self.standing = self.away.difference(entering), set()
 
     def forget(self) -> None:
-        """Tell everything again, since somebody had all begin again."""
+        """Repeat all warnings from now on, since somebody has restarted everything."""
         self._warned, self._news = {}, {}
 
     def wait(self, now: float) -> None:
-        """Look around after a whole period, or as planned if a look is due: what is asked for again and again must not
-        put it off forever."""
+        """Look around after a whole period, or earlier if that is already planned, so that repeated calls don't put it
+        off forever."""
         if abs(self.next_look - now) > LOOK_PERIOD:
             self.next_look = now + LOOK_PERIOD
 

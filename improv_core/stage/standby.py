@@ -44,7 +44,7 @@ LINGER = 0.2
 
 
 class Watch:
-    """Decides when a stage has to be replaced: what it says comes in, with the times (seconds) at which it came."""
+    """Decides when a stage has to be replaced, from its messages and the times (seconds) at which they came."""
 
     def __init__(self, now: float) -> None:
         self.moved: dict[str, str] = {}

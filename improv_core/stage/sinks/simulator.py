@@ -146,8 +146,8 @@ class Simulator:
         """Like `advance`, but only until senses change that are asked for: the edges, sorted; none once it is at `to`.
 
         A sense that was not asked for last time gives an edge at once. The others are looked at after every whole step,
-        so the same program gives the same edges, no matter how often this is called. Senses that people hold down are
-        not for us.
+        so the same program gives the same edges, no matter how often this is called. The senses of keys that people
+        hold are not for us.
         """
         with self._lock:
             return self._senses.ask(asked, self._now) or self._run(to)

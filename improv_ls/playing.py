@@ -46,8 +46,8 @@ class Playing:
         self._sent[generation] = self.latest = document
 
     def is_old(self, message: TransportMessage) -> bool:
-        """Whether a stage says this that has been replaced. It can be slow to stop, and what the new one plays has a
-        higher generation."""
+        """Whether a message is from a stage that has been replaced. It can be slow to stop, and what the new one plays
+        has a higher generation."""
         return message["generation"] < self.generation
 
     def follow(self, message: TransportMessage) -> Literal["program", "scene"] | None:

@@ -50,7 +50,7 @@ def main() -> None:
     except (SystemExit, OSError):
         if not output.problem:
             raise
-        if not isinstance(output.problem, BrokenPipeError):  # `improv … | head` is no mistake
+        if not isinstance(output.problem, BrokenPipeError):  # `improv … | head` is no error
             CommandError(f"cannot write to standard output: {str(output.problem.strerror).lower()}").show()
         # Otherwise Python tries to write the rest at exit, and prints a traceback.
         os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())

@@ -150,8 +150,8 @@ class Reader:
 
     `made` holds the movements of all nodes except primitives, by `id`. `found` are the diagnostics in the statement,
     and `faults` those that depend on the arguments of the phrase. `level` is how deeply the node being read is nested,
-    through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, without which
-    the statement can still be read.
+    through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, that can be
+    removed: the statement can be read without them.
     """
 
     scope: Scope
@@ -469,7 +469,7 @@ class Reader:
                 message = f"nothing in it throws dice, so `seed` changes nothing: remove `{misuse.written(node)}`"
                 self.report(misuse.without_effect(node, message), node)
             return dice.seed(body, factor)
-        if factor == 1 and len(node.numbers[0].tokens) == 1:  # 8/8 in a row of eighths is no mistake
+        if factor == 1 and len(node.numbers[0].tokens) == 1:  # 8/8 in a row of eighths is no error
             message = f"`{misuse.written(node)}` changes nothing: remove it or use another number"
             self.report(misuse.without_effect(node, message), node)
         if word == "scale":

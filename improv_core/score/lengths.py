@@ -47,7 +47,7 @@ def lengths(movement: Movement, rate: Fraction = NORMAL) -> Lengths:
 def scene_lengths(parts: Sequence[Sequence[Movement]]) -> tuple[list[Lengths], list[Lengths]]:
     """The beats at which scenes begin, and those at which parts end: at the earliest and at the latest.
 
-    Of a scene that never begins, both are endless.
+    For a scene that never begins, both are endless.
     """
     begin, begins = Lengths(0, 0, True), list[Lengths]()
     ends = [begin] * len(parts)

@@ -69,7 +69,7 @@ class Read:
 
 
 class LackingError(Exception):
-    """A score counts on movements or parts that its reader does not have."""
+    """A score builds on movements or parts that its reader does not have."""
 
 
 def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
@@ -159,10 +159,10 @@ class _ScoreJson(TypedDict):
 
 
 def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
-    """The score that `to_json` wrote. `read` is what was read before it, and is forgotten if this can't be read: its
-    writer counts on it.
+    """The score that `to_json` wrote. `read` is what was read before it, on which its writer builds. It is emptied if
+    this score can't be read.
 
-    Raises `LackingError` if that is not what the writer counts on, and an exception on anything that is no score or is
+    Raises `LackingError` if that is not what the writer builds on, and an exception on anything that is no score or is
     too much to play.
     """
     if not fits(data, _ScoreJson):
@@ -224,7 +224,7 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
 
 
 def _playable(movement: Movement) -> Movement:
-    """A movement that the language would take too, which bounds what it costs to walk it."""
+    """A movement that the language would accept too, so walking it costs no more. Raises ValueError."""
     duration = movement.duration
     is_long = not isinstance(duration, float) and (duration > _LONGEST or algebra.bits(duration) > _MOST_DURATION_BITS)
     if is_long or not _are_playable(movement.bounds):

@@ -1,4 +1,4 @@
-"""Open movements as pictures and checks suppose them, where nobody senses anything. Standard library only."""
+"""What pictures and checks assume of open movements, since nothing is sensed there. Standard library only."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _supposed(whole: Movement, suppose: _Supposing) -> Movement:
 
 
 def remade(part: Movement, items: Sequence[Movement]) -> Movement:
-    """A movement with other parts. It is no reaction and no ramp."""
+    """A movement made again from other parts. Not for reactions and ramps."""
     if isinstance(part, algebra.Series):
         return series(items)
     if isinstance(part, algebra.Parallel):

@@ -356,7 +356,7 @@ def _scale(frame: _Frame) -> str:
 
 _QUIET = "#808080"
 _FONTS = "Arial, Helvetica, Liberation Sans, DejaVu Sans, Noto Sans, sans-serif"
-"""By name: what draws PNGs doesn't look for another font if it has none that is called sans-serif."""
+"""By name: the PNG renderer doesn't look for another font if it has none that is called sans-serif."""
 _GROUND = "#ffffff"
 _RING = 9.0
 """The radius of the ring at a start, in pixels."""

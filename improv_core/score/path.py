@@ -155,22 +155,22 @@ def pose_at(part: Part, beat: Exact, most_throws: int = MOST_MEASURED_LIVE) -> P
     passed = min(max(beat - part.begins, 0), part.movement.duration)
     budget = _Budget(most_throws * VISITS_PER_THROW)
     try:
-        return (part.entered or part.start).then(_way(_Leg.first(part.movement), passed, part.profile, budget))
+        return (part.entered or part.start).then(_displacement(_Leg.first(part.movement), passed, part.profile, budget))
     except _TooLongError:
         return None
 
 
-def _way(leg: _Leg, until: Duration, profile: Profile, budget: _Budget) -> Pose:
+def _displacement(leg: _Leg, until: Duration, profile: Profile, budget: _Budget) -> Pose:
     """How the first `until` beats of a leg move a robot, as a pose relative to its start."""
     known: dict[tuple[int, Velocity, bool], Pose] = {}
-    way = Pose()
+    moved = Pose()
     while until < leg.movement.duration and not leg.is_walked:
         before, leg, until = _split(leg, until, budget)
         for each, times in before:
-            way = way.then(_times(_whole(each, profile, known, budget), times))
+            moved = moved.then(_times(_whole(each, profile, known, budget), times))
     if until < leg.movement.duration:
-        return way.then(_walked_way(leg, until, profile, budget if leg.dice else None))
-    return way.then(_whole(leg, profile, known, budget))
+        return moved.then(_walked_displacement(leg, until, profile, budget if leg.dice else None))
+    return moved.then(_whole(leg, profile, known, budget))
 
 
 def _split(leg: _Leg, until: Duration, budget: _Budget) -> tuple[Iterable[tuple[_Leg, int]], _Leg, Duration]:
@@ -206,13 +206,13 @@ def _played(part: Ramp | algebra.Pace, until: Duration, backward: bool) -> Durat
 
 def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose], budget: _Budget) -> Pose:
     """How a whole leg moves a robot."""
-    way = Pose()
+    moved = Pose()
     for each in _decided(leg, budget):
         if each.dice:
-            way = way.then(_walked_way(each, each.movement.duration, profile, budget))
+            moved = moved.then(_walked_displacement(each, each.movement.duration, profile, budget))
         else:
-            way = way.then(_whole_without_dice(each, profile, known))
-    return way
+            moved = moved.then(_whole_without_dice(each, profile, known))
+    return moved
 
 
 def _whole_without_dice(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose]) -> Pose:
@@ -224,12 +224,12 @@ def _whole_without_dice(leg: _Leg, profile: Profile, known: dict[tuple[int, Velo
 
     for now in inner_first(leg, inside, _key):
         if now.is_walked:
-            known[_key(now)] = _walked_way(now, now.movement.duration, profile)
+            known[_key(now)] = _walked_displacement(now, now.movement.duration, profile)
             continue
-        way = Pose()
+        moved = Pose()
         for each in _inside(now):
-            way = way.then(known[_key(each)])
-        known[_key(now)] = _times(way, now.movement.times or 0) if isinstance(now.movement, algebra.Repeat) else way
+            moved = moved.then(known[_key(each)])
+        known[_key(now)] = _times(moved, now.movement.times or 0) if isinstance(now.movement, algebra.Repeat) else moved
     return known[_key(leg)]
 
 
@@ -295,7 +295,7 @@ def _turn(leg: _Leg, turn: int) -> _Leg:
     return leg.to(part.body, at_turn(part, leg.dice, turn))
 
 
-def _walked_way(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | None = None) -> Pose:
+def _walked_displacement(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | None = None) -> Pose:
     """How the first `until` beats of a leg of constant velocity or of voices move a robot."""
     if leg.movement.uniform is not None:
         moving = twist(leg.movement.uniform.times(leg.gain), profile, A_BEAT_A_SECOND)
@@ -303,11 +303,11 @@ def _walked_way(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | 
     period = _period(leg.movement)
     if period and until > period:
         turns, rest = divmod(until, period)
-        once, last = (_walked_way(leg, beats, profile, budget) for beats in (period, rest))
+        once, last = (_walked_displacement(leg, beats, profile, budget) for beats in (period, rest))
         return _times(once, int(turns)).then(last)
     movement = algebra.reverse(leg.movement) if leg.backward else leg.movement
     budget = budget or _Budget(MOST_WALKED)
-    way = Pose()
+    moved = Pose()
     for moment in walk(movement, merge=True, dice=leg.dice):
         left = until - moment.start
         if left <= 0:
@@ -315,8 +315,8 @@ def _walked_way(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | 
         budget.spend(1)
         velocity = moment.velocity.times(leg.gain)
         moving = twist(velocity, profile, A_BEAT_A_SECOND)
-        way = way.after(moving, float(min(moment.duration, left)))
-    return way
+        moved = moved.after(moving, float(min(moment.duration, left)))
+    return moved
 
 
 _SINGLE = (algebra.Use, algebra.Gain, algebra.Pace, algebra.Reverse)
@@ -355,11 +355,11 @@ def _common(one: Fraction, other: Fraction) -> Fraction:
     return Fraction(math.lcm(one.numerator, other.numerator), math.gcd(one.denominator, other.denominator))
 
 
-def _times(way: Pose, times: int) -> Pose:
+def _times(moved: Pose, times: int) -> Pose:
     """The pose after a path is repeated `times` times, computed by repeated squaring."""
     gone = Pose()
     while times:
         if times % 2:
-            gone = gone.then(way)
-        way, times = way.then(way), times // 2
+            gone = gone.then(moved)
+        moved, times = moved.then(moved), times // 2
     return gone

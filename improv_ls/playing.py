@@ -1,4 +1,4 @@
-"""What plays now, as the stage that leads says, and the documents that it was made from."""
+"""What plays now, according to the stage that leads, and the documents that it was made from."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Playing:
         return "program"
 
     def sensed(self, message: Sensed) -> None:
-        """Note what a sense of a robot has sensed."""
+        """Note a change of a robot's sense."""
         self._edges.append(SenseEdge(near(message["beat"]), message["robot"], message["sense"], message["value"]))
 
     def gone(self) -> None:

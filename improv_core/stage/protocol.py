@@ -256,7 +256,7 @@ class Program(TypedDict):
 class Source(TypedDict):
     """The program as it stands in its file at `path`, which pages may edit. `revision` names this version of it.
 
-    Its lines end in \\n here, whatever they end in in the file.
+    Its lines end in \\n here, whatever the line ends in the file are.
     """
 
     type: Literal["source"]

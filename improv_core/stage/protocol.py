@@ -68,18 +68,24 @@ class StartPoseJson(TypedDict):
 
 
 class _Timed(TypedDict, total=False):
+    """`at` is the monotonic time at which a request takes effect; without it, that is when it arrives."""
+
     at: float
 
 
-class Moment(TypedDict):
-    """When a robot sensed or decided something: the beat, the seconds since beat 0 (`performed`), and the Unix time in
-    nanoseconds (`wall`). `generation` is the number of the score."""
+class _Instant(TypedDict):
+    """A beat, the seconds since beat 0 (`performed`), and the Unix time in nanoseconds (`wall`)."""
 
-    generation: int
-    robot: str
     beat: float
     performed: float
     wall: int
+
+
+class Moment(_Instant):
+    """When a robot sensed or decided something in the score of this generation."""
+
+    generation: int
+    robot: str
 
 
 class Sensed(Moment):
@@ -90,8 +96,8 @@ class Sensed(Moment):
     value: bool | None
 
 
-class MeasuredRobot(TypedDict):
-    """Where a robot was (`pose`) and where it ideally would have been (`ideal`), with the times as in `Moment`.
+class MeasuredRobot(_Instant):
+    """Where a robot was (`pose`) and where it ideally would have been (`ideal`).
 
     `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
     source was aligned with the world of the score: poses with different counts can't be compared. `frame` is the name
@@ -106,9 +112,6 @@ class MeasuredRobot(TypedDict):
     ideal: PoseJson
     aligned: int
     follows: bool
-    beat: float
-    performed: float
-    wall: int
 
 
 class Measured(TypedDict):

@@ -53,9 +53,6 @@ from improv_core.stage.setpoints import zeros
 from improv_core.stage.sinks import Edge, RawPose, Sink
 from improv_core.stage.swap import Before, Swap, edited, entering, joined, never_ends
 
-PATIENCE = 5.0
-"""Seconds to wait for a new robot's listener before beat 0. ROS 2 discovery took up to 2.64 s in measurements on a
-quiet machine, and more than 3 s on a busy one."""
 LOOK_AGAIN = 0.01
 """Seconds between two checks for listeners before beat 0, and of robots that still move after the end."""
 LATE = 0.5
@@ -97,8 +94,6 @@ class Player:
         self._advanced = 0.0  # the performance time up to which the sink has been advanced
         self._listeners = Listeners(sink)
         self._continues = False  # whether a pause ends by itself once nothing is waited for
-        self._met: dict[str, float] = {}  # when each robot was first prepared
-        self._unheard: set[str] = set()  # robots whose listeners we wait for
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
         self._start_poses: dict[str, PoseJson] = {}
@@ -430,14 +425,12 @@ class Player:
         self._sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
         self._queue.stop_leaving(old, score.parts, 0.0)
         self._listeners.forget()
-        self._listeners.begin(score, {*old, *score.parts})
+        self._listeners.begin(score, {*old, *score.parts}, now)
         self._generation = self._restarted = generation
         self._enter(score, 0)
         self._sensing.announce(senses or ())
         self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)
-        for robot in score.parts:
-            self._met.setdefault(robot, now)
-        self._unheard = set(score.parts)
+        self._listeners.expect(score.parts)
         self._state = "waiting"
         if entry:
             self._join(entry, now)
@@ -457,12 +450,12 @@ class Player:
         self._play_from(beat, 0.0, now)
 
     def _look_for_listeners(self, now: float) -> None:
-        found, self._unheard = self._unheard, set(self._sink.missing(self._unheard))
-        for robot in found - self._unheard:
+        found, awaits = self._listeners.find(now)
+        for robot in found:
             part = self.score.parts[robot]
             if not part.movement.duration and not any(scene.open for scene in part.scenes):
                 self._sink.send(robot, STILL, 0.0)  # a robot that only has to stop need not wait for the others
-        if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in self._unheard):
+        if self._sink.resetting() or awaits:
             return
         self._transport = replace(self._transport, zero=now)
         self._odometry.begin(self.score.parts, now)
@@ -483,13 +476,11 @@ class Player:
         self._send_due(swap.at)
         self._queue.leave_topics(old.parts, score.parts, swap.at)
         self._sink.prepare(score, False)
-        self._listeners.begin(score, begin)
+        self._listeners.begin(score, begin, now)
         self._queue.stop_leaving(old.parts, score.parts, swap.at)
         self._odometry.cast(score.parts, now)
         self._begun, self._generation = score, swap.generation
         self._scene.edit(score, {*begin, *leaving})
-        for robot in begin:
-            self._met.setdefault(robot, now)
         if goes_on and not self._waits_for():
             self._begin(begin, beat, swap.at, now)
         else:

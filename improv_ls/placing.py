@@ -28,7 +28,7 @@ from improv_ls.to_lsp_locations import Changed, workspace_edit
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """An improv.toml as the editor has it; the version is None where the editor has not told us of it."""
+    """An improv.toml as the editor has it; the version is None if the editor has not told us of it."""
 
     path: Path
     uri: str

@@ -57,7 +57,7 @@ class Playing:
         scene = message.get("scene") or SceneJson(index=0, begins=0.0)
         so_far = SoFar(message.get("begins", {}), scene["index"], scene["begins"], self._edges)
         if generation == before and self.so_far == so_far and message["beat"]:
-            return None  # it goes on from there
+            return None  # it continues from there
         self._edges = []
         self.so_far = replace(so_far, edges=self._edges)
         if generation == before:

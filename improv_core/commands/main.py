@@ -42,7 +42,7 @@ def main() -> None:
     # The beat counter and the names of robots need more than some terminals' own encoding.
     if isinstance(sys.stderr, io.TextIOWrapper):
         sys.stderr.reconfigure(encoding="utf-8", errors="replace")
-    stream = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115 (it is None where a shell has closed it)
+    stream = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115 (it is None if a shell has closed it)
     output = sys.stdout = Output(stream.buffer, "utf-8", "replace", line_buffering=stream.isatty())
     try:
         ours, theirs = without_ros_arguments(sys.argv[1:])

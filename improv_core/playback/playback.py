@@ -280,7 +280,7 @@ class Playback:
         elif simulated and self._leader.ready["real"]:
             raise StageError("no robot is named, and there is no simulator: set improv.backend to auto, sim, or both")
         elif not simulated and self._idle:
-            self._leader.send({"type": "hush"})  # its ghost must not go on while robots are waited for
+            self._leader.send({"type": "hush"})  # its robots must not keep dancing while real ones are waited for
             self._leader, self._twin, self._idle = self._idle, self._leader, None
 
     def resume(self, asked: int) -> None:

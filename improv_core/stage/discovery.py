@@ -26,7 +26,7 @@ WITH_BOTH = ("iron", "jazzy")
 def limited(env: Mapping[str, str], setting: str | None = None) -> dict[str, str]:
     """The environment of a stage, made from this one: unless told otherwise, it reaches this machine only.
 
-    So nobody moves a neighbor's robot. `setting`, a key of `REACH`, counts where the environment sets no range.
+    So nobody moves a neighbor's robot. `setting`, a key of `REACH`, counts if the environment sets no range.
     """
     # Set but empty, RANGE would mean the subnet (rcl, discovery_options.c).
     made = {**env, RANGE: env.get(RANGE) or setting or "LOCALHOST"}

@@ -79,7 +79,7 @@ class Odometry:
                 self._tracks[robot].cast(part)
 
     def place(self, poses: Mapping[str, Pose], at: float) -> None:
-        """Playback goes elsewhere, where the score has the robots at these poses."""
+        """Playback jumps to a beat at which the score has the robots at these poses."""
         for robot, pose in poses.items():
             if track := self._tracks.get(robot):
                 track.place(pose, at)

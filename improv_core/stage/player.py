@@ -126,7 +126,7 @@ class Player:
         """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
         the `end`.
 
-        A score that takes over is an edit of the one that plays: the beat goes on counting, parts of the same edition
+        A score that takes over is an edit of the one that plays: the beat keeps counting, parts of the same edition
         stay as they are, and all others begin. `entry` says when, if another stage has decided it. If playback is
         paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense these
         and nothing else after a restart.

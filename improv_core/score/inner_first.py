@@ -17,11 +17,10 @@ def inner_first(whole: T, inside: Callable[[T], Iterable[T]], key: Callable[[T],
     waiting = [whole]
     while waiting:
         part = waiting[-1]
-        unknown = [each for each in inside(part) if key(each) not in done]
-        if unknown:
+        if unknown := [each for each in inside(part) if key(each) not in done]:
             waiting += unknown
             continue
         waiting.pop()
-        if key(part) not in done:
-            done.add(key(part))
+        if (own := key(part)) not in done:
+            done.add(own)
             yield part

@@ -146,7 +146,7 @@ class Playback:
         self._opening = asyncio.Lock()
         self._ends = 0  # how often everything had to end
         self._reviving: set[asyncio.Task[None]] = set()
-        self._halting: RunningStage | None = None  # a new stage that still has to stop the robots of a dead one
+        self._halting: RunningStage | None = None  # a new stage that only has to stop the robots of a dead one
         self._still = asyncio.Event()
         self._waits_for: Sequence[str] = ()  # what the stage that leads says has to change
         self._failed: RunningStage | None = None  # said in its last message that it could not stop all robots
@@ -443,7 +443,6 @@ class Playback:
             message = self._revive(stage, message)
         elif message["type"] == "transport":
             if stage is self._halting and message["state"] in ("stopped", "ended"):
-                self._halting = None
                 self._still.set()
             if leads:
                 self._lead(message)
@@ -505,9 +504,10 @@ class Playback:
             self._latest = None
         again = "" if idles else "; save to play again"
         if dead is self._halting:  # another one would fail too
+            moving = "" if self._still.is_set() else ": robots may still be moving"
             self._halting = None
             self._still.set()
-            return {**gone, "message": f"{gone['message']}: robots may still be moving{again}"}
+            return {**gone, "message": f"{gone['message']}{moving}{again}"}
         task = asyncio.create_task(self._replace(dead))
         self._reviving.add(task)
         task.add_done_callback(self._reviving.discard)

@@ -434,6 +434,23 @@ def test_a_new_stage_that_dies_before_the_robots_stand_is_not_replaced() -> None
     check(performs)
 
 
+def test_a_new_stage_that_dies_once_the_robots_stand_is_not_replaced_until_somebody_plays() -> None:
+    """What ends each stage would otherwise have stages start forever."""
+
+    async def performs(show: Show) -> None:
+        leader, _ = await show.play()
+        leader.die()
+        await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
+        show.latest("ros").tell("ended")
+        show.latest("ros").die()
+        assert show.lines[-1] == "the stage exited unexpectedly; save to play again"
+        assert len(show.stages) == 3
+        await show.play()
+        assert len(show.stages) == 5
+
+    check(performs)
+
+
 def test_who_plays_again_while_robots_are_being_stopped_need_not_wait_for_that_to_close() -> None:
     async def performs(show: Show) -> None:
         leader, _ = await show.play()

@@ -5,7 +5,7 @@ Scenes are compared one by one: a part that is the same in the scene that plays 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 from improv_core.score.equality import same
@@ -34,6 +34,11 @@ class Editions:
         if len(self._sent) > MOST_SENT:
             del self._sent[list(self._sent)[1]]  # the first one plays
         return self._sent[generation]
+
+    @property
+    def may_play(self) -> Collection[Score]:
+        """The scores that may play now, oldest first."""
+        return self._sent.values()
 
     def plays(self, generation: int) -> None:
         """A stage has reported that a score plays, so the ones before it do not matter any more."""

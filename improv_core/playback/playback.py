@@ -6,7 +6,7 @@ import asyncio
 import math
 import secrets
 import time
-from collections.abc import AsyncIterator, Callable, Iterable, Sequence
+from collections.abc import AsyncIterator, Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Protocol
@@ -18,7 +18,7 @@ from improv_core.playback.stage_process import Gone, Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError
 from improv_core.playback.stops import Stops
-from improv_core.score.score import Score
+from improv_core.score.score import Part, Score
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.protocol import (
     Answer,
@@ -146,7 +146,7 @@ class Playback:
         self._opening = asyncio.Lock()
         self._ends = 0  # how often everything had to end
         self._reviving: set[asyncio.Task[None]] = set()
-        self._halting: RunningStage | None = None  # a new stage that still has to stop the robots of a dead one
+        self._halting: RunningStage | None = None  # a new stage that only has to stop the robots of a dead one
         self._still = asyncio.Event()
         self._waits_for: Sequence[str] = ()  # what the stage that leads says has to change
         self._failed: RunningStage | None = None  # said in its last message that it could not stop all robots
@@ -443,7 +443,6 @@ class Playback:
             message = self._revive(stage, message)
         elif message["type"] == "transport":
             if stage is self._halting and message["state"] in ("stopped", "ended"):
-                self._halting = None
                 self._still.set()
             if leads:
                 self._lead(message)
@@ -505,9 +504,10 @@ class Playback:
             self._latest = None
         again = "" if idles else "; save to play again"
         if dead is self._halting:  # another one would fail too
+            moving = "" if self._still.is_set() else ": robots may still be moving"
             self._halting = None
             self._still.set()
-            return {**gone, "message": f"{gone['message']}: robots may still be moving{again}"}
+            return {**gone, "message": f"{gone['message']}{moving}{again}"}
         task = asyncio.create_task(self._replace(dead))
         self._reviving.add(task)
         task.add_done_callback(self._reviving.discard)
@@ -536,20 +536,28 @@ class Playback:
             else:
                 self._twin = new
                 return
-        score = self._idle_score if idles else self._score
-        if new and score:
+        scores = [self._idle_score] if idles and self._idle_score else self._editions.may_play
+        if new and scores:
             self._halting = new
             self._still.clear()
-            asked = Asked(_standing(score), self._generation, "restart", BEATS_PER_BAR, self.stops.count)
+            asked = Asked(_standing(scores), self._generation, "restart", BEATS_PER_BAR, self.stops.count)
             new.send(self._loads.make(new, asked, self.status))
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._still.wait(), HALT_LIMIT)
 
 
-def _standing(score: Score) -> Score:
-    """The same robots with nothing to play, so they are only told to stop."""
-    parts = {name: replace(part, scenes=(), reset=None) for name, part in score.parts.items()}
-    return Score(score.tempo, parts, world=score.world)
+def _standing(scores: Collection[Score]) -> Score:
+    """The robots of scores of which any may play, with nothing to play, so they are only told to stop.
+
+    A robot may have another topic in each score. Then it counts as several.
+    """
+    robots = {part.topic: part for score in scores for part in score.parts.values()}
+    parts: dict[str, Part] = {}
+    for topic, part in robots.items():
+        name = topic if part.robot in parts else part.robot
+        parts[name] = replace(part, robot=name, scenes=(), reset=None)
+    latest = [*scores][-1]
+    return Score(latest.tempo, parts, world=latest.world)
 
 
 async def _close_all(starting: Iterable[asyncio.Task[RunningStage | None]]) -> None:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import queue
+import signal
 import subprocess
+import sys
 import threading
 import time
 from collections import deque
@@ -124,8 +127,17 @@ class Stage:
         try:
             await asyncio.wait_for(self._ended.wait(), END_LIMIT)
         except asyncio.TimeoutError:
-            self._process.kill()
+            self._kill()
             await self._ended.wait()
+
+    def _kill(self) -> None:
+        """Kill the process, and those it has started: it may hang because they do. Only a standby stays, in a session
+        of its own."""
+        if sys.platform == "win32":
+            self._process.kill()
+        elif self._process.poll() is None:
+            with suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
 
     def _begin_to_look(self) -> None:
         if not self._looking:
@@ -138,7 +150,7 @@ class Stage:
         limit = self._watch.look(now, self.ready["real"])
         if limit is not None and not self._closing:
             self._hung = f"the stage did not answer for {limit:g} s"
-            self._process.kill()
+            self._kill()
         elif self.alive and not self._watch.rests(now):
             self._loop.call_later(LOOK_PERIOD, self._look)
         else:

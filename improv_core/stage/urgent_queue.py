@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 from collections import deque
 from collections.abc import Mapping
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from improv_core.score.senses import RobotSense
 from improv_core.stage.sinks import Edge
@@ -24,19 +24,24 @@ URGENT = {
 }
 """Each urgent message, and what it makes void: requests that were made before it and must not be obeyed after it."""
 
+MOST_SENSED = 1_000
+"""Edges of robots' senses that may wait. If sensors flood, only the latest edges of each sense to each value count."""
+
 Item = TypeVar("Item")
 
 
 class UrgentQueue(Generic[Item]):
     """Any thread and any signal handler may put items in; one thread gets them.
 
-    Edges overtake everything else, except that those of robots' senses, which may be many, let a stop go first.
+    Edges overtake everything else, except that those of robots' senses, which may be many, let a stop go first and
+    otherwise take turns with the rest: a sensor that floods must not hold up pings or scores.
     """
 
     def __init__(self) -> None:
         self._arriving: queue.SimpleQueue[Item] = queue.SimpleQueue()  # safe in a signal handler
         self._edges: deque[Item] = deque()
-        self._sensed: deque[Item] = deque()
+        self._sensed: deque[Any] = deque()
+        self._took_sensed = False  # last
         self._waiting: deque[Item] = deque()  # belongs to the thread that gets
 
     def put(self, item: Item) -> None:
@@ -47,14 +52,22 @@ class UrgentQueue(Generic[Item]):
         """The next item. Raises queue.Empty after `timeout` seconds without one (None: never)."""
         while not self._arriving.empty():
             item = self._arriving.get_nowait()
-            if isinstance(item, Edge):
-                (self._sensed if isinstance(item.what, RobotSense) else self._edges).append(item)
-            else:
+            if not isinstance(item, Edge):
                 self._arrange(item)
+            elif isinstance(item.what, RobotSense):
+                self._sensed.append(item)
+            else:
+                self._edges.append(item)
         if self._edges:
             return self._edges.popleft()
-        if self._sensed and not (self._waiting and _kind(self._waiting[0]) == "hush"):
-            return self._sensed.popleft()
+        if self._sensed and not (self._waiting and (self._took_sensed or _kind(self._waiting[0]) == "hush")):
+            if len(self._sensed) > MOST_SENSED:
+                latest = {(edge.what, edge.value): edge for edge in self._sensed}
+                self._sensed = deque(sorted(latest.values(), key=lambda edge: edge.at))
+            self._took_sensed = True
+            taken: Item = self._sensed.popleft()
+            return taken
+        self._took_sensed = False
         return self._waiting.popleft() if self._waiting else self._arriving.get(timeout=timeout)
 
     def _arrange(self, item: Item) -> None:

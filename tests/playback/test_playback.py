@@ -405,6 +405,23 @@ def test_a_stage_that_led_and_died_is_replaced_by_one_that_stops_the_robots_firs
     check(performs)
 
 
+def test_robots_of_all_scores_that_may_play_are_stopped_on_all_their_topics() -> None:
+    """What was saved may wait for the end of what plays, without its robots or on other topics."""
+
+    async def performs(show: Show) -> None:
+        leader, _ = await show.play()
+        (robot,) = ENDLESS.parts.values()
+        moved, added = replace(robot, topic="/elsewhere"), replace(robot, robot="s", topic="/s/cmd_vel")
+        later = replace(ENDLESS, parts={"r": moved, "s": added})
+        assert await show.playback.play(later, "dance.improv", show.stops.count, "end")
+        leader.die()
+        await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
+        parts = show.latest("ros").loads[0]["score"]["parts"]
+        assert {part["topic"] for part in parts.values()} == {robot.topic, "/elsewhere", "/s/cmd_vel"}
+
+    check(performs)
+
+
 def test_a_new_stage_that_dies_before_the_robots_stand_is_not_replaced() -> None:
     async def performs(show: Show) -> None:
         leader, _ = await show.play()
@@ -413,6 +430,23 @@ def test_a_new_stage_that_dies_before_the_robots_stand_is_not_replaced() -> None
         show.latest("ros").die()
         assert show.lines[-1] == "the stage exited unexpectedly: robots may still be moving; save to play again"
         assert len(show.stages) == 3
+
+    check(performs)
+
+
+def test_a_new_stage_that_dies_once_the_robots_stand_is_not_replaced_until_somebody_plays() -> None:
+    """What ends each stage would otherwise have stages start forever."""
+
+    async def performs(show: Show) -> None:
+        leader, _ = await show.play()
+        leader.die()
+        await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
+        show.latest("ros").tell("ended")
+        show.latest("ros").die()
+        assert show.lines[-1] == "the stage exited unexpectedly; save to play again"
+        assert len(show.stages) == 3
+        await show.play()
+        assert len(show.stages) == 5
 
     check(performs)
 

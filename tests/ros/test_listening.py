@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.ros.conftest import Listener, Script
+from tests.ros.conftest import Listener, Script, Sense
 from tests.ros.dance import (
     AFTER,
     AFTER_SPEED,
     BEFORE,
     BEFORE_SPEED,
+    BY_STANDBY,
     SOON,
     Record,
     Server,
@@ -132,4 +133,26 @@ def test_a_deadman_button(
         began = stands(turtle, released, SOON, record_property)
         conductor.wait_for_line("paused: to let robots move, hold button 4 on /joy")
     press("joy 1")
-    turtle.wait(at_speed(BEFORE_SPEED))
+    moves(turtle, began)
+    another = presser("--joy", "/joy")
+    another("joy 0")
+    for _ in range(3):
+        turtle.wait(still)
+    assert all(map(still, turtle.heard[-3:])), "two gamepads pause robots, and don't start them in between"
+    another("joy silent")
+    moves(turtle, time.monotonic())
+
+
+def test_a_stage_that_can_not_hear_a_button_any_more(
+    presser: Press, sensor: Sense, server: Callable[[str], Server], turtle: Listener, record_property: Record
+) -> None:
+    press = presser("--joy", "/joy")
+    conductor = server(f"{DEADMAN}use_sim_time = true\n")
+    press("joy 1")
+    conductor.save(BEFORE)
+    moves(turtle, time.monotonic())
+    clock = sensor("/clock", "rosgraph_msgs/Clock")
+    began = time.monotonic()
+    clock({"clock.sec": -1})
+    conductor.wait_for_line("the stage failed: a message from ROS 2 can't be handled (Seconds value must not be ")
+    stands(turtle, began, BY_STANDBY, record_property)

@@ -69,7 +69,8 @@ def command_of(pid: int) -> str:
 def test_all_that_is_published(
     watch: Watch, script: Script, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
-    """Also by another process, after the first has failed; and nothing, once the file no longer asks for it."""
+    """Also by another process, after the first has failed; and nothing, once the file no longer asks for it. A process
+    that hangs then ends with the stage."""
     script(BASE, "anna", "--loss", "0", "--noise", "0")
     listen("/carl/cmd_vel")
     toml = tmp_path / "improv.toml"
@@ -110,4 +111,8 @@ def test_all_that_is_published(
             "the process that publishes what plays has ended: it was killed: the next play starts another"
         )
         editor.save(PROGRAM)
-        watch("transport", lambda seen: seen["generation"] > position["generation"])
+        position = watch("transport", lambda seen: seen["generation"] > position["generation"])
+        (publisher,) = [pid for pid in descendants(editor.pid) if "publisher.py" in command_of(pid)]
+        os.kill(publisher, signal.SIGSTOP)
+        toml.write_text(CAST.replace("true", "false"))
+        editor.save(PROGRAM)

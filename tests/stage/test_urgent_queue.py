@@ -9,7 +9,7 @@ import pytest
 
 from improv_core.score.senses import RobotSense
 from improv_core.stage.sinks import Edge
-from improv_core.stage.urgent_queue import UrgentQueue
+from improv_core.stage.urgent_queue import MOST_SENSED, UrgentQueue
 
 
 def order(*kinds: str) -> str:
@@ -77,3 +77,15 @@ def test_what_robots_sense_overtakes_all_but_a_stop() -> None:
     assert waiting.get() == near
     waiting.put(hush)
     assert [waiting.get() for _ in range(2)] == [hush, far]
+
+
+def test_sensors_that_flood_hold_up_nothing_and_become_few() -> None:
+    """Their latest changes are kept, so no touch is missed and no reaction comes late."""
+    waiting: UrgentQueue[object] = UrgentQueue()
+    touch = Edge(RobotSense("a", "bump"), True, 0.5)
+    flood = [Edge(RobotSense("b", "near"), at % 2 == 0, float(at)) for at in range(2 * MOST_SENSED)]
+    for item in (flood[0], touch, *flood[1:], "SCORE", {"type": "ping"}):
+        waiting.put(item)
+    assert [waiting.get() for _ in range(5)] == [touch, "SCORE", flood[-2], {"type": "ping"}, flood[-1]]
+    with pytest.raises(queue.Empty):
+        waiting.get(timeout=0)

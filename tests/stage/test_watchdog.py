@@ -72,8 +72,10 @@ def told_of(code: str, *messages: ToStage) -> tuple[list[Heard], float]:
     return asyncio.run(listen())
 
 
-def test_a_stage_that_does_not_answer_is_killed() -> None:
-    told, seconds = told_of(stage(" time.sleep(60)"))
+@pytest.mark.parametrize("hang", ["time.sleep(60)", "import subprocess; subprocess.run(['sleep', '60'])"])
+def test_a_stage_that_does_not_answer_is_killed(hang: str) -> None:
+    """And with it what it has started, which may hang, or keep its output open."""
+    told, seconds = told_of(stage(f" {hang}"))
     assert told == [{"type": "gone", "message": f"the stage did not answer for {HANG_LIMIT} s"}]
     assert seconds < HANG_LIMIT + MARGIN
 

@@ -14,6 +14,9 @@ from improv_core.score.motion import Pose, Twist
 SECOND = 1_000_000_000
 """In nanoseconds."""
 
+LARGEST = 1e9
+"""Of the numbers in a pose, in meters. With larger ones, sums and products could become infinite, or no numbers."""
+
 _HEADER = b"\x00\x01\x00\x00"
 _TWIST = struct.Struct("<4s6d")
 _STAMP = struct.Struct("<4siI")
@@ -81,7 +84,7 @@ def pose_in(message: bytes, texts: int) -> Pose | None:
     except struct.error:
         return None
     i, j, k, w = turn
-    if not all(map(math.isfinite, (x, y, z, *turn))) or not any(turn):
+    if not all(abs(each) <= LARGEST for each in (x, y, z, *turn)) or not any(turn):
         return None
     return Pose(x, y, z, math.atan2(2 * (w * k + i * j), w * w + i * i - j * j - k * k))
 

@@ -15,6 +15,7 @@ from improv_core.score.score import Part, Score
 from improv_core.score.senses import CUE, BuiltIn, RobotSense
 from improv_core.score.senses import Topic as SenseTopic
 from improv_core.stage.discovery import described, limited
+from improv_core.stage.loop import End, one_line
 from improv_core.stage.protocol import LOADING_LIMIT, FromStage
 from improv_core.stage.sinks import Edge, RawPoses
 from improv_core.stage.sinks.cdr import frame_field, twist_message
@@ -39,9 +40,9 @@ class Ros:
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
     `discovery` is how far it looks for robots if the environment does not set that (stage/discovery.py). `hear` gets
-    edges and poses, and `ask` what somebody in ROS 2 asks for, from a thread of their own. `node` is the name of its
-    node, if it is to have one that is not unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what
-    rclpy raises if the arguments are wrong.
+    edges and poses, and the end if no more can be received, and `ask` what somebody in ROS 2 asks for, from a thread of
+    their own. `node` is the name of its node, if it is to have one that is not unique; `arguments` are ROS's own.
+    Raises ImportError without rclpy, and what rclpy raises if the arguments are wrong.
     """
 
     name: str = "ROS 2"
@@ -52,7 +53,7 @@ class Ros:
         self,
         discovery: str | None,
         standby: bool,
-        hear: Callable[[Edge | RawPoses], None],
+        hear: Callable[[Edge | RawPoses | End], None],
         ask: Ask,
         node: str | None = None,
         arguments: Sequence[str] = (),
@@ -70,6 +71,7 @@ class Ros:
         self._clock = self._node.get_clock()
         self._executor: Any = SingleThreadedExecutor(context=self._node.context)
         self._executor.add_node(self._node)
+        self._hear = hear
         self._closing = threading.Event()
         self._receiving = threading.Thread(target=self._receive, daemon=True)
         self._receiving.start()
@@ -227,9 +229,16 @@ class Ros:
         self._nodes.close()
 
     def _receive(self) -> None:
-        """Receive simulated time, service responses, and parameter requests, on a thread of its own."""
-        while not self._closing.wait(REST):
-            self._executor.spin_once()
+        """Receive simulated time, service responses, requests, and what people press, on a thread of its own.
+
+        If that fails, the stage ends: it would no longer hear an emergency stop, or that a deadman button is released.
+        """
+        try:
+            while not self._closing.wait(REST):
+                self._executor.spin_once()
+        except Exception as error:  # rclpy raises what its callbacks raise, such as for a negative time on /clock
+            if not self._closing.is_set():
+                self._hear(End(f"a message from ROS 2 can't be handled ({one_line(error)})"))
 
     def _advertise_new(self, score: Score, *, at_once: bool) -> None:
         new = {part.topic: part.profile.message for part in score.parts.values() if part.topic not in self._topics}

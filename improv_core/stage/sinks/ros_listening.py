@@ -16,6 +16,8 @@ LOOK = 0.05
 """Seconds between two looks for silence, and for new publishers."""
 FOUND = 0.5
 """Seconds from finding a publisher of the emergency stop until what it has said before has arrived."""
+SURE = 0.1
+"""Seconds without a released deadman button until a held one counts: two gamepads may publish on one topic."""
 FIND_LIMIT = 5.0
 """Seconds that beat 0 waits for a publisher of the emergency stop, which may be on already."""
 
@@ -30,6 +32,7 @@ class Listening:
         self._safety = Safety()
         self._values: dict[str, bool | None] = {}
         self._heard = -math.inf  # when the deadman button was last heard of
+        self._released = -math.inf  # when it was last not held
         self._asked = -math.inf  # when the emergency stop was first listened for
         self._found = math.inf  # since when somebody publishes it
         self._destroy: dict[str, Callable[[], None]] = {}
@@ -121,7 +124,11 @@ class Listening:
 
         def take(message: Any) -> None:
             self._heard = self._now()
-            self._turn(what, bool(message.buttons[button]) if button < len(message.buttons) else None)
+            held = bool(message.buttons[button]) if button < len(message.buttons) else None
+            if not held:
+                self._released = self._heard
+            if not held or self._heard >= self._released + SURE:
+                self._turn(what, held)
 
         def look() -> None:
             if self._now() >= self._heard + DEADMAN_LIMIT:

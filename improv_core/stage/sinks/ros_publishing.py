@@ -41,6 +41,7 @@ class Publishing:
         self._due = 0.0  # when the next report of health is due
         self._measured: dict[str, float] = {}  # when to report each robot's pose again
         self._process: _Process | None = None
+        self._leaving: list[_Process] = []
         self.health = _Noticed()
 
     @property
@@ -52,6 +53,7 @@ class Publishing:
         """A score has arrived: start, keep, or end the process, as it asks."""
         if self._process and (self._process.problem or not score.publish):
             self._process.close()
+            self._leaving = [each for each in [*self._leaving, self._process] if each.is_alive]
             self._process = None
         if score.publish:
             self._process = self._process or _Process(self._command)
@@ -86,7 +88,9 @@ class Publishing:
             self._process.put(self.health.taken())
 
     def close(self) -> None:
-        """End the process."""
+        """End all processes."""
+        for process in self._leaving:
+            process.kill()
         if self._process:
             self._process.close()
             self._process.wait()
@@ -143,19 +147,30 @@ class _Process:
     def put(self, message: ToPublisher | tuple[Score, int]) -> None:
         if self._queue.qsize() < MOST_WAITING:
             self._queue.put(message)
-        elif self._process:
+        else:
+            self.kill()
+
+    @property
+    def is_alive(self) -> bool:
+        return self._thread.is_alive()
+
+    def kill(self) -> None:
+        if self._process:
             self._process.kill()
 
     def close(self) -> None:
         """End it, without waiting for that."""
         self._closed = True
         self._queue.put(None)
+        # The thread that writes can't end one that hangs: it may wait until that one reads.
+        patience = threading.Timer(LEAVE_LIMIT, self.kill)
+        patience.daemon = True
+        patience.start()
 
     def wait(self) -> None:
         """Wait until it has ended, and end one that hangs."""
         self._thread.join(END_LIMIT)
-        if self._process:
-            self._process.kill()
+        self.kill()
 
     def _run(self) -> None:
         """Start the process and write to it. Not the stage's thread, since both may take many milliseconds."""
@@ -187,8 +202,7 @@ class _Process:
                 process.stdin.write(json.dumps(message).encode() + b"\n")
                 process.stdin.flush()
             process.stdin.close()
-            with suppress(subprocess.TimeoutExpired):
-                process.wait(LEAVE_LIMIT)
+            process.wait()
             return "has been closed"
         except OSError:
             return "has ended: " + (

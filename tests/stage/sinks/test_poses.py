@@ -59,7 +59,9 @@ def test_the_pose_in_each_message(kind: str, frame: str, child: str, heading: fl
 
 @pytest.mark.parametrize("kind", TEXTS)
 def test_what_is_no_pose(kind: str) -> None:
-    assert pose_in(message(kind, Pose(math.nan)), TEXTS[kind]) is None
+    for wrong in (math.nan, math.inf, 1e300):
+        assert pose_in(message(kind, Pose(wrong)), TEXTS[kind]) is None
+        assert pose_in(message(kind, Pose(), z=wrong, w=wrong), TEXTS[kind]) is None
     assert pose_in(message(kind, Pose(), z=0.0, w=0.0), TEXTS[kind]) is None
     assert pose_in(message(kind, Pose())[:40], TEXTS[kind]) is None
 

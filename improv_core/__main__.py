@@ -1,6 +1,16 @@
-"""`python -m improv_core` is the `improv` command."""
+"""The `improv` command, also as `python -m improv_core`."""
 
-from improv_core.commands.main import main
+import sys
+
+
+def main() -> None:
+    """Run the command. Importing it takes a moment, in which somebody may already press Ctrl-C."""
+    try:
+        from improv_core.commands.main import main as run
+    except KeyboardInterrupt:
+        sys.exit(130)
+    run()
+
 
 if __name__ == "__main__":
     main()

@@ -30,6 +30,20 @@ def test_check_needs_neither_the_server_nor_a_robot() -> None:
     assert packages.isdisjoint({"pygls", "lsprotocol", "pymunk", "aiohttp", "rclpy", "asyncio", "watchfiles"})
 
 
+def test_ctrl_c_while_the_command_is_imported_prints_no_traceback() -> None:
+    code = """
+import sys
+from improv_core.__main__ import main
+class Interrupted:
+    def find_spec(self, name, *_):
+        if name.startswith("improv_core.program"):
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupted())
+main()"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=LIMIT)
+    assert (done.returncode, done.stderr) == (130, "")
+
+
 def test_each_command_has_help_of_its_own() -> None:
     whole = run("--help").stdout
     for name in COMMANDS:

@@ -63,8 +63,8 @@ def performed(movement: Movement, begin: Exact, edges: Iterable[SenseEdge]) -> I
 def perform(scenes: Sequence[Mapping[str, Movement]], script: Sequence[Sensing]) -> Iterator[tuple[str, Moment]]:
     """What each robot does, in the order of time. Each scene lists all robots.
 
-    A scene begins on the first whole beat at which all before it is over. Until then a robot that is done stands, unless
-    it plays in no later scene.
+    A scene begins on the first whole beat at which all before it is over. Until then a robot that is done stands,
+    unless it plays in no later scene.
     """
     last = {robot: place for place, scene in enumerate(scenes) for robot, each in scene.items() if _may_play(each)}
     changes = sorted({beat for sensing in script for beat in (sensing.start, sensing.end)})

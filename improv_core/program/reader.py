@@ -518,7 +518,7 @@ class Reader:
         shown = ", ".join(lengths[:MOST_LENGTHS]) + (", …" if len(lengths) > MOST_LENGTHS else "")
         message = f"the items of `choose` differ in length ({shown}): give them one length with `fit`"
         first = items[0].duration
-        here = _items_written(node.body)
+        here = items_written(node.body)
         fixes: tuple[Fix, ...] = ()
         if len(here) == len(items) and all(0 < item.duration < ENDLESS for item in items):
             others = [each for each, item in zip(here, items, strict=True) if item.duration != first]
@@ -579,8 +579,9 @@ class Reader:
 
     def _report_idle(self, node: nodes.Apply, message: str) -> None:
         written_as = Span(node.word.start, node.numbers[-1].span.end if node.numbers else node.word.end)
-        # If a word of dice goes, it takes no throw, so later throws of the line fall differently.
-        fixes = replace("Remove it", written_as, "", safe=node.word.text not in _FROM_ITEMS)
+        # If a word of dice goes, it or the `||` around it takes no throw, so later throws of the line fall differently.
+        is_safe = node.word.text not in (*_FROM_ITEMS, "seed")
+        fixes = replace("Remove it", written_as, "", safe=is_safe)
         self.report(Diagnostic("no-effect", written_as, message, fixes), node)
 
 
@@ -597,7 +598,7 @@ def _inside_parentheses(node: Node) -> Node:
     return node
 
 
-def _items_written(node: Node) -> Sequence[Node]:
+def items_written(node: Node) -> Sequence[Node]:
     """The items of a movement, if they are written where the movement is."""
     inside = _inside_parentheses(node)
     return inside.items if isinstance(inside, nodes.Series) else ()

@@ -25,8 +25,8 @@ from improv_core.stage.protocol import Hush, Pause
 READ_SIZE = 65_536
 LONGEST_HEADER = 65_536
 LOOK_PERIOD, BUSY = 0.02, 0.005
-"""Seconds from the first thing to read until a look whether it still waits, and from such a look until the event loop
-counts as busy because it has not read yet."""
+"""Seconds from the first unread input until a check whether it still waits, and from that check until the event loop
+counts as busy because it has not read it."""
 _LENGTH = re.compile(rb"^content-length:[ \t]*(\d{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
 _HEADER_END = b"\r\n\r\n"
 _STOPS: Mapping[str, Hush | Pause] = {"improv.hush": {"type": "hush"}, "improv.pause": {"type": "pause"}}

@@ -43,7 +43,7 @@ class RobotsFile:
 
 
 def is_program(uri: str, language_id: str) -> bool:
-    """Whether an editor has opened a program: by its language, or by its name where an editor knows no `improv`."""
+    """Whether an editor has opened a program: by its language, or by its name if the editor knows no `improv`."""
     name = name_of(uri)
     return name != FILE_NAME and (language_id == "improv" or name.endswith(".improv"))
 

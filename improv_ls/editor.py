@@ -1,4 +1,4 @@
-"""The editor at the other end: what it can do, what it has set, and what is said to the person who sits there."""
+"""The editor at the other end: what it can do, its settings, and messages to the person who uses it."""
 
 from __future__ import annotations
 
@@ -105,12 +105,12 @@ class Editor:
         return types.ResourceOperationKind.Create in operations
 
     def refresh(self, feature: Literal["code_lens", "diagnostics", "inlay_hint"]) -> None:
-        """Have the client ask again for what it shows, where it can be told to."""
+        """Have the client ask again for what it shows, if it can be told to."""
         if self.can(f"workspace.{feature}.refresh_support"):
             self.server.protocol.send_request(_REFRESHES[feature])
 
     def soon(self, work: Coroutine[Any, Any, None]) -> None:
-        """Do something that takes a while, after the message at hand. pygls starts asynchronous handlers later, too,
+        """Do something that takes a while, after the current message. pygls starts asynchronous handlers later, too,
         but then messages that come in the meantime would overtake what a handler does first."""
         task = asyncio.ensure_future(work)
         self._tasks.add(task)

@@ -47,7 +47,7 @@ class StdioServer(LanguageServer):
         self._ended = asyncio.Event()
         self.stops = Stops()
         self.arrival = Arrival(b"", 0, False)
-        """The message at hand."""
+        """The message that is being handled."""
         self._arrivals = Arrivals(self.stops)
         self._loop_reads = False
 
@@ -74,7 +74,7 @@ class StdioServer(LanguageServer):
         self.protocol.fm.features.pop(method)
 
     async def close(self) -> None:
-        """What is to be done before `shutdown` is answered, or before the end where nobody asks for a shutdown."""
+        """What to do before `shutdown` is answered, or before the end if nobody asks for a shutdown."""
 
     def obey_while_busy(self) -> None:
         """From now on, stops are obeyed also while the event loop is busy."""

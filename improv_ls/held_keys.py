@@ -40,7 +40,7 @@ class HeldKeys:
             self._editor.say(f"{key} is held; the same command releases it")
 
     def release(self) -> None:
-        """Hold none any more. The stages need not be told: what plays has ended."""
+        """Release all keys. The stages need not be told, because what plays has ended."""
         while self._held:
             self._held.popitem()[1].cancel()
 

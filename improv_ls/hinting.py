@@ -13,7 +13,7 @@ from improv_ls.editor import Editor
 SHORTEST = 0.5
 """Seconds between two requests to ask again, at least."""
 AFTER = 0.005
-"""Seconds after a beat begins: then it has surely begun."""
+"""Seconds to wait after the time at which a beat begins, so that it surely has begun."""
 
 
 class Hinting:
@@ -37,7 +37,7 @@ class Hinting:
             self._task = None
 
     def clear(self) -> None:
-        """Nothing plays any more, and nobody says so."""
+        """Nothing plays any more, and no message will say so."""
         self.stop()
         if self._shown:
             self._shown = ()

@@ -192,7 +192,7 @@ class Performance:
         self._stages().present(path.name, folder, found)
 
     def resume(self, asked: int) -> None:
-        """Go on after a pause. `asked` as for `play`."""
+        """Resume after a pause. `asked` as for `play`."""
         if self._playback:
             self._playback.resume(asked)
 

@@ -1,4 +1,4 @@
-"""What people do to starts on the page goes into improv.toml through the editor, where it can be undone.
+"""Start poses that people change on the page go into improv.toml through the editor, where that can be undone.
 
 All start poses that were dragged, or a formation, are one edit of the text that the editor has. Few editors tell us of
 their improv.toml. Where one does not, its text is the file's, unless it has made an edit of ours that it has not saved
@@ -28,7 +28,7 @@ from improv_ls.to_lsp_locations import Changed, workspace_edit
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """An improv.toml as the editor has it; the version is None where the editor has not told us of it."""
+    """An improv.toml as the editor has it; the version is None if the editor has not told us of it."""
 
     path: Path
     uri: str

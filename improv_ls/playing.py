@@ -1,4 +1,4 @@
-"""What plays now, as the stage that leads says, and the documents that it was made from."""
+"""What plays now, according to the stage that leads, and the documents that it was made from."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class Playing:
         self._sent[generation] = self.latest = document
 
     def is_old(self, message: TransportMessage) -> bool:
-        """Whether a stage says this that has been replaced. It can be slow to stop, and what the new one plays has a
-        higher generation."""
+        """Whether a message is from a stage that has been replaced. It can be slow to stop, and what the new one plays
+        has a higher generation."""
         return message["generation"] < self.generation
 
     def follow(self, message: TransportMessage) -> Literal["program", "scene"] | None:
@@ -57,7 +57,7 @@ class Playing:
         scene = message.get("scene") or SceneJson(index=0, begins=0.0)
         so_far = SoFar(message.get("begins", {}), scene["index"], scene["begins"], self._edges)
         if generation == before and self.so_far == so_far and message["beat"]:
-            return None  # it goes on from there
+            return None  # it continues from there
         self._edges = []
         self.so_far = replace(so_far, edges=self._edges)
         if generation == before:
@@ -69,7 +69,7 @@ class Playing:
         return "program"
 
     def sensed(self, message: Sensed) -> None:
-        """Note what a sense of a robot has sensed."""
+        """Note a change of a robot's sense."""
         self._edges.append(SenseEdge(near(message["beat"]), message["robot"], message["sense"], message["value"]))
 
     def gone(self) -> None:

@@ -1,4 +1,4 @@
-"""Shows the beat that plays as the progress of work, where a client shows that."""
+"""Shows the beat that plays as the progress of work, if the client shows that."""
 
 from __future__ import annotations
 

@@ -64,13 +64,13 @@ class Session(StdioServer):
         self.checked: dict[str, Checked] = {}
         """The programs in the workspace's folders, by URI."""
         self.next_change = asyncio.Event()
-        """Set, and replaced by another one, once a file or an open program is not as it was."""
+        """Set, and replaced by another one, once a file or an open program has changed."""
         self.autosaving: set[str] = set()
-        """Documents that the editor is about to save without having been asked to."""
+        """Documents that the editor is about to save by itself."""
 
     @cached_property
     def performance(self) -> Performance:
-        """What plays. Made when something is to play: it brings much along."""
+        """What plays. Made when something is about to play, because it imports much."""
         from improv_ls.performance import Performance
 
         self.obey_while_busy()
@@ -84,7 +84,7 @@ class Session(StdioServer):
         return Records(self.editor)
 
     def files_changed(self) -> None:
-        """Note that files on disk, or the programs that are open, are not as they were."""
+        """Note that files on disk, or the set of open programs, have changed."""
         self.next_change.set()
         self.next_change = asyncio.Event()
 

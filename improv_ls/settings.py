@@ -16,7 +16,7 @@ class Settings:
 
     backend: str = "auto"
     on_save: Literal["restart", "continue", "off"] | None = None
-    """None is `restart` by somebody who may not know of `continue`."""
+    """None means `restart`, and that the person may not know of `continue`."""
     switch_at: Switch = "beat"
     beats_per_bar: int = BEATS_PER_BAR
     page_open: bool = True
@@ -54,7 +54,7 @@ def read_settings(given: Any, current: Settings) -> tuple[Settings, list[str]]:
 
 _ABSENT = object()
 _FULL_LOG = re.compile(r"(/|~/|[A-Za-z]:[/\\]).*\.jsonl")
-"""So no settings of an opened project can have a file of another kind written."""
+"""The settings of an opened project must not be able to have a file of another kind written."""
 
 
 def _flat(section: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:

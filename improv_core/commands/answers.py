@@ -23,7 +23,7 @@ class Answers:
         self._read = b""
 
     async def to(self, question: str) -> str:
-        """The line that answers a question, without blanks around it. Raises CommandError if nobody can answer."""
+        """The line that answers a question, without spaces around it. Raises CommandError if nobody can answer."""
         self._drop()
         self.say(question)
         while b"\n" not in self._read:
@@ -43,7 +43,7 @@ class Answers:
 
 
 async def _more() -> bytes:
-    """What is read next. It is waited for on a thread that may be left alone, so that Ctrl-C ends at once."""
+    """What is read next. A thread that can be abandoned waits for it, so that Ctrl-C ends at once."""
     loop = asyncio.get_running_loop()
     found: asyncio.Future[bytes] = loop.create_future()
 

@@ -133,7 +133,7 @@ class _Conversation:
         check(values)
         vary = "" if found.is_known else ", but they still vary"
         self._say(f"the values after {len(rounds)} rounds{vary}: {_summary(found)}")
-        self._say(f"{self._robot} now plays once more, with these values")
+        self._say(f"{self._robot} now plays again, with these values")
         self._use(found.settings)
         after = await self._round(goal)
         self._say(f"before: {errors(goal, rounds)}")

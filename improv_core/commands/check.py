@@ -20,7 +20,7 @@ from improv_core.text import LineIndex
 
 INDENT = "    "
 WIDEST, NARROWEST = 120, 40
-"""Cells of a line where there is no terminal, and of one in a terminal too narrow to show more."""
+"""Cells of a line if there is no terminal, and of one in a terminal that is too narrow to show more."""
 _COLORS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.INFORMATION: "cyan"}
 
 

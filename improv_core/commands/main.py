@@ -42,7 +42,7 @@ def main() -> None:
     # The beat counter and the names of robots need more than some terminals' own encoding.
     if isinstance(sys.stderr, io.TextIOWrapper):
         sys.stderr.reconfigure(encoding="utf-8", errors="replace")
-    stream = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115 (it is None where a shell has closed it)
+    stream = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115 (it is None if a shell has closed it)
     output = sys.stdout = Output(stream.buffer, "utf-8", "replace", line_buffering=stream.isatty())
     try:
         ours, theirs = without_ros_arguments(sys.argv[1:])
@@ -50,7 +50,7 @@ def main() -> None:
     except (SystemExit, OSError):
         if not output.problem:
             raise
-        if not isinstance(output.problem, BrokenPipeError):  # `improv … | head` is no mistake
+        if not isinstance(output.problem, BrokenPipeError):  # `improv … | head` is no error
             CommandError(f"cannot write to standard output: {str(output.problem.strerror).lower()}").show()
         # Otherwise Python tries to write the rest at exit, and prints a traceback.
         os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())

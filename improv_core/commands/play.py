@@ -137,7 +137,7 @@ def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequen
         elif message["type"] == "warning" or message["type"] == "error":
             echo(f"improv: {message['message']}", err=True)
 
-    # Ctrl-C ends it at once, even where a shell has it ignored: there is nothing to clean up, and pymunk would
+    # Ctrl-C ends it at once, even if a shell ignores it: there is nothing to clean up, and pymunk would
     # swallow a KeyboardInterrupt raised while it calls us.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     began = time.perf_counter()

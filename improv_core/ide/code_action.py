@@ -12,7 +12,7 @@ from improv_core.text import Span, difference
 
 FIX_ALL = "source.fixAll.improv"
 REMOVABLE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
-"""Codes of text without effect. Their fixes that only remove it can all be applied at once, if somebody asks for it."""
+"""Codes about text without effect. All fixes that only remove it can be applied at once, if somebody asks for that."""
 MOST_ROUNDS = 20
 """How often the safe fixes are looked for: one error may hide the next one in its line."""
 
@@ -73,8 +73,8 @@ def _safe_edits(analysis: Analysis) -> Sequence[Edit]:
 
 
 def _keeps_all(analysis: Analysis, idle: Diagnostic) -> bool:
-    """Whether a word that has no effect can go. Words that count items also look into names: without `fast 1`, they
-    would see the items after it. And a line with an error may not mean what was meant."""
+    """Whether a word that has no effect can be removed. Words that count items also look into names: without `fast 1`,
+    they would see the items after it. And a line with an error may not mean what was meant."""
     placed = analysis.statement_at(idle.span.start)
     return not MAY_ITEMIZE.search(analysis.text) and placed is not None and not is_broken(placed)
 

@@ -104,7 +104,7 @@ def _movement(analysis: Analysis, found: Before, bare: bool) -> tuple[list[Item]
 
 
 def _possible_first(analysis: Analysis, found: Before, items: list[Item]) -> list[Item]:
-    """The words in order, except that those come last, and say so, which a robot that plays them can't perform."""
+    """The words in order, except that those that a robot here can't perform come last, and say so."""
     if found.sign and found.sign.type == "EQUAL":
         players = performers(analysis, found.statement) if found.statement < len(analysis.statements) else {}
     else:

@@ -46,7 +46,7 @@ LONGEST_SOURCE = 500
 """The most characters of a definition that are shown."""
 LONGEST_NAME = 100
 MOST_HEADS = 20
-"""Of a line that are listed."""
+"""The most names before the sign of a line that are listed."""
 _NOWHERE = Span(0, 0)
 _BARE = re.compile(r"[\w…-]+")
 MOST_MOMENTS = 150
@@ -149,25 +149,30 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
             return None
         given = [each.text for each in nodes.numbers(node)]
         return replace(found, word=" ".join([found.word, *given]))
-    if isinstance(node, nodes.Bracket):
-        word, about = _bracket(node)
-    elif isinstance(node, nodes.Parallel):
-        word, about = "||", ": these movements play at the same time, until the shortest one ends"
-    elif isinstance(node, nodes.Apply):
-        arguments = [each.text for each in (*node.numbers, node.across) if each]
-        word = " ".join([node.word.text, *arguments, *(_condition(condition) if condition else ())])
-        about = f": {(node.plane or WORDS[node.word.text]).about}"
-    elif isinstance(node, nodes.Primitive):
-        word, about = node.word.text, f": {node.word.about}"
-    elif isinstance(node, nodes.Choice):
-        word = " ".join([node.word.text, *_condition(node.condition)])
-        about = f": {WORDS[node.word.text].about}"
-    else:
+    described = _described(node)
+    if not described:
         return None
+    word, about = described
     if not meaning:
         return Hover(node.span, word, about)
     facts = (*_measures(analysis, placed, meaning, isinstance(node, nodes.Primitive)), *here)
     return Hover(node.span, word, about, facts, "", _shape(analysis, placed, meaning) if pictures else "")
+
+
+def _described(node: nodes.Node) -> tuple[str, str] | None:
+    """A word or a bracket with its arguments, and what it does."""
+    if isinstance(node, nodes.Bracket):
+        return _bracket(node)
+    if isinstance(node, nodes.Parallel):
+        return "||", ": these movements play at the same time, until the shortest one ends"
+    if isinstance(node, nodes.Primitive):
+        return node.word.text, f": {node.word.about}"
+    if not isinstance(node, nodes.Apply | nodes.Choice):
+        return None
+    arguments = [each.text for each in (*node.numbers, node.across) if each] if isinstance(node, nodes.Apply) else []
+    word = " ".join([node.word.text, *arguments, *(_condition(node.condition) if node.condition else ())])
+    plane = node.plane if isinstance(node, nodes.Apply) else None
+    return word, f": {(plane or WORDS[node.word.text]).about}"
 
 
 def _condition(condition: nodes.Condition) -> Sequence[str]:

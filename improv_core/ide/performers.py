@@ -11,7 +11,7 @@ from improv_core.robots.config import Robots
 from improv_core.score.profiles import DEFAULT, Profile
 
 MOST_ROBOTS = 100
-"""Robots that are looked at."""
+"""The most robots that are looked at."""
 
 
 def performers(analysis: Analysis, index: int) -> dict[Profile, str]:

@@ -88,7 +88,7 @@ def _open(analysis: Analysis, found: Before) -> _Use | None:
                 waiting.clear()  # `||`
         last = token
     if last and last.type == "OPERATOR" and levels[-1] and levels[-1][-1].given:
-        levels[-1][-1].given -= 1  # the number goes on
+        levels[-1][-1].given -= 1  # the number continues
     elif not found.in_number:
         _settle(levels[-1])
     return next((level[-1] for level in reversed(levels) if level), None)

@@ -56,11 +56,11 @@ HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
 
 Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
-"""How a person changes what plays, apart from stopping, pausing and resuming it."""
+"""How a person changes what plays, apart from stopping, pausing, and resuming it."""
 Mistake = tuple[str, int, int, str, str]
 """What keeps a program from being played: the file, the line and the column from 1, the word there, and a message."""
 Edit = Callable[[Editing, int], None]
-"""What obeys a page on which somebody edits the program, with the count of stops at that moment."""
+"""Handles what a page asks for while somebody edits the program; also gets the count of stops at that moment."""
 News = Heard | Place | Form
 """What a listener gets: a message from a stage, its end, or new start poses of robots that were dragged."""
 
@@ -280,7 +280,7 @@ class Playback:
         elif simulated and self._leader.ready["real"]:
             raise StageError("no robot is named, and there is no simulator: set improv.backend to auto, sim, or both")
         elif not simulated and self._idle:
-            self._leader.send({"type": "hush"})  # its ghost must not go on while robots are waited for
+            self._leader.send({"type": "hush"})  # its robots must not keep dancing while real ones are waited for
             self._leader, self._twin, self._idle = self._idle, self._leader, None
 
     def resume(self, asked: int) -> None:
@@ -319,7 +319,7 @@ class Playback:
     def keep_as(self, other: Playback) -> None:
         """Take over the speed, the muted and soloed robots, and the open pages of another playback.
 
-        Its dances stay in the count, so none here has the number of one there, which may still be ending.
+        Dances are counted from its count on, so none here has the number of one there that may still be ending.
         """
         self._kept, self.muted, self.soloed = dict(other._kept), other.muted, other.soloed
         self._token, self._generation = other._token, other._generation

@@ -44,7 +44,7 @@ Hear = Callable[["Stage", Heard, int], None]
 
 
 class _Wake:
-    """Makes the thread that writes look again whether the stage rests."""
+    """Makes the thread that writes check again whether the stage rests."""
 
 
 class StageError(Exception):

@@ -100,7 +100,7 @@ def stop_all() -> Iterator[str]:
 def runtime_folder() -> Path:
     """The folder of the sockets, which nobody else can enter. Raises StopSocketError.
 
-    The same in every terminal and editor of a user, also where XDG_RUNTIME_DIR is not set.
+    The same in every terminal and editor of a user, even if XDG_RUNTIME_DIR is not set.
     """
     if not SUPPORTED:
         raise StopSocketError("this system has no Unix sockets")

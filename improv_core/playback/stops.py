@@ -51,13 +51,14 @@ class Stops:
                 stage.send(timed)
 
     def arrive(self, request: PageRequest | Watched) -> int:
-        """Take note of a request from a page, and obey it if it is a stop or a pause. The count it is to carry."""
+        """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries."""
         if request["type"] == "hush" or request["type"] == "pause":
             self.stop(request)
         return self.count
 
     def send(self, message: Load | Resume, stages: Iterable[Receiver], asked: int) -> bool:
-        """Send what makes robots move, unless a stop has come since the count was `asked`. Whether it was sent."""
+        """Send what makes robots move, unless a stop has come since the count was `asked`. Returns whether it was
+        sent."""
         with self._lock:
             if self.count != asked:
                 return False

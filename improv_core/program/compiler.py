@@ -134,7 +134,7 @@ def _walked(part: Part, most: int) -> _Segments:
 
 
 def _performed(score: Score, most: int, script: Sequence[Sensing]) -> Mapping[str, _Segments]:
-    """What all robots do. What still goes on when there are too many moments has no length that is known."""
+    """What all robots do. One that still moves when there are too many moments has no known length."""
     found = {robot: _Segments(most, 0) for robot in score.parts}
     every = [part.scenes for part in score.parts.values()]
     scenes = [dict(zip(score.parts, scene, strict=True)) for scene in zip(*every, strict=True)]

@@ -13,7 +13,7 @@ from improv_core.text import Span
 
 
 def conditions(body: Node) -> Iterator[tuple[Apply | Choice, Condition]]:
-    """Each `until`, `pause`, and `if`, with its condition. Where a sense is missing, the parser has reported it."""
+    """Each `until`, `pause`, and `if`, with its condition. If a sense is missing, the parser has reported it."""
     for node in nodes.nodes(body):
         if isinstance(node, (Apply, Choice)) and node.condition and node.condition.sense.text:
             yield node, node.condition

@@ -17,11 +17,11 @@ from improv_core.robots.config import Robots, find_robots_file, read_robots
 from improv_core.text import Span
 
 ENDING = ".improv"
-"""Of the names of programs."""
+"""The ending of the names of programs."""
 STANDARD_INPUT = Path("-")
 """What people write for it. Its programs are for the robots of the current folder."""
 LARGEST_ROBOTS_FILE = 1_000_000
-"""Bytes of an `improv.toml`."""
+"""The most bytes of an `improv.toml`."""
 _OPENING = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -41,8 +41,8 @@ def robots_near(folder: Path) -> Robots:
 
 
 def robots_or_problem(folder: Path) -> Robots:
-    """The same, but one that can't be read is an error in what it says: robots whose kind is not known must not move as
-    if they were of any kind."""
+    """The same, but a file that can't be read counts as one with an error: robots of an unknown kind must not move as
+    if they were of some other kind."""
     try:
         return robots_near(folder)
     except ReadError as error:
@@ -71,7 +71,7 @@ def read_bytes(path: Path, most: int = LONGEST_PROGRAM) -> bytes:
 
 
 def without_ending(path: Path) -> Path | None:
-    """The program that somebody means who leaves the ending of its name out."""
+    """The program that somebody probably means who leaves out the ending of its name."""
     program = path.parent / f"{path.name}{ENDING}"
     return program if program.is_file() and not path.exists() else None
 
@@ -95,7 +95,7 @@ def _read(path: Path, most: int) -> str:
 
 
 def _refuse_others(found: os.stat_result) -> None:
-    """Raise OSError unless this is a regular file: a pipe may never end, and a device even less."""
+    """Raise OSError unless this is a regular file: a pipe or a device may never end."""
     if stat.S_ISDIR(found.st_mode):
         raise OSError(errno.EISDIR, os.strerror(errno.EISDIR))
     if not stat.S_ISREG(found.st_mode):

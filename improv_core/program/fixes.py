@@ -14,7 +14,7 @@ NUMBER, MOVEMENT = " 2", " rest"
 
 
 def give_arguments(use: nodes.Name | nodes.Call, phrase: Phrase, declared: Span) -> tuple[Fix, ...]:
-    """The fix of a use that has not as many arguments as its phrase takes. `declared` is the span of its parameters."""
+    """The fix for a use with too few or too many arguments. `declared` is the span of its parameters."""
     name = use.name if isinstance(use, nodes.Call) else use
     numbers, movements = (use.numbers, use.movements) if isinstance(use, nodes.Call) else ((), ())
     spare, lacking = numbers[len(phrase.numbers) :], len(phrase.movements) - len(movements)

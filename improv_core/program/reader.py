@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.diagnostics import SEVERITIES, Diagnostic, Edit, Fix, Severity, replace
+from improv_core.diagnostics import SEVERITIES, Diagnostic, Severity, replace
+from improv_core.program import misuse
 from improv_core.program.limits import FEW, TOO_LONG, share_a_denominator, too_much
 from improv_core.program.numbers import RULES, Rule, above_zero, any_number, plain_value, product
-from improv_core.program.timing import in_beats
 from improv_core.score import dice, movement, ramps, reactions
 from improv_core.score.movement import (
     ENDLESS,
@@ -29,8 +29,6 @@ from improv_core.text import Span
 NOTHING = movement.series(())
 MOST_EXPANDED = 10_000
 """The most pairs of a phrase and its arguments that one statement may need."""
-TURNS = 4
-"""The turns that a fix gives to a `repeat` that must end."""
 MOST_READ = 100_000
 """The most nodes that one statement may read in bodies of phrases."""
 MOST_KNOWN = 1_000
@@ -152,8 +150,8 @@ class Reader:
 
     `made` holds the movements of all nodes except primitives, by `id`. `found` are the diagnostics in the statement,
     and `faults` those that depend on the arguments of the phrase. `level` is how deeply the node being read is nested,
-    through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, without which
-    the statement can still be read.
+    through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, that can be
+    removed: the statement can be read without them.
     """
 
     scope: Scope
@@ -180,10 +178,10 @@ class Reader:
         return made
 
     def movement_made(self, node: Node) -> Movement:
-        """The movement of a node that has been read."""
+        """The movement of a node that has been read. One that is nested too deeply to be read counts as empty."""
         if isinstance(node, nodes.Primitive):
             return node.movement
-        return self.made[id(node)] if id(node) in self.made or not self.settled else self.settled.made[id(node)]
+        return self.made.get(id(node)) or (self.settled.made.get(id(node)) if self.settled else None) or NOTHING
 
     def duration(self, node: Node) -> Duration:
         """How many beats a node that has been read lasts."""
@@ -436,10 +434,10 @@ class Reader:
         if node.condition:
             return _REACTIONS[word](body, _condition(node.condition), node.word.span)
         if body.open and word in (*_ENDING, "chance"):
-            self._report_open(node)
+            self.report(misuse.open_length(node, self.movement_made), node)
             return NOTHING
         if word in _ENDING and isinstance(body.duration, float):
-            self._report_endless(node)
+            self.report(misuse.endless(node, self.movement_made), node)
             return NOTHING
         numbers: Sequence[Fraction] = ()
         if node.numbers:
@@ -468,10 +466,13 @@ class Reader:
             return self._in_canon(node, body, factor)
         if word == "seed":
             if not body.dice:
-                self._report_idle(node, f"nothing in it throws dice, so `seed` changes nothing: remove `{_said(node)}`")
+                message = f"nothing in it throws dice, so `seed` changes nothing: remove `{misuse.written(node)}`"
+                # Without a word of dice, a `||` around it takes no throw, so later throws fall differently.
+                self.report(misuse.without_effect(node, message, safe=False), node)
             return dice.seed(body, factor)
-        if factor == 1 and len(node.numbers[0].tokens) == 1:  # 8/8 in a row of eighths is no mistake
-            self._report_idle(node, f"`{_said(node)}` changes nothing: remove it or use another number")
+        if factor == 1 and len(node.numbers[0].tokens) == 1:  # 8/8 in a row of eighths is no error
+            message = f"`{misuse.written(node)}` changes nothing: remove it or use another number"
+            self.report(misuse.without_effect(node, message), node)
         if word == "scale":
             return movement.gain(body, all_by(factor))
         return movement.pace(body, factor if word == "fast" else 1 / factor)
@@ -481,7 +482,8 @@ class Reader:
         if not robots or self.given is not NOBODY:
             return body  # it stands in a definition, and that is reported
         if robots == 1:
-            self._report_idle(node, f"`canon` needs several robots before `$`: add one or remove `{_said(node)}`")
+            message = f"`canon` needs several robots before `$`: add one or remove `{misuse.written(node)}`"
+            self.report(misuse.without_effect(node, message), node)
             return body
         before, after = beats * robot, beats * (robots - 1 - robot)
         return movement.series([_standing(before), body, _standing(after)])
@@ -504,85 +506,16 @@ class Reader:
         if len(items) >= FEW and not self._add_up(node, items):
             return NOTHING
         if len(items) == 1:
-            self._report_idle(node, f"there is one item to {word} here: write several in brackets or remove `{word}`")
+            message = f"there is one item to {word} here: write several in brackets or remove `{word}`"
+            # If a word of dice goes, it takes no throw, so later throws of the line fall differently.
+            self.report(misuse.without_effect(node, message, safe=False), node)
         if word == "choose" and any(item.open for item in items):
-            self._report_open(node)
+            self.report(misuse.open_length(node, self.movement_made), node)
             return NOTHING
         if word == "choose" and len({item.duration for item in items}) > 1:
-            self._report_uneven(node, items)
+            self.report(misuse.uneven(node, items_written(node.body), items), node)
             return NOTHING
         return _FROM_ITEMS[word](items)
-
-    def _report_uneven(self, node: nodes.Apply, items: Sequence[Movement]) -> None:
-        lengths = list(dict.fromkeys(in_beats(item.duration) for item in items))
-        shown = ", ".join(lengths[:MOST_LENGTHS]) + (", …" if len(lengths) > MOST_LENGTHS else "")
-        message = f"the items of `choose` differ in length ({shown}): give them one length with `fit`"
-        first = items[0].duration
-        here = items_written(node.body)
-        fixes: tuple[Fix, ...] = ()
-        if len(here) == len(items) and all(0 < item.duration < ENDLESS for item in items):
-            others = [each for each, item in zip(here, items, strict=True) if item.duration != first]
-            text = f"fit {Fraction(first)} "
-            edits = tuple([Edit(Span(each.span.start, each.span.start), text) for each in others])
-            fixes = (Fix(f"Fit the others into {in_beats(first)}", edits),)
-        self.report(Diagnostic("uneven-choice", node.word.span, message, fixes), node)
-
-    def _report_endless(self, node: nodes.Apply) -> None:
-        word = node.word.text
-        turns = (
-            each for each in nodes.nodes(node.body) if isinstance(each, nodes.Apply) and each.word.text == "repeat"
-        )
-        endless = next((each for each in turns if not each.numbers), None)
-        fixes = replace(f"Change to repeat {TURNS}", endless.word.span, f"repeat {TURNS}") if endless else ()
-        if word in ("reverse", "retrograde"):
-            message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
-            self.report(Diagnostic("endless-reverse", node.word.span, message, fixes), node)
-            return
-        named = self._endless_word(node.body)
-        what = f"give `{named}` a number" if named == "repeat" else f"`{named}` never ends"
-        message = f"`{word}` needs a movement that ends: {what}"
-        self.report(Diagnostic("open-length", node.word.span, message, fixes), node)
-
-    def _endless_word(self, body: Node) -> str:
-        """The word that makes a movement endless."""
-        for node in nodes.nodes(body):
-            if isinstance(node, nodes.Apply) and node.word.text == "repeat" and not node.numbers:
-                return "repeat"
-            if isinstance(node, Name) and id(node) in self.made and self.made[id(node)].duration == ENDLESS:
-                return node.text
-            if isinstance(node, Call) and self.made[id(node)].duration == ENDLESS:
-                return node.name.text
-        return "repeat"
-
-    def _report_open(self, node: nodes.Apply) -> None:
-        """Report a word that needs a fixed length, around what senses decide."""
-        word, body = node.word.text, node.body
-        what = self._open_word(body)
-        advice = "choose among others" if word == "choose" else f"move `{word}` inside `{what}`"
-        message = f"`{word}` needs a fixed length, but senses decide how long `{what}` lasts: {advice}"
-        fixes: tuple[Fix, ...] = ()
-        guarded = body.body if isinstance(body, nodes.Apply) and body.condition else None
-        if guarded and word != "choose" and not self.movement_made(guarded).open:
-            there = guarded.span.start
-            edits = (Edit(Span(node.span.start, body.span.start), ""), Edit(Span(there, there), f"{_said(node)} "))
-            fixes = (Fix(f"Move {word} inside {what}", edits),)
-        self.report(Diagnostic("open-length", node.word.span, message, fixes), node)
-
-    def _open_word(self, body: Node) -> str:
-        """The word, or the name, by which senses decide how long a movement lasts."""
-        for node in nodes.nodes(body):
-            if isinstance(node, nodes.Choice) or (isinstance(node, nodes.Apply) and node.condition):
-                return node.word.text
-            if isinstance(node, (Name, Call)) and self.movement_made(node).open:
-                return node.text if isinstance(node, Name) else node.name.text
-        return "until"
-
-    def _report_idle(self, node: nodes.Apply, message: str) -> None:
-        written_as = Span(node.word.start, node.numbers[-1].span.end if node.numbers else node.word.end)
-        # If a word of dice goes, it or the `||` around it takes no throw, so later throws of the line fall differently.
-        is_safe = node.word.text not in (*_FROM_ITEMS, "seed")
-        fixes = replace("Remove it", written_as, "", safe=is_safe)
-        self.report(Diagnostic("no-effect", written_as, message, fixes), node)
 
 
 def takes(phrase: Phrase | None, call: Call) -> bool:
@@ -602,10 +535,6 @@ def items_written(node: Node) -> Sequence[Node]:
     """The items of a movement, if they are written where the movement is."""
     inside = _inside_parentheses(node)
     return inside.items if isinstance(inside, nodes.Series) else ()
-
-
-def _said(node: nodes.Apply) -> str:
-    return " ".join([node.word.text, *(each.text for each in node.numbers)])
 
 
 def _standing(beats: Fraction) -> Movement:
@@ -633,6 +562,3 @@ _FROM_ITEMS: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
     "choose": dice.choose,
     "shuffle": dice.shuffle,
 }
-
-MOST_LENGTHS = 3
-"""How many different lengths of the items of a choice a message lists."""

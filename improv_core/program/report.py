@@ -44,7 +44,7 @@ class Mistake(NamedTuple):
 
 MOST_MISTAKES = 20
 LONGEST_MISTAKE = 80
-"""Characters of the text that has a mistake."""
+"""The most characters of the wrong text that are shown."""
 
 
 def mistakes(path: Path, analysis: Analysis) -> list[Mistake]:

@@ -10,6 +10,7 @@ from functools import lru_cache
 from itertools import islice
 
 from improv_core.score import movement as algebra
+from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import MOTIONS, Profile
 from improv_core.score.ramps import Ramp
@@ -59,18 +60,14 @@ def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) 
     """
     movement = with_all_sides(movement)
     known: dict[int, Speed | None] = {}
-    waiting = [movement]
-    while waiting:
-        part = waiting[-1]
-        whole = part.uniform is not None or isinstance(part, (algebra.Parallel, Ramp))
-        inner = () if whole else algebra.parts(part)
-        unknown = [child for child in inner if id(child) not in known]
-        if unknown:
-            waiting += unknown
-            continue
-        waiting.pop()
-        known[id(part)] = _top_speed(part, [known[id(child)] for child in inner], profile, tempo, most)
+    for part in inner_first(movement, _inside):
+        known[id(part)] = _top_speed(part, [known[id(each)] for each in _inside(part)], profile, tempo, most)
     return known[id(movement)]
+
+
+def _inside(part: Movement) -> tuple[Movement, ...]:
+    """The parts whose speeds decide that of a movement; none if its own velocities do."""
+    return () if part.uniform is not None or isinstance(part, (algebra.Parallel, Ramp)) else algebra.parts(part)
 
 
 def _top_speed(

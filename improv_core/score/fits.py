@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 T = TypeVar("T")
 
 LARGEST_FLOAT = 1e300
-"""Numbers beyond it are no numbers of ours."""
+"""Larger numbers are refused."""
 
 hints_of: Callable[[Any], dict[str, Any]] = lru_cache(get_type_hints)
 
@@ -18,7 +18,7 @@ hints_of: Callable[[Any], dict[str, Any]] = lru_cache(get_type_hints)
 def fits(value: object, hint: Any) -> bool:
     """Whether a JSON value is of a type: Any, a simple type, a Literal, a union, a TypedDict, a Mapping, or a Sequence.
 
-    NaN and infinity are no numbers, and True is no 1. What is added to a TypedDict is left alone.
+    NaN and infinity are not numbers, and True is not 1. Unknown keys of a TypedDict are ignored.
     """
     origin, arguments = get_origin(hint), get_args(hint)
     if hint is Any:

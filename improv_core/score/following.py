@@ -29,7 +29,7 @@ SAFE_DELAY = math.pi / 4 / GAIN
 def correction(ideal: Pose, twist: Twist, measured: Pose, limits: tuple[float, float]) -> Twist:
     """What to add to the ideal `twist` of a robot that is not where it ideally is, within its limits in m/s and rad/s.
 
-    A robot that is to stand is not moved.
+    A robot that should stand still is not moved.
     """
     if twist == STILL:
         return STILL
@@ -57,7 +57,8 @@ def refusal(profile: Profile) -> str | None:
 
 
 def accelerated(speed: Twist, wanted: Twist, seconds: float, accelerations: tuple[float, float]) -> Twist:
-    """How fast motors drive and turn after so long, with these accelerations in m/s² and rad/s²."""
+    """The speed of motors after some seconds on the way from `speed` to `wanted`, at accelerations in m/s² and
+    rad/s²."""
     linear, angular = (acceleration * max(seconds, 1e-9) for acceleration in accelerations)
     x, yaw = wanted.x - speed.x, wanted.yaw - speed.yaw
     return Twist(speed.x + _clamped(x, linear), yaw=speed.yaw + _clamped(yaw, angular))
@@ -66,7 +67,7 @@ def accelerated(speed: Twist, wanted: Twist, seconds: float, accelerations: tupl
 def before_stopping(pose: Pose, speed: Twist, accelerations: tuple[float, float]) -> Pose:
     """Where motors at this speed have to be told to stop, so that the robot comes to rest at `pose`.
 
-    They fall behind by as much when they get going, so this is no error.
+    They fall behind by as much when they start, so a robot that is there has no error.
     """
     linear, angular = accelerations
     return pose.then(Pose(-speed.x * abs(speed.x) / 2 / linear, heading=-speed.yaw * abs(speed.yaw) / 2 / angular))

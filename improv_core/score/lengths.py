@@ -8,6 +8,7 @@ from fractions import Fraction
 from itertools import zip_longest
 from typing import NamedTuple
 
+from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import ENDLESS, NORMAL, Duration, Movement, Pace, Parallel, Repeat, parts, series
 from improv_core.score.reactions import If, Pause, Until
 
@@ -29,23 +30,16 @@ class Lengths(NamedTuple):
 
 
 def lengths(movement: Movement, rate: Fraction = NORMAL) -> Lengths:
-    """How long a movement may last at a rate. Of a closed one, the two are the same, and exact.
+    """How long a movement may last at a rate. For a closed one, both lengths are the same, and exact.
 
-    Without recursion: names may be chained. Standing still until a whole beat takes as long at any rate.
+    Standing still until a whole beat takes as long at any rate.
     """
     if not movement.open:
         return _closed(movement, rate)
     known: dict[tuple[int, Fraction], Lengths] = {}
-    waiting = [(movement, rate)]
-    while waiting:
-        part, at = waiting[-1]
-        faster = at * part.rate if isinstance(part, Pace) else at
-        inner = [(each, faster) for each in parts(part) if each.open and (id(each), faster) not in known]
-        if inner:
-            waiting += inner
-            continue
-        waiting.pop()
-        found = [known[id(each), faster] if each.open else _closed(each, faster) for each in parts(part)]
+    for part, at in inner_first((movement, rate), _open_inside, lambda each: (id(each[0]), each[1])):
+        inner = _rate_inside(part, at)
+        found = [known[id(each), inner] if each.open else _closed(each, inner) for each in parts(part)]
         known[id(part), at] = _of(part, found)
     return known[id(movement), rate]
 
@@ -53,7 +47,7 @@ def lengths(movement: Movement, rate: Fraction = NORMAL) -> Lengths:
 def scene_lengths(parts: Sequence[Sequence[Movement]]) -> tuple[list[Lengths], list[Lengths]]:
     """The beats at which scenes begin, and those at which parts end: at the earliest and at the latest.
 
-    Of a scene that never begins, both are endless.
+    For a scene that never begins, both are endless.
     """
     begin, begins = Lengths(0, 0, True), list[Lengths]()
     ends = [begin] * len(parts)
@@ -79,6 +73,16 @@ def one_after_another(items: Sequence[Lengths]) -> Lengths:
         sum(each.longest for each in items),
         all(each.may_be_empty for each in items),
     )
+
+
+def _open_inside(at_rate: tuple[Movement, Fraction]) -> list[tuple[Movement, Fraction]]:
+    """The open movements directly inside one that is played at a rate, with their own rates."""
+    inner = _rate_inside(*at_rate)
+    return [(each, inner) for each in parts(at_rate[0]) if each.open]
+
+
+def _rate_inside(part: Movement, rate: Fraction) -> Fraction:
+    return rate * part.rate if isinstance(part, Pace) else rate
 
 
 def _closed(movement: Movement, rate: Fraction) -> Lengths:

@@ -69,7 +69,7 @@ MOST_BITS = 4096
 MOST_VOICES = 250
 """How many voices may play at once, including those within names: each is walked by itself."""
 MOST_DEPTH = 250
-"""How deep walks may go on inside one another. Each level costs two of Python's levels of recursion."""
+"""How deeply walks may be nested. Each level costs two of Python's levels of recursion."""
 MOST_THROWS = 2**MOST_BITS
 """The most throws of one stream: their number is written into each throw's key."""
 
@@ -111,10 +111,9 @@ class Bounds:
     """What bounds a movement. Thousands of movements share a few, so they are compared by identity.
 
     `peak` bounds all moments. `width` is how many voices may play at once. `bits` is how many bits the factors around
-    its moments may add to their fractions. `depth` is how many walks go on inside one another (voices, ramps, and all
-    that is open).
-    `dice` tells whether a word of dice stands in it, even if it is never reached. `throws` is how many throws of its
-    stream it takes. `open` tells whether senses decide what is performed (see `reactions`).
+    its moments may add to their fractions. `depth` is how deeply walks are nested (in voices, ramps, and all that is
+    open). `dice` tells whether a word of dice stands in it, even if it is never reached. `throws` is how many throws of
+    its stream it takes. `open` tells whether senses decide what is performed (see `reactions`).
     """
 
     peak: Peak
@@ -230,7 +229,8 @@ def hold(velocity: Velocity, duration: Exact = 1, span: Span | None = None) -> M
 
 
 def stand(duration: Exact) -> Movement:
-    """Standing still for `duration` beats, or not at all. It is written nowhere, so it is no item that is too short."""
+    """Standing still for `duration` beats, or not at all. It is not written anywhere, so it never counts as an item
+    that is too short."""
     return Hold(duration, STILL, UNBOUNDED, STILL, None) if duration else series(())
 
 
@@ -348,7 +348,7 @@ def _held(x: float, y: float, z: float, yaw: float, shortest: float) -> Bounds:
 
 
 def in_series(kinds: Iterable[Bounds]) -> Bounds:
-    """The bounds of movements that play one after another, or of which one plays; but for the throws."""
+    """The bounds, except the throws, of movements that play one after another, or of which only one plays."""
     bounds = UNBOUNDED
     for each in kinds:
         bounds = _either(bounds, each)
@@ -377,7 +377,7 @@ def _either(one: Bounds, other: Bounds) -> Bounds:
 
 @lru_cache(maxsize=10_000)
 def opened(bounds: Bounds) -> Bounds:
-    """The bounds of an open movement around this one: its performance goes on around another performance."""
+    """The bounds of an open movement around this one: its performance contains another one."""
     return replace(bounds, open=True, depth=bounds.depth + 1)
 
 

@@ -23,6 +23,7 @@ from improv_core.score.dice import (
     dice_of,
     in_order,
 )
+from improv_core.score.inner_first import inner_first
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, SAME, Duration, Exact, Movement, Velocity
 from improv_core.score.profiles import Profile
@@ -119,16 +120,8 @@ def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
     """The extent of a movement without dice."""
     if found := known.get(id(movement)):
         return found
-    waiting = [movement]
-    while waiting:
-        part = waiting[-1]
-        inner = () if isinstance(part, algebra.Parallel) else _parts(part)
-        unknown = [child for child in inner if id(child) not in known]
-        if unknown:
-            waiting += unknown
-            continue
-        waiting.pop()
-        known[id(part)] = _combined(part, [known[id(child)] for child in inner], most)
+    for part in inner_first(movement, lambda part: [each for each in _parts(part) if id(each) not in known]):
+        known[id(part)] = _combined(part, [known[id(each)] for each in _parts(part)], most)
     return known[id(movement)]
 
 
@@ -162,22 +155,22 @@ def pose_at(part: Part, beat: Exact, most_throws: int = MOST_MEASURED_LIVE) -> P
     passed = min(max(beat - part.begins, 0), part.movement.duration)
     budget = _Budget(most_throws * VISITS_PER_THROW)
     try:
-        return (part.entered or part.start).then(_way(_Leg.first(part.movement), passed, part.profile, budget))
+        return (part.entered or part.start).then(_displacement(_Leg.first(part.movement), passed, part.profile, budget))
     except _TooLongError:
         return None
 
 
-def _way(leg: _Leg, until: Duration, profile: Profile, budget: _Budget) -> Pose:
+def _displacement(leg: _Leg, until: Duration, profile: Profile, budget: _Budget) -> Pose:
     """How the first `until` beats of a leg move a robot, as a pose relative to its start."""
     known: dict[tuple[int, Velocity, bool], Pose] = {}
-    way = Pose()
+    moved = Pose()
     while until < leg.movement.duration and not leg.is_walked:
         before, leg, until = _split(leg, until, budget)
         for each, times in before:
-            way = way.then(_times(_whole(each, profile, known, budget), times))
+            moved = moved.then(_times(_whole(each, profile, known, budget), times))
     if until < leg.movement.duration:
-        return way.then(_walked_way(leg, until, profile, budget if leg.dice else None))
-    return way.then(_whole(leg, profile, known, budget))
+        return moved.then(_walked_displacement(leg, until, profile, budget if leg.dice else None))
+    return moved.then(_whole(leg, profile, known, budget))
 
 
 def _split(leg: _Leg, until: Duration, budget: _Budget) -> tuple[Iterable[tuple[_Leg, int]], _Leg, Duration]:
@@ -213,35 +206,30 @@ def _played(part: Ramp | algebra.Pace, until: Duration, backward: bool) -> Durat
 
 def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose], budget: _Budget) -> Pose:
     """How a whole leg moves a robot."""
-    way = Pose()
+    moved = Pose()
     for each in _decided(leg, budget):
         if each.dice:
-            way = way.then(_walked_way(each, each.movement.duration, profile, budget))
+            moved = moved.then(_walked_displacement(each, each.movement.duration, profile, budget))
         else:
-            way = way.then(_whole_without_dice(each, profile, known))
-    return way
+            moved = moved.then(_whole_without_dice(each, profile, known))
+    return moved
 
 
 def _whole_without_dice(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose]) -> Pose:
-    """Inner legs come first, without recursion."""
     if found := known.get(_key(leg)):
         return found
-    waiting = [leg]
-    while waiting:
-        now = waiting[-1]
-        inner = [] if now.is_walked else list(_inside(now))
-        unknown = [each for each in inner if _key(each) not in known]
-        if unknown:
-            waiting += unknown
-            continue
-        waiting.pop()
+
+    def inside(leg: _Leg) -> Iterable[_Leg]:
+        return () if leg.is_walked else [each for each in _inside(leg) if _key(each) not in known]
+
+    for now in inner_first(leg, inside, _key):
         if now.is_walked:
-            known[_key(now)] = _walked_way(now, now.movement.duration, profile)
+            known[_key(now)] = _walked_displacement(now, now.movement.duration, profile)
             continue
-        way = Pose()
-        for each in inner:
-            way = way.then(known[_key(each)])
-        known[_key(now)] = _times(way, now.movement.times or 0) if isinstance(now.movement, algebra.Repeat) else way
+        moved = Pose()
+        for each in _inside(now):
+            moved = moved.then(known[_key(each)])
+        known[_key(now)] = _times(moved, now.movement.times or 0) if isinstance(now.movement, algebra.Repeat) else moved
     return known[_key(leg)]
 
 
@@ -291,7 +279,9 @@ def _inside(leg: _Leg) -> Iterator[_Leg]:
 
 
 def _parts(part: Movement) -> tuple[Movement, ...]:
-    """The movements directly inside a movement without dice, as far as they are performed if no sense ever holds."""
+    """The movements that are measured to measure one without dice. Voices are measured together."""
+    if isinstance(part, algebra.Parallel):
+        return ()
     return (part.assumed,) if isinstance(part, Reaction) else algebra.parts(part)
 
 
@@ -305,7 +295,7 @@ def _turn(leg: _Leg, turn: int) -> _Leg:
     return leg.to(part.body, at_turn(part, leg.dice, turn))
 
 
-def _walked_way(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | None = None) -> Pose:
+def _walked_displacement(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | None = None) -> Pose:
     """How the first `until` beats of a leg of constant velocity or of voices move a robot."""
     if leg.movement.uniform is not None:
         moving = twist(leg.movement.uniform.times(leg.gain), profile, A_BEAT_A_SECOND)
@@ -313,11 +303,11 @@ def _walked_way(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | 
     period = _period(leg.movement)
     if period and until > period:
         turns, rest = divmod(until, period)
-        once, last = (_walked_way(leg, beats, profile, budget) for beats in (period, rest))
+        once, last = (_walked_displacement(leg, beats, profile, budget) for beats in (period, rest))
         return _times(once, int(turns)).then(last)
     movement = algebra.reverse(leg.movement) if leg.backward else leg.movement
     budget = budget or _Budget(MOST_WALKED)
-    way = Pose()
+    moved = Pose()
     for moment in walk(movement, merge=True, dice=leg.dice):
         left = until - moment.start
         if left <= 0:
@@ -325,8 +315,8 @@ def _walked_way(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | 
         budget.spend(1)
         velocity = moment.velocity.times(leg.gain)
         moving = twist(velocity, profile, A_BEAT_A_SECOND)
-        way = way.after(moving, float(min(moment.duration, left)))
-    return way
+        moved = moved.after(moving, float(min(moment.duration, left)))
+    return moved
 
 
 _SINGLE = (algebra.Use, algebra.Gain, algebra.Pace, algebra.Reverse)
@@ -365,11 +355,11 @@ def _common(one: Fraction, other: Fraction) -> Fraction:
     return Fraction(math.lcm(one.numerator, other.numerator), math.gcd(one.denominator, other.denominator))
 
 
-def _times(way: Pose, times: int) -> Pose:
+def _times(moved: Pose, times: int) -> Pose:
     """The pose after a path is repeated `times` times, computed by repeated squaring."""
     gone = Pose()
     while times:
         if times % 2:
-            gone = gone.then(way)
-        way, times = way.then(way), times // 2
+            gone = gone.then(moved)
+        moved, times = moved.then(moved), times // 2
     return gone

@@ -1,4 +1,4 @@
-"""Performs a whole score of which senses are scripted: no clock, no robots. Standard library only."""
+"""Performs a whole score whose senses are scripted: no clock, no robots. Standard library only."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def performed(movement: Movement, begin: Exact, edges: Iterable[SenseEdge]) -> I
 
 
 def perform(scenes: Sequence[Mapping[str, Movement]], script: Sequence[Sensing]) -> Iterator[tuple[str, Moment]]:
-    """What each robot does, in the order of time. Each scene lists all robots.
+    """What each robot does, in order of time. Each scene lists all robots.
 
     A scene begins on the first whole beat at which all before it is over. Until then a robot that is done stands,
     unless it plays in no later scene.

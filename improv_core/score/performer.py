@@ -97,7 +97,7 @@ class Decision(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Setting:
-    """What stands around a movement: its dice, its rate and gain, and where it was written."""
+    """What surrounds a movement: its dice, its rate and gain, and where it was written."""
 
     dice: Dice | None
     rate: Fraction = NORMAL
@@ -386,7 +386,7 @@ class _Until(_Act):
 
 
 class _Pause(_Act):
-    """A `pause`: while its condition holds, the robot stands, beat by beat, and then goes on from there."""
+    """A `pause`: while its condition holds, the robot stands still, beat by beat, and then continues from there."""
 
     def __init__(self, movement: Pause, around: _Setting) -> None:
         self._pause = movement

@@ -11,7 +11,7 @@ from improv_core.score.motion import Twist
 MOTIONS = ("forward", "turn", "strafe", "climb")
 DYNAMICS = ("ideal", "motors")
 LIMITED = "limits"
-"""What `dynamics` is of an ideal robot beside its real one (`beside_robots`)."""
+"""The `dynamics` of an ideal robot that is simulated beside its real one (`beside_robots`)."""
 MESSAGES = ("auto", "Twist", "TwistStamped")
 
 WHEEL_SEPARATION = 1.42
@@ -25,15 +25,15 @@ class Profile:
     """A kind of robot. Values that are not given impose no limit.
 
     `step`: meters that `forward` covers. `quarter_turn`: radians that `left` turns. `linear_scale` and `angular_scale`:
-    how many meters and radians the real robot is told for each one that it is to move. `left_right`: how far its left
-    wheel rolls for each meter of the right one. `max_linear` (m/s), `max_angular` (rad/s), and the
-    accelerations (m/s², rad/s²): None if there is no limit. `motions`: those of `MOTIONS` that it can
-    make, in both directions. `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in
-    the simulator. `message`: one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as
-    the score says, or as motors would. With motors, `wheel_error` holds how far its left and right wheels really roll
-    for each meter that their encoders count, and `noise` the standard deviation of that, as a share. `smooth`: whether
-    its movements begin and end gently, stretch by stretch. `near`: meters
-    ahead of it in which it senses what is near; None is one step.
+    how many meters and radians the real robot is told to move for each one that it should. `left_right`: how far its
+    left wheel rolls for each meter of the right one. `max_linear` (m/s), `max_angular` (rad/s), and the accelerations
+    (m/s², rad/s²): None if there is no limit. `motions`: those of `MOTIONS` that it can make, in both directions.
+    `command_rate`: how often to send it a command, in Hz. `radius`: meters, of its disc in the simulator. `message`:
+    one of `MESSAGES`. `dynamics`: one of `DYNAMICS`, how the simulator moves it: exactly as the score says, or as
+    motors would. With motors, `wheel_error` holds how far its left and right wheels really roll for each meter that
+    their encoders count, and `noise` the standard deviation of that, as a share. `smooth`: whether its movements begin
+    and end gently, stretch by stretch. `near`: meters ahead of it in which it senses what is near; None stands for one
+    step.
     """
 
     name: str
@@ -74,7 +74,7 @@ class Profile:
         return self.limited(self.calibrated(twist))
 
     def calibrated(self, twist: Twist) -> Twist:
-        """The twist that makes a base move like this that drives and turns too little or pulls to one side."""
+        """The twist with which a base moves like this although it drives or turns too little or pulls to one side."""
         if self.linear_scale != 1 or self.angular_scale != 1:
             linear = self.linear_scale
             twist = Twist(twist.x * linear, twist.y * linear, twist.z * linear, twist.yaw * self.angular_scale)

@@ -112,5 +112,6 @@ STANDING = repeat(stand(1))
 
 
 def _first_beat(body: Movement) -> Movement:
-    """What a movement becomes that ends as it begins: it stands to the next whole beat, or as long as it would last."""
+    """What is left of a movement that ends as it begins: standing until the next whole beat, or its end if that is
+    sooner."""
     return stand(1 if isinstance(body.duration, float) else min(1, body.duration))

@@ -21,7 +21,7 @@ from improv_core.score.world import World
 BASE_FRAME = "base_link"
 """The frame of a robot's velocities by default, as in REP 105."""
 UNNUMBERED = 0
-"""The edition of a part that nobody has compared with others."""
+"""The edition of a part that has not been compared with others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +31,8 @@ class Part:
     `scenes` has a movement for each scene, which is empty if the robot has nothing to do in it. `reset` is the service
     that moves it to its start pose, and `odom` the topic of its poses, if there are any. With `follow`, these pull it
     back to its ideal path. With `use_sim_time`, its messages are stamped with the time on /clock. `frame` is the frame
-    of its velocities. `senses` are those that its movements read. `editions` has a number for each scene: where two
-    parts of a robot have the same, they move it alike.
+    of its velocities. `senses` are those that its movements read. `editions` has a number for each scene: two parts of
+    a robot with the same number move it alike.
 
     `begins` is the beat of the performance at which the part began, with scene `scene` (from 0). If that is not the
     beginning of all, `entered` is where the robot ideally was then. `movement` is all that it performs from there on.
@@ -78,7 +78,8 @@ class Part:
 
 
 Rejoin = Literal["continue", "next", "pause"]
-"""What a robot does that listens again: continue with the others, or stand until the next play; or all wait for it."""
+"""When a robot listens again: it continues with the others, or stands still until the next play, or all waited for
+it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from improv_core.score import movement as algebra
 from improv_core.score import ramps, reactions, senses
 from improv_core.score import world as worlds
 from improv_core.score.fits import checked, fits
+from improv_core.score.inner_first import inner_first
 from improv_core.score.motion import Pose
 from improv_core.score.movement import Bounds, Movement, Velocity
 from improv_core.score.profiles import Profile
@@ -68,7 +69,7 @@ class Read:
 
 
 class LackingError(Exception):
-    """A score counts on movements or parts that its reader does not have."""
+    """A score builds on movements or parts that its reader does not have."""
 
 
 def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
@@ -158,10 +159,10 @@ class _ScoreJson(TypedDict):
 
 
 def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
-    """The score that `to_json` wrote. `read` is what was read before it, and is forgotten if this can't be read: its
-    writer counts on it.
+    """The score that `to_json` wrote. `read` is what was read before it, on which its writer builds. It is emptied if
+    this score can't be read.
 
-    Raises `LackingError` if that is not what the writer counts on, and an exception on anything that is no score or is
+    Raises `LackingError` if that is not what the writer builds on, and an exception on anything that is no score or is
     too much to play.
     """
     if not fits(data, _ScoreJson):
@@ -223,7 +224,7 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
 
 
 def _playable(movement: Movement) -> Movement:
-    """A movement that the language would take too, which bounds what it costs to walk it."""
+    """A movement that the language would accept too, so walking it costs no more. Raises ValueError."""
     duration = movement.duration
     is_long = not isinstance(duration, float) and (duration > _LONGEST or algebra.bits(duration) > _MOST_DURATION_BITS)
     if is_long or not _are_playable(movement.bounds):
@@ -251,19 +252,13 @@ _MOST_DURATION_BITS = 4 * algebra.MOST_BITS
 def _add(whole: Movement, rows: list[list[Any]], written: Written) -> int:
     """Append the rows of a movement that are new, inner ones first, and return its number.
 
-    Uses an explicit stack for long chains. A movement that is made anew for each score, but has the same row, is known.
+    A movement that was made again for this score, but has the same row as an earlier one, is not new.
     """
-    waiting, known, made = [whole], written.numbers, dict[int, int]()
-    while waiting:
-        part = waiting[-1]
-        inner = [child for child in algebra.parts(part) if id(child) not in known and id(child) not in made]
-        if inner:
-            waiting += inner
-            continue
-        waiting.pop()
-        if id(part) in known or id(part) in made:
-            continue
-        row = _row(part, [made[key] if (key := id(child)) in made else known[key] for child in algebra.parts(part)])
+    known, made = written.numbers, dict[int, int]()
+    if id(whole) in known:
+        return known[id(whole)]
+    for part in inner_first(whole, lambda part: [each for each in algebra.parts(part) if id(each) not in known]):
+        row = _row(part, [made[key] if (key := id(each)) in made else known[key] for each in algebra.parts(part)])
         key_of_row = _frozen(row)
         if key_of_row in written.rows:
             made[id(part)] = written.rows[key_of_row]

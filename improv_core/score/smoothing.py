@@ -11,6 +11,7 @@ from fractions import Fraction
 from itertools import groupby
 
 from improv_core.score import movement as algebra
+from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import ENDLESS, STILL, Exact, Movement, Velocity, exact, series
 from improv_core.score.ramps import FASTEST_EASE, Ramp, ease
 from improv_core.score.reactions import Reaction
@@ -28,7 +29,7 @@ def smoothed(whole: Movement, fits: Fits = lambda velocity: True) -> Movement:
     A stretch whose highest velocity does not fit somewhere stays as it is, and so do one that never ends, voices that
     change at different times, ramps, and what senses may interrupt. Takes time in proportion to the distinct parts.
     """
-    order = _inner_first(whole)
+    order = list(inner_first(whole, _inside))
     fastest = _fastest(order)
     made: dict[int, Movement] = {}
     for part in order:
@@ -71,24 +72,6 @@ def _inside(part: Movement) -> Sequence[Movement]:
     """The parts in which to look for stretches."""
     is_whole = part.uniform is not None or isinstance(part, (algebra.Parallel, Ramp, Reaction))
     return () if is_whole else algebra.parts(part)
-
-
-def _inner_first(whole: Movement) -> list[Movement]:
-    """All distinct parts in which to look, each after those inside it. Without recursion: names may be chained."""
-    order: list[Movement] = []
-    done: set[int] = set()
-    waiting = [whole]
-    while waiting:
-        part = waiting[-1]
-        unknown = [each for each in _inside(part) if id(each) not in done]
-        if unknown:
-            waiting += unknown
-            continue
-        waiting.pop()
-        if id(part) not in done:
-            done.add(id(part))
-            order.append(part)
-    return order
 
 
 def _fastest(order: Sequence[Movement]) -> dict[int, Exact]:

@@ -1,4 +1,4 @@
-"""Open movements as pictures and checks suppose them, where nobody senses anything. Standard library only."""
+"""What pictures and checks assume of open movements, since nothing is sensed there. Standard library only."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from improv_core.score.dice import (
     shuffle,
     throwing,
 )
+from improv_core.score.inner_first import inner_first
 from improv_core.score.movement import ENDLESS, Duration, Movement, parallel, series, stand
 from improv_core.score.reactions import Reaction, Until
 from improv_core.score.walk import walk
@@ -64,16 +65,9 @@ def _cut(movement: Movement, beats: int) -> Movement:
 
 
 def _supposed(whole: Movement, suppose: _Supposing) -> Movement:
-    """The movement with something else assumed of its reactions. Without recursion: names may be chained."""
+    """The movement with something else assumed for each reaction."""
     made: dict[int, Movement] = {}
-    waiting = [whole]
-    while waiting:
-        part = waiting[-1]
-        inner = [each for each in algebra.parts(part) if each.open and id(each) not in made] if part.open else []
-        if inner:
-            waiting += inner
-            continue
-        waiting.pop()
+    for part in inner_first(whole, lambda part: [each for each in algebra.parts(part) if each.open]):
         items = [made.get(id(each), each) for each in algebra.parts(part)]
         if isinstance(part, Reaction):
             assumed = suppose(part, items)
@@ -84,7 +78,7 @@ def _supposed(whole: Movement, suppose: _Supposing) -> Movement:
 
 
 def remade(part: Movement, items: Sequence[Movement]) -> Movement:
-    """A movement with other parts. It is no reaction and no ramp."""
+    """A movement made again from other parts. Not for reactions and ramps."""
     if isinstance(part, algebra.Series):
         return series(items)
     if isinstance(part, algebra.Parallel):

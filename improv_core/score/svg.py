@@ -4,68 +4,41 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from dataclasses import dataclass
 from html import escape
 from typing import NamedTuple
 
-from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import ENDLESS, Exact, Movement
-from improv_core.score.score import Part, Score, twist
-from improv_core.score.suppositions import as_pictured, certain_beats
+from improv_core.score.motion import Pose
+from improv_core.score.movement import ENDLESS
+from improv_core.score.score import Score
+from improv_core.score.strokes import (
+    ENDLESS_BEATS,
+    MOST_MOMENTS,
+    MOST_STROKES,
+    Path,
+    Stroke,
+    apex,
+    outermost,
+    paths,
+    pictured,
+)
+from improv_core.score.suppositions import certain_beats
 from improv_core.score.walk import Source, walk
 from improv_core.score.world import Box, World
 
 COLORS = ("#e8590c", "#1c7ed6", "#2f9e44", "#9c36b5", "#c78100", "#d6336c", "#0c8599", "#8d6e58")
 """The robots' colors, in order. All are easy to tell apart on white and on near-black."""
-MOST_STROKES = 400
-"""The most lines and arcs of a path. This keeps a picture under 20 KB, which suits hovers in editors."""
-MOST_MOMENTS = 20_000
-ENDLESS_BEATS = 64
-"""The number of beats drawn of an endless movement."""
 SIZE = 240.0
 """The longer side of a small picture, in pixels."""
 LARGE = 720.0
 """The longer side of a plot, in pixels."""
 _MARGIN = 26.0  # room for names
-_FLAT = 1e-9
-
-
-class Stroke(NamedTuple):
-    """A stretch of a path from one pose to another, along a circle with this radius (0: a straight line)."""
-
-    start: Pose
-    end: Pose
-    radius: float
-    turn: float
-
-
-@dataclass(frozen=True, slots=True)
-class Path:
-    """One robot's path. `whole` is false if something had to be left out.
-
-    Strokes from `certain` on are as they are pictured, but what is sensed may decide otherwise.
-    """
-
-    robot: str
-    start: Pose
-    end: Pose
-    strokes: Sequence[Stroke]
-    whole: bool
-    certain: int
-
-
-def paths(score: Score, most_moments: int = MOST_MOMENTS) -> list[Path]:
-    """The ideal path of each robot: only the first beats of an endless path, and repeated strokes only once."""
-    certain = {name: part.movement for name, part in score.parts.items()}
-    pictured = _as_pictured(score)
-    return [_path(pictured, part, certain[name], most_moments) for name, part in pictured.parts.items()]
 
 
 def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) -> str:
     """A small SVG of only the paths, with start, direction, and end; under 20 KB for one robot."""
     drawn = paths(score, most_moments)
-    frame = _Frame.around((point for path in drawn for point in _points(path)), size)
+    frame = _Frame.around((point for path in drawn for point in outermost(path)), size)
     return _svg(
         frame.width, frame.height, "The ideal path", [_drawn(path, frame, place) for place, path in enumerate(drawn)]
     )
@@ -74,7 +47,7 @@ def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) 
 def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS, size: float = LARGE) -> str:
     """A large SVG of the paths, the world, names, and a scale on white, with the timeline below if asked for."""
     drawn = paths(score, most_moments)
-    points = [point for path in drawn for point in _points(path)]
+    points = [point for path in drawn for point in outermost(path)]
     frame = _Frame.around([*points, *_outline(score.world)], size)
     parts = _obstacles(score.world, frame)
     parts += [_drawn(path, frame, place) for place, path in enumerate(drawn)]
@@ -87,69 +60,6 @@ def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS,
         height += rows_height + 8
     ground = f'<path d="M0 0H{_number(frame.width)}V{_number(height)}H0Z" fill="{_GROUND}"/>'
     return _svg(frame.width, height, "The ideal paths", [ground, *parts])
-
-
-def _as_pictured(score: Score) -> Score:
-    """The score as it is pictured where senses decide."""
-    if not any(scene.open for part in score.parts.values() for scene in part.scenes):
-        return score
-    parts = {
-        name: replace(part, scenes=tuple(map(as_pictured, part.scenes)), scene_begins=())
-        for name, part in score.parts.items()
-    }
-    return replace(score, parts=parts)
-
-
-def _path(score: Score, part: Part, assumed: Movement, most_moments: int) -> Path:
-    endless = part.movement.duration == ENDLESS
-    pose = part.start
-    strokes: dict[tuple[float, ...], Stroke] = {}
-    latest: Exact = 0  # the last time something new was drawn
-    whole = True
-    doubtful = certain_beats(assumed, part.movement, most_moments)
-    certain: int | None = None
-    for walked, moment in enumerate(walk(part.movement, merge=True)):
-        if moment.start >= doubtful and certain is None:
-            certain = len(strokes)
-        if endless and moment.start >= ENDLESS_BEATS:
-            whole = latest < ENDLESS_BEATS / 2  # it only repeats itself
-            break
-        if walked == most_moments or len(strokes) >= MOST_STROKES:
-            whole = False
-            break
-        moving = twist(moment.velocity, part.profile, score.tempo)
-        beats = min(moment.duration, Fraction(ENDLESS_BEATS)) if endless else moment.duration
-        for stroke in _strokes(pose, moving, score.seconds(beats)):
-            pose = stroke.end
-            if math.dist((stroke.start.x, stroke.start.y), (pose.x, pose.y)) > _FLAT:
-                ends = (stroke.start.x, stroke.start.y, pose.x, pose.y, stroke.turn)
-                count = len(strokes)
-                strokes.setdefault(tuple(round(value, 6) for value in ends), stroke)
-                latest = moment.start if len(strokes) > count else latest
-    return Path(
-        part.robot, part.start, pose, list(strokes.values()), whole, len(strokes) if certain is None else certain
-    )
-
-
-def _strokes(pose: Pose, moving: Twist, seconds: float) -> Iterator[Stroke]:
-    """A moment as a line, or as arcs of less than half a circle that make up at most one full circle."""
-    speed = math.hypot(moving.x, moving.y)
-    turn = moving.yaw * seconds
-    if abs(turn) < _FLAT or not speed:
-        yield Stroke(pose, pose.after(moving, seconds), 0.0, 0.0)
-        return
-    radius = speed / abs(moving.yaw)
-    drawn = math.copysign(min(abs(turn), math.tau), turn)
-    pieces = math.ceil(abs(drawn) / (math.pi * 0.9))
-    for piece in range(pieces):
-        start = pose.after(moving, seconds * drawn / turn * piece / pieces)
-        end = pose.after(moving, seconds * drawn / turn * (piece + 1) / pieces)
-        if piece + 1 == pieces and abs(turn) > math.tau:
-            end = pose.after(moving, seconds)
-            yield Stroke(start, start.after(moving, seconds * drawn / turn / pieces), radius, turn)
-            yield Stroke(end, end, 0.0, 0.0)
-            return
-        yield Stroke(start, end, radius, turn)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,37 +94,6 @@ class _Frame:
 
     def place(self, x: float, y: float) -> str:
         return " ".join(map(_number, self.pixel(x, y)))
-
-
-def _points(path: Path) -> Iterator[tuple[float, float]]:
-    """The outermost points of a path, among others."""
-    yield path.start.x, path.start.y
-    for stroke in path.strokes:
-        yield stroke.end.x, stroke.end.y
-        if stroke.radius:
-            yield from _extremes(stroke)
-
-
-def _extremes(stroke: Stroke) -> Iterator[tuple[float, float]]:
-    """The points of an arc that are farthest along x or y, except its ends."""
-    x, y = stroke.end.x - stroke.start.x, stroke.end.y - stroke.start.y
-    sweep = math.copysign(2 * math.asin(min(math.hypot(x, y) / 2 / stroke.radius, 1.0)), stroke.turn)
-    begin = math.atan2(y, x) - sweep / 2 - math.copysign(math.pi / 2, sweep)  # where it begins, seen from its center
-    first, last = sorted((begin, begin + sweep))
-    for quarter in range(math.ceil(first * 2 / math.pi), math.floor(last * 2 / math.pi) + 1):
-        angle = quarter * math.pi / 2
-        across, up = math.cos(angle) - math.cos(begin), math.sin(angle) - math.sin(begin)
-        yield stroke.start.x + stroke.radius * across, stroke.start.y + stroke.radius * up
-
-
-def _middle(stroke: Stroke) -> tuple[float, float]:
-    """The point of an arc that is farthest from the line between its ends."""
-    (x0, y0), (x1, y1) = (stroke.start.x, stroke.start.y), (stroke.end.x, stroke.end.y)
-    half = math.dist((x0, y0), (x1, y1)) / 2
-    # The difference of squares could be too large for a float, so take two square roots.
-    bulge = stroke.radius - math.sqrt(max(stroke.radius - half, 0.0)) * math.sqrt(stroke.radius + half)
-    across = math.copysign(bulge, stroke.turn) / max(2 * half, _FLAT)
-    return (x0 + x1) / 2 + (y1 - y0) * across, (y0 + y1) / 2 - (x1 - x0) * across
 
 
 def _outline(world: World) -> Iterator[tuple[float, float]]:
@@ -333,7 +212,7 @@ def _pixels(path: Path, frame: _Frame) -> Iterator[tuple[float, float]]:
     yield frame.pixel(path.end.x, path.end.y)
     for stroke in path.strokes:
         (x0, y0), (x1, y1) = frame.pixel(stroke.start.x, stroke.start.y), frame.pixel(stroke.end.x, stroke.end.y)
-        middle = frame.pixel(*_middle(stroke)) if stroke.radius else ((x0 + x1) / 2, (y0 + y1) / 2)
+        middle = frame.pixel(*apex(stroke)) if stroke.radius else ((x0 + x1) / 2, (y0 + y1) / 2)
         count = max(math.ceil(math.dist((x0, y0), (x1, y1)) / 4), 4)
         for share in (number / count for number in range(count + 1)):
             # The parabola through both ends and the middle is close enough to the arc.
@@ -356,7 +235,7 @@ def _scale(frame: _Frame) -> str:
 
 _QUIET = "#808080"
 _FONTS = "Arial, Helvetica, Liberation Sans, DejaVu Sans, Noto Sans, sans-serif"
-"""By name: what draws PNGs doesn't look for another font if it has none that is called sans-serif."""
+"""By name: the PNG renderer doesn't look for another font if it has none that is called sans-serif."""
 _GROUND = "#ffffff"
 _RING = 9.0
 """The radius of the ring at a start, in pixels."""
@@ -371,7 +250,7 @@ _ROW = 30.0
 
 def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
     """A row for each robot, with a bar for each moment as wide as it lasts, and the total height."""
-    assumed, score = score, _as_pictured(score)
+    assumed, score = score, pictured(score)
     longest = score.beats
     beats = float(ENDLESS_BEATS if longest == ENDLESS else max(longest, 1))
     room = width - 2 * _MARGIN

@@ -84,17 +84,17 @@ class Calibration:
 
 
 def goal_in(room: float, profile: Profile) -> Goal:
-    """As many steps as there is room for, in meters."""
+    """As many steps as fit into so many meters of free floor."""
     return Goal(math.floor(room / room_for(profile) + 1e-9), profile.step, profile.quarter_turn)
 
 
 def room_for(profile: Profile) -> float:
-    """What a step takes, in meters: as it is to be, or as it is told, if that is more."""
+    """The meters that a step takes: as it should be, or as it is commanded, if that is more."""
     return profile.step * max(profile.linear_scale, 1.0)
 
 
 def settings_of(profile: Profile) -> Settings:
-    """With what a robot with this profile has been calibrated so far."""
+    """The settings with which a robot with this profile is calibrated so far."""
     step, turn = profile.step * profile.linear_scale, profile.quarter_turn * profile.angular_scale
     return Settings(step, turn, profile.left_right)
 
@@ -147,7 +147,7 @@ def turn_by_poses(start: Pose, end: Pose, goal: Goal) -> float:
 
 
 def are_whole(first: MeasuredRobot, last: MeasuredRobot, seconds: float) -> bool:
-    """Whether poses came all through a dance of so many seconds, and in one frame, by the first and the last."""
+    """Whether poses came during a whole dance of so many seconds, and in one frame, judging by its first and last."""
     begun, ended = first["performed"] <= PATIENCE, last["performed"] >= seconds - PATIENCE
     return begun and ended and first["aligned"] == last["aligned"]
 

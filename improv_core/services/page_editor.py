@@ -35,7 +35,7 @@ class PageEditor:
 
     def __init__(self, robots: Robots) -> None:
         self.robots = robots
-        """May be set: what is asked from then on is answered for them."""
+        """May be replaced: what is asked from then on is answered for these."""
         self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
         self._latest = analyze("", robots)
 

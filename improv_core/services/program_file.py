@@ -27,7 +27,7 @@ class WriteError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Version:
-    """What a file holds. The lines of `text` end in \\n, whatever they end in in the file."""
+    """What a file holds. The lines of `text` end in \\n, whatever the line ends in the file are."""
 
     data: bytes
 

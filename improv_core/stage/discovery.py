@@ -26,12 +26,12 @@ WITH_BOTH = ("iron", "jazzy")
 def limited(env: Mapping[str, str], setting: str | None = None) -> dict[str, str]:
     """The environment of a stage, made from this one: unless told otherwise, it reaches this machine only.
 
-    So nobody moves a neighbor's robot. `setting`, a key of `REACH`, counts where the environment sets no range.
+    So nobody moves a neighbor's robot. `setting`, a key of `REACH`, counts if the environment sets no range.
     """
     # Set but empty, RANGE would mean the subnet (rcl, discovery_options.c).
     made = {**env, RANGE: env.get(RANGE) or setting or "LOCALHOST"}
     if _release(env) in BEFORE_RANGES and made[RANGE] not in ("SUBNET", "SYSTEM_DEFAULT"):
-        made[LOCALHOST_ONLY] = "1"  # even where it is 0: sourcing Humble sets that, nobody has asked for it
+        made[LOCALHOST_ONLY] = "1"  # even if it is 0: sourcing Humble sets that, without anybody asking for it
     if server(env) and not env.get(SUPER_CLIENT):
         made[SUPER_CLIENT] = "TRUE"  # otherwise the server doesn't tell who else is there, and what they listen for
     return made
@@ -49,7 +49,7 @@ def server(env: Mapping[str, str]) -> str | None:
 def reached(env: Mapping[str, str]) -> str:
     """How far a stage with this environment, which `limited` has made, really reaches: a key of `REACH`.
 
-    That is without a discovery server, which has its own way.
+    A discovery server is not considered: it overrides the range.
     """
     only = env.get(LOCALHOST_ONLY) == "1"
     if _release(env) in BEFORE_RANGES:
@@ -60,7 +60,7 @@ def reached(env: Mapping[str, str]) -> str:
 
 
 def described(env: Mapping[str, str]) -> str:
-    """In words, what a stage with this environment, which `limited` has made, reaches."""
+    """What a stage with this environment, which `limited` has made, reaches, in words."""
     domain = f"domain {env.get('ROS_DOMAIN_ID') or 0}"
     if asked := server(env):
         return f"{domain}, all robots listed by the discovery server {asked}"

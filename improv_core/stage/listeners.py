@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from improv_core.score.score import Rejoin, Score
 from improv_core.stage.sinks import Sink
 
+PATIENCE = 5.0
+"""Seconds to wait for a new robot's listener before beat 0. ROS 2 discovery took up to 2.64 s in measurements on a
+quiet machine, and more than 3 s on a busy one."""
 LOOK_PERIOD = 0.5
 """Seconds in which every robot is checked once: whether it still listens, and whether other nodes move it."""
 MOST_LINES = 10
-"""Lines to tell at once. Nobody reads a thousand."""
+"""The most warnings at once. Nobody reads a thousand."""
 LOOK_AT = 20
 """How many robots to check between two setpoints. With ROS 2, each takes about 0.02 ms."""
 
@@ -24,11 +27,13 @@ _BACK: Mapping[Rejoin, str] = {
 
 
 class Listeners:
-    """Asks the sink about robots, a few at a time, and collects the lines to tell: each once, and one for all robots
-    that it is true of."""
+    """Asks the sink about robots, a few at a time, and collects warnings: each once, with one line for all robots that
+    it applies to."""
 
     def __init__(self, sink: Sink) -> None:
         self._sink = sink
+        self._met: dict[str, float] = {}  # when each robot first had a part
+        self._awaited: set[str] = set()  # robots that beat 0 waits for, because nothing listens for them yet
         self._heard: set[str] = set()  # robots that have listened since the score began
         self.away: set[str] = set()
         """Robots that listened, and no longer do."""
@@ -42,20 +47,31 @@ class Listeners:
         self._warned: dict[str, str | None] = {}
         self._news: dict[str, list[str]] = {}  # for each line to tell, without its topic, the topics
 
-    def begin(self, score: Score, entering: Collection[str]) -> None:
+    def begin(self, score: Score, entering: Collection[str], now: float) -> None:
         """Another score begins, and with it the parts of these robots. The others are looked at in their turn: scores
         may come faster than all robots can be looked at."""
         self._robots = list(score.parts)
         self._heard = self._heard.difference(entering)
         self.away, self.standing = self.away.difference(entering), set()
+        for robot in entering:
+            self._met.setdefault(robot, now)
+
+    def expect(self, robots: Iterable[str]) -> None:
+        """Have beat 0 wait until these robots listen."""
+        self._awaited = set(robots)
+
+    def find(self, now: float) -> tuple[set[str], bool]:
+        """The expected robots that listen since the last call, and whether beat 0 has to wait for others."""
+        before, self._awaited = self._awaited, set(self._sink.missing(self._awaited))
+        return before - self._awaited, any(now < self._met[robot] + PATIENCE for robot in self._awaited)
 
     def forget(self) -> None:
-        """Tell everything again, since somebody had all begin again."""
+        """Repeat all warnings from now on, since somebody has restarted everything."""
         self._warned, self._news = {}, {}
 
     def wait(self, now: float) -> None:
-        """Look around after a whole period, or as planned if a look is due: what is asked for again and again must not
-        put it off forever."""
+        """Look around after a whole period, or earlier if that is already planned, so that repeated calls don't put it
+        off forever."""
         if abs(self.next_look - now) > LOOK_PERIOD:
             self.next_look = now + LOOK_PERIOD
 

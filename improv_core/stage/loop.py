@@ -55,7 +55,7 @@ class Unreadable:
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """A score of this generation that counts on one that has not been read."""
+    """A score of this generation that builds on one that has not been read."""
 
     generation: int
 

@@ -1,4 +1,4 @@
-"""What robots really do: the poses measured of them, beside where the score has them. It never reads a clock.
+"""Where robots really are: their measured poses, compared with where the score has them. It never reads a clock.
 
 All times are the clock's, in seconds. Standard library only.
 """
@@ -20,13 +20,13 @@ from improv_core.stage.sinks import RawPose
 from improv_core.stage.sinks.dynamics import motors_of
 
 RECENT = 0.2
-"""Seconds before a robot is aligned in which a pose says where it stood then."""
+"""Seconds: a pose this recent still tells where a robot stands when its frame is aligned."""
 LEGS_KEPT = 1000
 """Changes of velocity that are remembered until a pose from after them arrives."""
 JUMP, JUMP_TURN = 0.1, 0.3
-"""Meters and radians that wheels can't make between two poses, besides what follows from the fastest velocity."""
+"""Meters and radians that a robot can't move between two poses, beyond what its fastest velocity explains."""
 LEAST_SPEED, LEAST_TURN = 1.0, 3.0
-"""m/s and rad/s at which somebody else may move a robot: that is no jump."""
+"""m/s and rad/s: moving this fast is never a jump, since somebody else may be driving the robot."""
 QUIET = 10.0
 """Seconds without a jump after which the next one is news. Two nodes that publish on one topic make twenty a second."""
 CONTINUOUS = "nav_msgs/Odometry"
@@ -36,8 +36,8 @@ CONTINUOUS = "nav_msgs/Odometry"
 class Comparison(NamedTuple):
     """Where a robot was at a time, and where it ideally was, both in the world of the score.
 
-    `aligned` counts how often its frame was laid on that world in this performance, so that its path begins again.
-    `follows`: it is pulled back to its ideal path.
+    `aligned` counts how often its frame was aligned with that world in this performance. Each time, its path begins
+    again. `follows` tells whether it is pulled back to its ideal path.
     """
 
     raw: RawPose
@@ -48,7 +48,7 @@ class Comparison(NamedTuple):
 
 
 class Odometry:
-    """Lays the frames of measured poses on the world of the score, and knows where robots ideally are.
+    """Aligns the frames of measured poses with the world of the score, and knows where robots ideally are.
 
     Ideally, a robot obeys every velocity at once and exactly. Its frame is aligned at beat 0 and after a seek, so that
     it is then where the score has it.
@@ -79,7 +79,7 @@ class Odometry:
                 self._tracks[robot].cast(part)
 
     def place(self, poses: Mapping[str, Pose], at: float) -> None:
-        """Playback goes elsewhere, where the score has the robots at these poses."""
+        """Playback jumps to a beat at which the score has the robots at these poses."""
         for robot, pose in poses.items():
             if track := self._tracks.get(robot):
                 track.place(pose, at)
@@ -95,7 +95,7 @@ class Odometry:
         return track.correction(twist, at) if track else STILL
 
     def take(self, raw: RawPose) -> Comparison | None:
-        """Take a pose; None if nobody compares it."""
+        """Take a pose and compare it with the ideal one; None if it can't be compared."""
         track = self._tracks.get(raw.robot)
         if not track:
             return None
@@ -107,7 +107,7 @@ class Odometry:
         return track.take(raw, bool(jump))
 
     def news(self) -> Iterable[str]:
-        """The lines to tell since the last call."""
+        """The warnings since the last call."""
         lines, self._lines = self._lines, []
         return lines
 

@@ -22,7 +22,7 @@ class TooManyChangesError(Exception):
 class OpenPart:
     """A movement that began at a beat. `sensed` is asked for the present value of a sense; None if it is silent.
 
-    Where a sense is read that is silent, nothing is decided, and the robot stands while its beats go on.
+    If it reads a silent sense, nothing is decided, and the robot stands still while its beats keep counting.
     """
 
     def __init__(self, movement: Movement, begins: Exact, sensed: Callable[[str], bool | None]) -> None:
@@ -51,7 +51,7 @@ class OpenPart:
         return STILL if waits else self._performer.velocity()[0]
 
     def next_after(self, beat: Exact) -> Exact:
-        """The beat at which an edge is taken that came at `beat`: what has been performed can't be changed."""
+        """The beat at which an edge that came at `beat` takes effect: what has been performed can't be changed."""
         if not self.has_begun:
             return max(beat, self.due)
         return max(beat, exact(Fraction(math.floor(self.beat * FINEST) + 1, FINEST)))
@@ -61,7 +61,7 @@ class OpenPart:
         return self._perform(beat, self._sensed)
 
     def skip(self, beat: Exact) -> None:
-        """Perform up to a beat as if no sense held; not all of the way if that takes too many changes."""
+        """Perform up to a beat as if no sense were true. Stops early if that takes too many changes."""
         try:
             self._perform(beat, lambda sense: False)
         except TooManyChangesError:

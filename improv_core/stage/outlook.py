@@ -1,4 +1,4 @@
-"""Where robots ideally are, what they play, and their next seconds, by what a stage says of itself.
+"""Where robots ideally are, what they play, and their next seconds, computed from what a stage reports.
 
 It never reads a clock: `now` is the monotonic time, in seconds.
 """
@@ -14,20 +14,21 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
-from improv_core.stage.protocol import Entry, Measured, SceneJson, Sensed, Stretch, TransportMessage, beat_at, is_silent
+from improv_core.stage.protocol import Entry, Measured, SceneJson, Sensed, TransportMessage, beat_at, is_silent
 from improv_core.stage.swap import Before, Swap, edited, joined
 from improv_core.stage.viewer.lookahead import MOST_SENSED, window
+from improv_core.stage.viewer.messages import Stretch
 
 AHEAD = 30.0
-"""Seconds of a path."""
+"""Seconds that a path reaches ahead."""
 LARGEST_TURN = math.radians(10)
-"""Between two poses of a path: an arc is drawn as chords."""
+"""Radians between two poses of a path: an arc is drawn as chords."""
 MOST_POSES = 1_000
-"""In one path."""
+"""The most poses in one path."""
 WORLD = "improv"
 """The frame in which start poses are."""
 JUMP = 0.01
-"""Seconds by which the position may differ from what is expected before it counts as another one."""
+"""Seconds by which the position may differ from what is expected before that counts as a jump."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ class Sight:
 
 
 class Outlook:
-    """Follows a stage: `meet` gets each score before it plays, and `take` what the stage says."""
+    """Follows a stage: `meet` gets each score before it plays, and `take` the stage's messages."""
 
     def __init__(self) -> None:
         self._met: dict[int, Score] = {}
@@ -61,14 +62,14 @@ class Outlook:
         self.score: Score | None = None
         """The score that plays, with the beats and the poses at which its parts began."""
         self.transport: TransportMessage | None = None
-        """The latest that the stage has said of its position."""
+        """The stage's latest transport message."""
 
     def meet(self, score: Score, generation: int) -> None:
         """A score may play from now on."""
         self._met[generation] = score
 
     def take(self, message: TransportMessage | Sensed | Measured) -> None:
-        """Take what the stage says of where playing stands, or of what robots sense, or where they were."""
+        """Take a message about the playback position, what robots sense, or where they were."""
         if message["type"] == "sensed":
             self._sensed.append(message)
         elif message["type"] == "measured":
@@ -93,11 +94,11 @@ class Outlook:
 
     @property
     def is_moving(self) -> bool:
-        """Whether the position moves on."""
+        """Whether the position advances."""
         return self.transport is not None and self.transport["state"] == "playing"
 
     def look(self, now: float) -> None:
-        """Look ahead from here; `sight` and `path` go by the latest look."""
+        """Look ahead from now; `sight` and `path` use the latest look."""
         self._stretches = {}
         if self.score and self.transport:
             begin = self.beat(now)
@@ -192,7 +193,7 @@ class Outlook:
         return self.transport["monotonic"] + (beat - self.transport["beat"]) * 60 / self.transport["tempo"]
 
     def _jumps_to(self, message: TransportMessage) -> bool:
-        """Whether a message says another position than the one before it."""
+        """Whether the position in a message is not where the message before it leads."""
         expected = self.beat(message["monotonic"])
         return abs(message["beat"] - expected) > JUMP * message["tempo"] / 60
 

@@ -13,18 +13,18 @@ from improv_core.stage.setpoints import setpoints
 from improv_core.stage.urgent_queue import UrgentQueue
 
 LONG = 10_000
-"""Bytes from which on a line counts as one that takes time to read."""
+"""A line with more bytes than this takes a while to read."""
 LONGEST = 64_000_000
-"""Bytes of a line that is read: four times as many as the score of a program of 100,000 lines takes."""
+"""The most bytes of a line that is read: four times as many as the score of a program of 100,000 lines takes."""
 TOO_LONG = Unreadable(f"this program can't be played: it is longer than {LONGEST // 1_000_000} MB", is_score=True)
 
 
 def read_arrivals(inbox: UrgentQueue[Arrival]) -> None:
-    """Put in what each line of standard input says. Its end ends the stage, also in the middle of a line, and so does
-    anything that is raised here: a stage that no longer listens could not be told to stop."""
+    """Put what each line of standard input says into the inbox. The end of the input, even in the middle of a line,
+    ends the stage, and so does any exception here: a stage that no longer listens could not be told to stop."""
     problem, read = "", Read()
     try:
-        # A file of our own: at its end Python waits for the lock of its own, which a thread that reads never lets go.
+        # Not sys.stdin: when Python ends, it waits for the lock of that file, which a reading thread never releases.
         with open(0, "rb", closefd=False) as stream:
             while (line := stream.readline(LONGEST)).endswith(b"\n") or len(line) == LONGEST:
                 if not line.endswith(b"\n"):
@@ -42,9 +42,9 @@ def read_arrivals(inbox: UrgentQueue[Arrival]) -> None:
 
 
 def arrival(line: bytes, read: Read) -> Arrival:
-    """What a line says. `read` is what the lines before have brought.
+    """What a line says. `read` is what earlier lines have brought.
 
-    Scores are read and tried here, on the thread that reads lines, so that what plays goes on meanwhile.
+    Scores are read and tried here, on the thread that reads lines, so that playback continues meanwhile.
     """
     try:
         message = read_to_stage(line)
@@ -63,7 +63,7 @@ def arrival(line: bytes, read: Read) -> Arrival:
         return Play(message, score)
     except LackingError:
         return Lost(message["generation"])
-    except Exception as error:  # whatever is wrong with it, robots must not go on as if nothing had been asked for
+    except Exception as error:  # whatever it is, robots must not keep moving as if nothing had been requested
         return Unreadable(f"this program can't be played: {one_line(error)}", is_score=True)
 
 
@@ -79,7 +79,7 @@ class Outbox:
         """Add a message, or None after the last one."""
         if message and message["type"] == "pong":
             self._pongs.put(message)
-        self._messages.put(message)  # pongs too, to wake who waits
+        self._messages.put(message)  # pongs too, to wake the thread that waits
 
     def get(self) -> FromStage | None:
         """The next message, as soon as there is one."""

@@ -53,9 +53,6 @@ from improv_core.stage.setpoints import zeros
 from improv_core.stage.sinks import Edge, RawPose, Sink
 from improv_core.stage.swap import Before, Swap, edited, entering, joined, never_ends
 
-PATIENCE = 5.0
-"""Seconds to wait for a new robot's listener before beat 0. ROS 2 discovery took up to 2.64 s in measurements on a
-quiet machine, and more than 3 s on a busy one."""
 LOOK_AGAIN = 0.01
 """Seconds between two checks for listeners before beat 0, and of robots that still move after the end."""
 LATE = 0.5
@@ -63,9 +60,9 @@ LATE = 0.5
 should have."""
 
 MEASURE_PERIOD = 0.05
-"""Seconds in which a simulated robot is measured once."""
+"""Seconds between two measurements of a simulated robot."""
 REST = 1.0
-"""Seconds after robots were told to stop in which they are still measured: it takes them that long at most."""
+"""Seconds for which robots are still measured after they were told to stop: most have come to rest by then."""
 
 Told = TransportMessage | Sensed | Decided | Measured | WarningLine | ErrorLine
 EMPTY = Score(Fraction(60), {})
@@ -97,8 +94,6 @@ class Player:
         self._advanced = 0.0  # the performance time up to which the sink has been advanced
         self._listeners = Listeners(sink)
         self._continues = False  # whether a pause ends by itself once nothing is waited for
-        self._met: dict[str, float] = {}  # when each robot was first prepared
-        self._unheard: set[str] = set()  # robots whose listeners we wait for
         self.reached = 0.0
         """The time on the clock up to which everything has been sent."""
         self._start_poses: dict[str, PoseJson] = {}
@@ -131,10 +126,10 @@ class Player:
         """Play a score: `restart` from beat 0 and start poses, or take over `now`, at the next `beat` or `bar`, or at
         the `end`.
 
-        A score that takes over is an edit of the one that plays: the beat goes on counting, parts of the same edition
-        stay as they are, and all others begin. `entry` says when, if another stage has decided it. If playing is
-        paused, it goes on from there; if nothing plays, the score restarts. After a restart, robots sense `senses` and
-        nothing else, if they are given.
+        A score that takes over is an edit of the one that plays: the beat keeps counting, parts of the same edition
+        stay as they are, and all others begin. `entry` says when, if another stage has decided it. If playback is
+        paused, the score continues from there; if nothing plays, it restarts. If `senses` are given, robots sense these
+        and nothing else after a restart.
         """
         if self._sink.real and (stop := stop_of(score.safety, self._sensing)):
             self._tell({"type": "error", "message": refused_by(stop)})
@@ -162,7 +157,7 @@ class Player:
     def hush(self, now: float) -> None:
         """Stop every robot at once. If one can't be stopped, the others still are, and the first exception is raised.
 
-        Does nothing while it waits for listeners only to stop their robots: nothing would hear it yet.
+        Does nothing while it waits for listeners only so that it can stop their robots: none of them would hear it yet.
         """
         if self._state == "waiting" and not (self.score.beats or self.score.open):
             return
@@ -181,8 +176,8 @@ class Player:
             self._play_from(self._transport.origin, self._transport.performed(now), now)
 
     def sense(self, edge: Edge, now: float) -> None:
-        """Take a change: an emergency stop stops all robots, a deadman button that is released pauses them, and a sense
-        has its robot react."""
+        """Handle a change. An emergency stop stops all robots, releasing the deadman button pauses them, and a sense
+        makes its robot react."""
         if isinstance(edge.what, RobotSense):
             self._catch_up(max(min(edge.at, now), self.reached))
             self._sense(edge.what, edge.value, edge.at, now)
@@ -195,13 +190,13 @@ class Player:
                 what = f"the emergency stop on {edge.what} is on, so all robots were stopped"
                 self._tell({"type": "error", "message": what})
             elif before:
-                self._tell_transport(now)  # first, so that who reads the line is not refused
+                self._tell_transport(now)  # first, so that a person who reads the line and saves is not refused
                 what = f"the emergency stop on {edge.what} is off: save to play again"
                 self._tell({"type": "warning", "message": what})
         self._keep_waiting(now)
 
     def measure(self, poses: Iterable[RawPose], now: float) -> None:
-        """Take poses of robots, and tell where they were and ideally would have been."""
+        """Take measured poses, and report where robots were and where they ideally would have been."""
         found = [comparison for raw in poses if (comparison := self._odometry.take(raw))]
         if found and (self._state == "playing" or (self._state != "waiting" and now < self._measured_until)):
             robots = {each.raw.robot: self._compared(each, now) for each in found}
@@ -217,7 +212,7 @@ class Player:
                 self._sense(RobotSense(robot, CUE), True, now, now)
 
     def hold_key(self, key: str, held: bool, now: float) -> None:
-        """Somebody holds a key, or lets it go: senses hold that are declared with it."""
+        """Somebody holds or releases a key: the senses that are declared with it become true or false."""
         self._catch_up(now)
         self._sensing.hold_key(key, held)
         for robot, part in list(self.score.parts.items()):
@@ -226,7 +221,7 @@ class Player:
                     self._sense(RobotSense(robot, sense), held, now, now)
 
     def force(self, what: RobotSense, value: bool | None, now: float) -> None:
-        """Have a simulated robot sense something, whatever there is to sense; None ends that."""
+        """Make a simulated robot sense something, whatever is around it. None ends that."""
         if self._sink.real:
             line = f"{what.robot} is a real robot: its senses can't be forced"
             self._tell({"type": "warning", "message": line})
@@ -237,7 +232,7 @@ class Player:
             self._react(what, now, now)
 
     def foresee(self, edge: Foreseen, now: float) -> None:
-        """Take an edge at its beat: the stage that leads has told it."""
+        """Take an edge at its beat, as the stage that leads has reported it."""
         self._sensing.announce([edge])
         if self._state == "playing":
             self.advance(now)
@@ -245,8 +240,8 @@ class Player:
     def seek(self, beat: float, now: float) -> None:
         """Jump to another beat and keep playing, or stay paused there. Simulated robots move to their poses there.
 
-        What senses have decided is forgotten: up to there it is as if none had held. Ignored if nothing
-        has been loaded.
+        What senses have decided is forgotten: up to that beat, it is as if none had been true. Ignored if nothing has
+        been loaded.
         """
         if self.score is EMPTY:
             return
@@ -340,7 +335,7 @@ class Player:
 
     @property
     def _before_next_scene(self) -> float:
-        """The last performance time at which what belongs to this scene is sent, if there is another."""
+        """The last performance time at which this scene may send anything; infinite if no scene follows it."""
         if self._state != "playing" or not self._scene.has_next:
             return math.inf
         return math.nextafter(self._transport.end(self._scene.ends), -math.inf)
@@ -359,7 +354,7 @@ class Player:
 
     @property
     def _looks_while_paused(self) -> bool:
-        """Whether robots are waited for that have gone away."""
+        """Whether playback waits for robots that have gone away."""
         return self._state == "paused" and self._continues and bool(self._listeners.away)
 
     @property
@@ -430,14 +425,12 @@ class Player:
         self._sensing.restart(follows=entry is not None or senses is not None, replays=senses is not None)
         self._queue.stop_leaving(old, score.parts, 0.0)
         self._listeners.forget()
-        self._listeners.begin(score, {*old, *score.parts})
+        self._listeners.begin(score, {*old, *score.parts}, now)
         self._generation = self._restarted = generation
         self._enter(score, 0)
         self._sensing.announce(senses or ())
         self._transport = Transport(entry["monotonic"] if entry else now, 0.0, 0, self._tempo)
-        for robot in score.parts:
-            self._met.setdefault(robot, now)
-        self._unheard = set(score.parts)
+        self._listeners.expect(score.parts)
         self._state = "waiting"
         if entry:
             self._join(entry, now)
@@ -457,12 +450,12 @@ class Player:
         self._play_from(beat, 0.0, now)
 
     def _look_for_listeners(self, now: float) -> None:
-        found, self._unheard = self._unheard, set(self._sink.missing(self._unheard))
-        for robot in found - self._unheard:
+        found, awaits = self._listeners.find(now)
+        for robot in found:
             part = self.score.parts[robot]
             if not part.movement.duration and not any(scene.open for scene in part.scenes):
                 self._sink.send(robot, STILL, 0.0)  # a robot that only has to stop need not wait for the others
-        if self._sink.resetting() or any(now < self._met[robot] + PATIENCE for robot in self._unheard):
+        if self._sink.resetting() or awaits:
             return
         self._transport = replace(self._transport, zero=now)
         self._odometry.begin(self.score.parts, now)
@@ -470,7 +463,7 @@ class Player:
         self._look_at(self.score.parts)
 
     def _take_over(self, swap: Swap, now: float) -> None:
-        """Have a score take over. Parts that stay the same are not touched; first of all, their setpoints are sent."""
+        """Have a score take over. Parts that stay the same are not touched: what is due in them is sent first."""
         old, paused = self.score, self._state == "paused"
         beat = self._transport.origin if paused and not swap.entry else swap.beat(self._transport)
         poses = None if self._sink.real else self._sink.poses() if old.open else {}
@@ -483,13 +476,11 @@ class Player:
         self._send_due(swap.at)
         self._queue.leave_topics(old.parts, score.parts, swap.at)
         self._sink.prepare(score, False)
-        self._listeners.begin(score, begin)
+        self._listeners.begin(score, begin, now)
         self._queue.stop_leaving(old.parts, score.parts, swap.at)
         self._odometry.cast(score.parts, now)
         self._begun, self._generation = score, swap.generation
         self._scene.edit(score, {*begin, *leaving})
-        for robot in begin:
-            self._met.setdefault(robot, now)
         if goes_on and not self._waits_for():
             self._begin(begin, beat, swap.at, now)
         else:
@@ -508,7 +499,7 @@ class Player:
         assert not isinstance(beat, float)
         if self._scene.has_next:
             self._scene.enter_next(beat, self._sink.poses() if self.score.open else {})
-            # If its beat was not known ahead, tell it.
+            # Report its beat if that was not known in advance.
             self._begin(self.score.parts, beat, end, now, tells=self.score is not self._begun)
             return
         if self._next and self._next.at == math.inf:
@@ -552,13 +543,14 @@ class Player:
         self.advance(now)
 
     def _sense(self, what: RobotSense, value: bool | None, at: float, now: float) -> None:
-        """A robot senses something since a time on the clock: have it react."""
+        """A robot has sensed something since a time on the clock: have it react."""
         self._sensing.take(what, value)
         if not self._sensing.is_forced(what):
             self._react(what, at, now)
 
     def _react(self, what: RobotSense, at: float, now: float) -> None:
-        """Have a robot react to what it senses since a time on the clock. What has been performed can't be changed."""
+        """Have a robot react to what it has sensed since a time on the clock. What it has performed can't be
+        changed."""
         part = self.score.parts.get(what.robot)
         if self._sensing.follows or not part or what.sense not in part.senses:
             return
@@ -613,7 +605,7 @@ class Player:
         return waits_for(self.score.safety, self._sensing, self._listeners.away) if self._sink.real else []
 
     def _wait(self, now: float) -> None:
-        """Pause until nothing is waited for any more; an emergency stop also has somebody play again."""
+        """Pause until nothing has to be waited for. After an emergency stop, somebody has to play again."""
         if stop := stop_of(self.score.safety, self._sensing):
             self._stop_all(now, "stopped")
             self._tell({"type": "error", "message": refused_by(stop)})
@@ -629,7 +621,7 @@ class Player:
         self._tell({"type": "warning", "message": what})
 
     def _keep_waiting(self, now: float) -> None:
-        """Pause or go on, by what is waited for now."""
+        """Pause or resume, depending on what has to be waited for now."""
         waits = self._waits_for()
         if waits and self._state == "playing":
             self._wait(now)
@@ -670,8 +662,8 @@ class Player:
         self._advance_sink(performed)
 
     def _send_changes(self, asked: float) -> float:
-        """Send every change that is due, or that what is sensed until then causes. Returns how far that got: what comes
-        after the end of a scene is not yet known."""
+        """Send every change until the performance time `asked`, also those that sensing causes. Returns how far that
+        got: what comes after the end of a scene is not yet known."""
         while True:
             performed = min(asked, self._before_next_scene)
             first = min(self._queue.due, foreseen_at := self._foreseen_at)
@@ -685,7 +677,7 @@ class Player:
             self._queue.send_changes(first if self._scene.asked else performed, self.score.parts, self._perform_due)
 
     def _feel(self, performed: float) -> bool:
-        """Have the sink advance, and take the first edges that it finds until then. Whether it found any."""
+        """Advance the sink to the first edges that it finds until then, and take them. Returns whether it found any."""
         if self._sensing.follows or self._state != "playing" or performed < self._advanced:
             return False
         edges = self._sink.sensed(self._scene.asked, performed)
@@ -700,7 +692,7 @@ class Player:
 
     def _advance_sink(self, performed: float) -> None:
         if self.score is EMPTY:
-            return  # performance time counts from when the machine was started
+            return  # nothing has been loaded, so performance time is the clock's
         self._sink.advance(performed)
         self._advanced = max(self._advanced, performed)
         period = performed // MEASURE_PERIOD
@@ -710,7 +702,7 @@ class Player:
             self.measure([RawPose(robot, SIMULATED, pose, at) for robot, pose in poses], at)
 
     def _look_at(self, robots: Collection[str]) -> None:
-        """Check robots at once, and tell what came up."""
+        """Check robots at once, and report what was found."""
         self._queue.silence(self._listeners.look(self.score, robots))
         self._tell_news()
 
@@ -719,7 +711,7 @@ class Player:
             self._tell({"type": "warning", "message": line})
 
     def _moment(self, robot: str, beat: Exact, performed: float, now: float) -> Moment:
-        """What is told of every edge and decision; `now` is when `_wall` is asked."""
+        """The fields that all edges and decisions have. `now` is the present time on the clock."""
         at = self._transport.clock(performed)
         return {
             "generation": self._generation,

@@ -1,7 +1,7 @@
-"""Every message between a stage, its parent and its page (docs/protocol.md), and the limits that both sides know.
+"""The messages between a stage, its parent, and its helper processes (docs/protocol.md), and the limits they share.
 
-Standard library only. A message is a plain dict, so it costs nothing to send; the types are for whoever reads the code
-and for mypy. Where a message arrives from another process, `read_to_stage` or `read_from_stage` checks it.
+Standard library only. A message is a plain dict, so it costs nothing to send; the types are for readers of the code and
+for mypy. Where a message arrives from another process, `read_to_stage` or `read_from_stage` checks it.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ FOLDER = Path(__file__).resolve().parent
 SLOWEST, FASTEST = 0.1, 4.0
 """Limits of the speed factor."""
 LAST_BEAT = 1e15
-"""The last beat one can seek: beyond it, numbers in JavaScript are no longer exact."""
+"""The last beat to which one can seek: beyond it, numbers in JavaScript are no longer exact."""
 SILENCE_LIMIT = 0.5
-"""Seconds without a ping after which a stage with real robots takes its parent for hung, and stops the robots."""
+"""Seconds without a ping after which a stage with real robots considers its parent hung, and stops the robots."""
 HANG_LIMIT = 0.9
 """Seconds without an answer after which a stage that moves real robots counts as hung. With the ping period, that is
 noticed within 1 s. Less would stop healthy stages on a busy machine."""
 LOADING_LIMIT = 10.0
-"""Seconds either side may take over a new score: to read a long one, or to make a thousand robots' publishers."""
+"""Seconds that either side may need for a new score: to read a long one, or to make a thousand robots' publishers."""
 DEADMAN_LIMIT = 0.3
 """Seconds without a sign of a deadman button after which it counts as released."""
 END_LIMIT = 3.0
 """Seconds a stage may take to stop its robots and end, before it is killed."""
 LONGEST_TEXT = 100_000
-"""Characters of a program that can be edited on the page: a browser would take long to lay out more."""
+"""The most characters of a program that can be edited on the page: a browser would need too long to lay out more."""
 
 When = Literal["restart", "now", "beat", "bar", "end"]
 """When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat, bar, or the end."""
 State = Literal["waiting", "playing", "paused", "ended", "stopped"]
-"""`waiting` is for listeners, before beat 0."""
+"""`waiting` means waiting for listeners, before beat 0."""
 
 
 class PoseJson(TypedDict):
@@ -68,17 +68,24 @@ class StartPoseJson(TypedDict):
 
 
 class _Timed(TypedDict, total=False):
+    """`at` is the monotonic time at which a request takes effect; without it, that is when it arrives."""
+
     at: float
 
 
-class Moment(TypedDict):
-    """What a robot senses or decides in a score: at this beat, so many seconds after beat 0, at this Unix time (ns)."""
+class _Instant(TypedDict):
+    """A beat, the seconds since beat 0 (`performed`), and the Unix time in nanoseconds (`wall`)."""
 
-    generation: int
-    robot: str
     beat: float
     performed: float
     wall: int
+
+
+class Moment(_Instant):
+    """When a robot sensed or decided something in the score of this generation."""
+
+    generation: int
+    robot: str
 
 
 class Sensed(Moment):
@@ -89,13 +96,13 @@ class Sensed(Moment):
     value: bool | None
 
 
-class MeasuredRobot(TypedDict):
-    """Where a robot was and where it ideally was: at this beat, so many seconds after beat 0, at this Unix time (ns).
+class MeasuredRobot(_Instant):
+    """Where a robot was (`pose`) and where it ideally would have been (`ideal`).
 
     `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
-    source was laid on the world of the score: before and after that, poses don't belong together. `frame` is the name
-    of that frame, and `origin` is where the origin of the world is in it. `follows`: it is pulled back to its
-    ideal path.
+    source was aligned with the world of the score: poses with different counts can't be compared. `frame` is the name
+    of that frame, and `origin` is where the origin of the world is in it. `follows` tells whether it is pulled back to
+    its ideal path.
     """
 
     source: str
@@ -105,9 +112,6 @@ class MeasuredRobot(TypedDict):
     ideal: PoseJson
     aligned: int
     follows: bool
-    beat: float
-    performed: float
-    wall: int
 
 
 class Measured(TypedDict):
@@ -134,10 +138,8 @@ class SceneJson(TypedDict):
 
 
 class Begins(TypedDict, total=False):
-    """The beats at which parts began, by robot; without those that began at beat 0.
-
-    What they began with is `scene`, or the first scene if it isn't given.
-    """
+    """The beats at which parts began, by robot, except those that began at beat 0. They began with `scene`, or with the
+    first scene if it isn't given."""
 
     begins: Mapping[str, float]
     scene: SceneJson
@@ -151,9 +153,9 @@ class Entry(Begins):
 
 
 class Load(_Load, _Timed, total=False):
-    """Play a score: what `score_json.to_json` makes. `entry` is what the stage that leads has decided.
+    """Play a score, as `score_json.to_json` writes it. `entry` is when it took over on the stage that leads.
 
-    With `senses`, those of a recording, robots sense this and nothing else.
+    With `senses`, those of a recording, robots sense these and nothing else.
     """
 
     beats_per_bar: int
@@ -190,13 +192,13 @@ class Silence(_Timed):
 
 
 class Held(_Timed):
-    """Somebody holds the deadman button of a gamepad at the page; sent again and again."""
+    """Somebody holds the deadman button of a gamepad at the page; sent repeatedly."""
 
     type: Literal["held"]
 
 
 class Released(_Timed):
-    """The deadman button at the page was let go."""
+    """The deadman button at the page was released."""
 
     type: Literal["released"]
 
@@ -208,7 +210,7 @@ class Cue(_Timed):
 
 
 class KeySense(_Timed):
-    """Somebody holds the key of a sense, which is sent again and again, or lets it go."""
+    """Somebody holds the key of a sense, which is sent repeatedly, or releases it."""
 
     type: Literal["key"]
     key: str
@@ -216,7 +218,7 @@ class KeySense(_Timed):
 
 
 class Force(_Timed):
-    """A simulated robot senses this, whatever there is to sense; with null, what there is again."""
+    """Make a simulated robot sense this, whatever is around it. Null ends that."""
 
     type: Literal["force"]
     robot: str
@@ -227,7 +229,7 @@ class Force(_Timed):
 class Decided(Moment):
     """A word of senses has decided something: `sources` (statement, start, and end of each) ends with that word.
 
-    `held` tells whether its condition did.
+    `held` tells whether its condition was true.
     """
 
     type: Literal["decided"]
@@ -236,7 +238,7 @@ class Decided(Moment):
 
 
 class Problem(TypedDict):
-    """What is wrong in a file: at a line and a column, counted from 1, or as a whole, at line 0; and the word there."""
+    """What is wrong in a file, where, and the word there. Lines and columns count from 1; line 0 is the whole file."""
 
     file: str
     line: int
@@ -246,7 +248,7 @@ class Problem(TypedDict):
 
 
 class Program(TypedDict):
-    """The program that is to be played, and what keeps it from being played."""
+    """The program to play, and what keeps it from being played."""
 
     type: Literal["program"]
     name: str
@@ -257,7 +259,7 @@ class Program(TypedDict):
 class Source(TypedDict):
     """The program as it stands in its file at `path`, which pages may edit. `revision` names this version of it.
 
-    Its lines end in \\n here, whatever they end in in the file.
+    Its lines end in \\n here, whatever the line ends in the file are.
     """
 
     type: Literal["source"]
@@ -267,7 +269,7 @@ class Source(TypedDict):
 
 
 class Analyze(TypedDict):
-    """A page has this text, which it numbers: what are its colors and its problems?"""
+    """Asks for the colors and problems of a page's text. The page numbers its texts."""
 
     type: Literal["analyze"]
     number: int
@@ -275,7 +277,7 @@ class Analyze(TypedDict):
 
 
 class Complete(TypedDict):
-    """What may be written at an offset of the text with this number?"""
+    """Asks what may be written at an offset of the text with this number."""
 
     type: Literal["complete"]
     number: int
@@ -283,7 +285,7 @@ class Complete(TypedDict):
 
 
 class Explain(TypedDict):
-    """What stands at an offset of the text with this number?"""
+    """Asks what is at an offset of the text with this number."""
 
     type: Literal["explain"]
     number: int
@@ -317,7 +319,7 @@ class TextFix(TypedDict):
 
 
 class TextProblem(TypedDict):
-    """A diagnostic of a text, or with a `file`, of that other file, where its `line` is (counted from 1)."""
+    """A diagnostic of a text or, if `file` is given, of that file, at its `line` (counted from 1)."""
 
     start: int
     end: int
@@ -329,7 +331,7 @@ class TextProblem(TypedDict):
 
 
 class Analyzed(TypedDict):
-    """Of each colored word, `colors` has the characters since the one before, its length, and its kind."""
+    """`colors` has three numbers for each colored word: characters since the end of the last one, length, and kind."""
 
     type: Literal["analyzed"]
     number: int
@@ -364,7 +366,7 @@ class Explained(TypedDict):
 
 
 class Written(TypedDict):
-    """The text with this number was saved as a revision; or it was not, and one line says why."""
+    """The text with this number was saved as `revision`, or `problem` says in one line why not."""
 
     type: Literal["written"]
     number: int
@@ -376,7 +378,7 @@ EditorAnswer = Analyzed | Completed | Explained | Written
 
 
 class Answer(TypedDict):
-    """An answer to the page with this number alone."""
+    """An answer for one page, the one with this number."""
 
     type: Literal["answer"]
     page: int
@@ -389,7 +391,7 @@ class Ping(TypedDict):
 
 
 Conduct = Hush | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
-"""How somebody, at an editor or at the page, has a say in what plays."""
+"""What somebody at an editor or a page may do to what plays."""
 ToPages = Program | Source | Answer | Measured
 """From the parent to the pages, through their stage."""
 ToStage = Load | Conduct | Sensed | Decided | ToPages | Ping
@@ -411,7 +413,7 @@ Facing = Literal["in", "out"]
 
 
 class Form(TypedDict):
-    """Somebody chose a formation on the page: its distance in meters, and where robots look if it is a circle."""
+    """Somebody chose a formation on the page: its distance in meters, and which way robots in a circle face."""
 
     type: Literal["form"]
     shape: Shape
@@ -434,7 +436,7 @@ class Editing(TypedDict):
 
 
 PageRequest = Conduct | Restart | Place | Form | Editing
-"""What somebody may ask for at the page."""
+"""What somebody may request on the page."""
 
 
 class _Ready(TypedDict):
@@ -479,7 +481,7 @@ class _TransportMessage(TypedDict):
 
 
 class TransportMessage(_TransportMessage, Poses, Waiting, Begins):
-    """Where playing stands, as of the times `monotonic` and `wall`."""
+    """The playback position at the times `monotonic` and `wall`."""
 
 
 class Request(TypedDict):
@@ -514,7 +516,7 @@ class Pong(TypedDict):
 
 
 class Lacks(TypedDict):
-    """The score of this generation counts on one that the stage has not read: it has to be sent whole."""
+    """The score of this generation builds on one that the stage doesn't have: it has to be sent whole."""
 
     type: Literal["lacks"]
     generation: int
@@ -624,7 +626,7 @@ class Alive(TypedDict):
 
 
 class Unread(TypedDict):
-    """A topic can't be read at all; one line that says why."""
+    """A topic can't be read at all; `message` is one line that says why."""
 
     type: Literal["unread"]
     topic: str
@@ -632,7 +634,7 @@ class Unread(TypedDict):
 
 
 class Plays(TypedDict):
-    """A score arrives at the stage: what `score_json.to_json` makes."""
+    """A score has arrived at the stage, as `score_json.to_json` writes it."""
 
     type: Literal["plays"]
     generation: int
@@ -640,7 +642,8 @@ class Plays(TypedDict):
 
 
 class Health(TypedDict):
-    """How well robots are served: `late` is in seconds, and `missing` says why robots can't hear."""
+    """How well commands reach robots: `late` is the longest delay in seconds, `missing` says why robots can't hear, and
+    `clipped` are those whose commands exceeded their limits."""
 
     type: Literal["health"]
     late: float
@@ -676,145 +679,12 @@ FromReader = SenseEdge | MeasuredPoses | Alive | Unread
 ToStandby = Publish | Withdraw | Moves | Pulse | Stands | EndStandby
 """From the stage to its standby, over a pipe."""
 
-
-class DrawnRobot(TypedDict):
-    """What a page draws of a robot: a disc of this radius in meters."""
-
-    radius: float
-
-
-class DrawnRobots(TypedDict):
-    type: Literal["robots"]
-    robots: Mapping[str, DrawnRobot]
-
-
-class DrawnPoses(TypedDict):
-    """x, y, z and heading of every robot, in the order of `robots`."""
-
-    type: Literal["poses"]
-    at: float
-    placed: int
-    poses: Sequence[Sequence[float]]
-
-
 SIMULATED = "simulator"
 """The source of poses that need not be measured: the simulator knows where its robots are."""
-DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[float]]})
-"""Further places of a robot: seconds after beat 0, x, y, and heading. `from` counts the places before them.
-
-Where it was measured: seconds, beat, x, y, heading; its ideal x, y, heading; how far it was off in meters and radians;
-how often its source was aligned; 1 if that was the simulator, otherwise 0; and 1 if it was pulled back to its path.
-"""
-
-
-class DrawnTrails(TypedDict):
-    type: Literal["trails"]
-    robots: Mapping[str, DrawnTrail]
-
-
-class DrawnMeasured(TypedDict):
-    type: Literal["measured"]
-    robots: Mapping[str, DrawnTrail]
-
-
-class ShownRobot(TypedDict):
-    """What a robot of a score is like: `start_pose` is x, y, z and heading, and `near` is how far ahead that reaches.
-
-    Its part `begins` and `ends` at a beat. `senses` are those that its part reads, with their sources as in a score.
-    """
-
-    profile: str
-    dynamics: str
-    radius: float
-    motions: Sequence[str]
-    start_pose: Sequence[float]
-    begins: float
-    ends: float | None
-    senses: Mapping[str, Mapping[str, Any]]
-    near: float
-
-
-class Deadman(TypedDict):
-    """The button of a gamepad that somebody has to hold so that robots move."""
-
-    button: int
-
-
-class ShownScore(TypedDict):
-    """A score for those who watch: from scene `scene` on, counted from 0, its `scenes` begin at these beats."""
-
-    type: Literal["score"]
-    generation: int
-    tempo: float
-    scene: int
-    scenes: Sequence[float]
-    beats: float | None
-    world: Mapping[str, Any] | None
-    text: str
-    offsets: Mapping[str, int]
-    words: Mapping[str, Sequence[float]]
-    robots: Mapping[str, ShownRobot]
-    takes_start_poses: bool
-    deadman: Deadman | None
-
-
-class BumpJson(TypedDict):
-    at: float
-    x: float
-    y: float
-    robots: Sequence[str]
-
-
-class Bumps(TypedDict):
-    type: Literal["bumps"]
-    past: bool
-    bumps: Sequence[BumpJson]
-
-
-class Stretch(TypedDict):
-    """What one robot does from a beat to `until`: where it ideally is at first, and its moments."""
-
-    pose: Sequence[float] | None
-    moments: Sequence[Sequence[Any]]
-    until: float
-
-
-AskWindow = TypedDict(
-    "AskWindow",
-    {"type": Literal["window"], "generation": float, "from": float, "to": float},
-)
-Window = TypedDict(
-    "Window",
-    {
-        "type": Literal["window"],
-        "generation": int,
-        "from": float,
-        "to": float,
-        "robots": Mapping[str, Stretch],
-    },
-)
-
-ToPage = (
-    DrawnRobots
-    | DrawnPoses
-    | DrawnTrails
-    | DrawnMeasured
-    | TransportMessage
-    | Stopped
-    | Program
-    | ShownScore
-    | Bumps
-    | Window
-    | Sensed
-    | Decided
-    | Source
-    | EditorAnswer
-)
-FromPage = Conduct | Restart | Place | Form | AskWindow | AskEditor
 
 
 def beat_at(transport: TransportMessage, now: float) -> float:
-    """The beat at a monotonic time, by the latest that a stage has said of its position."""
+    """The beat at a monotonic time, according to a stage's latest transport message."""
     passed = max(now - transport["monotonic"], 0.0) if transport["state"] == "playing" else 0.0
     beat = transport["beat"] + passed * transport["tempo"] / 60
     return beat if transport["beats"] is None else min(beat, transport["beats"])
@@ -826,12 +696,12 @@ def is_silent(robot: str, muted: Collection[str], soloed: Collection[str]) -> bo
 
 
 def refused_by(stop: str) -> str:
-    """What is told of a score that can't play as an emergency stop is on."""
+    """The message about a score that can't play because an emergency stop is on."""
     return f"✗ the emergency stop on {stop} is on: release it, then save again"
 
 
 class ProtocolError(Exception):
-    """A line is no message that may arrive here; one plain line that says why."""
+    """A line is not a valid message here. The text is one plain line that says why."""
 
 
 def read_to_stage(line: bytes) -> ToStage:

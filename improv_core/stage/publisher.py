@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from improv_core.stage.sinks.ros_publications import Publications
 
 NICENESS = 10
-"""Where processors are short, this comes last."""
+"""If all processors are busy, this process comes last."""
 MARKER_PERIOD = 0.1
 """Seconds between two markers of a robot that moves."""
 PERIOD = 1.0

@@ -1,5 +1,5 @@
-"""Reads robots' sensors from ROS topics and tells the stage each change: of 2,000 scans a second it need not know more.
-Of their poses it tells the latest, at most twenty of each robot a second.
+"""Reads robots' sensors from ROS topics and reports only changes to the stage, instead of up to 2,000 scans a second.
+Of each robot's poses, it reports the latest, at most twenty a second.
 
 A process of its own, because reading would make the stage's commands late. Started by the stage, with its own
 interpreter, as `python …/improv_core/stage/reader.py`. Standard library only (rclpy imported lazily).
@@ -31,7 +31,7 @@ from improv_core.stage.protocol import FromReader, MeasuredPose, ToReader, to_po
 from improv_core.stage.sinks import Edge, RawPose
 
 NICENESS = 5
-"""Where processors are short, commands come first."""
+"""If all processors are busy, commands come first."""
 LOOK = 0.05
 """Seconds between two looks for silence, for poses, and for what the stage says."""
 
@@ -77,7 +77,7 @@ class Senses:
 
     @property
     def topics(self) -> Iterable[Topic]:
-        """What has to be heard of."""
+        """The topics to listen to."""
         return self._read.keys()
 
     def read(self, sources: Mapping[RobotSense, Topic], now: float) -> Iterator[Edge]:
@@ -99,10 +99,10 @@ class Senses:
             yield from self._turn(topic, _Known(value, now), now)
 
     def look(self, is_published: Callable[[str], bool], now: float) -> Iterator[Edge]:
-        """See what has fallen silent. Of topics without a timeout, ask whether anybody publishes on them."""
+        """Find what has fallen silent. A topic without a timeout is silent while nobody publishes on it."""
         late, self._looked = now > self._looked + 2 * LOOK, now
         if late:
-            return  # we ourselves stood still, and what came meanwhile has yet to be taken
+            return  # this process itself stalled, and what came meanwhile has yet to be taken
         for topic, (value, at) in list(self._known.items()):
             if topic.timeout:
                 if value is not None and now >= at + topic.timeout:

@@ -20,7 +20,7 @@ class Foreseen(NamedTuple):
 
 
 def foreseen(sensed: Sensed) -> Foreseen:
-    """The edge that a message tells of."""
+    """The edge in a message."""
     return Foreseen(near(sensed["beat"]), RobotSense(sensed["robot"], sensed["sense"]), sensed["value"])
 
 
@@ -35,12 +35,12 @@ class Sensing:
         self.cued = False
         """Whether the cue is being given."""
         self.follows = False
-        """Whether nothing counts as sensed but what is announced."""
+        """Whether only announced edges count."""
         self.replays = False
-        """Whether that is from a recording, and not from the stage that leads."""
+        """Whether they are from a recording, and not from the stage that leads."""
 
     def restart(self, *, follows: bool, replays: bool) -> None:
-        """The performance starts over. Who follows forgets what robots sensed."""
+        """The performance starts over. A stage that follows forgets what robots sensed."""
         self.follows, self.replays = follows, replays
         if follows:
             self._latest = {what: value for what, value in self._latest.items() if not isinstance(what, RobotSense)}
@@ -57,7 +57,7 @@ class Sensing:
         return self._latest.get(what)
 
     def latest(self, what: str | RobotSense) -> bool | None:
-        """What the latest edge said; None if there was none, or it told of silence."""
+        """The value of the latest edge; None if there was none, or if it meant silence."""
         return self._latest.get(what)
 
     def take(self, what: str | RobotSense, value: bool | None) -> None:
@@ -65,11 +65,11 @@ class Sensing:
         self._latest[what] = value
 
     def hold_key(self, key: str, held: bool) -> None:
-        """Somebody holds a key, or lets it go."""
+        """Somebody holds or releases a key."""
         (self._keys.add if held else self._keys.discard)(key)
 
     def force(self, what: RobotSense, value: bool | None) -> None:
-        """Have a robot sense something, whatever there is to sense; None ends that."""
+        """Make a robot sense something, whatever is around it. None ends that."""
         self._forced.pop(what, None)
         if value is not None:
             self._forced[what] = value
@@ -79,7 +79,7 @@ class Sensing:
         return what in self._forced
 
     def announce(self, edges: Iterable[Foreseen]) -> None:
-        """Have edges come at their beats."""
+        """Announce edges that come at their beats."""
         self._announced.extend(edges)
 
     @property
@@ -97,5 +97,5 @@ class Sensing:
         return taken
 
     def forget_announced(self) -> None:
-        """Playback goes elsewhere: what was announced comes no more."""
+        """Playback jumps: edges that were announced no longer come."""
         self._announced.clear()

@@ -138,7 +138,8 @@ class SetpointQueue:
         return problems
 
     def leave_topics(self, before: Mapping[str, Part], after: Mapping[str, Part], performed: float) -> None:
-        """Stop robots at once on topics that they had so far, and where none or another of them is sent to now."""
+        """Stop robots at once whose topic or message type changes, and those that leave while another one takes their
+        topic."""
         taken = {part.topic for part in after.values()}
         for robot, part in before.items():
             later = after.get(robot)

@@ -44,7 +44,7 @@ LINGER = 0.2
 
 
 class Watch:
-    """Decides when a stage has to be replaced: what it says comes in, with the times (seconds) at which it came."""
+    """Decides when a stage has to be replaced, from its messages and the times (seconds) at which they came."""
 
     def __init__(self, now: float) -> None:
         self.moved: dict[str, str] = {}
@@ -121,7 +121,7 @@ class _Stage:
         return any(fd == self._fd for fd, _ in events) or os.getppid() != self._pid, not events
 
     def is_halted(self) -> bool:
-        """Whether it was sent SIGSTOP, or is traced. False where there is no /proc."""
+        """Whether it was sent SIGSTOP, or is traced. False if there is no /proc."""
         try:
             stat = Path(f"/proc/{self._pid}/stat").read_bytes()
         except OSError:
@@ -168,7 +168,7 @@ class _Publishers:
             destroy()
 
     def stop(self, topics: Mapping[str, str]) -> None:
-        """Send zeros on these topics, in their frames, to all at once, and longer where no listener has been found yet.
+        """Send zeros on these topics, in their frames, to all at once, and longer on those without a known listener.
 
         A publisher that fails does not keep the others from it.
         """

@@ -80,7 +80,7 @@ def joined(score: Score, entry: Entry) -> Score:
 
 
 def never_ends(score: Score) -> bool:
-    """Whether a score goes on forever, whatever is sensed."""
+    """Whether a score never ends, whatever is sensed."""
     return any(lengths(part.scenes[-1]).shortest == ENDLESS for part in score.parts.values() if part.scenes)
 
 

@@ -20,7 +20,7 @@ def did_change_configuration(ls: Session, params: types.DidChangeConfigurationPa
 
 
 async def pull(ls: Session) -> None:
-    """Ask the client for the settings, where it can be asked."""
+    """Ask the client for the settings, if it can be asked."""
     if not ls.editor.can("workspace.configuration"):
         return
     asked = types.ConfigurationParams([types.ConfigurationItem(section="improv")])

@@ -116,7 +116,7 @@ def key(ls: Session, *arguments: Any) -> None:
 
 
 def seek(ls: Session, *arguments: Any) -> None:
-    """Continue from the beat that is the argument, counted from 0."""
+    """Continue from the beat in the argument, counted from 0."""
     if len(arguments) == 1 and _is_beat(arguments[0]):
         ls.performance.conduct({"type": "seek", "beat": float(arguments[0])})
     else:
@@ -124,7 +124,7 @@ def seek(ls: Session, *arguments: Any) -> None:
 
 
 def speed(ls: Session, *arguments: Any) -> None:
-    """Play faster or slower by the factor that is the argument."""
+    """Play faster or slower, by the factor in the argument."""
     if len(arguments) == 1 and _is_number(arguments[0]) and SLOWEST <= arguments[0] <= FASTEST:
         ls.performance.conduct({"type": "speed", "factor": float(arguments[0])})
     else:

@@ -10,7 +10,7 @@ from improv_ls.session import Session
 
 
 def moments(ls: Session, params: Any) -> Mapping[str, Any]:
-    """What plays from a beat on; from the beginning where the params name no beat."""
+    """What plays from a beat on; from the beginning if the params name no beat."""
     beat: Any = getattr(params, "beat", 0.0)
     known = isinstance(beat, int | float) and 0 <= beat <= LAST_BEAT
     return ls.performance.live.moments(float(beat) if known else 0.0)

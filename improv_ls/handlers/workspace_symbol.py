@@ -22,7 +22,7 @@ MOST_SYMBOLS = 1_000
 
 
 async def workspace_symbol(ls: Session, params: types.WorkspaceSymbolParams) -> list[types.SymbolInformation]:
-    """Files are read on a thread, so that typing goes on."""
+    """Files are read on a thread, so that typing continues."""
     documents, editor = list(ls.documents.values()), ls.editor
     cancelled = threading.Event()
     try:

@@ -176,6 +176,18 @@ def test_what_does_not_depend_on_arguments_is_told_once_where_it_stands() -> Non
     """)
 
 
+def test_an_error_that_depends_on_arguments_names_what_does_not() -> None:
+    check("""
+        spin = repeat left
+        turn n = repeat fast n left
+        f n = fit 2 (fast n up spin)
+        g n = fit 2 (fast n up turn 3)
+        r $ f 2 g 2
+              ^ open-length: in `f`: `fit` needs a movement that ends: `spin` never ends
+                  ^ open-length: in `g`: `fit` needs a movement that ends: `turn` never ends
+    """)
+
+
 def test_heads() -> None:
     check("""
         f n n (n) = fast n left
@@ -235,6 +247,7 @@ def test_what_no_place_of_a_phrase_reaches_is_never_performed() -> None:
         ("a (m) = m m\nr $ " + "a " * 201 + "left", "too-deep"),
         ("a (m) = " + "(" * 99 + "m" + ")" * 99 + "\nr $ a a left", None),
         ("a (m) = " + "(" * 100 + "m" + ")" * 100 + "\nr $ a a left", "too-deep"),
+        ("a n = accumulate ((left fast n left))\nr $ " + "(" * 198 + "a 2" + ")" * 198, "too-deep"),
         ("p0 (m) = m m\n" + "".join(f"p{k + 1} (m) = p{k} p{k} m\n" for k in range(30)) + "r $ p30 left", "too-deep"),
         (
             "p0 a = scale a left\n" + "".join(f"p{k + 1} a = p{k} a p{k} a*2\n" for k in range(20)) + "r $ p20 1",

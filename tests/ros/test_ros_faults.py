@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from improv_core.stage.player import PATIENCE
+from improv_core.stage.listeners import PATIENCE
 from tests.ls.client import CAPABILITIES
 from tests.processes import descendants
 from tests.ros.conftest import Listen, Listener

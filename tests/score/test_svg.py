@@ -17,7 +17,8 @@ from improv_core.score.movement import Movement
 from improv_core.score.path import pose_at
 from improv_core.score.profiles import TURTLESIM
 from improv_core.score.score import Part, Score
-from improv_core.score.svg import Path, paths, picture, plot
+from improv_core.score.strokes import Path, paths
+from improv_core.score.svg import picture, plot
 from improv_core.score.world import Box, Circle, Wall, World
 from tests.score.test_movement import finite_movements, movements
 

@@ -13,8 +13,9 @@ from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 from improv_core.stage import outlook
 from improv_core.stage.outlook import AHEAD, MOST_POSES, Outlook
-from improv_core.stage.protocol import MeasuredRobot, Moment, PoseJson, Sensed, Stretch, When
+from improv_core.stage.protocol import MeasuredRobot, Moment, PoseJson, Sensed, When
 from improv_core.stage.viewer.lookahead import MOST_SENSED
+from improv_core.stage.viewer.messages import Stretch
 from tests.stage.test_player import Stage, score
 
 

@@ -16,8 +16,8 @@ from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.senses import RobotSense
-from improv_core.stage.listeners import LOOK_AT, MOST_LINES
-from improv_core.stage.player import PATIENCE, Player, Told
+from improv_core.stage.listeners import LOOK_AT, MOST_LINES, PATIENCE
+from improv_core.stage.player import Player, Told
 from improv_core.stage.protocol import TransportMessage, When
 from improv_core.stage.setpoints import Setpoint, setpoints
 from improv_core.stage.sinks import Edge

@@ -10,11 +10,9 @@ from typing import Any, get_type_hints
 import pytest
 
 from improv_core.stage.protocol import (
-    FromPage,
     FromReader,
     FromStage,
     ProtocolError,
-    ToPage,
     ToPublisher,
     ToReader,
     ToStage,
@@ -23,6 +21,7 @@ from improv_core.stage.protocol import (
     read_from_stage,
     read_to_stage,
 )
+from improv_core.stage.viewer.messages import FromPage, ToPage
 
 PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
 

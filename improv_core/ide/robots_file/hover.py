@@ -54,7 +54,7 @@ def _facts(key: Key) -> Iterator[str]:
 
 
 def _inherited(robots: Robots, keys: Keys) -> Iterator[str]:
-    """What a profile's key is without this line, if it has a base, and the source of that."""
+    """The value of a profile's key without this line, if the profile has a base, and the source of that value."""
     data = read_toml(robots.text).data.get("profiles", {})
     table = data.get(keys[1]) if len(keys) == 3 and keys[0] == "profiles" and isinstance(data, dict) else None
     base = table.get("base") if isinstance(table, dict) else None
@@ -78,7 +78,7 @@ def _robot(robots: Robots, name: str, span: Span) -> Hover:
 
 
 def _summary(profile: Profile) -> str:
-    """What matters of a profile, in one line."""
+    """What matters about a profile, in one line."""
     speeds = ((profile.max_linear, "m/s"), (profile.max_angular, "rad/s"))
     limits = " and ".join(f"{limit:g} {unit}" for limit, unit in speeds if limit is not None)
     moves = ", ".join(profile.motions)

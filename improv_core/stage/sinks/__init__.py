@@ -13,7 +13,7 @@ from improv_core.score.senses import RobotSense
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """What people or robots do has changed: `what` is a topic, a button on one, or a robot's sense; None is silence.
+    """A change in what people or robots do. `what` is a topic, a button on one, or a robot's sense; None is silence.
 
     `at` is when it came, in monotonic seconds; for a sense of a simulated robot, in performance time.
     """
@@ -93,8 +93,8 @@ class Sink(Protocol):
         """Advance to performance time `to` (seconds since beat 0). Every twist up to then has been sent."""
 
     def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
-        """Like `advance`, but a simulator goes only until senses change that are asked for: these edges, sorted; none
-        once it is at `to`. Real robots' sensors are heard without being asked."""
+        """Like `advance`, but a simulator stops when senses change that are asked for. Returns these edges, sorted;
+        none once it is at `to`. Real robots' sensors report by themselves."""
 
     def coasting(self) -> bool:
         """Whether robots that were told to stop still move. While they do, `advance` is called."""

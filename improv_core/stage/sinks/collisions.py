@@ -65,7 +65,7 @@ class Collisions:
         self._stand(world)
         self._bodies: dict[str, tuple[pymunk.Body, pymunk.Circle, Disc]] = {}
         self._names: dict[pymunk.Shape, str] = {}
-        self._ways: Mapping[str, tuple[Pose, Pose]] = {}
+        self._paths: Mapping[str, tuple[Pose, Pose]] = {}
         self._touched: dict[tuple[str, ...], float] = {}  # when each pair that has bumped last touched
         self._above: dict[tuple[str, ...], float] = {}  # when one of a pair was last above the other
         self._start = self._end = 0.0
@@ -91,17 +91,17 @@ class Collisions:
             if name not in self._bodies:
                 self._bodies[name] = self._take_in(name, disc)
 
-    def push(self, ways: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> dict[str, Pushed]:
-        """Move the robots along their ways, from their poses at `start` to where they want to be at `end`.
+    def push(self, paths: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> dict[str, Pushed]:
+        """Move the robots along their paths, from their poses at `start` to where they want to be at `end`.
 
         Returns those that were pushed.
         """
         # pymunk always gets steps of the same length, with slower robots in shorter ones. Otherwise it would scale the
         # impulses of the previous step by the ratio of the lengths and throw robots apart.
         real = STEP / (end - start)
-        self._ways, self._start, self._end = ways, start, end
+        self._paths, self._start, self._end = paths, start, end
         wanted = {}
-        for name, (before, after) in ways.items():
+        for name, (before, after) in paths.items():
             body, *_ = self._bodies[name]
             velocity = ((after.x - before.x) / STEP, (after.y - before.y) / STEP)
             yaw = (after.heading - before.heading) / STEP
@@ -110,7 +110,7 @@ class Collisions:
             wanted[name] = (*velocity, yaw)
         self._space.step(STEP)
         pushed = {}
-        for name, (_, after) in ways.items():
+        for name, (_, after) in paths.items():
             body, *_ = self._bodies[name]
             body.update_position(body, STEP)
             velocity, yaw = body.velocity, body.angular_velocity
@@ -186,11 +186,11 @@ class Collisions:
     def _pass_over(self, one: str, other: str) -> bool:
         """Whether one robot flies above the other."""
         (*_, disc), (*_, beside) = self._bodies[one], self._bodies[other]
-        return abs(self._ways[one][0].z - self._ways[other][0].z) >= disc.radius + beside.radius
+        return abs(self._paths[one][0].z - self._paths[other][0].z) >= disc.radius + beside.radius
 
     def _sinking(self, one: str, other: str) -> float:
         """How fast the upper robot sinks toward the lower one."""
-        (before, after), (below, later) = self._ways[one], self._ways[other]
+        (before, after), (below, later) = self._paths[one], self._paths[other]
         return (abs(before.z - below.z) - abs(after.z - later.z)) / (self._end - self._start)
 
 

@@ -88,7 +88,7 @@ def sensed_in(file: IO[bytes]) -> list[Sensed]:
 
 
 class Recorder:
-    """A sink that records the robots' commands on their topics, as their profiles have them told.
+    """A sink that records the robots' commands on their topics, calibrated and limited as real robots get them.
 
     `start` is the Unix time of beat 0, in nanoseconds. `finish` completes the file, which the caller closes. It is
     written in chunks of 1 MiB. Only the index is kept in memory, about a hundred bytes per chunk.

@@ -59,7 +59,7 @@ class Ros:
         now: Now = time.monotonic,
     ) -> None:
         os.environ.update(limited(os.environ, discovery))
-        os.environ["RCUTILS_LOGGING_USE_STDOUT"] = "0"  # there, lines are messages: ours, and those of our processes
+        os.environ["RCUTILS_LOGGING_USE_STDOUT"] = "0"  # which is for messages, here and in our helper processes
         name, arguments = without_name(arguments)
         self._standby = Standby(node_name() + STANDBY, arguments, now, standby)  # first: it starts while we do
         from rclpy.executors import SingleThreadedExecutor
@@ -91,7 +91,7 @@ class Ros:
         return f"{self.name}, {described(os.environ)}"
 
     def show(self, message: FromStage) -> None:
-        """Show what the stage says of itself to those in ROS 2."""
+        """Show a message of the stage to others in ROS 2."""
         self._requests.show(message)
         self._publishing.show(message)
         if message["type"] == "transport":
@@ -99,7 +99,7 @@ class Ros:
             self._publishing.health.zero = zero if message["state"] == "playing" else None
 
     def announce(self, score: Score, generation: int) -> None:
-        """Show a score, before it plays, to those in ROS 2."""
+        """Show a score, before it plays, to others in ROS 2."""
         self._publishing.take(score, generation)
 
     def meet(self, score: Score) -> None:
@@ -202,7 +202,7 @@ class Ros:
         """Does nothing: real robots stay where they are."""
 
     def advance(self, to: float) -> None:
-        """Tell the standby that the stage is alive, and the publisher how that goes. Real robots need nothing."""
+        """Tell the standby that the stage is alive, and the publisher how well commands reach robots."""
         self._standby.live()
         self._publishing.report()
 

@@ -21,7 +21,7 @@ FIND_LIMIT = 5.0
 
 
 class Listening:
-    """Subscribes to what a score names, and hands on each change as an edge, on the thread of the node's executor."""
+    """Subscribes to what a score names, and passes on each change as an edge, on the thread of the node's executor."""
 
     def __init__(self, node: Any, hear: Callable[[Edge], None], now: Now) -> None:
         self._node = node
@@ -50,7 +50,7 @@ class Listening:
                 )
 
     def under_way(self) -> bool:
-        """Whether it is still unknown if the emergency stop is on. To be asked again and again before beat 0."""
+        """Whether it is still unknown if the emergency stop is on. Call it repeatedly before beat 0."""
         if not self._safety.stop:
             return False
         now = self._now()

@@ -1,6 +1,6 @@
 """The poses of robots from ROS topics (rclpy and messages imported lazily).
 
-Only those that are used are taken. DDS throws the others away itself: it keeps the last message of each topic.
+Only those that are used are taken. DDS discards the others itself: it keeps the last message of each topic.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ MOST_WAITING = 10_000
 END_LIMIT = 2.0
 """Seconds it may take to exit when the stage ends."""
 LEAVE_LIMIT = 20.0
-"""The same while the stage goes on. One that is killed stays in the graph for about as long."""
+"""The same while the stage keeps running. One that is killed stays in the graph for about as long."""
 
 
 class Publishing:
@@ -38,8 +38,8 @@ class Publishing:
     def __init__(self, node: str, arguments: Sequence[str], clock: Callable[[], float]) -> None:
         self._command = [sys.executable, str(FOLDER / "publisher.py"), node, *arguments]
         self._clock = clock
-        self._due = 0.0  # when the next health is
-        self._measured: dict[str, float] = {}  # when to say again where each robot was
+        self._due = 0.0  # when the next report of health is due
+        self._measured: dict[str, float] = {}  # when to report each robot's pose again
         self._process: _Process | None = None
         self.health = _Noticed()
 
@@ -49,7 +49,7 @@ class Publishing:
         return self._process.problem if self._process else None
 
     def take(self, score: Score, generation: int) -> None:
-        """A score arrives: begin, go on, or end as it asks for."""
+        """A score has arrived: start, keep, or end the process, as it asks."""
         if self._process and (self._process.problem or not score.publish):
             self._process.close()
             self._process = None
@@ -58,7 +58,7 @@ class Publishing:
             self._process.put((score, generation))
 
     def show(self, message: FromStage) -> None:
-        """The stage says something of itself. Of where robots were, it may say more than is needed."""
+        """Pass on a message of the stage. Of measured poses, only as many as are needed are passed on."""
         if not self._process:
             return
         if message["type"] == "measured":
@@ -147,7 +147,7 @@ class _Process:
             self._process.kill()
 
     def close(self) -> None:
-        """Have it end, without waiting for that."""
+        """End it, without waiting for that."""
         self._closed = True
         self._queue.put(None)
 
@@ -172,7 +172,7 @@ class _Process:
             self.problem = in_plain_text(" ".join(line.split()))
 
     def _write(self, process: subprocess.Popen[bytes]) -> str:
-        """Write all that is put; returns why it ended too early."""
+        """Write everything from the queue; returns why the process ended too early."""
         assert process.stdin
         assert process.stdout
         written = Written()

@@ -26,7 +26,7 @@ ALIVE_LIMIT = 1.0
 FIND_LIMIT = 5.0
 """Seconds that beat 0 waits for senses that are still silent, from when they were first asked for."""
 AGAIN = 1.0
-"""Seconds until a process that has failed is replaced: one that fails at once must not take all of the machine."""
+"""Seconds until a process that has failed is replaced: one that fails at once must not keep the machine busy."""
 WAIT = 0.1
 """Seconds to wait at a time."""
 END_LIMIT = 2.0
@@ -40,7 +40,7 @@ LONGEST_USUAL = 1.0
 
 
 class Reader:
-    """Has senses and poses read by another process, which starts with the first one, and hands on edges and poses on a
+    """Has another process read senses and poses, starts it for the first of them, and passes on edges and poses on a
     thread of its own.
 
     If that process fails, all senses are silent until the next one hears something.
@@ -116,7 +116,7 @@ class Reader:
             self._closing.wait(AGAIN)
 
     def _listen(self, process: subprocess.Popen[bytes]) -> str:
-        """Hand on edges until we are closed, or the process ends or hangs; which of them, in words."""
+        """Pass on edges until we are closed, or the process ends or hangs. Returns which, in words."""
         assert process.stdin
         assert process.stdout
         asked: object = None

@@ -44,7 +44,7 @@ class Requests:
             node.create_service(Trigger, f"~/{name}", _answering(answer))
 
     def show(self, message: FromStage) -> None:
-        """Take note of what the stage says of itself."""
+        """Take note of a message of the stage."""
         if message["type"] != "transport":
             return
         self._state, self._waits_for = message["state"], message.get("waits_for", ())

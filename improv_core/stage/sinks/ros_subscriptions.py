@@ -17,7 +17,7 @@ Hear = Callable[[Topic, bool | None], None]
 
 
 class Subscriptions:
-    """Subscribes to topics, each once, and hands on what each message says of the senses that are read from there.
+    """Subscribes to topics, each once, and passes on what each message says about the senses that are read from it.
 
     `unread` gets a topic that can't be subscribed to, and a line that says why.
     """
@@ -30,7 +30,7 @@ class Subscriptions:
         self._executor = _executor(self._node.context)
         self._executor.add_node(self._node)
         self.poses = Poses(self._node_without_executor, unread)
-        """The poses of robots, which are taken, not handed on."""
+        """The poses of robots, which are taken, not passed on."""
         self._made: dict[tuple[str, Message], Any] = {}
         self._heard: dict[tuple[str, Message], list[Topic]] = {}
 

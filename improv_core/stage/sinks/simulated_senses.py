@@ -37,7 +37,7 @@ class Senses:
     def ask(self, asked: Collection[RobotSense], at: float) -> list[Edge]:
         """From now on, find changes of these. Those that were not asked for before give edges at once.
 
-        Senses that people hold down are not for us.
+        The senses of keys that people hold are not for us.
         """
         ours = [each for each in sorted(asked) if each.sense != CUE and not isinstance(self._source(each), Key)]
         before = {each: self._values[each] for each in ours if each in self._values}

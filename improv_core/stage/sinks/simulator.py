@@ -146,8 +146,8 @@ class Simulator:
         """Like `advance`, but only until senses change that are asked for: the edges, sorted; none once it is at `to`.
 
         A sense that was not asked for last time gives an edge at once. The others are looked at after every whole step,
-        so the same program gives the same edges, no matter how often this is called. Senses that people hold down are
-        not for us.
+        so the same program gives the same edges, no matter how often this is called. The senses of keys that people
+        hold are not for us.
         """
         with self._lock:
             return self._senses.ask(asked, self._now) or self._run(to)
@@ -239,14 +239,14 @@ class Simulator:
 
     def _step(self) -> None:
         start, end = self._steps / STEPS_PER_SECOND, (self._steps + 1) / STEPS_PER_SECOND
-        ways = self._ways(start, end)
-        parts = self._parts(ways)
+        paths = self._paths(start, end)
+        parts = self._parts(paths)
         if parts == 1:
-            self._push(ways, start, end)
+            self._push(paths, start, end)
         else:
             times = [start, *((self._steps + part / parts) / STEPS_PER_SECOND for part in range(1, parts)), end]
             for since, until in pairwise(times):
-                self._push(self._ways(since, until), since, until)
+                self._push(self._paths(since, until), since, until)
         for bump in self._collisions.take_bumps():
             self._bumps.append(bump)
             first, *others = bump.robots
@@ -258,26 +258,26 @@ class Simulator:
             robot.bumped = name in pressed or stands
         self._steps += 1
 
-    def _ways(self, start: float, end: float) -> dict[str, tuple[Pose, Pose]]:
+    def _paths(self, start: float, end: float) -> dict[str, tuple[Pose, Pose]]:
         """The start and end poses of the robots near something, if nothing pushes them."""
         robots = {name: self._robots[name] for name in self._awake}
         return {name: (robot.pose_at(start), robot.ahead(end).pose_at(end)) for name, robot in robots.items()}
 
-    def _parts(self, ways: Mapping[str, tuple[Pose, Pose]]) -> int:
+    def _parts(self, paths: Mapping[str, tuple[Pose, Pose]]) -> int:
         """How many parts a step needs, so that no robot moves farther than half its radius in one."""
         farthest = max(
             math.dist((before.x, before.y, before.z), (after.x, after.y, after.z)) / self._robots[name].disc.radius
-            for name, (before, after) in ways.items()
+            for name, (before, after) in paths.items()
         )
         return max(1, min(MOST_PARTS, math.ceil(2 * farthest)))
 
-    def _push(self, ways: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> None:
-        pushed = self._collisions.push(ways, start, end)
-        for name in ways:
+    def _push(self, paths: Mapping[str, tuple[Pose, Pose]], start: float, end: float) -> None:
+        pushed = self._collisions.push(paths, start, end)
+        for name in paths:
             robot = self._robots[name]
             before, robot.pushed = robot.pushed, pushed.get(name)
             if bool(before) != bool(robot.pushed):
-                robot.trail.add(start, ways[name][0])
+                robot.trail.add(start, paths[name][0])
             if robot.pushed:
                 robot.settle(end)
                 robot.motion = _after_push(robot.motion, robot.pushed, end, robot.motors)

@@ -15,7 +15,8 @@ from improv_core.score.performer import Performer
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.walk import walk
-from improv_core.stage.protocol import Sensed, ShownScore, Stretch
+from improv_core.stage.protocol import Sensed
+from improv_core.stage.viewer.messages import ShownScore, Stretch
 
 MOST_MOMENTS = 20_000
 """Moments of all robots together in one window."""

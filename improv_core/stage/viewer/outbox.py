@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from improv_core.stage.protocol import AskWindow, BumpJson, Bumps, DrawnTrail, DrawnTrails
+from improv_core.stage.viewer.messages import AskWindow, BumpJson, Bumps, DrawnTrail, DrawnTrails
 
 if TYPE_CHECKING:
     from aiohttp import web

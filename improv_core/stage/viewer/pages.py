@@ -8,8 +8,9 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from improv_core.stage.protocol import SIMULATED, DrawnPoses, DrawnRobot, DrawnRobots, Measured
+from improv_core.stage.protocol import SIMULATED, Measured
 from improv_core.stage.viewer.measured import MeasuredTrail, measured_place
+from improv_core.stage.viewer.messages import DrawnPoses, DrawnRobot, DrawnRobots
 from improv_core.stage.viewer.outbox import Outbox, bumps_message
 
 if TYPE_CHECKING:

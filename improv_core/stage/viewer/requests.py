@@ -6,7 +6,8 @@ import json
 from collections.abc import Callable, Mapping
 from typing import cast, get_args
 
-from improv_core.stage.protocol import FASTEST, LAST_BEAT, LONGEST_TEXT, SLOWEST, Facing, FromPage, Shape
+from improv_core.stage.protocol import FASTEST, LAST_BEAT, LONGEST_TEXT, SLOWEST, Facing, Shape
+from improv_core.stage.viewer.messages import FromPage
 
 MOST_NAMES, LONGEST_NAME = 1000, 100
 

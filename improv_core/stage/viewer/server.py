@@ -14,19 +14,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from improv_core.score.score import Score
-from improv_core.stage.protocol import (
-    Decided,
-    PageRequest,
-    Sensed,
-    ShownScore,
-    Stopped,
-    ToPages,
-    TransportMessage,
-    Watched,
-)
+from improv_core.stage.protocol import Decided, PageRequest, Sensed, Stopped, ToPages, TransportMessage, Watched
 from improv_core.stage.viewer.answers import Answers, Shown
 from improv_core.stage.viewer.application import HOST, Application
 from improv_core.stage.viewer.lookahead import MOST_SENSED, about
+from improv_core.stage.viewer.messages import ShownScore
 from improv_core.stage.viewer.pages import Pages
 
 if TYPE_CHECKING:

@@ -1,0 +1,102 @@
+"""Words around movements to which they can't apply, or on which they have no effect: the diagnostics and their fixes.
+
+Spans count from the start of the statement. `movement_of` gives the movement of a node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import TypeGuard
+
+from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.program.timing import in_beats
+from improv_core.score.movement import ENDLESS, Movement
+from improv_core.syntax import nodes
+from improv_core.syntax.nodes import Call, Name, Node
+from improv_core.text import Span
+
+MOST_LENGTHS = 3
+"""How many different lengths of the items of a choice a message lists."""
+TURNS = 4
+"""The turns that a fix gives to a `repeat` that must end."""
+
+MovementOf = Callable[[Node], Movement]
+
+
+def endless(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
+    """The diagnostic about a word that needs a movement that ends, around one that never does."""
+    word = node.word.text
+    repeat = next((each for each in nodes.nodes(node.body) if _is_endless_repeat(each)), None)
+    fixes = replace(f"Change to repeat {TURNS}", repeat.word.span, f"repeat {TURNS}") if repeat else ()
+    if word in ("reverse", "retrograde"):
+        message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
+        return Diagnostic("endless-reverse", node.word.span, message, fixes)
+    cause = _endless_word(node.body, movement_of)
+    what = f"give `{cause}` a number" if cause == "repeat" else f"`{cause}` never ends"
+    return Diagnostic("open-length", node.word.span, f"`{word}` needs a movement that ends: {what}", fixes)
+
+
+def open_length(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
+    """The diagnostic about a word that needs a fixed length, around a movement whose length senses decide."""
+    word, body = node.word.text, node.body
+    cause = _open_word(body, movement_of)
+    advice = "choose among others" if word == "choose" else f"move `{word}` inside `{cause}`"
+    message = f"`{word}` needs a fixed length, but senses decide how long `{cause}` lasts: {advice}"
+    fixes: tuple[Fix, ...] = ()
+    guarded = body.body if isinstance(body, nodes.Apply) and body.condition else None
+    if guarded and word != "choose" and not movement_of(guarded).open:
+        there = guarded.span.start
+        edits = (Edit(Span(node.span.start, body.span.start), ""), Edit(Span(there, there), f"{written(node)} "))
+        fixes = (Fix(f"Move {word} inside {cause}", edits),)
+    return Diagnostic("open-length", node.word.span, message, fixes)
+
+
+def uneven(node: nodes.Apply, here: Sequence[Node], items: Sequence[Movement]) -> Diagnostic:
+    """The diagnostic about a choice among items of different lengths; `here` are those written inside it."""
+    lengths = list(dict.fromkeys(in_beats(item.duration) for item in items))
+    shown = ", ".join(lengths[:MOST_LENGTHS]) + (", …" if len(lengths) > MOST_LENGTHS else "")
+    message = f"the items of `choose` differ in length ({shown}): give them one length with `fit`"
+    first = items[0].duration
+    fixes: tuple[Fix, ...] = ()
+    if len(here) == len(items) and all(0 < item.duration < ENDLESS for item in items):
+        others = [each for each, item in zip(here, items, strict=True) if item.duration != first]
+        text = f"fit {Fraction(first)} "
+        edits = tuple([Edit(Span(each.span.start, each.span.start), text) for each in others])
+        fixes = (Fix(f"Fit the others into {in_beats(first)}", edits),)
+    return Diagnostic("uneven-choice", node.word.span, message, fixes)
+
+
+def without_effect(node: nodes.Apply, message: str, *, safe: bool = True) -> Diagnostic:
+    """The diagnostic about a word without effect, with the fix that removes it and its numbers."""
+    span = Span(node.word.start, node.numbers[-1].span.end if node.numbers else node.word.end)
+    return Diagnostic("no-effect", span, message, replace("Remove it", span, "", safe=safe))
+
+
+def written(node: nodes.Apply) -> str:
+    """A word with its numbers: `repeat 4`."""
+    return " ".join([node.word.text, *(each.text for each in node.numbers)])
+
+
+def _is_endless_repeat(node: Node) -> TypeGuard[nodes.Apply]:
+    return isinstance(node, nodes.Apply) and node.word.text == "repeat" and not node.numbers
+
+
+def _endless_word(body: Node, movement_of: MovementOf) -> str:
+    """The word, or the name, that makes a movement endless."""
+    for node in nodes.nodes(body):
+        if _is_endless_repeat(node):
+            return "repeat"
+        if isinstance(node, (Name, Call)) and movement_of(node).duration == ENDLESS:
+            return node.text if isinstance(node, Name) else node.name.text
+    return "repeat"
+
+
+def _open_word(body: Node, movement_of: MovementOf) -> str:
+    """The word, or the name, by which senses decide how long a movement lasts."""
+    for node in nodes.nodes(body):
+        if isinstance(node, nodes.Choice) or (isinstance(node, nodes.Apply) and node.condition):
+            return node.word.text
+        if isinstance(node, (Name, Call)) and movement_of(node).open:
+            return node.text if isinstance(node, Name) else node.name.text
+    return "until"

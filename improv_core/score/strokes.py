@@ -1,0 +1,152 @@
+"""The ideal paths of a score as lines and arcs, to be drawn. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import NamedTuple
+
+from improv_core.score.motion import Pose, Twist
+from improv_core.score.movement import ENDLESS, Exact, Movement
+from improv_core.score.score import Part, Score, twist
+from improv_core.score.suppositions import as_pictured, certain_beats
+from improv_core.score.walk import walk
+
+MOST_STROKES = 400
+"""The most lines and arcs of a path. This keeps a picture under 20 KB, which suits hovers in editors."""
+MOST_MOMENTS = 20_000
+"""The most moments of a path that are walked."""
+ENDLESS_BEATS = 64
+"""The number of beats drawn of an endless movement."""
+_FLAT = 1e-9
+"""Meters or radians: anything smaller is not drawn."""
+
+
+class Stroke(NamedTuple):
+    """A stretch of a path from one pose to another, along a circle with this radius in meters (0: a straight line).
+
+    `turn` is in radians, counterclockwise: that of the whole moment, of which this may be a piece.
+    """
+
+    start: Pose
+    end: Pose
+    radius: float
+    turn: float
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """One robot's path. `whole` is false if something had to be left out.
+
+    Strokes from `certain` on are as they are pictured, but what is sensed may decide otherwise.
+    """
+
+    robot: str
+    start: Pose
+    end: Pose
+    strokes: Sequence[Stroke]
+    whole: bool
+    certain: int
+
+
+def paths(score: Score, most_moments: int = MOST_MOMENTS) -> list[Path]:
+    """The ideal path of each robot: only the first beats of an endless path, and repeated strokes only once."""
+    certain = {name: part.movement for name, part in score.parts.items()}
+    drawn = pictured(score)
+    return [_path(drawn, part, certain[name], most_moments) for name, part in drawn.parts.items()]
+
+
+def outermost(path: Path) -> Iterator[tuple[float, float]]:
+    """The outermost points of a path, among others."""
+    yield path.start.x, path.start.y
+    for stroke in path.strokes:
+        yield stroke.end.x, stroke.end.y
+        if stroke.radius:
+            yield from _extremes(stroke)
+
+
+def _extremes(stroke: Stroke) -> Iterator[tuple[float, float]]:
+    """The points of an arc that are farthest along x or y, except its ends."""
+    x, y = stroke.end.x - stroke.start.x, stroke.end.y - stroke.start.y
+    sweep = math.copysign(2 * math.asin(min(math.hypot(x, y) / 2 / stroke.radius, 1.0)), stroke.turn)
+    begin = math.atan2(y, x) - sweep / 2 - math.copysign(math.pi / 2, sweep)  # where it begins, seen from its center
+    first, last = sorted((begin, begin + sweep))
+    for quarter in range(math.ceil(first * 2 / math.pi), math.floor(last * 2 / math.pi) + 1):
+        angle = quarter * math.pi / 2
+        across, up = math.cos(angle) - math.cos(begin), math.sin(angle) - math.sin(begin)
+        yield stroke.start.x + stroke.radius * across, stroke.start.y + stroke.radius * up
+
+
+def apex(stroke: Stroke) -> tuple[float, float]:
+    """The point of an arc that is farthest from the line between its ends."""
+    (x0, y0), (x1, y1) = (stroke.start.x, stroke.start.y), (stroke.end.x, stroke.end.y)
+    half = math.dist((x0, y0), (x1, y1)) / 2
+    # The difference of squares could be too large for a float, so take two square roots.
+    bulge = stroke.radius - math.sqrt(max(stroke.radius - half, 0.0)) * math.sqrt(stroke.radius + half)
+    across = math.copysign(bulge, stroke.turn) / max(2 * half, _FLAT)
+    return (x0 + x1) / 2 + (y1 - y0) * across, (y0 + y1) / 2 - (x1 - x0) * across
+
+
+def pictured(score: Score) -> Score:
+    """The score as it is pictured where senses decide."""
+    if not any(scene.open for part in score.parts.values() for scene in part.scenes):
+        return score
+    parts = {
+        name: replace(part, scenes=tuple(map(as_pictured, part.scenes)), scene_begins=())
+        for name, part in score.parts.items()
+    }
+    return replace(score, parts=parts)
+
+
+def _path(score: Score, part: Part, assumed: Movement, most_moments: int) -> Path:
+    endless = part.movement.duration == ENDLESS
+    pose = part.start
+    strokes: dict[tuple[float, ...], Stroke] = {}
+    latest: Exact = 0  # the last time something new was drawn
+    whole = True
+    doubtful = certain_beats(assumed, part.movement, most_moments)
+    certain: int | None = None
+    for walked, moment in enumerate(walk(part.movement, merge=True)):
+        if moment.start >= doubtful and certain is None:
+            certain = len(strokes)
+        if endless and moment.start >= ENDLESS_BEATS:
+            whole = latest < ENDLESS_BEATS / 2  # it only repeats itself
+            break
+        if walked == most_moments or len(strokes) >= MOST_STROKES:
+            whole = False
+            break
+        moving = twist(moment.velocity, part.profile, score.tempo)
+        beats = min(moment.duration, Fraction(ENDLESS_BEATS)) if endless else moment.duration
+        for stroke in _strokes(pose, moving, score.seconds(beats)):
+            pose = stroke.end
+            if math.dist((stroke.start.x, stroke.start.y), (pose.x, pose.y)) > _FLAT:
+                ends = (stroke.start.x, stroke.start.y, pose.x, pose.y, stroke.turn)
+                count = len(strokes)
+                strokes.setdefault(tuple(round(value, 6) for value in ends), stroke)
+                latest = moment.start if len(strokes) > count else latest
+    return Path(
+        part.robot, part.start, pose, list(strokes.values()), whole, len(strokes) if certain is None else certain
+    )
+
+
+def _strokes(pose: Pose, moving: Twist, seconds: float) -> Iterator[Stroke]:
+    """A moment as a line, or as arcs of less than half a circle that make up at most one full circle."""
+    speed = math.hypot(moving.x, moving.y)
+    turn = moving.yaw * seconds
+    if abs(turn) < _FLAT or not speed:
+        yield Stroke(pose, pose.after(moving, seconds), 0.0, 0.0)
+        return
+    radius = speed / abs(moving.yaw)
+    drawn = math.copysign(min(abs(turn), math.tau), turn)
+    pieces = math.ceil(abs(drawn) / (math.pi * 0.9))
+    for piece in range(pieces):
+        start = pose.after(moving, seconds * drawn / turn * piece / pieces)
+        end = pose.after(moving, seconds * drawn / turn * (piece + 1) / pieces)
+        if piece + 1 == pieces and abs(turn) > math.tau:
+            end = pose.after(moving, seconds)
+            yield Stroke(start, start.after(moving, seconds * drawn / turn / pieces), radius, turn)
+            yield Stroke(end, end, 0.0, 0.0)
+            return
+        yield Stroke(start, end, radius, turn)

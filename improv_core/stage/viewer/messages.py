@@ -1,0 +1,159 @@
+"""The messages between the page and its server that nobody else gets (docs/protocol.md). Standard library only.
+
+`page/messages.js` checks those that arrive at the page, and `requests.py` those that arrive at its server.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypedDict
+
+from improv_core.stage.protocol import (
+    AskEditor,
+    Conduct,
+    Decided,
+    EditorAnswer,
+    Form,
+    Place,
+    Program,
+    Restart,
+    Sensed,
+    Source,
+    Stopped,
+    TransportMessage,
+)
+
+
+class DrawnRobot(TypedDict):
+    """What a page draws of a robot: a disc of this radius in meters."""
+
+    radius: float
+
+
+class DrawnRobots(TypedDict):
+    type: Literal["robots"]
+    robots: Mapping[str, DrawnRobot]
+
+
+class DrawnPoses(TypedDict):
+    """x, y, z and heading of every robot, in the order of `robots`."""
+
+    type: Literal["poses"]
+    at: float
+    placed: int
+    poses: Sequence[Sequence[float]]
+
+
+DrawnTrail = TypedDict("DrawnTrail", {"from": int, "places": Sequence[Sequence[float]]})
+"""Further places of a robot: seconds after beat 0, x, y, and heading. `from` counts the places before them.
+
+In `measured` messages: seconds, beat, x, y, heading; its ideal x, y, heading; how far it was off in meters and radians;
+how often its source was aligned; 1 if that was the simulator, otherwise 0; and 1 if it was pulled back to its path.
+"""
+
+
+class DrawnTrails(TypedDict):
+    type: Literal["trails"]
+    robots: Mapping[str, DrawnTrail]
+
+
+class DrawnMeasured(TypedDict):
+    type: Literal["measured"]
+    robots: Mapping[str, DrawnTrail]
+
+
+class ShownRobot(TypedDict):
+    """What a robot of a score is like. `start_pose` is x, y, z, and heading; `near` is the reach of that sense in
+    meters.
+
+    Its part `begins` and `ends` at a beat. `senses` are those that its part reads, with their sources as in a score.
+    """
+
+    profile: str
+    dynamics: str
+    radius: float
+    motions: Sequence[str]
+    start_pose: Sequence[float]
+    begins: float
+    ends: float | None
+    senses: Mapping[str, Mapping[str, Any]]
+    near: float
+
+
+class Deadman(TypedDict):
+    """The button of a gamepad that somebody has to hold while robots move."""
+
+    button: int
+
+
+class ShownScore(TypedDict):
+    """A score as pages show it. `scenes` are the beats at which its scenes begin, from scene `scene` (from 0) on."""
+
+    type: Literal["score"]
+    generation: int
+    tempo: float
+    scene: int
+    scenes: Sequence[float]
+    beats: float | None
+    world: Mapping[str, Any] | None
+    text: str
+    offsets: Mapping[str, int]
+    words: Mapping[str, Sequence[float]]
+    robots: Mapping[str, ShownRobot]
+    takes_start_poses: bool
+    deadman: Deadman | None
+
+
+class BumpJson(TypedDict):
+    at: float
+    x: float
+    y: float
+    robots: Sequence[str]
+
+
+class Bumps(TypedDict):
+    type: Literal["bumps"]
+    past: bool
+    bumps: Sequence[BumpJson]
+
+
+class Stretch(TypedDict):
+    """What one robot does up to beat `until`: its ideal pose at the beginning, and its moments."""
+
+    pose: Sequence[float] | None
+    moments: Sequence[Sequence[Any]]
+    until: float
+
+
+AskWindow = TypedDict(
+    "AskWindow",
+    {"type": Literal["window"], "generation": float, "from": float, "to": float},
+)
+Window = TypedDict(
+    "Window",
+    {
+        "type": Literal["window"],
+        "generation": int,
+        "from": float,
+        "to": float,
+        "robots": Mapping[str, Stretch],
+    },
+)
+
+ToPage = (
+    DrawnRobots
+    | DrawnPoses
+    | DrawnTrails
+    | DrawnMeasured
+    | TransportMessage
+    | Stopped
+    | Program
+    | ShownScore
+    | Bumps
+    | Window
+    | Sensed
+    | Decided
+    | Source
+    | EditorAnswer
+)
+FromPage = Conduct | Restart | Place | Form | AskWindow | AskEditor

@@ -128,15 +128,15 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
     if token.type == "SCENE":
         return _scene(analysis, placed) if token == statement.sign else None
+    condition = node.condition if isinstance(node, nodes.Apply | nodes.Choice) else None
+    if condition and token.span == condition.sense.span:
+        return sense_at(analysis, token.text, token.span)
     if parameter := _parameter(at):
         kind = "a number" if parameter.is_number else "a movement"
         head, _ = label(statement.heads[0].text, statement.parameters)
         return Hover(token.span, _code(parameter.name), f" (parameter of {_code(head)}): {kind}")
     if node is None:
         return _head_or_sign(analysis, placed, token, pictures)
-    condition = node.condition if isinstance(node, nodes.Apply | nodes.Choice) else None
-    if condition and token.span == condition.sense.span:
-        return sense_at(analysis, token.text, token.span)
     around = at.around
     if len(around) > 1 and isinstance(around[-2], nodes.Call) and node is around[-2].name:
         around, node = around[:-1], around[-2]

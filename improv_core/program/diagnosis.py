@@ -177,10 +177,12 @@ def _unused(program: Program, index: int) -> Diagnostic:
     assert sign
     message = f"nothing uses `{head.text}`: use it below or remove this line"
     fixes = [Fix("Remove the definition", (Edit(_whole_line(program, index), ""),))]
-    if statement.parameters or not is_valid_robot(head.text):
+    robots, is_like_one = program.cast.robots, is_like_a_robot(head.text)
+    is_unlisted = bool(robots) and head.text not in robots and not is_like_one
+    if statement.parameters or is_unlisted or not is_valid_robot(head.text):
         return Diagnostic("unused-name", head.span, message, tuple(fixes))
     fixes += replace(f"Play it: {head.text} $ …", sign.span, "$")
-    if program.plays_nothing or head.text in program.cast.robots or is_like_a_robot(head.text):
+    if program.plays_nothing or head.text in robots or is_like_one:
         message = f"nothing uses `{head.text}`: if it is a robot, write `{head.text} $ …`"
         fixes.reverse()
     return Diagnostic("unused-name", head.span, message, tuple(fixes))

@@ -12,7 +12,7 @@ from improv_core.program.meaning import Meaning
 from improv_core.program.substitutes import substitutes
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import Excess, excess, unsupported
-from improv_core.score.movement import Movement, Peak
+from improv_core.score.movement import Movement, Peak, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.ramps import FASTEST_EASE
 from improv_core.score.smoothing import smoothed
@@ -86,7 +86,9 @@ def _may_be_too_much(peak: Peak, profile: Profile, tempo: Fraction) -> bool:
 def _too_much(
     robot: str, body: Node | None, part: Movement, profile: Profile, tempo: Fraction, brief: bool
 ) -> Iterator[Diagnostic]:
-    told: set[str] = set()  # report only the first item of each kind
+    told: set[str] = set()  # report only the first item of each kind, and of those that are too fast the fastest
+    fastest: tuple[Excess, Moment] | None = None
+    known: set[Velocity] = set()
     for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
         if not moment.sources:
             continue  # a robot that waits in a canon
@@ -94,7 +96,21 @@ def _too_much(
             if diagnostic.code not in told:
                 told.add(diagnostic.code)
                 yield diagnostic
-    if profile.smooth and "too-fast" not in told:
+        if moment.velocity in known or (brief and fastest):
+            continue
+        known.add(moment.velocity)
+        over = excess(moment.velocity, profile, tempo)
+        if over and (fastest is None or over.factor > fastest[0].factor):
+            fastest = over, moment
+    if fastest and brief:
+        yield Diagnostic("too-fast", fastest[1].sources[0].span, "")
+    elif fastest:
+        over, moment = fastest
+        unit = "m/s" if over.kind == "linear" else "rad/s"
+        message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {_fitting(over)}"
+        span = moment.sources[0].span
+        yield _too_fast(span, message, over, body.span if body else span)
+    elif profile.smooth:
         yield from _too_fast_to_smooth(robot, body, part, profile, tempo)
 
 
@@ -135,13 +151,6 @@ def _about(
         word = _word_that_asks(moment, body, profile) if body else None
         fixes = tuple(substitutes(body, word, moment.velocity, profile, tempo)) if body and word else ()
         yield Diagnostic("unsupported-direction", word.span if word else span, message, fixes)
-    over = None if "too-fast" in told else excess(moment.velocity, profile, tempo)
-    if over and brief:
-        yield Diagnostic("too-fast", span, "")
-    elif over:
-        unit = "m/s" if over.kind == "linear" else "rad/s"
-        message = f"{over.speed:.3g} {unit} is over {robot}'s limit of {over.limit:g} {unit}: {_fitting(over)}"
-        yield _too_fast(span, message, over, body.span if body else span)
     lasts, period = float(moment.duration * 60 / tempo), 1 / profile.command_rate
     if lasts * SLACK < period:
         message = f"this lasts {lasts:.3g} s, but {robot} takes a command every {period:g} s: make it longer"

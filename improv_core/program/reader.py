@@ -467,7 +467,8 @@ class Reader:
         if word == "seed":
             if not body.dice:
                 message = f"nothing in it throws dice, so `seed` changes nothing: remove `{misuse.written(node)}`"
-                self.report(misuse.without_effect(node, message), node)
+                # Without a word of dice, a `||` around it takes no throw, so later throws fall differently.
+                self.report(misuse.without_effect(node, message, safe=False), node)
             return dice.seed(body, factor)
         if factor == 1 and len(node.numbers[0].tokens) == 1:  # 8/8 in a row of eighths is no error
             message = f"`{misuse.written(node)}` changes nothing: remove it or use another number"
@@ -512,7 +513,7 @@ class Reader:
             self.report(misuse.open_length(node, self.movement_made), node)
             return NOTHING
         if word == "choose" and len({item.duration for item in items}) > 1:
-            self.report(misuse.uneven(node, _items_written(node.body), items), node)
+            self.report(misuse.uneven(node, items_written(node.body), items), node)
             return NOTHING
         return _FROM_ITEMS[word](items)
 
@@ -530,7 +531,7 @@ def _inside_parentheses(node: Node) -> Node:
     return node
 
 
-def _items_written(node: Node) -> Sequence[Node]:
+def items_written(node: Node) -> Sequence[Node]:
     """The items of a movement, if they are written where the movement is."""
     inside = _inside_parentheses(node)
     return inside.items if isinstance(inside, nodes.Series) else ()

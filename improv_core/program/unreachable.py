@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
-from improv_core.program.reader import Reader
+from improv_core.program.reader import Reader, items_written
 from improv_core.program.timing import in_beats, written
 from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS, Duration
@@ -124,6 +124,9 @@ def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node
         for voice in node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,):
             # A bracket counts its items. If one were removed, the others would last longer.
             yield voice, inside.times(Fraction(nodes.items(voice))), True
+    elif isinstance(node, nodes.Apply) and node.word.text in ("choose", "shuffle"):
+        for item in items_written(node.body) or (node.body,):  # dice decide when each begins, if at all
+            yield item, _Window(0, _latest(item, reader), True), False
     elif isinstance(node, nodes.Apply):
         performed = _inside(node, window, reader)
         if performed:
@@ -216,8 +219,8 @@ def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:
     return begin == ENDLESS or (end > begin and (begin >= window.end or end <= window.start))
 
 
-_WHOLE = frozenset({"ramp", "ease", "accumulate", "choose", "shuffle", "canon"})
-"""Words whose parts play at other times than written. If all of it plays, so does all of what they apply to."""
+_WHOLE = frozenset({"ramp", "ease", "accumulate", "canon"})
+"""Words whose parts play at other times than written. If part of it plays, any of what they apply to may."""
 
 
 def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | None:
@@ -237,8 +240,7 @@ def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | Non
         # A window that extends into the next repetition shows all of the body, or both of its ends.
         return window.part(into, until) if until <= body else window.part(0, body)
     if word in _WHOLE:
-        is_whole = window.start == 0 and end == whole
-        return _Window(0, body, True) if is_whole else None
+        return _Window(0, body, True)
     if word in ("fast", "slow", "fit"):
         if whole == ENDLESS:
             return window.part(0, ENDLESS)  # not worth computing how much of it is reached

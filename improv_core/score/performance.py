@@ -63,13 +63,15 @@ def performed(movement: Movement, begin: Exact, edges: Iterable[SenseEdge]) -> I
 def perform(scenes: Sequence[Mapping[str, Movement]], script: Sequence[Sensing]) -> Iterator[tuple[str, Moment]]:
     """What each robot does, in order of time. Each scene lists all robots.
 
-    A scene begins on the first whole beat at which all before it is over. Until then a robot that is done stands.
+    A scene begins on the first whole beat at which all before it is over. Until then a robot that is done stands,
+    unless it plays in no later scene.
     """
+    last = {robot: place for place, scene in enumerate(scenes) for robot, each in scene.items() if _may_play(each)}
     changes = sorted({beat for sensing in script for beat in (sensing.start, sensing.end)})
     beat: Exact = 0
     for index, scene in enumerate(scenes):
         performers = {robot: Performer(movement, beat) for robot, movement in scene.items()}
-        more = index + 1 < len(scenes)
+        staying = [robot for robot in scene if index < last.get(robot, 0)]
         while playing := [robot for robot, performer in performers.items() if _plays(performer, robot, script)]:
             changing = changes[bisect_right(changes, beat) :][:1]
             until = min([*(performers[robot].until for robot in playing), *changing])
@@ -78,13 +80,17 @@ def perform(scenes: Sequence[Mapping[str, Movement]], script: Sequence[Sensing])
                 if robot in playing:
                     yield robot, Moment(beat, until - beat, *performer.velocity())
                     performer.advance(until)
-                elif more:
+                elif robot in staying:
                     yield robot, Moment(beat, until - beat, STILL, ())
             beat = until
-        if more and (rest := math.ceil(beat) - beat):
-            for robot in scene:
+        if rest := math.ceil(beat) - beat:
+            for robot in staying:
                 yield robot, Moment(beat, rest, STILL, ())
         beat = math.ceil(beat)
+
+
+def _may_play(movement: Movement) -> bool:
+    return movement.open or bool(movement.duration)
 
 
 def _plays(performer: Performer, robot: str, script: Sequence[Sensing]) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -145,8 +145,13 @@ class Score:
         return any(scene.open for part in self.parts.values() for scene in part.scenes[self.scene :])
 
     def scene_at(self, beat: algebra.Exact) -> tuple[int, algebra.Exact]:
-        """The scene that plays at a beat, and the beat at which it begins, if no sense ever holds."""
-        passed = max(bisect_right(self.scene_begins, beat) - 1, 0)
+        """The scene that plays at a beat, and the beat at which it begins, if no sense ever holds.
+
+        Of several that begin at this beat, it is the first: senses may decide that it isn't empty.
+        """
+        passed = bisect_left(self.scene_begins, beat)
+        if self.scene_begins[passed : passed + 1] != (beat,):
+            passed = max(passed - 1, 0)
         return self.scene + passed, self.scene_begins[passed] if self.scene_begins else self.since
 
     def begins(self, robot: str, scene: int) -> algebra.Exact:

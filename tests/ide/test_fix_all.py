@@ -35,7 +35,6 @@ def test_what_can_mean_only_one_thing_is_fixed(before: str, after: str) -> None:
     ("before", "after"),
     [
         ("r $ fast 1 scale 1 (left up)\n", "r $   (left up)\n"),
-        ("r $ seed 2 left chance 1/2 up\n", "r $  left chance 1/2 up\n"),
         ("r $ canon 2 left\n---\n---\nr $ chance 1/2 up\n---\n", "r $  left\n---\nr $ chance 1/2 up\n"),
     ],
 )
@@ -49,6 +48,7 @@ def test_what_has_no_effect_goes_and_nothing_else_changes(before: str, after: st
     "program",
     [
         "r $ shuffle left chance 1/2 up\n",  # without the throw of `shuffle`, the other one falls differently
+        "r $ (up || seed 2 left) chance 1/2 up\n",  # without `seed`, the `||` takes no throw
         "x = fast 1 (left up)\nr $ seed 3 choose x\n",  # without `fast 1`, `choose` sees two items
         "r $ left up || forward\nx = left\n",  # somebody is about to use it
         "beat 60\nr $ left\nbeat 90\n",  # which one is meant?

@@ -235,6 +235,7 @@ def test_what_robots_play_adds_up_over_scenes() -> None:
 def test_senses_say_what_they_mean_and_where_they_come_from() -> None:
     check("r $ until ne|>ar left", "near", "**near** (sense): Something is ahead of the robot", "in the simulator")
     check("r $ if not c|>ue left else right", "cue", "**cue** (sense): Somebody gives the cue")
+    check("f near = until ne|>ar repeat scale near left", "near", "(sense)")
     check_nothing("r $ until fi|>re left")
 
 

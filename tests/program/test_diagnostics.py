@@ -255,6 +255,19 @@ def test_what_is_cut_off_is_never_performed() -> None:
     )
 
 
+def test_what_dice_may_choose_is_performed() -> None:
+    check(
+        """
+        late (m) = ease (left m)
+        r $ choose (repeat left repeat right)
+        r $ shuffle (repeat left up repeat (up || right right))
+                                                        ^^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer
+        r $ rest || late up
+        """,
+        hints=True,
+    )
+
+
 def test_names_that_nothing_uses_are_told() -> None:
     check(
         """

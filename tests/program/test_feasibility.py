@@ -121,6 +121,16 @@ def test_too_fast_says_what_fits() -> None:
     """)
 
 
+def test_too_fast_tells_of_the_fastest_item() -> None:
+    check("""
+        beat 60
+        burger $ ease [forward forward] forward
+                       ^^^^^^^ too-fast: 0.533 m/s is over burger's limit of 0.22 m/s: use `beat 24` or `slow 5/2`
+        burger $ fast 2 forward left fast 3 forward
+                                            ^^^^^^^ too-fast: 0.6 m/s is over burger's limit of 0.22 m/s: use `beat 22` or `slow 11/4`
+    """)
+
+
 def test_whatever_senses_decide_is_checked() -> None:
     over = "0.4 m/s is over burger's limit of 0.22 m/s"
     check(f"""

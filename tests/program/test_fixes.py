@@ -99,6 +99,13 @@ def test_too_fast_is_slowed_down_as_far_as_needed() -> None:
     check("too-fast", "beat 90\nburger $ forward || left\n", "beat 90\nburger $ slow 3/2 (forward || left)\n", robots)
 
 
+def test_only_a_robot_that_is_listed_is_played() -> None:
+    (unused,) = analyze("x = left\nbo $ left\n", read_robots("[robots.bo]\n")).diagnostics
+    assert [fix.title for fix in unused.fixes] == ["Remove the definition"]
+    (unused,) = analyze("ada = left\nbo $ left\n", read_robots("[robots.bo]\n[robots.ada]\n")).diagnostics
+    assert [fix.title for fix in unused.fixes] == ["Play it: ada $ …", "Remove the definition"]
+
+
 ANNA = """
 [robots.anna]
 profile = "anna"

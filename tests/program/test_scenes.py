@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from improv_core.program.analysis import analyze
+from improv_core.program.compiler import compiled
 from tests.program.drawing import check
 
 
@@ -22,6 +23,13 @@ def test_a_scene_begins_when_all_above_is_over() -> None:
         "b": [1, 1, 1],
     }
     assert {robot: each.duration for robot, each in analysis.robots.items()} == {"a": 5, "b": 5}
+
+
+def test_a_robot_is_done_after_its_last_scene_whatever_others_sense() -> None:
+    for word in ("slow 2 left", "until near slow 2 left"):
+        analysis = analyze(f"a b $ [left up]\n---\na b $ left\n---\nb $ {word}\n---\nb $ left\n")
+        robots = compiled(analysis)["robots"]
+        assert {robot: each["beats"] for robot, each in robots.items()} == {"a": "2", "b": "5"}
 
 
 def test_scenes_without_a_robot_have_no_effect() -> None:

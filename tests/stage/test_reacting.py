@@ -144,6 +144,15 @@ def test_an_if_is_decided_by_what_holds_when_it_begins(near: bool, move: tuple[f
     assert stage.decisions == [("anna", 1, near)]
 
 
+@pytest.mark.parametrize("near", [True, False])
+def test_a_first_scene_that_may_be_empty_is_decided_too(near: bool) -> None:
+    stage = Reacting()
+    stage.begin(open_score(anna=(if_else(LEFT, series([]), NEAR, HERE), FORWARD)), near=near)
+    stage.run(5)
+    assert stage.moves() == ([(0, TURNS), (1, GOES), (2, STANDS)] if near else [(0, GOES), (1, STANDS)])
+    assert stage.decisions == [("anna", 0, near)]
+
+
 def test_a_cue_holds_for_an_instant_and_for_everybody() -> None:
     stage = Reacting()
     anna, bert = until(repeat(FORWARD), CUE), until(repeat(LEFT), CUE)

@@ -49,7 +49,7 @@ def main() -> int:
         gc.freeze()
         _publish(publications)
     except Exception as error:  # whatever rclpy raises
-        os.write(1, f"{type(error).__name__}: {error}".encode())
+        os.write(1, " ".join(f"{type(error).__name__}: {error}".split()).encode())  # the last line, and without an end
         return 1
     publications.close()
     return 0

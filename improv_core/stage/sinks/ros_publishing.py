@@ -205,9 +205,8 @@ class _Process:
             process.wait()
             return "has been closed"
         except OSError:
-            return "has ended: " + (
-                os.read(process.stdout.fileno(), 65_536).decode(errors="replace") or "it was killed"
-            )
+            said, killed = os.read(process.stdout.fileno(), 65_536).decode(errors="replace"), "it was killed"
+            return "has ended: " + (said.rpartition("\n")[2] or killed)  # DDS may have logged lines before
         finally:
             process.kill()
             process.wait()

@@ -138,6 +138,7 @@ methods: dict[str, Callable[..., Any]] = {
     "no_more_edges": no_more_edges,
     "until_missing": until_missing,
     "until_no_warnings": until_no_warnings,
+    "offered": offered,
     "until_offered": until_offered,
 }
 for line in sys.stdin:

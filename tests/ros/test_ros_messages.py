@@ -61,6 +61,19 @@ def test_a_fixed_type_is_obeyed(sink: Sink, listen: Listen) -> None:
     assert stamped.wait(lambda message: True)["x"] == 3, "it has not heard 2"
 
 
+def test_a_publisher_stays_until_its_last_zero_has_arrived(sink: Sink, listen: Listen) -> None:
+    plain = listen(TOPIC)
+    sink("prepare", TURTLE, profile={"message": "Twist"})
+    sink("wait")
+    sink("send", "turtle1", 1, 0, 0, 0)
+    sink("send", "turtle1", 0, 0, 0, 0)
+    sink("prepare", TURTLE, profile={"message": "TwistStamped"})
+    assert TWIST in sink("offered", TOPIC)
+    assert plain.wait(lambda message: not message["x"])
+    listen(TOPIC, "--stamped")
+    sink("until_offered", TOPIC, STAMPED)
+
+
 def test_a_fixed_type_that_nobody_wants_is_said(sink: Sink, listen: Listen) -> None:
     listen(TOPIC)
     sink("prepare", TURTLE, profile={"message": "TwistStamped"})

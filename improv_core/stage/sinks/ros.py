@@ -26,14 +26,12 @@ from improv_core.stage.sinks.ros_reader import Reader
 from improv_core.stage.sinks.ros_requests import Ask, Requests
 from improv_core.stage.sinks.ros_reset import Resets
 from improv_core.stage.sinks.ros_standby import Standby
-from improv_core.stage.sinks.ros_topic import Now, Topic
+from improv_core.stage.sinks.ros_topic import LINGER, Now, Topic
 
 REST = 0.005
 """Seconds between received messages: /clock may come a thousand times a second, but the latest one is enough."""
 STANDBY_LIMIT = 3.0
 """Seconds that beat 0 waits for the standby to find the robots too: discovery took up to 2.64 s on a quiet machine."""
-LINGER = 0.2
-"""Seconds to keep the publishers after the last zeros. When they go away, a listener loses what it has not received."""
 
 
 class Ros:

@@ -13,6 +13,8 @@ TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/
 SETTLE = 0.2
 """Seconds until a match counts. The listener matches after us; until then, commands arrived up to 0.16 s late."""
 
+LINGER = 0.2
+"""Seconds to keep a publisher after its last zero. When it goes away, a listener loses what it has not received."""
 FIND_LIMIT = 10.0
 """Seconds that a listener and a publisher may take to find each other on a busy machine."""
 
@@ -37,6 +39,7 @@ class Topic:
         self._advertise = advertise
         self._now = now
         self._publishers: dict[str, _Publisher] = {}
+        self._leaving: dict[str, tuple[_Publisher, float]] = {}  # and since when they send no more
         self._message = message
         self._finding = math.inf  # since when listeners of a type of ours are not matched
         self._serve({message if message in TYPES else "Twist"}, -math.inf if at_once else now())
@@ -63,6 +66,7 @@ class Topic:
 
         Takes a few microseconds if all listeners match: it is called for every topic while robots move.
         """
+        self._destroy_left()
         counts = [publisher.count() for publisher in self._publishers.values()]
         listeners = self._node.count_subscribers(self._seen_as)
         wanted: set[str] = set()
@@ -87,7 +91,8 @@ class Topic:
 
     def others(self, own: Collection[str], standby: bool) -> list[str]:
         """The nodes that also publish here, except our `own`. A `standby` has as many publishers as we have."""
-        if self._node.count_publishers(self._seen_as) == len(self._publishers) * (1 + standby):
+        own_publishers = len(self._publishers) + len(self._leaving)
+        if self._node.count_publishers(self._seen_as) == own_publishers * (1 + standby):
             return []
         infos = self._node.get_publishers_info_by_topic(self.name)
         return sorted({f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - set(own))
@@ -113,12 +118,22 @@ class Topic:
         return f"{found}, but Improv can only send {' or '.join(TYPES.values())}"
 
     def _serve(self, kinds: set[str], unheard: float) -> None:
-        # Don't keep them: `ros2 topic echo` refuses a topic with two types.
         for kind in self._publishers.keys() - kinds:
-            self._publishers.pop(kind).destroy()
+            self._leaving[kind] = self._publishers.pop(kind), self._now()
         for kind in kinds - self._publishers.keys():
-            second = any(not publisher.is_second for publisher in self._publishers.values())
+            if kind in self._leaving:
+                self._publishers[kind], _ = self._leaving.pop(kind)
+                continue
+            others = [*self._publishers.values(), *(leaving for leaving, _ in self._leaving.values())]
+            second = any(not publisher.is_second for publisher in others)
             self._publishers[kind] = _Publisher(self._advertise, kind, self.name, second, unheard)
+
+    def _destroy_left(self) -> None:
+        """Destroy publishers that nobody wants any more: `ros2 topic echo` refuses a topic with two types."""
+        for kind, (publisher, since) in list(self._leaving.items()):
+            if self._now() >= since + LINGER:
+                del self._leaving[kind]
+                publisher.destroy()
 
 
 class _Publisher:

@@ -534,6 +534,8 @@ class Player:
                 self._queue.add(robot, self._scene.told(robot, self._tempo, beat), performed)
         self._scene.begin()
         self._listeners.wait(now)
+        if not self._scene.open:  # robots come first; what open parts decide is told after their beginning
+            self._queue.send_changes(performed, self.score.parts, self._perform_due)
         if tells:
             self._tell_transport(now, self._transport.clock(performed))
         for what in self._scene.asked if tells else ():

@@ -24,7 +24,9 @@ def simulated_drift(minutes: int) -> tuple[int, float]:
     while (deadline := player.deadline(sink.now)) is not None:
         sink.now = deadline
         player.advance(deadline)
-    exact = [Fraction(piece, 3) + Fraction(count, RATE) for piece in range(3 * beats) for count in range(7)]
+    changes = {Fraction(piece, 3) for piece in range(3 * beats)}
+    repeats = {Fraction(count, RATE) for count in range(RATE * beats)}
+    exact = sorted(changes | repeats)
     exact += [beats + Fraction(count, RATE) for count in range(LAST_ZEROS)]
     off = [abs(Fraction(at) - due) for at, due in zip(sink.dates, exact, strict=True)]
     return len(off), float(max(off))

@@ -210,7 +210,11 @@ class _RobotsReading(TomlReading):
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
         rejoin = self.one_of(("ros", "rejoin"), ros) or Safety().rejoin
         deadman = self.deadman(ros["deadman"], namespace) if "deadman" in ros else None
-        return Safety(ros_name(self, ("ros", "stop"), ros, namespace), deadman, cast(Rejoin, rejoin))
+        stop = ros_name(self, ("ros", "stop"), ros, namespace)
+        if stop and deadman and stop == deadman.topic:
+            message = "the deadman button is on this topic: the emergency stop needs one of its own"
+            self.at_value(("ros", "stop"), message)
+        return Safety(stop, deadman, cast(Rejoin, rejoin))
 
     def deadman(self, value: Any, namespace: str) -> Deadman | None:
         keys = ("ros", "deadman")

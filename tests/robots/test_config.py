@@ -502,6 +502,12 @@ def test_mistakes_in_what_stops_robots() -> None:
                                              ^^ robots: write `button` as a whole number from 0 to 99
     """)
     check("""
+        [ros]
+        stop = "joy"
+               ^^^^^ robots: the deadman button is on this topic: the emergency stop needs one of its own
+        deadman = { topic = "/joy", button = 4 }
+    """)
+    check("""
         [ros.deadman]
         topic = "/joy"
         button = 1.0

@@ -6,7 +6,6 @@ and `nodes` lists them.
 
 import json
 import sys
-import time
 
 import rclpy
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
@@ -46,12 +45,7 @@ def change(name, parameter, number):
     return [answer.successful, answer.reason]
 
 
-def nodes():
-    time.sleep(0.5)
-    return sorted(node.get_node_names())
-
-
-commands = {"call": call, "get": get, "set": change, "nodes": nodes}
+commands = {"call": call, "get": get, "set": change}
 print(flush=True)
 for line in sys.stdin:
     command, *words = line.split()

@@ -103,6 +103,8 @@ def test_a_name_is_written_out() -> None:
     check("Inline", "x = (left\n  up)\nr$[up]|>x[up]", "r$[up](left\n  up)[up]")
     check("Inline x here", "x = left up\nr $ |>x x", "x = left up\nr $ left up x")
     check("Inline x everywhere", "|>x = left up\nr $ x fast 2 x", "r $ left up fast 2 (left up)")
+    check("Inline", "x = left up\nr $ if near |>x else up", "r $ if near (left up) else up")
+    check("Inline", "x = left up\nr $ if near up else |>x down", "r $ if near up else (left up) down")
     check("Inline", "x = up\nx = |>x left\nr $ x", "x = up left\nr $ x")
 
 

@@ -63,7 +63,8 @@ class Piece:
     @property
     def takes_items(self) -> bool:
         """Whether several items can replace the piece, which is one term."""
-        return not self.is_counted and not (self.around and isinstance(self.around[-1], nodes.Apply | nodes.Call | nodes.Choice))
+        takes_one = self.around and isinstance(self.around[-1], nodes.Apply | nodes.Call | nodes.Choice)
+        return not (self.is_counted or takes_one)
 
     @property
     def takes_voices(self) -> bool:

@@ -6,7 +6,7 @@ import cmath
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from improv_core.score.motion import Pose
@@ -89,6 +89,9 @@ def test_any_way_beside_many_small_steps(things: Scene, pose: Pose) -> None:
 
 @given(scenes, poses, st.floats(-math.pi, math.pi), st.floats(0, 2 * math.pi))
 def test_any_sector_beside_many_rays(things: Scene, pose: Pose, start: float, width: float) -> None:
+    place = complex(pose.x, pose.y)
+    # Exactly on the edge of a disc, rounding decides whether a ray that leads away from it touches it.
+    assume(all(abs(abs(center - place) - radius) > 1e-9 for center, radius in things.discs))
     found = nearest(things, pose, start, start + width)
     rays = [nearest(things, pose, angle, angle) for angle in (start + width * ray / 200 for ray in range(201))]
     assert found <= min(rays) + 1e-9

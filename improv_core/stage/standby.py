@@ -27,7 +27,7 @@ if __name__ == "__main__":
 from improv_core.score.motion import STILL
 from improv_core.stage.lines import Lines
 from improv_core.stage.protocol import ToStandby
-from improv_core.stage.setpoints import LAST_ZEROS
+from improv_core.stage.setpoints import LAST_ZEROS, LINGER
 from improv_core.stage.sinks.cdr import frame_field, stamped, twist_message
 
 LOOK = 0.12
@@ -39,8 +39,6 @@ ZERO_PERIOD = 0.05
 """Seconds between two zeros."""
 DISCOVERY_LIMIT = 3.0
 """Seconds to keep sending zeros where nobody listens: a standby as young as its stage may not have found the robot."""
-LINGER = 0.2
-"""Seconds to stay after the last zero: a listener loses what it has not received when its publisher goes."""
 
 
 class Watch:

@@ -17,6 +17,7 @@ from improv_core.score.senses import Topic as SenseTopic
 from improv_core.stage.discovery import described, limited
 from improv_core.stage.loop import End, one_line
 from improv_core.stage.protocol import LOADING_LIMIT, FromStage
+from improv_core.stage.setpoints import LINGER
 from improv_core.stage.sinks import Edge, RawPoses
 from improv_core.stage.sinks.cdr import frame_field, twist_message
 from improv_core.stage.sinks.ros_listening import Listening
@@ -26,7 +27,7 @@ from improv_core.stage.sinks.ros_reader import Reader
 from improv_core.stage.sinks.ros_requests import Ask, Requests
 from improv_core.stage.sinks.ros_reset import Resets
 from improv_core.stage.sinks.ros_standby import Standby
-from improv_core.stage.sinks.ros_topic import LINGER, Now, Topic
+from improv_core.stage.sinks.ros_topic import Now, Topic
 
 REST = 0.005
 """Seconds between received messages: /clock may come a thousand times a second, but the latest one is enough."""

@@ -6,15 +6,13 @@ import math
 from collections.abc import Callable, Collection
 from typing import Any
 
+from improv_core.stage.setpoints import LINGER
 from improv_core.stage.sinks.cdr import stamped
 
 TYPES = {"Twist": "geometry_msgs/msg/Twist", "TwistStamped": "geometry_msgs/msg/TwistStamped"}
 """The message types Improv can send: their names in profiles and in ROS."""
 SETTLE = 0.2
 """Seconds until a match counts. The listener matches after us; until then, commands arrived up to 0.16 s late."""
-
-LINGER = 0.2
-"""Seconds to keep a publisher after its last zero. When it goes away, a listener loses what it has not received."""
 FIND_LIMIT = 10.0
 """Seconds that a listener and a publisher may take to find each other on a busy machine."""
 

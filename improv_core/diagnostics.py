@@ -43,6 +43,7 @@ SEVERITIES = {
     "empty-group": Severity.WARNING,
     "robots": Severity.ERROR,
     "unknown-robot": Severity.ERROR,
+    "robot-named-and": Severity.INFORMATION,
     "unsupported-direction": Severity.ERROR,
     "too-fast": Severity.WARNING,
     "too-short": Severity.WARNING,

@@ -1,109 +1,106 @@
-"""Dice: movements that are decided by throws. The same program is always the same dance. Standard library only.
-
-A throw is a function of its stream and its key: the first 8 bytes of BLAKE2b (RFC 7693) of the text `stream:key`. So
-any throw can be computed without those before it, and a movement can be walked from anywhere and backward.
-"""
+"""Movements that dice decide: `choose`, `shuffle`, `chance`, and `seed`. Standard library only."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from hashlib import blake2b
-from typing import NamedTuple
+from itertools import accumulate
 
-from improv_core.score.movement import (
-    STILL,
-    Bounds,
-    Movement,
-    Repeat,
-    Several,
-    Single,
-    hold,
-    in_series,
-    opened,
-    repeat,
-    series,
-)
+from improv_core.score import fields
+from improv_core.score.algebra import hold, one_by_one, repeat, series
+from improv_core.score.bounds import in_series, opened
+from improv_core.score.movement import STILL, Bounds, Duration, InTurn, Movement, Several, Single, Through, Visit, makes
+from improv_core.score.throws import ROBOTS, Dice, T
 from improv_core.text import Span
 
-SIDES = 64
-"""A throw is a whole number below 2 to the power of this."""
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Choose(Several, Through):
+    """One of the items."""
 
-class Dice(NamedTuple):
-    """A place in a stream of throws. The stream is the hash of its name so far: names may get long, hashes don't."""
+    NAME = "choose"
 
-    stream: blake2b
-    throw: int
+    def throw_of(self, index: int, throw: T) -> T:
+        return throw.inside(index)
 
-    def after(self, throws: int) -> Dice:
-        return Dice(self.stream, self.throw + throws) if throws else self
-
-    def inside(self, index: int) -> Dice:
-        """The beginning of the stream of part `index` of what this throw decides."""
-        stream = self.stream.copy()
-        stream.update(f"/{self.throw}.{index}".encode())
-        return Dice(stream, 0)
-
-    def choice(self, count: int) -> int:
-        """Which of `count` items."""
-        return self._thrown(f"{self.throw}") * count >> SIDES
-
-    def order(self, count: int) -> list[int]:
-        """In which order `count` items play: a Fisher-Yates shuffle, Knuth, The Art of Computer Programming, 3.4.2."""
-        order = list(range(count))
-        for last in range(count - 1, 0, -1):
-            other = self._thrown(f"{self.throw}.{last}") * (last + 1) >> SIDES
-            order[last], order[other] = order[other], order[last]
-        return order
-
-    def happens(self, probability: Fraction) -> bool:
-        return self._thrown(f"{self.throw}") * probability.denominator < probability.numerator << SIDES
-
-    def _thrown(self, key: str) -> int:
-        thrown = self.stream.copy()
-        thrown.update(f":{key}".encode())
-        return int.from_bytes(thrown.digest(), "big")
-
-
-def dice_of(stream: str, throw: int = 0) -> Dice:
-    """The dice of a stream, at a throw."""
-    return Dice(blake2b(stream.encode(), digest_size=SIDES // 8), throw)
-
-
-ROBOTS = "0"
-"""The stream from which robots throw."""
+    def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
+        assert dice
+        index = dice.choice(len(self.items))
+        return Visit(self.items[index], at, backward, dice.inside(index))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Choose(Several):
-    pass
+class Shuffle(Several, InTurn):
+    """All items, in an order that the dice give."""
+
+    NAME = "shuffle"
+
+    def throw_of(self, index: int, throw: T) -> T:
+        return throw.inside(index)
+
+    def visits(self, at: Duration, backward: bool, dice: Dice | None) -> Iterator[Visit]:
+        assert dice
+        order = dice.order(len(self.items))
+        items = [self.items[index] for index in order]
+        ends = list(accumulate(item.duration for item in items))
+        return one_by_one(items, ends, at, backward, lambda place: dice.inside(order[place]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shuffle(Several):
-    pass
+class Chance(Single, Through):
+    """A movement with a probability, or a rest as long."""
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Chance(Single):
     probability: Fraction
     span: Span | None
     otherwise: Movement  # the rest
 
+    NAME = "chance"
+    FIELDS = (("probability", fields.FRACTION), ("span", fields.SPAN))
+
+    def throw_of(self, index: int, throw: T) -> T:
+        return throw.inside(0)
+
+    def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
+        assert dice
+        plays = self.body if dice.happens(self.probability) else self.otherwise
+        return Visit(plays, at, backward, dice.inside(0))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seed(Single):
+class Seed(Single, Through):
+    """A movement with dice of its own."""
+
     number: Fraction
 
+    NAME = "seed"
+    FIELDS = (("number", fields.FRACTION),)
+
+    def throw_of(self, index: int, throw: T) -> T:
+        return throw.of(str(self.number))
+
+    def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
+        return Visit(self.body, at, backward, dice and self.throw_of(0, dice))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Throwing(Single):
+class Throwing(Single, Through):
+    """What a line plays: a movement that begins at this throw of a stream."""
+
     throw: int
     stream: str
 
+    NAME = "throwing"
+    FIELDS = (("throw", fields.COUNT), ("stream", fields.TEXT))
 
+    def throw_of(self, index: int, throw: T) -> T:
+        return throw.of(self.stream, self.throw)
+
+    def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
+        return Visit(self.body, at, backward, dice and self.throw_of(0, dice))
+
+
+@makes(Choose)
 def choose(items: Sequence[Movement]) -> Movement:
     """One of the items. Raises ValueError if they are not all of one length, or if senses decide the length of one."""
     lengths = {item.duration for item in items}
@@ -112,6 +109,7 @@ def choose(items: Sequence[Movement]) -> Movement:
     return Choose(max(lengths, default=0), None, _any_of(items), tuple(items))
 
 
+@makes(Shuffle)
 def shuffle(items: Sequence[Movement]) -> Movement:
     """All items, in an order that the dice give."""
     bounds = _any_of(items)
@@ -119,6 +117,7 @@ def shuffle(items: Sequence[Movement]) -> Movement:
     return Shuffle(sum(item.duration for item in items), None, bounds, tuple(items))
 
 
+@makes(Chance)
 def chance(body: Movement, probability: Fraction, span: Span | None = None) -> Movement:
     """The movement, with a probability from above 0 up to 1, or a rest as long, which is written at `span`.
 
@@ -135,6 +134,7 @@ def _rest(body: Movement, span: Span | None) -> Movement:
     return hold(STILL, body.duration, span) if body.duration else series(())
 
 
+@makes(Seed)
 def seed(body: Movement, number: Fraction) -> Movement:
     """The movement with dice of its own, which the number selects. Raises ValueError if it is not above 0."""
     if number <= 0:
@@ -143,33 +143,12 @@ def seed(body: Movement, number: Fraction) -> Movement:
     return Seed(body.duration, body.uniform, bounds, body, number)
 
 
+@makes(Throwing)
 def throwing(body: Movement, throw: int, stream: str = ROBOTS) -> Movement:
     """What a line plays: a movement that begins at this throw of a stream."""
     if not body.bounds.dice:
         return body
     return Throwing(body.duration, body.uniform, body.bounds, body, throw, stream)
-
-
-def decided(part: Choose | Chance | Seed | Throwing, dice: Dice) -> tuple[Movement, Dice]:
-    """What plays at this throw, and its own dice."""
-    if isinstance(part, Choose):
-        index = dice.choice(len(part.items))
-        return part.items[index], dice.inside(index)
-    if isinstance(part, Chance):
-        return part.body if dice.happens(part.probability) else part.otherwise, dice.inside(0)
-    if isinstance(part, Seed):
-        return part.body, dice_of(str(part.number))
-    return part.body, dice_of(part.stream, part.throw)
-
-
-def in_order(part: Shuffle, dice: Dice) -> list[tuple[Movement, Dice]]:
-    """The items of a shuffle in the order in which they play at this throw, each with its own dice."""
-    return [(part.items[index], dice.inside(index)) for index in dice.order(len(part.items))]
-
-
-def at_turn(part: Repeat, dice: Dice, turn: int) -> Dice:
-    """The dice of one turn of a repeat. The turns of an endless one throw from a stream of their own."""
-    return (dice.inside(0) if part.times is None else dice).after(turn * part.body.throws)
 
 
 def _any_of(items: Sequence[Movement]) -> Bounds:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from improv_core.score.dice import Chance, Seed, Throwing
-from improv_core.score.movement import Gain, Hold, Movement, Pace, Repeat, Use, parts
-from improv_core.score.ramps import Ramp
-from improv_core.score.reactions import Reaction
+from improv_core.score.algebra import Use
+from improv_core.score.movement import WHERE, Movement
 
 
 def same(one: Movement, other: Movement) -> bool:
@@ -28,7 +26,7 @@ def same(one: Movement, other: Movement) -> bool:
         one_leader, other_leader = leader(id(first)), leader(id(second))
         if one_leader == other_leader:
             continue
-        inner, others = parts(first), parts(second)
+        inner, others = first.parts, second.parts
         if not _are_alike(first, second) or len(inner) != len(others):
             return False
         leaders[one_leader] = other_leader
@@ -47,22 +45,6 @@ def _are_alike(one: Movement, other: Movement) -> bool:
     return type(one) is type(other) and one.duration == other.duration and _own(one) == _own(other)
 
 
-def _own(movement: Movement) -> object:
-    """What makes a movement besides its parts."""
-    if isinstance(movement, Hold):
-        return movement.velocity
-    if isinstance(movement, Repeat):
-        return movement.times
-    if isinstance(movement, Pace):
-        return movement.rate
-    if isinstance(movement, Gain):
-        return movement.gain
-    if isinstance(movement, Ramp):
-        return movement.rates
-    if isinstance(movement, Chance):
-        return movement.probability
-    if isinstance(movement, Seed):
-        return movement.number
-    if isinstance(movement, Reaction):
-        return movement.condition
-    return (movement.stream, movement.throw) if isinstance(movement, Throwing) else None
+def _own(movement: Movement) -> list[object]:
+    """What makes a movement besides its parts, apart from where it is written."""
+    return [getattr(movement, name) for name, _ in movement.FIELDS if name not in WHERE]

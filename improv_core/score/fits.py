@@ -3,26 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import lru_cache, partial
 from types import UnionType
-from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 T = TypeVar("T")
 
 LARGEST_FLOAT = 1e300
 """Larger numbers are refused."""
 
-hints_of: Callable[[Any], dict[str, Any]] = lru_cache(get_type_hints)
+hints_of: Callable[[Any], dict[str, Any]] = lru_cache(partial(get_type_hints, include_extras=True))
+
+
+@dataclass(frozen=True, slots=True)
+class Between:
+    """The limit of a number: `Annotated[float, Between(0, 1)]`."""
+
+    least: float
+    most: float
+
+    def holds(self, value: Any) -> bool:
+        return bool(self.least <= value <= self.most)
+
+
+@dataclass(frozen=True, slots=True)
+class Long:
+    """The limit of how long a text, a list, or a mapping is: `Annotated[str, Long(1, 100)]`."""
+
+    least: int
+    most: int
+
+    def holds(self, value: Any) -> bool:
+        return self.least <= len(value) <= self.most
 
 
 def fits(value: object, hint: Any) -> bool:
-    """Whether a JSON value is of a type: Any, a simple type, a Literal, a union, a TypedDict, a Mapping, or a Sequence.
+    """Whether a JSON value is of a type: Any, a simple type, a Literal, a union, a TypedDict, a Mapping, or a Sequence;
+    or `Annotated` with limits such as `Between`, each of which has a method `holds`.
 
     NaN and infinity are not numbers, and True is not 1. Unknown keys of a TypedDict are ignored.
     """
     origin, arguments = get_origin(hint), get_args(hint)
     if hint is Any:
         return True
+    if origin is Annotated:
+        return fits(value, arguments[0]) and all(limit.holds(value) for limit in arguments[1:])
     if hint is float:
         return type(value) in (int, float) and -LARGEST_FLOAT <= value <= LARGEST_FLOAT  # type: ignore[operator]
     if hint is int:
@@ -38,7 +64,11 @@ def fits(value: object, hint: Any) -> bool:
             and all(fits(value[name], inner) for name, inner in hints_of(hint).items() if name in value)
         )
     if origin is not None and issubclass(origin, Mapping):
-        return isinstance(value, dict) and _all_fit(value.values(), arguments[1])
+        return (
+            isinstance(value, dict)
+            and (arguments[0] is str or _all_fit(value, arguments[0]))  # JSON has no other keys
+            and _all_fit(value.values(), arguments[1])
+        )
     if origin is not None and issubclass(origin, Sequence):
         return isinstance(value, list) and _all_fit(value, arguments[0])
     return isinstance(value, hint)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import TypeVar
 
+from improv_core.slices import checkpoint
+
 T = TypeVar("T")
 
 
@@ -16,6 +18,7 @@ def inner_first(whole: T, inside: Callable[[T], Iterable[T]], key: Callable[[T],
     done: set[Hashable] = set()
     waiting = [whole]
     while waiting:
+        checkpoint()
         part = waiting[-1]
         if unknown := [each for each in inside(part) if key(each) not in done]:
             waiting += unknown

@@ -1,19 +1,22 @@
-"""The algebra of movement: a velocity over time, exact. `score/walk.py` walks it. Standard library only.
+"""What a movement is: a velocity over time, exact. Standard library only.
 
 A movement lasts `duration` beats (an exact fraction, or `ENDLESS`) and has a velocity in the robot's own frame, in
-steps per beat and quarter turns per beat. Nothing here costs time or memory in proportion to a repeat count.
+steps per beat and quarter turns per beat. Nothing costs time or memory in proportion to a repeat count.
+
+Each kind of movement is a class in `algebra`, `dice`, `ramps`, or `reactions`. It says what its parts are, what else
+makes it (`FIELDS`), how it is made (`make`), how long it lasts if senses decide, which throw each part begins with, and
+how it plays. All that walks, measures, compares, writes, or performs movements asks that, and knows no kinds.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
-from itertools import accumulate as count_up
-from typing import NamedTuple, TypeAlias
+from typing import Any, ClassVar, NamedTuple, TypeAlias, TypeVar
 
+from improv_core.score.throws import Dice, T
 from improv_core.text import Span
 
 ENDLESS = math.inf
@@ -125,16 +128,121 @@ class Bounds:
     open: bool = False
 
 
+NOWHERE = -1
+"""The statement ID of movements outside all statements."""
+
+
+class Source(NamedTuple):
+    """A span that counts from the start of its statement, and that statement's ID.
+
+    Movements stay valid while the statements before them change, so they hold no offsets in the document.
+    """
+
+    statement: int
+    span: Span
+
+
+class Around(NamedTuple):
+    """What surrounds a part that plays: its rate and gain, the statement it is written in, and the words around it."""
+
+    rate: Fraction = NORMAL
+    gain: Velocity = SAME
+    statement: int = NOWHERE
+    sources: tuple[Source, ...] = ()
+
+    def at(self, span: Span | None) -> tuple[Source, ...]:
+        """The words that play, with one that is written at `span` here."""
+        return (*self.sources, Source(self.statement, span)) if span else self.sources
+
+
+NOTHING_AROUND = Around()
+
+
+class Visit(NamedTuple):
+    """A part that plays, from which of its beats on, whether backward, and the dice at its beginning if it has any."""
+
+    part: Movement
+    at: Duration
+    backward: bool
+    dice: Dice | None
+
+
+Piece: TypeAlias = tuple[Exact, Velocity, tuple[Source, ...]]
+"""Beats of constant velocity, and the words that play."""
+
+
+class Lengths(NamedTuple):
+    """The shortest and the longest that a movement lasts, in beats.
+
+    What senses cut short has no shortest length, so `shortest` is 0 then. Only if it `may_be_empty` can it take no time
+    at all, as one side of an `if` may.
+    """
+
+    shortest: Duration
+    longest: Duration
+    may_be_empty: bool
+
+    @property
+    def is_fixed(self) -> bool:
+        return self.shortest == self.longest
+
+
+def one_after_another(items: Sequence[Lengths]) -> Lengths:
+    """How long movements last in series."""
+    return Lengths(
+        sum(each.shortest for each in items),
+        sum(each.longest for each in items),
+        all(each.may_be_empty for each in items),
+    )
+
+
+class JsonForm(NamedTuple):
+    """How a value is written as JSON, and read. Reading raises an exception if the value is wrong."""
+
+    write: Callable[[Any], Any]
+    read: Callable[[Any], Any]
+
+
+WHERE = frozenset({"span", "statement"})
+"""The fields that only say where a movement is written."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Movement:
-    """A movement. Made by functions here, in `ramps`, and in `dice`, never directly.
+    """A movement. Made by the functions beside each kind, never directly.
 
-    `uniform` is its velocity if that never changes.
+    `uniform` is its velocity if that never changes. `FIELDS` are what makes it besides its parts. `make` makes one of
+    its kind from parts and the values of these fields, and raises an exception if they don't fit.
     """
 
     duration: Duration
     uniform: Velocity | None
     bounds: Bounds
+
+    NAME: ClassVar[str]
+    FIELDS: ClassVar[tuple[tuple[str, JsonForm], ...]] = ()
+    make: ClassVar[Callable[..., Movement]]
+
+    @property
+    def parts(self) -> tuple[Movement, ...]:
+        """The movements directly inside."""
+        return ()
+
+    def made_of(self, parts: Sequence[Movement]) -> Movement:
+        """The same, made of other parts."""
+        return self.make(parts, *(getattr(self, name) for name, _ in self.FIELDS))
+
+    def within(self, around: Around) -> Around:
+        """What surrounds its parts, by what surrounds itself."""
+        return around
+
+    def throw_of(self, index: int, throw: T) -> T:
+        """The throw with which part `index` begins, by the one with which the whole begins."""
+        return throw
+
+    def lasts(self, parts: Sequence[Lengths]) -> Lengths:
+        """How long it lasts if it is open, by how long its parts last."""
+        return one_after_another(parts)
 
     @property
     def peak(self) -> Peak:
@@ -171,6 +279,10 @@ class Single(Movement):
 
     body: Movement
 
+    @property
+    def parts(self) -> tuple[Movement, ...]:
+        return (self.body,)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Several(Movement):
@@ -178,146 +290,58 @@ class Several(Movement):
 
     items: tuple[Movement, ...]
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Hold(Movement):
-    velocity: Velocity
-    span: Span | None
+    @property
+    def parts(self) -> tuple[Movement, ...]:
+        return self.items
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Series(Several):
-    ends: tuple[Duration, ...]  # when each item ends
-    first_throws: tuple[int, ...]  # the throw at which each item begins, counted from the first; empty without dice
+class Through(Movement):
+    """A movement in whose place one of its parts plays."""
+
+    __slots__ = ()
+
+    def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
+        """The part that plays from beat `at` on, or back from there."""
+        (body,) = self.parts
+        return Visit(body, at, backward, dice)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Parallel(Several):
-    """Voices. With dice, an empty voice stays among them, because each throws from the stream of its index."""
+class InTurn(Movement):
+    """A movement whose parts play one after another."""
+
+    __slots__ = ()
+
+    def visits(self, at: Duration, backward: bool, dice: Dice | None) -> Iterator[Visit]:
+        """The parts that play from beat `at` on, or back from there, in the order they play."""
+        raise NotImplementedError
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Repeat(Single):
-    times: int | None
+class Piecewise(Movement):
+    """A movement whose pieces are computed from those of its parts."""
+
+    __slots__ = ()
+
+    def pieces(
+        self, at: Duration, backward: bool, dice: Dice | None, walk: Callable[[Visit], Iterator[Piece]]
+    ) -> Iterator[Piece]:
+        """The pieces from beat `at` on, or back from there. `walk` gives those of a part."""
+        raise NotImplementedError
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Pace(Single):
-    rate: Fraction
+F = TypeVar("F", bound=Callable[..., Movement])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Gain(Single):
-    gain: Velocity
+def makes(kind: type[Movement]) -> Callable[[F], F]:
+    """Marks the function that makes a kind of movement: of one part, or of a sequence of them."""
 
+    def marked(make: F) -> F:
+        def of_parts(parts: Sequence[Movement], *values: Any) -> Movement:
+            return make(*parts, *values)
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reverse(Single):
-    pass
+        kind.make = staticmethod(make if issubclass(kind, Several) else of_parts)
+        return make
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Use(Single):
-    span: Span | None
-    statement: int
-
-
-def hold(velocity: Velocity, duration: Exact = 1, span: Span | None = None) -> Movement:
-    """A constant velocity for `duration` beats, written at `span`."""
-    x, y, z, yaw = (abs(float(value)) for value in velocity)
-    return Hold(duration, velocity, _held(x, y, z, yaw, float(duration)), velocity, span)
-
-
-def stand(duration: Exact) -> Movement:
-    """Standing still for `duration` beats, or not at all. It is not written anywhere, so it never counts as an item
-    that is too short."""
-    return Hold(duration, STILL, UNBOUNDED, STILL, None) if duration else series(())
-
-
-def series(items: Sequence[Movement]) -> Movement:
-    """The items one after another. Items after an endless one are never reached."""
-    if len(items) == 1:
-        return items[0]
-    end: Duration = 0
-    ends = []
-    uniform: Velocity | None = None
-    bounds = items[0].bounds if items else UNBOUNDED
-    for item in items:  # a single loop, because most of the work at a keystroke goes through here
-        if item.duration:
-            if not end:
-                uniform = item.uniform
-            elif uniform is not item.uniform and uniform != item.uniform:
-                uniform = None
-            end += item.duration
-        ends.append(end)
-        if item.bounds is not bounds:
-            bounds = _either(bounds, item.bounds)
-    if bounds.open:
-        bounds = opened(bounds)
-    first_throws: tuple[int, ...] = ()
-    if bounds.dice:
-        *reached, throws = count_up((item.throws for item in items), initial=0)
-        bounds, first_throws = replace(bounds, throws=throws), tuple(reached)
-    return Series(end, uniform, bounds, tuple(items), tuple(ends), first_throws)
-
-
-def parallel(voices: Sequence[Movement]) -> Movement:
-    """All voices at once: velocities add up, the shortest voice ends all, and empty voices are ignored."""
-    playing = [voice for voice in voices if voice.duration or voice.open]
-    dice = len(voices) > 1 and any(voice.bounds.dice for voice in voices)
-    if not dice and len(playing) < 2:
-        return series(playing)
-    uniform: Velocity | None = STILL if playing else None
-    for voice in playing:
-        uniform = uniform.plus(voice.uniform) if uniform and voice.uniform else None
-    bounds = _in_parallel(tuple(voice.bounds for voice in playing), dice)
-    duration = min((voice.duration for voice in playing if voice.duration), default=0)
-    return Parallel(duration, uniform, bounds, tuple(voices if dice else playing))
-
-
-def repeat(body: Movement, times: int | None = None) -> Movement:
-    """The movement repeated `times` times, or forever if None. Repeating an empty movement gives an empty movement."""
-    if times == 0 or not (body.duration or body.open):
-        if not body.bounds.dice:
-            return series(())
-        duration: Duration = 0
-    else:
-        duration = ENDLESS if times is None else body.duration * times
-    uniform = body.uniform if body.duration else STILL  # turns that take no time are followed by standing still
-    bounds = opened(body.bounds) if body.bounds.open else body.bounds
-    if bounds.dice:
-        bounds = replace(bounds, throws=1 if times is None else bounds.throws * times)
-    return Repeat(duration, uniform, bounds, body, times)
-
-
-def pace(body: Movement, rate: Fraction) -> Movement:
-    """The same path, `rate` times as fast."""
-    if not (body.duration or body.open):
-        return body
-    duration = ENDLESS if isinstance(body.duration, float) else exact(body.duration / rate)
-    uniform = body.uniform and body.uniform.times(all_by(exact(rate)))
-    return Pace(duration, uniform, _sped_up(body.bounds, rate), body, rate)
-
-
-def fit(body: Movement, beats: Exact) -> Movement:
-    """The same path in exactly `beats` beats. Raises ValueError if the movement is endless or open."""
-    require_end(body)
-    assert not isinstance(body.duration, float)
-    return pace(body, Fraction(body.duration) / beats)
-
-
-def gain(body: Movement, factors: Velocity) -> Movement:
-    """The same duration, with each component of the velocity multiplied."""
-    if not (body.duration or body.open):
-        return body
-    uniform = body.uniform and body.uniform.times(factors)
-    return Gain(body.duration, uniform, _amplified(body.bounds, factors), body, factors)
-
-
-def reverse(body: Movement) -> Movement:
-    """The same moments in reverse order. Raises ValueError if the movement is endless or open."""
-    require_end(body)
-    return Reverse(body.duration, body.uniform, body.bounds, body)
+    return marked
 
 
 def require_end(body: Movement) -> None:
@@ -326,114 +350,7 @@ def require_end(body: Movement) -> None:
         raise ValueError("a movement that is endless or open has no end that is known")
 
 
-def accumulate(items: Sequence[Movement]) -> Movement:
-    """Of items a, b, c: a, then a b, then a b c. Each beginning is shared by all that are longer."""
-    return series(list(count_up(items, lambda beginning, item: series((beginning, item)))))
-
-
-def use(body: Movement, span: Span | None, statement: int) -> Movement:
-    """A movement written in the statement with this ID, used by a name at `span`."""
-    return Use(body.duration, body.uniform, body.bounds, body, span, statement)
-
-
-_peak = lru_cache(maxsize=10_000)(Peak)
-_bounds = lru_cache(maxsize=10_000)(Bounds)  # a program has far fewer different bounds than movements
-UNBOUNDED = Bounds(Peak(0.0, 0.0, 0.0, 0.0, math.inf), 0, 0, 0, False, 0)
-"""The bounds of nothing."""
-
-
-@lru_cache(maxsize=10_000)
-def _held(x: float, y: float, z: float, yaw: float, shortest: float) -> Bounds:
-    return Bounds(_peak(x, y, z, yaw, shortest), 1, 0, 0, False, 0)
-
-
-def in_series(kinds: Iterable[Bounds]) -> Bounds:
-    """The bounds, except the throws, of movements that play one after another, or of which only one plays."""
-    bounds = UNBOUNDED
-    for each in kinds:
-        bounds = _either(bounds, each)
-    return bounds
-
-
-@lru_cache(maxsize=10_000)
-def _either(one: Bounds, other: Bounds) -> Bounds:
-    mine, others = one.peak, other.peak
-    return _bounds(
-        _peak(
-            max(mine.x, others.x),
-            max(mine.y, others.y),
-            max(mine.z, others.z),
-            max(mine.yaw, others.yaw),
-            min(mine.shortest, others.shortest),
-        ),
-        max(one.width, other.width),
-        max(one.bits, other.bits),
-        max(one.depth, other.depth),
-        one.dice or other.dice,
-        0,
-        one.open or other.open,
-    )
-
-
-@lru_cache(maxsize=10_000)
-def opened(bounds: Bounds) -> Bounds:
-    """The bounds of an open movement around this one: its performance contains another one."""
-    return replace(bounds, open=True, depth=bounds.depth + 1)
-
-
-@lru_cache(maxsize=10_000)
-def _in_parallel(voices: tuple[Bounds, ...], dice: bool) -> Bounds:
-    if not voices:
-        return replace(UNBOUNDED, dice=dice, throws=1)
-    x, y, z, yaw, shortest = zip(*(each.peak for each in voices), strict=True)
-    return _bounds(
-        _peak(sum(x), sum(y), sum(z), sum(yaw), min(shortest)),
-        sum(each.width for each in voices),
-        max(each.bits for each in voices),
-        max(each.depth for each in voices) + 1,
-        dice,
-        int(dice),
-        any(each.open for each in voices),
-    )
-
-
-@lru_cache(maxsize=10_000)
-def _sped_up(bounds: Bounds, rate: Fraction) -> Bounds:
-    peak, longer = faster(bounds.peak, float(rate)), bounds.bits + bits(rate)
-    return _bounds(peak, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open)
-
-
-def faster(peak: Peak, rate: float) -> Peak:
-    """The peak of a movement that is played `rate` times as fast."""
-    return _peak(peak.x * rate, peak.y * rate, peak.z * rate, peak.yaw * rate, peak.shortest / rate)
-
-
-@lru_cache(maxsize=10_000)
-def _amplified(bounds: Bounds, factors: Velocity) -> Bounds:
-    x, y, z, yaw = (abs(float(factor)) for factor in factors)
-    peak = bounds.peak
-    amplified = _peak(peak.x * x, peak.y * y, peak.z * z, peak.yaw * yaw, peak.shortest)
-    longer = bounds.bits + max(bits(factor) for factor in factors)
-    return _bounds(amplified, bounds.width, longer, bounds.depth, bounds.dice, bounds.throws, bounds.open)
-
-
-def is_too_fast(peak: Peak) -> bool:
-    """Whether a bound is so large that floats can't hold what is computed from it."""
-    x, y, z, yaw, shortest = peak
-    return x > LARGEST or y > LARGEST or z > LARGEST or yaw > LARGEST or shortest < _SHORTEST
-
-
-_SHORTEST = 1 / LARGEST
-
-
 def bits(number: Exact) -> int:
     """The number of bits of an exact number, where 1 and -1 have none."""
     above, below = number.as_integer_ratio()  # one call, where `numerator` and `denominator` of a fraction are two
     return above.bit_length() + below.bit_length() - 2
-
-
-def parts(movement: Movement) -> tuple[Movement, ...]:
-    """The movements directly inside a movement."""
-    if isinstance(movement, Several):
-        return movement.items
-    return (movement.body,) if isinstance(movement, Single) else ()

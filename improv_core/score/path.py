@@ -3,33 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import count
+from itertools import islice
 from typing import NamedTuple
 
-from improv_core.score import movement as algebra
-from improv_core.score.dice import (
-    ROBOTS,
-    Chance,
-    Choose,
-    Dice,
-    Seed,
-    Shuffle,
-    Throwing,
-    at_turn,
-    decided,
-    dice_of,
-    in_order,
-)
+from improv_core.score.algebra import Hold, Parallel, Repeat, reverse
 from improv_core.score.inner_first import inner_first
 from improv_core.score.motion import Pose
-from improv_core.score.movement import ENDLESS, SAME, Duration, Exact, Movement, Velocity
+from improv_core.score.movement import (
+    ENDLESS,
+    NOTHING_AROUND,
+    SAME,
+    Duration,
+    Exact,
+    InTurn,
+    Movement,
+    Piecewise,
+    Through,
+    Velocity,
+    Visit,
+)
 from improv_core.score.profiles import Profile
-from improv_core.score.ramps import Ramp
 from improv_core.score.reactions import Reaction
 from improv_core.score.score import Part, twist
+from improv_core.score.throws import ROBOTS, Dice, dice_of
 from improv_core.score.walk import walk
 
 MOST_MOMENTS = 10_000
@@ -87,13 +86,17 @@ class _Leg(NamedTuple):
     def first(cls, movement: Movement) -> _Leg:
         return cls(movement, SAME, False, dice_of(ROBOTS) if movement.dice else None)
 
-    def to(self, movement: Movement, dice: Dice | None) -> _Leg:
-        return _Leg(movement, self.gain, self.backward, dice if movement.dice else None)
+    def to(self, visit: Visit) -> _Leg:
+        """The leg of a part that plays in place of this one."""
+        part, _, backward, dice = visit
+        around = self.movement.within(NOTHING_AROUND)
+        gain = self.gain if around is NOTHING_AROUND else self.gain.times(around.gain)
+        return _Leg(part, gain, backward, dice if part.dice else None)
 
     @property
     def is_walked(self) -> bool:
         """Whether it is measured as a whole."""
-        return self.movement.uniform is not None or isinstance(self.movement, algebra.Parallel)
+        return self.movement.uniform is not None or isinstance(self.movement, Parallel)
 
 
 def extent(movement: Movement, most: int = MOST_MOMENTS) -> Extent | None:
@@ -120,21 +123,24 @@ def _extent(movement: Movement, known: dict[int, Extent], most: int) -> Extent:
     """The extent of a movement without dice."""
     if found := known.get(id(movement)):
         return found
-    for part in inner_first(movement, lambda part: [each for each in _parts(part) if id(each) not in known]):
-        known[id(part)] = _combined(part, [known[id(each)] for each in _parts(part)], most)
+
+    for part in inner_first(movement, lambda part: [each for each in _measured(part) if id(each) not in known]):
+        if isinstance(part, (Hold, Parallel)):
+            known[id(part)] = _walked(_Leg.first(part), _Budget(most))
+            continue
+        inner = [known[id(each)] for each in _measured(part)]
+        gain = part.within(NOTHING_AROUND).gain
+        times = (part.times or 0) if isinstance(part, Repeat) else 1
+        steps, turns = math.fsum(each.steps for each in inner), math.fsum(each.turns for each in inner)
+        known[id(part)] = Extent(steps * float(abs(gain.x)) * times, turns * float(gain.yaw) * times)
     return known[id(movement)]
 
 
-def _combined(part: Movement, inner: list[Extent], most: int) -> Extent:
-    if isinstance(part, (algebra.Hold, algebra.Parallel)):
-        return _walked(_Leg(part, SAME, False, None), _Budget(most))
-    steps, turns = math.fsum(each.steps for each in inner), math.fsum(each.turns for each in inner)
-    if isinstance(part, algebra.Repeat):
-        return Extent(steps * (part.times or 0), turns * (part.times or 0))
-    if isinstance(part, algebra.Gain):
-        # In this language, all components of a gain have the same absolute value, so it scales every length equally.
-        return Extent(steps * float(abs(part.gain.x)), turns * float(part.gain.yaw))
-    return Extent(steps, turns)
+def _measured(part: Movement) -> Sequence[Movement]:
+    """The movements that are measured to measure one without dice. Voices are measured together."""
+    if isinstance(part, Parallel):
+        return ()
+    return (part.assumed,) if isinstance(part, Reaction) else part.parts
 
 
 def _walked(leg: _Leg, budget: _Budget) -> Extent:
@@ -175,33 +181,27 @@ def _displacement(leg: _Leg, until: Duration, profile: Profile, budget: _Budget)
 
 def _split(leg: _Leg, until: Duration, budget: _Budget) -> tuple[Iterable[tuple[_Leg, int]], _Leg, Duration]:
     """The inner legs that finish within `until` beats and how often; the one that doesn't, and how far it gets."""
-    part = leg.movement
-    if isinstance(part, algebra.Repeat) and part.body.duration != ENDLESS:
-        turns, until = divmod(until, part.body.duration)
-        if leg.dice:
-            budget.allow(int(turns) * part.body.throws)
-            return ((_turn(leg, turn), 1) for turn in range(int(turns))), _turn(leg, int(turns)), until
-        (inner,) = _inside(leg)
-        return [(inner, int(turns))], inner, until
-    done: list[tuple[_Leg, int]] = []
+    part, _, backward, dice = leg
+    at = part.duration - until if backward else until
+    if isinstance(part, Through):
+        visit = part.inner(at, backward, dice)
+        return (), leg.to(visit), visit.part.duration - visit.at if visit.backward else visit.at
+    if isinstance(part, Repeat) and part.body.duration != ENDLESS:
+        turns = int(until // part.body.duration)
+        inner = leg.to(next(part.visits(at, backward, dice)))
+        done = [(inner, turns)]
+        if dice:
+            budget.allow(turns * part.body.throws)
+            done = [(each, 1) for each in islice(_inside(leg), turns)]
+        return done, inner, until % part.body.duration
+    done = []
     for inner in _inside(leg):
-        if isinstance(part, (Ramp, algebra.Pace)):
-            until = _played(part, until, leg.backward)
         if until < inner.movement.duration:
             break
         done.append((inner, 1))
         until -= inner.movement.duration
     budget.allow(sum(each.movement.throws for each, _ in done))
     return done, inner, until
-
-
-def _played(part: Ramp | algebra.Pace, until: Duration, backward: bool) -> Duration:
-    """How many beats of the body are played in the first `until` beats, or the last ones if `backward`."""
-    if isinstance(part, algebra.Pace):
-        return until * part.rate
-    assert not isinstance(until, float)
-    assert not isinstance(part.duration, float)
-    return part.body.duration - part.played(part.duration - until) if backward else part.played(until)
 
 
 def _whole(leg: _Leg, profile: Profile, known: dict[tuple[int, Velocity, bool], Pose], budget: _Budget) -> Pose:
@@ -229,7 +229,7 @@ def _whole_without_dice(leg: _Leg, profile: Profile, known: dict[tuple[int, Velo
         moved = Pose()
         for each in _inside(now):
             moved = moved.then(known[_key(each)])
-        known[_key(now)] = _times(moved, now.movement.times or 0) if isinstance(now.movement, algebra.Repeat) else moved
+        known[_key(now)] = _times(moved, now.movement.times or 0) if isinstance(now.movement, Repeat) else moved
     return known[_key(leg)]
 
 
@@ -255,44 +255,15 @@ def _decided(leg: _Leg, budget: _Budget) -> Iterator[_Leg]:
 def _inside(leg: _Leg) -> Iterator[_Leg]:
     """The inner legs in the order they play; the body of a repeat without dice only once."""
     part, gain, backward, dice = leg
-    if isinstance(part, algebra.Gain):
-        yield _Leg(part.body, gain.times(part.gain), backward, dice)
-    elif isinstance(part, algebra.Reverse):
-        yield _Leg(part.body, gain, not backward, dice)
-    elif isinstance(part, algebra.Repeat) and dice:
-        yield from (_turn(leg, turn) for turn in (count() if part.times is None else range(part.times)))
-    elif isinstance(part, Shuffle):
-        assert dice
-        items = [leg.to(item, own) for item, own in in_order(part, dice)]
-        yield from reversed(items) if backward else items
-    elif isinstance(part, (Choose, Chance, Seed, Throwing)):
-        assert dice
-        yield leg.to(*decided(part, dice))
-    elif isinstance(part, algebra.Series):
-        for index in range(len(part.items) - 1, -1, -1) if backward else range(len(part.items)):
-            yield leg.to(part.items[index], dice and dice.after(part.first_throws[index]))
-    elif isinstance(part, Reaction):
-        yield leg.to(part.assumed, part.dice_assumed(dice))
+    at = part.duration if backward else 0
+    if isinstance(part, Through):
+        yield leg.to(part.inner(at, backward, dice))
+    elif isinstance(part, Repeat) and not dice:
+        yield _Leg(part.body, gain, backward, None)
     else:
-        (body,) = algebra.parts(part)
-        yield leg.to(body, dice)
-
-
-def _parts(part: Movement) -> tuple[Movement, ...]:
-    """The movements that are measured to measure one without dice. Voices are measured together."""
-    if isinstance(part, algebra.Parallel):
-        return ()
-    return (part.assumed,) if isinstance(part, Reaction) else algebra.parts(part)
-
-
-def _turn(leg: _Leg, turn: int) -> _Leg:
-    """A turn of a repeat with dice, counted in the order they play."""
-    part = leg.movement
-    assert isinstance(part, algebra.Repeat)
-    assert leg.dice
-    if leg.backward and part.times is not None:
-        turn = part.times - 1 - turn
-    return leg.to(part.body, at_turn(part, leg.dice, turn))
+        assert isinstance(part, InTurn)
+        for each, _, _, own in part.visits(at, backward, dice):
+            yield _Leg(each, gain, backward, own if each.dice else None)
 
 
 def _walked_displacement(leg: _Leg, until: Duration, profile: Profile, budget: _Budget | None = None) -> Pose:
@@ -305,7 +276,7 @@ def _walked_displacement(leg: _Leg, until: Duration, profile: Profile, budget: _
         turns, rest = divmod(until, period)
         once, last = (_walked_displacement(leg, beats, profile, budget) for beats in (period, rest))
         return _times(once, int(turns)).then(last)
-    movement = algebra.reverse(leg.movement) if leg.backward else leg.movement
+    movement = reverse(leg.movement) if leg.backward else leg.movement
     budget = budget or _Budget(MOST_WALKED)
     moved = Pose()
     for moment in walk(movement, merge=True, dice=leg.dice):
@@ -319,9 +290,6 @@ def _walked_displacement(leg: _Leg, until: Duration, profile: Profile, budget: _
     return moved
 
 
-_SINGLE = (algebra.Use, algebra.Gain, algebra.Pace, algebra.Reverse)
-
-
 def _period(movement: Movement) -> Exact | None:
     """The beats after which all parallel voices are back at their start; None if that never happens.
 
@@ -330,14 +298,14 @@ def _period(movement: Movement) -> Exact | None:
     if movement.dice or movement.open:
         return None
     rate = Fraction(1)
-    while movement.uniform is None and isinstance(movement, _SINGLE):
-        rate *= movement.rate if isinstance(movement, algebra.Pace) else 1
-        (movement,) = algebra.parts(movement)
+    while movement.uniform is None and isinstance(movement, Through) and not isinstance(movement, Piecewise):
+        rate *= movement.within(NOTHING_AROUND).rate
+        (movement,) = movement.parts
     if movement.uniform is not None:
         return 0
-    if isinstance(movement, algebra.Repeat) and movement.body.duration != ENDLESS:
+    if isinstance(movement, Repeat) and movement.body.duration != ENDLESS:
         return Fraction(movement.body.duration) / rate
-    if not isinstance(movement, algebra.Parallel):
+    if not isinstance(movement, Parallel):
         return None
     common = Fraction(0)
     for voice in movement.items:

@@ -14,7 +14,7 @@ from improv_core.score.senses import CUE
 from improv_core.score.walk import Moment
 
 
-class Sensing(NamedTuple):
+class SenseSpan(NamedTuple):
     """A sense that holds from a beat to another, which is excluded, or at an instant if they are the same.
 
     Without a robot, it holds for all of them.
@@ -60,7 +60,7 @@ def performed(movement: Movement, begin: Exact, edges: Iterable[SenseEdge]) -> I
         performer.advance(until)
 
 
-def perform(scenes: Sequence[Mapping[str, Movement]], script: Sequence[Sensing]) -> Iterator[tuple[str, Moment]]:
+def perform(scenes: Sequence[Mapping[str, Movement]], script: Sequence[SenseSpan]) -> Iterator[tuple[str, Moment]]:
     """What each robot does, in order of time. Each scene lists all robots.
 
     A scene begins on the first whole beat at which all before it is over. Until then a robot that is done stands,
@@ -93,6 +93,6 @@ def _may_play(movement: Movement) -> bool:
     return movement.open or bool(movement.duration)
 
 
-def _plays(performer: Performer, robot: str, script: Sequence[Sensing]) -> bool:
+def _plays(performer: Performer, robot: str, script: Sequence[SenseSpan]) -> bool:
     performer.settle(lambda sense: any(each.holds(robot, sense, performer.beat) for each in script))
     return not performer.is_over

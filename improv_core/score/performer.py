@@ -8,33 +8,27 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from fractions import Fraction
-from itertools import chain, count, repeat
+from collections.abc import Callable, Iterator, Mapping
+from itertools import chain, count
 from typing import NamedTuple
 
-from improv_core.score.dice import ROBOTS, Dice, Seed, Shuffle, Throwing, at_turn, decided, dice_of, in_order
+from improv_core.score.algebra import Parallel, Repeat
 from improv_core.score.movement import (
     ENDLESS,
-    NORMAL,
-    SAME,
     STILL,
+    Around,
     Duration,
     Exact,
-    Gain,
+    InTurn,
     Movement,
-    Pace,
-    Parallel,
-    Repeat,
-    Series,
-    Use,
+    Source,
+    Through,
     Velocity,
     all_by,
 )
 from improv_core.score.reactions import If, Pause, Until
-from improv_core.score.walk import NOWHERE, Source, walk
-from improv_core.text import Span
+from improv_core.score.throws import ROBOTS, Dice, dice_of
+from improv_core.score.walk import walk
 
 Sensed = Callable[[str], bool | None]
 """Whether a sense is true at this moment; None if that is not known: then no condition about it holds."""
@@ -51,7 +45,7 @@ class Performer:
     """
 
     def __init__(self, movement: Movement, beat: Exact = 0) -> None:
-        self._act = _act(movement, _Setting(dice_of(ROBOTS) if movement.dice else None))
+        self._act = _act(movement, dice_of(ROBOTS) if movement.dice else None, Around())
         self.beat = beat
         """The beat up to which it has been performed."""
 
@@ -95,20 +89,6 @@ class Decision(NamedTuple):
     held: bool
 
 
-@dataclass(frozen=True, slots=True)
-class _Setting:
-    """What surrounds a movement: its dice, its rate and gain, and where it was written."""
-
-    dice: Dice | None
-    rate: Fraction = NORMAL
-    gain: Velocity = SAME
-    statement: int = NOWHERE
-    sources: tuple[Source, ...] = ()
-
-    def at(self, span: Span | None) -> tuple[Source, ...]:
-        return (*self.sources, Source(self.statement, span)) if span else self.sources
-
-
 class _Act(ABC):
     """A movement in performance. Times are beats of the performance, apart from those in which it is frozen."""
 
@@ -134,52 +114,25 @@ class _Act(ABC):
     def watched(self) -> Iterator[str]: ...
 
 
-def _act(movement: Movement, around: _Setting) -> _Act:
-    """The act of a movement. What is closed is walked as a whole."""
+def _act(movement: Movement, dice: Dice | None, around: Around) -> _Act:
+    """The act of a movement, with its dice and what surrounds it. What is closed is walked as a whole."""
     while movement.open:
-        if isinstance(movement, Use):
-            around = replace(around, sources=around.at(movement.span), statement=movement.statement)
-            movement = movement.body
-        elif isinstance(movement, Gain):
-            around, movement = replace(around, gain=around.gain.times(movement.gain)), movement.body
-        elif isinstance(movement, Pace):
-            around, movement = replace(around, rate=around.rate * movement.rate), movement.body
-        elif isinstance(movement, (Seed, Throwing)):
-            assert around.dice
-            movement, dice = decided(movement, around.dice)
-            around = replace(around, dice=dice)
-        elif isinstance(movement, Series):
-            return _Sequence(_in_turn(movement, around))
-        elif isinstance(movement, Shuffle):
-            assert around.dice
-            items = in_order(movement, around.dice)
-            return _Sequence(_act(item, replace(around, dice=dice)) for item, dice in items)
-        elif isinstance(movement, Repeat):
-            return _Rounds(movement, around)
-        elif isinstance(movement, Parallel):
-            return _Together(movement, around)
-        elif isinstance(movement, Until):
-            return _Until(movement, around)
-        elif isinstance(movement, Pause):
-            return _Pause(movement, around)
-        else:
-            assert isinstance(movement, If)
-            return _If(movement, around)
-    return _Closed(movement, around)
-
-
-def _in_turn(series: Series, around: _Setting) -> Iterator[_Act]:
-    throws = series.first_throws or repeat(0)
-    for item, throw in zip(series.items, throws, strict=False):
-        yield _act(item, replace(around, dice=around.dice and around.dice.after(throw)))
+        if act := _ACTS.get(movement.NAME):
+            return act(movement, dice, around)
+        around = movement.within(around)
+        if isinstance(movement, InTurn):
+            return _Sequence(_act(part, own, around) for part, _, _, own in movement.visits(0, False, dice))
+        assert isinstance(movement, Through)
+        movement, _, _, dice = movement.inner(0, False, dice)
+    return _Closed(movement, dice, around)
 
 
 class _Closed(_Act):
     """A closed movement. It reads nothing."""
 
-    def __init__(self, movement: Movement, around: _Setting) -> None:
+    def __init__(self, movement: Movement, dice: Dice | None, around: Around) -> None:
         self._around = around
-        self._moments = walk(movement, dice=around.dice, statement=around.statement)
+        self._moments = walk(movement, dice=dice, statement=around.statement)
         self._left: Duration = 0
         self._performed: Performed | None = None
         self._next()
@@ -257,9 +210,9 @@ class _Sequence(_Through):
 class _Rounds(_Act):
     """A repeat. A round that takes no time ends it or, if it is endless, makes it stand until the next whole beat."""
 
-    def __init__(self, movement: Repeat, around: _Setting) -> None:
+    def __init__(self, movement: Repeat, dice: Dice | None, around: Around) -> None:
         self._endless = movement.times is None
-        self._rounds = _rounds(movement, around)
+        self._rounds = _rounds(movement, dice, around)
         self._round = next(self._rounds, None)
         self._took: Exact = 0
         self._stands: Exact = 0
@@ -298,20 +251,17 @@ class _Rounds(_Act):
         return iter(()) if self._stands else self._round.watched()
 
 
-def _rounds(movement: Repeat, around: _Setting) -> Iterator[_Act]:
+def _rounds(movement: Repeat, dice: Dice | None, around: Around) -> Iterator[_Act]:
     for turn in count() if movement.times is None else range(movement.times):
-        dice = around.dice and at_turn(movement, around.dice, turn)
-        yield _act(movement.body, replace(around, dice=dice))
+        yield _act(movement.body, dice and movement.dice_at(turn, dice), around)
 
 
 class _Together(_Act):
     """Voices at once. The first that is over ends all, except that a voice that is empty when it begins is ignored."""
 
-    def __init__(self, movement: Parallel, around: _Setting) -> None:
-        dice = around.dice if movement.dice else None
-        self._voices = [
-            _act(voice, replace(around, dice=dice and dice.inside(index))) for index, voice in enumerate(movement.items)
-        ]
+    def __init__(self, movement: Parallel, dice: Dice | None, around: Around) -> None:
+        dice = dice if movement.dice else None
+        self._voices = [_act(voice, dice and dice.inside(index), around) for index, voice in enumerate(movement.items)]
         self._begins = True
 
     def is_over(self, beat: Exact) -> bool:
@@ -346,10 +296,10 @@ class _Together(_Act):
 class _Until(_Act):
     """An `until`: as soon as its condition holds, the robot stands until the next whole beat, or until it would end."""
 
-    def __init__(self, movement: Until, around: _Setting) -> None:
+    def __init__(self, movement: Until, dice: Dice | None, around: Around) -> None:
         self._until = movement
         self._source = around.at(movement.span)
-        self._act = _act(movement.body, around)
+        self._act = _act(movement.body, dice, around)
         self._stands: Exact | None = None
         body = movement.body
         self._left: Duration = ENDLESS if body.open else body.duration / around.rate
@@ -388,10 +338,10 @@ class _Until(_Act):
 class _Pause(_Act):
     """A `pause`: while its condition holds, the robot stands still, beat by beat, and then continues from there."""
 
-    def __init__(self, movement: Pause, around: _Setting) -> None:
+    def __init__(self, movement: Pause, dice: Dice | None, around: Around) -> None:
         self._pause = movement
         self._source = around.at(movement.span)
-        self._act = _act(movement.body, around)
+        self._act = _act(movement.body, dice, around)
         self._stands: Exact = 0
 
     def is_over(self, beat: Exact) -> bool:
@@ -426,8 +376,9 @@ class _Pause(_Act):
 class _If(_Through):
     """An `if`: its condition decides, when it begins, which of two movements is performed."""
 
-    def __init__(self, movement: If, around: _Setting) -> None:
+    def __init__(self, movement: If, dice: Dice | None, around: Around) -> None:
         self._if = movement
+        self._dice = dice
         self._around = around
         self._act = None
 
@@ -438,11 +389,19 @@ class _If(_Through):
         if self._act:
             return super().read(sensed, beat)
         holds = self._if.condition.holds(sensed)
-        movement, dice = self._if.side(holds, self._around.dice)
-        self._act = _act(movement, replace(self._around, dice=dice))
+        self._act = _act(*self._if.side(holds, self._dice), self._around)
         return Decision(self._around.at(self._if.span), beat, holds)
 
 
 def to_next_whole(beat: Exact) -> Exact:
     """The beats from a beat to the next whole one, which is later."""
     return math.floor(beat) + 1 - beat
+
+
+_ACTS: Mapping[str, Callable[..., _Act]] = {
+    Repeat.NAME: _Rounds,
+    Parallel.NAME: _Together,
+    Until.NAME: _Until,
+    Pause.NAME: _Pause,
+    If.NAME: _If,
+}

@@ -6,12 +6,31 @@ A velocity is constant between breakpoints, so a ramp is played in steps. They a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
 
-from improv_core.score.movement import Exact, Movement, Single, bits, exact, faster, require_end
+from improv_core.score import fields
+from improv_core.score.bounds import faster
+from improv_core.score.movement import (
+    NORMAL,
+    Bounds,
+    Duration,
+    Exact,
+    Movement,
+    Piece,
+    Piecewise,
+    Single,
+    Through,
+    Visit,
+    all_by,
+    bits,
+    exact,
+    makes,
+    require_end,
+)
+from improv_core.score.throws import Dice
 
 STEPS_PER_BEAT = 8
 """A step lasts an eighth of a beat, or a little less."""
@@ -56,12 +75,36 @@ class Step(NamedTuple):
     rate: Fraction
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ramp(Single):
-    """`rates` are those of `ramp` at its start and its end; None for `ease`."""
+_NO_STEP = Step(Fraction(0), NORMAL)  # after the last one, at which the body ends too
 
-    rates: tuple[Exact, Exact] | None
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stepped(Single, Piecewise, Through):
+    """The same path, at a rate that changes step by step."""
+
     phases: tuple[Phase, ...]
+
+    def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
+        assert not isinstance(at, float)
+        return Visit(self.body, self.played(at), backward, dice)
+
+    def pieces(
+        self, at: Duration, backward: bool, dice: Dice | None, walk: Callable[[Visit], Iterator[Piece]]
+    ) -> Iterator[Piece]:
+        """Each piece ends as soon as the body or the rate changes."""
+        assert not isinstance(at, float)
+        steps = self.steps_from(at, backward)
+        beats, rate = next(steps)
+        for left, velocity, sources in walk(self.inner(at, backward, dice)):
+            while beats * rate <= left:
+                yield beats, velocity.times(all_by(rate)), sources
+                left -= beats * rate
+                beats, rate = next(steps, _NO_STEP)
+                if not left:
+                    break
+            else:
+                yield left / rate, velocity.times(all_by(rate)), sources
+                beats -= left / rate
 
     def played(self, beats: Exact) -> Fraction:
         """How many beats of the body are played within the first `beats`."""
@@ -87,6 +130,25 @@ class Ramp(Single):
                 beats -= phase.beats
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Ramp(Stepped):
+    """Begun `start` times as fast and ended `end` times as fast."""
+
+    start: Exact
+    end: Exact
+
+    NAME = "ramp"
+    FIELDS = (("start", fields.NUMBER), ("end", fields.NUMBER))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ease(Stepped):
+    """Begun and ended gently."""
+
+    NAME = "ease"
+
+
+@makes(Ramp)
 def ramp(body: Movement, start: Exact, end: Exact) -> Movement:
     """The same path, begun `start` times as fast and ended `end` times as fast.
 
@@ -95,9 +157,13 @@ def ramp(body: Movement, start: Exact, end: Exact) -> Movement:
     if start < 0 or end < 0 or start == end == 0:
         raise ValueError("the two rates of a ramp are not below 0, and not both 0")
     beats = _beats(body)
-    return _ramped(body, (start, end), (_phase(2 * beats / (start + end), start, end),)) if beats else body
+    if not beats:
+        return body
+    phases = (_phase(2 * beats / (start + end), start, end),)
+    return Ramp(*_whole(body, phases), body, phases, start, end)
 
 
+@makes(Ease)
 def ease(body: Movement) -> Movement:
     """The same path in the same time, begun and ended gently.
 
@@ -107,7 +173,8 @@ def ease(body: Movement) -> Movement:
     if not beats:
         return body
     rise, fall = _phase(beats / 4, 0, FASTEST_EASE), _phase(beats / 4, FASTEST_EASE, 0)
-    return _ramped(body, None, (rise, _phase(beats / 2, FASTEST_EASE, FASTEST_EASE), fall))
+    phases = (rise, _phase(beats / 2, FASTEST_EASE, FASTEST_EASE), fall)
+    return Ease(*_whole(body, phases), body, phases)
 
 
 def _beats(body: Movement) -> Fraction:
@@ -121,7 +188,8 @@ def _phase(beats: Fraction, start: Exact, end: Exact) -> Phase:
     return Phase(beats, Fraction(start), Fraction(end), steps)
 
 
-def _ramped(body: Movement, rates: tuple[Exact, Exact] | None, phases: tuple[Phase, ...]) -> Movement:
+def _whole(body: Movement, phases: tuple[Phase, ...]) -> tuple[Exact, None, Bounds]:
+    """The duration, the uniform velocity, and the bounds of a body that is played in these phases."""
     duration = sum(phase.beats for phase in phases)
     rate = max(max(phase.rate(0), phase.rate(phase.steps - 1)) for phase in phases)
     # A breakpoint inside is a multiple of a step's beats and of its rate, and a moment's beats are divided by the rate.
@@ -132,4 +200,4 @@ def _ramped(body: Movement, rates: tuple[Exact, Exact] | None, phases: tuple[Pha
         bits=body.bounds.bits + longer,
         depth=body.bounds.depth + 1,
     )
-    return Ramp(exact(Fraction(duration)), None, bounds, body, rates, phases)
+    return exact(Fraction(duration)), None, bounds

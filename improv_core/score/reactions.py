@@ -6,12 +6,15 @@ Everything else (`duration`, `uniform`, the walk, paths) assumes that no sense e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
-from improv_core.score.dice import Dice
-from improv_core.score.movement import Movement, Several, in_series, opened, parts, repeat, stand
+from improv_core.score import fields
+from improv_core.score.algebra import STANDING, stand
+from improv_core.score.bounds import in_series, opened
+from improv_core.score.movement import ENDLESS, Duration, Lengths, Movement, Several, Through, Visit
+from improv_core.score.throws import Dice, T
 from improv_core.text import Span
 
 
@@ -26,61 +29,115 @@ class Condition(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Reaction(Several):
+class Reaction(Several, Through):
     """A word of senses, written at `span`. `assumed` is what is performed if no sense ever holds."""
 
     condition: Condition
     span: Span | None
     assumed: Movement
 
+    FIELDS = (("sense", fields.TEXT), ("wanted", fields.TRUTH), ("span", fields.SPAN))
+
     @property
     def body(self) -> Movement:
         return self.items[0]
 
+    @property
+    def sense(self) -> str:
+        return self.condition.sense
+
+    @property
+    def wanted(self) -> bool:
+        return self.condition.wanted
+
     def __str__(self) -> str:
         """`until near`, `pause not near`."""
-        word = "if" if isinstance(self, If) else "until" if isinstance(self, Until) else "pause"
-        return f"{word}{'' if self.condition.wanted else ' not'} {self.condition.sense}"
+        return f"{self.NAME}{'' if self.wanted else ' not'} {self.sense}"
 
-    def dice_assumed(self, dice: Dice | None) -> Dice | None:
-        """The dice of what is performed if no sense ever holds."""
-        return dice
+    def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
+        return Visit(self.assumed, at, backward, dice)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Until(Reaction):
-    pass
+    """Ended once the condition holds."""
+
+    NAME = "until"
+
+    def lasts(self, parts: Sequence[Lengths]) -> Lengths:
+        (body,) = parts
+        # In a movement that is open itself, the robot stands until the next whole beat, which is up to a beat later.
+        return Lengths(0, body.longest + (1 if self.body.open else 0), body.may_be_empty)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pause(Reaction):
-    pass
+    """Interrupted while the condition holds."""
+
+    NAME = "pause"
+
+    def lasts(self, parts: Sequence[Lengths]) -> Lengths:
+        (body,) = parts
+        return body._replace(longest=ENDLESS if body.longest else 0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class If(Reaction):
     """The first of two items is performed if the condition holds, else the second."""
 
+    NAME = "if"
+
+    def throw_of(self, index: int, throw: T) -> T:
+        return throw.inside(index)
+
     def side(self, holds: bool, dice: Dice | None) -> tuple[Movement, Dice | None]:
         """What is performed, and its dice."""
-        return self.items[0 if holds else 1], dice and dice.inside(0 if holds else 1)
+        index = 0 if holds else 1
+        return self.items[index], dice and dice.inside(index)
 
-    def dice_assumed(self, dice: Dice | None) -> Dice | None:
-        return self.side(not self.condition.wanted, dice)[1]
+    def inner(self, at: Duration, backward: bool, dice: Dice | None) -> Visit:
+        _, dice = self.side(not self.wanted, dice)
+        return Visit(self.assumed, at, backward, dice)
+
+    def lasts(self, parts: Sequence[Lengths]) -> Lengths:
+        return Lengths(
+            min(each.shortest for each in parts),
+            max(each.longest for each in parts),
+            any(each.may_be_empty for each in parts),
+        )
 
 
+F = TypeVar("F", bound=Callable[..., Movement])
+
+
+def _reacts(kind: type[Reaction]) -> Callable[[F], F]:
+    """Marks the function that makes a kind of reaction, of its parts."""
+
+    def marked(make: F) -> F:
+        def of_parts(parts: Sequence[Movement], sense: str, wanted: bool, span: Span | None) -> Movement:
+            return make(*parts, Condition(sense, wanted), span)
+
+        kind.make = staticmethod(of_parts)
+        return make
+
+    return marked
+
+
+@_reacts(Until)
 def until(body: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """The movement, ended on the next whole beat once the condition holds, with the robot standing from then on."""
     assumed = body if condition.wanted else _first_beat(body)
     return Until(assumed.duration, None, opened(body.bounds), (body,), condition, span, assumed)
 
 
+@_reacts(Pause)
 def pause(body: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """The movement, interrupted for whole beats while the condition holds."""
     assumed = body if condition.wanted or not body.duration else STANDING
     return Pause(assumed.duration, None, opened(body.bounds), (body,), condition, span, assumed)
 
 
+@_reacts(If)
 def if_else(body: Movement, otherwise: Movement, condition: Condition, span: Span | None = None) -> Movement:
     """One movement or the other: the condition decides when it begins."""
     bounds = opened(in_series((body.bounds, otherwise.bounds)))
@@ -97,7 +154,7 @@ def reactions(movement: Movement) -> Iterator[Reaction]:
         part = waiting.pop()
         if part.open and id(part) not in seen:
             seen.add(id(part))
-            waiting += reversed(parts(part))
+            waiting += reversed(part.parts)
             if isinstance(part, Reaction):
                 yield part
 
@@ -105,10 +162,6 @@ def reactions(movement: Movement) -> Iterator[Reaction]:
 def senses_read(movement: Movement) -> frozenset[str]:
     """The senses that a movement may read."""
     return frozenset(each.condition.sense for each in reactions(movement))
-
-
-STANDING = repeat(stand(1))
-"""Standing still forever."""
 
 
 def _first_beat(body: Movement) -> Movement:

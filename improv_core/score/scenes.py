@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import repeat, zip_longest
 
-from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, series, stand
+from improv_core.score.algebra import series, stand
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
 
 NOTHING = series(())
 

@@ -9,10 +9,9 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Literal
 
-from improv_core.score import movement as algebra
 from improv_core.score import world as worlds
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.movement import Movement, Velocity
+from improv_core.score.movement import Duration, Exact, Movement, Velocity
 from improv_core.score.profiles import Profile
 from improv_core.score.scenes import NOTHING, performance, scene_begins
 from improv_core.score.senses import Senses
@@ -50,10 +49,10 @@ class Part:
     odom: str | None = None
     senses: Senses = field(default_factory=dict)
     editions: tuple[int, ...] = ()
-    begins: algebra.Exact = 0
+    begins: Exact = 0
     entered: Pose | None = None
     scene: int = 0
-    scene_begins: tuple[algebra.Exact, ...] = field(default=(), compare=False)
+    scene_begins: tuple[Exact, ...] = field(default=(), compare=False)
     frame: str = BASE_FRAME
     follow: bool = False
     movement: Movement = field(init=False, compare=False)
@@ -72,7 +71,7 @@ class Part:
         return self.editions[scene] if scene < len(self.editions) else UNNUMBERED
 
     @property
-    def ends(self) -> algebra.Duration:
+    def ends(self) -> Duration:
         """The beat of the performance at which it ends."""
         return self.begins + self.movement.duration
 
@@ -118,9 +117,9 @@ class Score:
     world: World = worlds.EMPTY
     safety: Safety = Safety()
     scene: int = 0
-    since: algebra.Exact = 0
+    since: Exact = 0
     publish: bool = False
-    scene_begins: tuple[algebra.Exact, ...] = field(init=False)
+    scene_begins: tuple[Exact, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         scenes = [part.scenes[self.scene :] for part in self.parts.values()]
@@ -144,7 +143,7 @@ class Score:
         """Whether senses decide what is performed in it."""
         return any(scene.open for part in self.parts.values() for scene in part.scenes[self.scene :])
 
-    def scene_at(self, beat: algebra.Exact) -> tuple[int, algebra.Exact]:
+    def scene_at(self, beat: Exact) -> tuple[int, Exact]:
         """The scene that plays at a beat, and the beat at which it begins, if no sense ever holds.
 
         Of several that begin at this beat, it is the first: senses may decide that it isn't empty.
@@ -154,17 +153,17 @@ class Score:
             passed = max(passed - 1, 0)
         return self.scene + passed, self.scene_begins[passed] if self.scene_begins else self.since
 
-    def begins(self, robot: str, scene: int) -> algebra.Exact:
+    def begins(self, robot: str, scene: int) -> Exact:
         """The beat at which a robot's part of a scene begins, if no sense ever holds."""
         part = self.parts[robot]
         return part.begins if scene <= self.scene else self.scene_begins[scene - self.scene]
 
     @cached_property
-    def beats(self) -> algebra.Duration:
+    def beats(self) -> Duration:
         """The beat at which the last part ends."""
         return max((part.ends for part in self.parts.values()), default=0)
 
-    def seconds(self, beats: algebra.Duration) -> float:
+    def seconds(self, beats: Duration) -> float:
         """How long these beats take, in seconds."""
         return float(beats * 60 / self.tempo)
 

@@ -2,33 +2,53 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple, TypedDict
 
-from improv_core.score import dice as chances
-from improv_core.score import movement as algebra
-from improv_core.score import ramps, reactions, senses
+from improv_core.score import senses
 from improv_core.score import world as worlds
+from improv_core.score.algebra import Gain, Hold, Pace, Parallel, Repeat, Reverse, Series, Use
+from improv_core.score.bounds import is_too_fast
+from improv_core.score.dice import Chance, Choose, Seed, Shuffle, Throwing
+from improv_core.score.fields import above_zero
 from improv_core.score.fits import checked, fits
 from improv_core.score.inner_first import inner_first
 from improv_core.score.motion import Pose
-from improv_core.score.movement import Bounds, Movement, Velocity
+from improv_core.score.movement import (
+    LARGEST,
+    MOST_BITS,
+    MOST_DEPTH,
+    MOST_THROWS,
+    MOST_VOICES,
+    Bounds,
+    Movement,
+    Several,
+    Single,
+    bits,
+)
 from improv_core.score.profiles import Profile
+from improv_core.score.ramps import Ease, Ramp
+from improv_core.score.reactions import If, Pause, Until
 from improv_core.score.score import Deadman, Part, Rejoin, Safety, Score
-from improv_core.text import Span
 
 MOST_KNOWN = 10_000
 """Movements that a reader of scores may keep although none of its scores needs them any more."""
 FASTEST_RATE = 1_000
 """Commands per second that a robot may be sent."""
+_KINDS: Mapping[str, type[Movement]] = {
+    kind.NAME: kind
+    for kind in (
+        *(Hold, Series, Parallel, Repeat, Pace, Gain, Reverse, Use, Ramp, Ease),
+        *(Choose, Shuffle, Chance, Seed, Throwing, Until, Pause, If),
+    )
+}
 
 
 @dataclass(slots=True)
-class Written:
+class RowsWritten:
     """The rows that a reader of scores has been written, numbered in their order, and the parts of the latest score."""
 
     rows: dict[tuple[Any, ...], int] = field(default_factory=dict)
@@ -39,9 +59,9 @@ class Written:
     whole: int = 0
     """The number of rows of the first score, which was written whole."""
 
-    def renewed(self) -> Written:
+    def renewed(self) -> RowsWritten:
         """This, or a new one once most of its rows may belong to scores that no longer play."""
-        return Written() if len(self.rows) > 2 * self.whole + MOST_KNOWN else self
+        return RowsWritten() if len(self.rows) > 2 * self.whole + MOST_KNOWN else self
 
 
 class _Written(NamedTuple):
@@ -61,7 +81,7 @@ class _Written(NamedTuple):
 
 
 @dataclass(slots=True)
-class Read:
+class RowsRead:
     """The movements that a reader of scores has, numbered in their order, and the parts of the latest score."""
 
     movements: list[Movement] = field(default_factory=list)
@@ -72,13 +92,13 @@ class LackingError(Exception):
     """A score builds on movements or parts that its reader does not have."""
 
 
-def to_json(score: Score, written: Written | None = None) -> dict[str, Any]:
+def to_json(score: Score, written: RowsWritten | None = None) -> dict[str, Any]:
     """The score as JSON values, without what the reader has: `written` is what was written for it before.
 
     Each distinct movement is listed once, after the movements inside it. A part that is the same as in the score before
     is null.
     """
-    written = Written() if written is None else written
+    written = RowsWritten() if written is None else written
     known = len(written.rows)
     rows: list[list[Any]] = []
     now = {
@@ -158,7 +178,7 @@ class _ScoreJson(TypedDict):
     publish: bool
 
 
-def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
+def from_json(data: Mapping[str, Any], read: RowsRead | None = None) -> Score:
     """The score that `to_json` wrote. `read` is what was read before it, on which its writer builds. It is emptied if
     this score can't be read.
 
@@ -167,7 +187,7 @@ def from_json(data: Mapping[str, Any], read: Read | None = None) -> Score:
     """
     if not fits(data, _ScoreJson):
         raise ValueError("it is not a score")
-    read = Read() if read is None else read
+    read = RowsRead() if read is None else read
     if data["known"] == 0:
         read.movements, read.parts = [], {}
     made, before = read.movements, read.parts
@@ -214,8 +234,8 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     if any(not 0 < part.profile.command_rate <= FASTEST_RATE for part in parts.values()):
         raise ValueError("a robot's command rate is out of range")
     world = worlds.from_json(data["world"])
-    tempo = Fraction(_above_zero(data["tempo"]))
-    if not 1 <= tempo * algebra.LARGEST <= algebra.LARGEST**2:
+    tempo = Fraction(above_zero(data["tempo"]))
+    if not 1 <= tempo * LARGEST <= LARGEST**2:
         raise ValueError("the tempo is out of range")
     safety = data["safety"]
     deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
@@ -226,7 +246,7 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
 def _playable(movement: Movement) -> Movement:
     """A movement that the language would accept too, so walking it costs no more. Raises ValueError."""
     duration = movement.duration
-    is_long = not isinstance(duration, float) and (duration > _LONGEST or algebra.bits(duration) > _MOST_DURATION_BITS)
+    is_long = not isinstance(duration, float) and (duration > _LONGEST or bits(duration) > _MOST_DURATION_BITS)
     if is_long or not _are_playable(movement.bounds):
         raise ValueError("its numbers are too large or its voices too many")
     return movement
@@ -235,21 +255,21 @@ def _playable(movement: Movement) -> Movement:
 @lru_cache(maxsize=10_000)
 def _are_playable(bounds: Bounds) -> bool:
     return (
-        bounds.width <= algebra.MOST_VOICES
-        and bounds.depth <= algebra.MOST_DEPTH + _AROUND_STATEMENTS
-        and bounds.bits <= algebra.MOST_BITS
-        and bounds.throws <= algebra.MOST_THROWS
-        and not algebra.is_too_fast(bounds.peak)
+        bounds.width <= MOST_VOICES
+        and bounds.depth <= MOST_DEPTH + _AROUND_STATEMENTS
+        and bounds.bits <= MOST_BITS
+        and bounds.throws <= MOST_THROWS
+        and not is_too_fast(bounds.peak)
     )
 
 
-_LONGEST = algebra.LARGEST**2
+_LONGEST = LARGEST**2
 _AROUND_STATEMENTS = 2  # the series of a scene, and that of all scenes
-_MOST_DURATION_BITS = 4 * algebra.MOST_BITS
+_MOST_DURATION_BITS = 4 * MOST_BITS
 """The durations of one robot's statements share a denominator of up to `MOST_BITS`."""
 
 
-def _add(whole: Movement, rows: list[list[Any]], written: Written) -> int:
+def _add(whole: Movement, rows: list[list[Any]], written: RowsWritten) -> int:
     """Append the rows of a movement that are new, inner ones first, and return its number.
 
     A movement that was made again for this score, but has the same row as an earlier one, is not new.
@@ -257,8 +277,8 @@ def _add(whole: Movement, rows: list[list[Any]], written: Written) -> int:
     known, made = written.numbers, dict[int, int]()
     if id(whole) in known:
         return known[id(whole)]
-    for part in inner_first(whole, lambda part: [each for each in algebra.parts(part) if id(each) not in known]):
-        row = _row(part, [made[key] if (key := id(each)) in made else known[key] for each in algebra.parts(part)])
+    for part in inner_first(whole, lambda part: [each for each in part.parts if id(each) not in known]):
+        row = _row(part, [made[key] if (key := id(each)) in made else known[key] for each in part.parts])
         key_of_row = _frozen(row)
         if key_of_row in written.rows:
             made[id(part)] = written.rows[key_of_row]
@@ -274,138 +294,22 @@ def _frozen(row: Sequence[Any]) -> tuple[Any, ...]:
 
 
 def _row(part: Movement, inner: list[int]) -> list[Any]:
-    if isinstance(part, algebra.Hold):
-        return ["hold", [_number(value) for value in part.velocity], _number(Fraction(part.duration)), part.span]
-    if isinstance(part, algebra.Series):
-        return ["series", inner]
-    if isinstance(part, algebra.Parallel):
-        return ["parallel", inner]
-    if isinstance(part, algebra.Repeat):
-        return ["repeat", inner[0], part.times]
-    if isinstance(part, algebra.Pace):
-        return ["pace", inner[0], str(part.rate)]
-    if isinstance(part, algebra.Gain):
-        return ["gain", inner[0], [_number(value) for value in part.gain]]
-    if isinstance(part, algebra.Use):
-        return ["use", inner[0], part.span, part.statement]
-    if isinstance(part, algebra.Reverse):
-        return ["reverse", inner[0]]
-    if isinstance(part, ramps.Ramp):
-        return ["ramp", inner[0], *map(_number, part.rates)] if part.rates else ["ease", inner[0]]
-    if isinstance(part, chances.Choose):
-        return ["choose", inner]
-    if isinstance(part, chances.Shuffle):
-        return ["shuffle", inner]
-    if isinstance(part, chances.Chance):
-        return ["chance", inner[0], str(part.probability), part.span]
-    if isinstance(part, chances.Seed):
-        return ["seed", inner[0], str(part.number)]
-    if isinstance(part, chances.Throwing):
-        return ["throwing", inner[0], part.throw, part.stream]
-    assert isinstance(part, reactions.Reaction)
-    return [_REACTIONS[type(part)], inner, *part.condition, part.span]
+    own = [form.write(getattr(part, name)) for name, form in part.FIELDS]
+    return [part.NAME, inner, *own] if isinstance(part, Several) else [part.NAME, *inner, *own]
 
 
-def _number(value: algebra.Exact) -> int | str:
-    """An exact number for JSON: an int if it is whole, otherwise text."""
-    return value.numerator if value.denominator == 1 else str(value)
-
-
-@lru_cache(maxsize=1_000)
-def _exact(number: int | str) -> algebra.Exact:
-    if isinstance(number, int):
-        return number
-    if not _FRACTION.fullmatch(number):  # an exponent would make a number of any length
-        raise ValueError("a number is wrong")
-    return algebra.exact(Fraction(number))
-
-
-_FRACTION = re.compile(r"-?[0-9]{1,2000}(?:/[0-9]{1,2000})?")
-
-
-def _above_zero(number: int | str) -> algebra.Exact:
-    value = _exact(number)
-    if value <= 0:
-        raise ValueError("a number is not above zero")
-    return value
-
-
-def _velocity(numbers: Sequence[int | str]) -> Velocity:
-    return Velocity(*(_exact(number) for number in numbers))
-
-
-def _count(number: object) -> int:
-    if type(number) is not int or not 0 <= number <= algebra.MOST_THROWS:
-        raise ValueError("a count is wrong")
-    return number
-
-
-def _span(span: list[int] | None) -> Span | None:
-    if span is None:
-        return None
-    start, end = span
-    if type(start) is not int or type(end) is not int:
-        raise ValueError("a span is wrong")
-    return Span(start, end)
-
-
-def _condition(sense: object, wanted: object) -> reactions.Condition:
-    if not isinstance(sense, str) or not isinstance(wanted, bool):
-        raise ValueError("a condition is wrong")
-    return reactions.Condition(sense, wanted)
+def _read(name: str, rest: list[Any], made: Sequence[Movement]) -> Movement:
+    kind = _KINDS[name]
+    if issubclass(kind, Several):
+        inner, *own = rest
+    else:
+        count = 1 if issubclass(kind, Single) else 0
+        inner, own = rest[:count], rest[count:]
+    values = [form.read(value) for (_, form), value in zip(kind.FIELDS, own, strict=True)]
+    return kind.make([_at(place, made) for place in inner], *values)
 
 
 def _at(place: int, made: Sequence[Movement]) -> Movement:
     if place < 0:
         raise ValueError("a movement is missing")
     return made[place]
-
-
-def _read(kind: str, rest: list[Any], made: list[Movement]) -> Movement:
-    if kind == "hold":
-        velocity, duration, span = rest
-        return algebra.hold(_velocity(velocity), _above_zero(duration), _span(span))
-    if make := _OF_SEVERAL.get(kind):
-        return make([_at(place, made) for place in rest[0]])
-    if react := _REACTING.get(kind):
-        return react(*(_at(place, made) for place in rest[0]), _condition(*rest[1:3]), _span(rest[3]))
-    body = _at(rest[0], made)
-    if kind == "repeat":
-        return algebra.repeat(body, None if rest[1] is None else _count(rest[1]))
-    if kind == "pace":
-        return algebra.pace(body, Fraction(_above_zero(rest[1])))
-    if kind == "gain":
-        return algebra.gain(body, _velocity(rest[1]))
-    if kind == "use":
-        if type(rest[2]) is not int:
-            raise ValueError("the number of a statement is wrong")
-        return algebra.use(body, _span(rest[1]), rest[2])
-    if kind == "reverse":
-        return algebra.reverse(body)
-    if kind == "ramp":
-        return ramps.ramp(body, _exact(rest[1]), _exact(rest[2]))
-    if kind == "ease":
-        return ramps.ease(body)
-    if kind == "chance":
-        return chances.chance(body, Fraction(_exact(rest[1])), _span(rest[2]))
-    if kind == "seed":
-        return chances.seed(body, Fraction(_exact(rest[1])))
-    if kind == "throwing":
-        if not isinstance(rest[2], str):
-            raise ValueError("a stream of throws is wrong")
-        return chances.throwing(body, _count(rest[1]), rest[2])
-    raise ValueError(f"no movement is called {kind!r}")
-
-
-_OF_SEVERAL: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
-    "series": algebra.series,
-    "parallel": algebra.parallel,
-    "choose": chances.choose,
-    "shuffle": chances.shuffle,
-}
-_REACTING: Mapping[str, Callable[..., Movement]] = {
-    "until": reactions.until,
-    "pause": reactions.pause,
-    "if": reactions.if_else,
-}
-_REACTIONS = {reactions.Until: "until", reactions.Pause: "pause", reactions.If: "if"}

@@ -10,12 +10,23 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import groupby
 
-from improv_core.score import movement as algebra
+from improv_core.score.algebra import Series, series
 from improv_core.score.inner_first import inner_first
-from improv_core.score.movement import ENDLESS, STILL, Exact, Movement, Velocity, exact, series
-from improv_core.score.ramps import FASTEST_EASE, Ramp, ease
+from improv_core.score.movement import (
+    ENDLESS,
+    MOST_BITS,
+    MOST_DEPTH,
+    NOTHING_AROUND,
+    STILL,
+    Exact,
+    Movement,
+    Piecewise,
+    Velocity,
+    all_by,
+    exact,
+)
+from improv_core.score.ramps import FASTEST_EASE, ease
 from improv_core.score.reactions import Reaction
-from improv_core.score.suppositions import remade
 
 _ROOM = 10
 """How many more levels a movement may get around a stretch before it is too deep to be eased."""
@@ -34,10 +45,10 @@ def smoothed(whole: Movement, fits: Fits = lambda velocity: True) -> Movement:
     made: dict[int, Movement] = {}
     for part in order:
         rate = fastest[id(part)]
-        if isinstance(part, algebra.Series) and _inside(part):
+        if isinstance(part, Series) and _inside(part):
             made[id(part)] = series(_eased_items(part.items, made, rate, fits))
         elif inner := _inside(part):
-            made[id(part)] = remade(part, [made[id(each)] for each in inner])
+            made[id(part)] = part.made_of([made[id(each)] for each in inner])
         else:
             made[id(part)] = _eased(part, rate, fits) if _stretch(part) else part
     return made[id(whole)]
@@ -57,10 +68,10 @@ def _eased_items(items: Sequence[Movement], made: dict[int, Movement], rate: Exa
 def _eased(part: Movement, rate: Exact, fits: Fits) -> Movement:
     """A stretch, eased if its highest velocity fits when it is played at this rate."""
     assert part.uniform is not None
-    if not fits(part.uniform.times(algebra.all_by(exact(rate * FASTEST_EASE)))):
+    if not fits(part.uniform.times(all_by(exact(rate * FASTEST_EASE)))):
         return part
     found = ease(part)
-    return found if found.depth + _ROOM < algebra.MOST_DEPTH and found.bits <= algebra.MOST_BITS else part
+    return found if found.depth + _ROOM < MOST_DEPTH and found.bits <= MOST_BITS else part
 
 
 def _stretch(part: Movement) -> Velocity | None:
@@ -70,19 +81,16 @@ def _stretch(part: Movement) -> Velocity | None:
 
 def _inside(part: Movement) -> Sequence[Movement]:
     """The parts in which to look for stretches."""
-    is_whole = part.uniform is not None or isinstance(part, (algebra.Parallel, Ramp, Reaction))
-    return () if is_whole else algebra.parts(part)
+    is_whole = part.uniform is not None or isinstance(part, (Piecewise, Reaction))
+    return () if is_whole else part.parts
 
 
 def _fastest(order: Sequence[Movement]) -> dict[int, Exact]:
     """The highest rate at which each part is played, wherever it stands."""
     fastest: dict[int, Exact] = {id(order[-1]): 1}
     for part in reversed(order):
-        rate: Exact = fastest[id(part)]
-        if isinstance(part, algebra.Pace):
-            rate = exact(rate * part.rate)
-        elif isinstance(part, algebra.Gain):
-            rate *= abs(Fraction(part.gain.x))  # all components of a gain have the same absolute value
+        around = part.within(NOTHING_AROUND)
+        rate = exact(fastest[id(part)] * around.rate * abs(Fraction(around.gain.x)))
         for each in _inside(part):
             fastest[id(each)] = max(rate, fastest.get(id(each), rate))
     return fastest

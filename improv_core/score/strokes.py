@@ -36,11 +36,25 @@ class Stroke(NamedTuple):
     turn: float
 
 
+class Leg(NamedTuple):
+    """A stretch of one velocity, from a pose on and for so many seconds; `start` is its beat.
+
+    If it isn't `certain`, what is sensed may decide otherwise.
+    """
+
+    pose: Pose
+    moving: Twist
+    seconds: float
+    start: Exact
+    certain: bool
+
+
 @dataclass(frozen=True, slots=True)
 class Path:
     """One robot's path. `whole` is false if something had to be left out.
 
-    Strokes from `certain` on are as they are pictured, but what is sensed may decide otherwise.
+    Strokes from `certain` on are as they are pictured, but what is sensed may decide otherwise. `legs` is all that the
+    robot does, as far as it was walked, also what can't be seen from above.
     """
 
     robot: str
@@ -49,6 +63,8 @@ class Path:
     strokes: Sequence[Stroke]
     whole: bool
     certain: int
+    endless: bool
+    legs: Sequence[Leg]
 
 
 def paths(score: Score, most_moments: int = MOST_MOMENTS) -> list[Path]:
@@ -105,6 +121,7 @@ def _path(score: Score, part: Part, assumed: Movement, most_moments: int) -> Pat
     pose = part.start
     strokes: dict[tuple[float, ...], Stroke] = {}
     latest: Exact = 0  # the last time something new was drawn
+    legs: list[Leg] = []
     whole = True
     doubtful = certain_beats(assumed, part.movement, most_moments)
     certain: int | None = None
@@ -119,16 +136,17 @@ def _path(score: Score, part: Part, assumed: Movement, most_moments: int) -> Pat
             break
         moving = twist(moment.velocity, part.profile, score.tempo)
         beats = min(moment.duration, Fraction(ENDLESS_BEATS)) if endless else moment.duration
-        for stroke in _strokes(pose, moving, score.seconds(beats)):
+        seconds = score.seconds(beats)
+        legs.append(Leg(pose, moving, seconds, moment.start, certain is None))
+        for stroke in _strokes(pose, moving, seconds):
             pose = stroke.end
             if math.dist((stroke.start.x, stroke.start.y), (pose.x, pose.y)) > _FLAT:
                 ends = (stroke.start.x, stroke.start.y, pose.x, pose.y, stroke.turn)
                 count = len(strokes)
                 strokes.setdefault(tuple(round(value, 6) for value in ends), stroke)
                 latest = moment.start if len(strokes) > count else latest
-    return Path(
-        part.robot, part.start, pose, list(strokes.values()), whole, len(strokes) if certain is None else certain
-    )
+    sure = len(strokes) if certain is None else certain
+    return Path(part.robot, part.start, pose, list(strokes.values()), whole, sure, endless, legs)
 
 
 def _strokes(pose: Pose, moving: Twist, seconds: float) -> Iterator[Stroke]:

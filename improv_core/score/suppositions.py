@@ -6,21 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import islice
 
-from improv_core.score import movement as algebra
-from improv_core.score.dice import (
-    Chance,
-    Choose,
-    Seed,
-    Shuffle,
-    Throwing,
-    chance,
-    choose,
-    seed,
-    shuffle,
-    throwing,
-)
+from improv_core.score.algebra import parallel, series, stand
 from improv_core.score.inner_first import inner_first
-from improv_core.score.movement import ENDLESS, Duration, Movement, parallel, series, stand
+from improv_core.score.movement import ENDLESS, Duration, Movement
 from improv_core.score.reactions import Reaction, Until
 from improv_core.score.walk import walk
 
@@ -67,40 +55,11 @@ def _cut(movement: Movement, beats: int) -> Movement:
 def _supposed(whole: Movement, suppose: _Supposing) -> Movement:
     """The movement with something else assumed for each reaction."""
     made: dict[int, Movement] = {}
-    for part in inner_first(whole, lambda part: [each for each in algebra.parts(part) if each.open]):
-        items = [made.get(id(each), each) for each in algebra.parts(part)]
+    for part in inner_first(whole, lambda part: [each for each in part.parts if each.open]):
+        items = [made.get(id(each), each) for each in part.parts]
         if isinstance(part, Reaction):
             assumed = suppose(part, items)
             made[id(part)] = replace(part, items=tuple(items), assumed=assumed, duration=assumed.duration)
         else:
-            made[id(part)] = remade(part, items) if part.open else part
+            made[id(part)] = part.made_of(items) if part.open else part
     return made[id(whole)]
-
-
-def remade(part: Movement, items: Sequence[Movement]) -> Movement:
-    """A movement made again from other parts. Not for reactions and ramps."""
-    if isinstance(part, algebra.Series):
-        return series(items)
-    if isinstance(part, algebra.Parallel):
-        return parallel(items)
-    if isinstance(part, Shuffle):
-        return shuffle(items)
-    if isinstance(part, Choose):
-        return choose(items)
-    (body,) = items
-    if isinstance(part, algebra.Repeat):
-        return algebra.repeat(body, part.times)
-    if isinstance(part, algebra.Pace):
-        return algebra.pace(body, part.rate)
-    if isinstance(part, algebra.Gain):
-        return algebra.gain(body, part.gain)
-    if isinstance(part, algebra.Reverse):
-        return algebra.reverse(body)
-    if isinstance(part, Chance):
-        return chance(body, part.probability, part.span)
-    if isinstance(part, Seed):
-        return seed(body, part.number)
-    if isinstance(part, Throwing):
-        return throwing(body, part.throw, part.stream)
-    assert isinstance(part, algebra.Use)
-    return algebra.use(body, part.span, part.statement)

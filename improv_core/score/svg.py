@@ -1,16 +1,20 @@
-"""Draws a dance as SVG: each robot's ideal path, and a timeline. Standard library only."""
+"""Draws a dance as SVG: each robot's ideal path from above, also from the side if one climbs, and a timeline.
+
+Standard library only.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from typing import NamedTuple
 
 from improv_core.score.motion import Pose
-from improv_core.score.movement import ENDLESS
+from improv_core.score.movement import ENDLESS, Source
 from improv_core.score.score import Score
+from improv_core.score.side import Point, Segment, Side, sides
 from improv_core.score.strokes import (
     ENDLESS_BEATS,
     MOST_MOMENTS,
@@ -23,7 +27,7 @@ from improv_core.score.strokes import (
     pictured,
 )
 from improv_core.score.suppositions import certain_beats
-from improv_core.score.walk import Source, walk
+from improv_core.score.walk import walk
 from improv_core.score.world import Box, World
 
 COLORS = ("#e8590c", "#1c7ed6", "#2f9e44", "#9c36b5", "#c78100", "#d6336c", "#0c8599", "#8d6e58")
@@ -38,22 +42,22 @@ _MARGIN = 26.0  # room for names
 def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) -> str:
     """A small SVG of only the paths, with start, direction, and end; under 20 KB for one robot."""
     drawn = paths(score, most_moments)
-    frame = _Frame.around((point for path in drawn for point in outermost(path)), size)
-    return _svg(
-        frame.width, frame.height, "The ideal path", [_drawn(path, frame, place) for place, path in enumerate(drawn)]
-    )
+    seen = sides(drawn, _FEW_PIECES)
+    frame = _Frame.around((point for path in drawn for point in outermost(path)), size, _rise(seen))
+    below, height = _from_the_side(seen, frame)
+    return _svg(frame.width, height, "The ideal path", [*_from_above(drawn, frame), *below])
 
 
 def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS, size: float = LARGE) -> str:
     """A large SVG of the paths, the world, names, and a scale on white, with the timeline below if asked for."""
     drawn = paths(score, most_moments)
+    seen = sides(drawn, _MANY_PIECES)
     points = [point for path in drawn for point in outermost(path)]
-    frame = _Frame.around([*points, *_outline(score.world)], size)
-    parts = _obstacles(score.world, frame)
-    parts += [_drawn(path, frame, place) for place, path in enumerate(drawn)]
-    parts += _named(drawn, frame)
-    parts.append(_scale(frame))
-    height = frame.height + 28
+    frame = _Frame.around([*points, *_outline(score.world)], size, _rise(seen))
+    below, height = _from_the_side(seen, frame)
+    parts = [*_obstacles(score.world, frame), *_from_above(drawn, frame), *_named(drawn, frame), *below]
+    parts.append(_scale(frame, height))
+    height += 28
     if timeline:
         rows, rows_height = _timeline(score, frame.width, height + 8)
         parts.append(rows)
@@ -73,11 +77,12 @@ class _Frame:
     height: float
 
     @classmethod
-    def around(cls, points: Iterable[tuple[float, float]], size: float) -> _Frame:
+    def around(cls, points: Iterable[tuple[float, float]], size: float, rise: float) -> _Frame:
+        """A frame for points as seen from above. What rises so many meters must fit into a picture from the side."""
         (left, right), (bottom, top) = (
             (min(axis), max(axis)) for axis in zip(*(list(points) or [(0.0, 0.0)]), strict=True)
         )
-        longer = max(right - left, top - bottom, 0.5)
+        longer = max(right - left, top - bottom, rise, 0.5)
         scale = (size - 2 * _MARGIN) / longer
         width, height = (max(span * scale, size / 4) + 2 * _MARGIN for span in (right - left, top - bottom))
         # Center the drawing if it is narrow.
@@ -88,6 +93,10 @@ class _Frame:
             width,
             height,
         )
+
+    def below(self, bottom: float, top: float) -> _Frame:
+        """The frame for the same paths from the side, between two heights in meters."""
+        return replace(self, top=top, height=(top - bottom) * self.scale + 2 * _MARGIN)
 
     def pixel(self, x: float, y: float) -> tuple[float, float]:
         return (x - self.left) * self.scale + _MARGIN, (self.top - y) * self.scale + _MARGIN
@@ -124,18 +133,75 @@ def _obstacles(world: World, frame: _Frame) -> list[str]:
     return parts + [f'<path d="M{corners}Z" fill="{_QUIET}"/>' for corners in boxes]
 
 
+def _from_above(drawn: Sequence[Path], frame: _Frame) -> list[str]:
+    return [_drawn(path, frame, place) for place, path in enumerate(drawn)]
+
+
 def _drawn(path: Path, frame: _Frame, place: int) -> str:
-    color = COLORS[place % len(COLORS)]
     drawn = _line(path.strokes[: path.certain], frame) + _line(path.strokes[path.certain :], frame, _DASHES)
-    x, y = frame.place(path.start.x, path.start.y).split()
-    begin = f'<circle cx="{x}" cy="{y}" r="{_RING:g}"/>'  # an arrow that ends here still shows it
-    arrow = f'<path d="{_arrow(path.end, frame)}" fill="{color}" stroke="none"/>'
-    dashes = "" if path.whole else _DASHES
+    begin = _dot((path.start.x, path.start.y), frame, _RING)  # an arrow that ends here still shows it
+    arrow = f'<path d="{_arrow(path.end, frame)}" fill="{_color(place)}" stroke="none"/>'
+    return _group(place, path.whole, drawn + begin + arrow)
+
+
+def _group(place: int, whole: bool, shapes: str) -> str:
+    """What belongs to the robot at this place."""
+    dashes = "" if whole else _DASHES
     joined = 'stroke-linejoin="round" stroke-linecap="round"'
-    return f'<g fill="none" stroke="{color}" stroke-width="2" {joined}{dashes}>{drawn}{begin}{arrow}</g>'
+    return f'<g fill="none" stroke="{_color(place)}" stroke-width="2" {joined}{dashes}>{shapes}</g>'
+
+
+def _color(place: int) -> str:
+    return COLORS[place % len(COLORS)]
 
 
 _DASHES = ' stroke-dasharray="6 3"'
+_FEW_PIECES, _MANY_PIECES = 250, 4_000
+"""The most pieces of a path from the side: in a small picture, and in a plot."""
+
+
+def _rise(seen: Sequence[Side]) -> float:
+    """Meters from the lowest point to the highest."""
+    heights = _heights(seen)
+    return max(heights) - min(heights)
+
+
+def _heights(seen: Sequence[Side]) -> list[float]:
+    return [0.0, *(z for side in seen for piece in side.pieces for _, z in piece[:2])]
+
+
+def _from_the_side(seen: Sequence[Side], above: _Frame) -> tuple[list[str], float]:
+    """The paths from the side, below those from above, and the height of both in pixels."""
+    if not seen:
+        return [], above.height
+    heights = _heights(seen)
+    frame = above.below(min(heights), max(heights))
+    _, floor = frame.pixel(0, 0)
+    parts = [
+        f'<path d="M0 {_number(floor)}H{_number(frame.width)}" stroke="{_QUIET}"/>',
+        f'<text x="4" y="12" fill="{_QUIET}">from the side</text>',
+    ]
+    for place, side in enumerate(seen):
+        drawn = _pieces([piece for piece in side.pieces if piece.certain], frame)
+        drawn += _pieces([piece for piece in side.pieces if not piece.certain], frame, _DASHES)
+        begin = _dot(side.start, frame, _RING)
+        end = _dot(side.end, frame, _DOT, f' fill="{_color(place)}" stroke="none"')
+        parts.append(_group(place, side.whole, drawn + begin + end))
+    down = _number(above.height)
+    return [f'<g transform="translate(0 {down})">{"".join(parts)}</g>'], above.height + frame.height
+
+
+def _pieces(pieces: Sequence[Segment], frame: _Frame, style: str = "") -> str:
+    line, at = [], None
+    for start, end, _ in pieces:
+        line += [f"L{frame.place(*end)}"] if start == at else [f"M{frame.place(*start)}L{frame.place(*end)}"]
+        at = end
+    return f'<path d="{"".join(line)}"{style}/>' if line else ""
+
+
+def _dot(point: Point, frame: _Frame, radius: float, style: str = "") -> str:
+    x, y = frame.place(*point).split()
+    return f'<circle cx="{x}" cy="{y}" r="{radius:g}"{style}/>'
 
 
 def _line(strokes: Sequence[Stroke], frame: _Frame, style: str = "") -> str:
@@ -186,7 +252,7 @@ def _named(drawn: Sequence[Path], frame: _Frame) -> list[str]:
         best = min(inside or boxes, key=lambda box: sum(map(box.overlaps, marks)))
         marks += [best] * _OF_A_NAME
         at = f'x="{_number(best.left)}" y="{_number(best.bottom - 3)}"'
-        names.append(f'<text {at} fill="{COLORS[place % len(COLORS)]}">{escape(path.robot)}</text>')
+        names.append(f'<text {at} fill="{_color(place)}">{escape(path.robot)}</text>')
     return names
 
 
@@ -223,13 +289,13 @@ def _pixels(path: Path, frame: _Frame) -> Iterator[tuple[float, float]]:
             )
 
 
-def _scale(frame: _Frame) -> str:
+def _scale(frame: _Frame, top: float) -> str:
     """A bar of a round length in meters, about a quarter of the picture's width."""
     about = frame.width / frame.scale / 4
     power = 10.0 ** math.floor(math.log10(about))
     meters = max(step * power for step in (1, 2, 5) if step * power <= about)
-    y, right = _number(frame.height + 10), _number(_MARGIN + meters * frame.scale)
-    label = f'<text x="{_MARGIN:g}" y="{_number(frame.height + 24)}" fill="{_QUIET}">{meters:g} m</text>'
+    y, right = _number(top + 10), _number(_MARGIN + meters * frame.scale)
+    label = f'<text x="{_MARGIN:g}" y="{_number(top + 24)}" fill="{_QUIET}">{meters:g} m</text>'
     return f'<path d="M{_MARGIN:g} {y}H{right}" stroke="{_QUIET}" stroke-width="2"/>{label}'
 
 
@@ -239,6 +305,8 @@ _FONTS = "Arial, Helvetica, Liberation Sans, DejaVu Sans, Noto Sans, sans-serif"
 _GROUND = "#ffffff"
 _RING = 9.0
 """The radius of the ring at a start, in pixels."""
+_DOT = 4.0
+"""The radius of the dot at an end, from the side."""
 _LETTER, _LINE = 7.5, 15.0
 """About how wide a letter of a name is, and how high a line."""
 _DISTANCES = (13.0, 19.0, 28.0)
@@ -257,7 +325,7 @@ def _timeline(score: Score, width: float, top: float) -> tuple[str, float]:
     rows = []
     for place, (name, part) in enumerate(score.parts.items()):
         y = top + 12 + place * _ROW
-        color = COLORS[place % len(COLORS)]
+        color = _color(place)
         rows.append(f'<text x="{_MARGIN:g}" y="{_number(y)}" fill="{color}">{escape(name)}</text>')
         doubtful = certain_beats(assumed.parts[name].movement, part.movement, MOST_STROKES)
         for count, moment in enumerate(walk(part.movement)):

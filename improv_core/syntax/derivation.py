@@ -13,6 +13,8 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
+from improv_core.slices import checkpoint
+
 MOST_INSERTED = 2
 """How many missing terminals may be inserted in a row: `fast ||` lacks a number and a movement."""
 MOST_REPAIRS = 20
@@ -64,6 +66,12 @@ class Derivation:
 def derive(terminals: tuple[str, ...]) -> Derivation:
     """Parse the terminals of a statement. Never raises: missing terminals are inserted, and extra ones are skipped."""
     return _kept(terminals) if len(terminals) <= LONGEST_SHAPE else _derived(terminals)
+
+
+def prepare() -> None:
+    """Load lark and the grammar, so that the first statement with an error doesn't wait for that: 0.1 s."""
+    _lark()
+    _unexpected()
 
 
 def may_come_next(terminals: Sequence[str]) -> frozenset[str]:
@@ -129,6 +137,7 @@ def _fed(terminals: Sequence[str]) -> tuple[Any, list[Unexpected]]:
     parser = _lark().parse_interactive()
     errors: list[Unexpected] = []
     for at, kind in enumerate(terminals):
+        checkpoint()
         if errors and kind in NEVER:
             continue
         try:

@@ -6,7 +6,8 @@ from collections.abc import Collection, Sequence
 from functools import lru_cache
 from itertools import chain
 
-from improv_core.score.movement import hold
+from improv_core.score.algebra import hold
+from improv_core.slices import checkpoint
 from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import (
     Apply,
@@ -23,6 +24,9 @@ from improv_core.syntax.nodes import (
 )
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
+
+AT_ONCE = 100
+"""Terms between two places where parsing can be interrupted: less than a millisecond."""
 
 
 def descend(tokens: Sequence[Token]) -> Node | None:
@@ -110,6 +114,8 @@ class _Descent:
         while self.next.type == "BAR":
             self.next = next(self._rest)
             voices.append(self.voice())
+            if not len(voices) % AT_ONCE:
+                checkpoint()
         if self.next.type != end:
             raise _UnexpectedError
         return Parallel(span(first.span.start, voices[-1].span.end), tuple(voices))
@@ -118,6 +124,8 @@ class _Descent:
         terms = [self.term()]
         while self.next.type not in _AFTER_A_VOICE:
             terms.append(self.term())
+            if not len(terms) % AT_ONCE:
+                checkpoint()
         return terms[0] if len(terms) == 1 else Series(span(terms[0].span.start, terms[-1].span.end), tuple(terms))
 
     def term(self) -> Node:

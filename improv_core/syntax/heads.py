@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.lexer import NAME, Token
 from improv_core.syntax.nodes import Parameter
-from improv_core.syntax.slips import without_commas, without_sign
+from improv_core.syntax.slips import without_separators, without_sign, without_tempo
 from improv_core.text import Span
 
 _BEFORE_SENSES = frozenset({"GUARD", "IF", "NOT"})
@@ -52,8 +53,9 @@ def split_head(text: str, tokens: Sequence[Token]) -> tuple[Head, list[Token]]:
     if sign.type in ("BEAT", "SCENE"):
         return Head((), sign), list(tokens)
     place = tokens.index(sign)
-    before, rest = tokens[:place], list(tokens[place + 1 :])
-    return (_definition if sign.type == "EQUAL" else _robots)(text, before, sign), rest
+    (*before, _), tempo = without_tempo(tokens[: place + 1])
+    head = (_definition if sign.type == "EQUAL" else _robots)(text, before, sign)
+    return (dataclasses.replace(head, diagnostics=tuple(tempo)) if tempo else head), list(tokens[place + 1 :])
 
 
 def sign_of(tokens: Sequence[Token]) -> Token | None:
@@ -123,7 +125,7 @@ def _parameters(tokens: Sequence[Token]) -> tuple[list[Parameter], Diagnostic | 
 
 def _wrong_parameter(first: Token, name: Token, before: Sequence[Parameter]) -> Diagnostic | None:
     if first.type == "LSQB":
-        return Diagnostic("syntax", first.span, "write a parameter that is a movement in round brackets: `(m)`")
+        return Diagnostic("syntax", first.span, "write a parameter that is a movement in parentheses: `(m)`")
     if name.type in BRACKETS:
         return Diagnostic("syntax", name.span, "write the name of a parameter in the brackets")
     if not _NAME.fullmatch(name.text):
@@ -139,7 +141,7 @@ def _invalid(name: Token) -> str:
 
 
 def _robots(text: str, tokens: Sequence[Token], sign: Token) -> Head:
-    tokens, commas = without_commas(tokens)
+    tokens, separators = without_separators(tokens)
     joined = _joined(text, tokens)
     names = tuple(token._replace(type="HEAD") for token in joined if token.type not in BRACKETS)
     if not names:
@@ -147,7 +149,7 @@ def _robots(text: str, tokens: Sequence[Token], sign: Token) -> Head:
     if len(names) < len(joined):
         wrong = next(token for token in joined if token.type in BRACKETS)
         return Head(names, sign, (), (Diagnostic("syntax", wrong.span, "write a robot's name without brackets"),))
-    return Head(names, sign, (), tuple(commas))
+    return Head(names, sign, (), tuple(separators))
 
 
 def _nothing(sign: Token) -> Token:

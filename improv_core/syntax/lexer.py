@@ -6,9 +6,12 @@ import re
 from sys import intern
 from typing import NamedTuple
 
+from improv_core.slices import checkpoint
 from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
+AT_ONCE = 1_000
+"""Tokens between two places where lexing can be interrupted: less than a millisecond."""
 NAME = r"[^\W\d]\w*"
 NUMBER = r"[+-]?[0-9]*\.?[0-9]+"
 
@@ -54,4 +57,6 @@ def lex(text: str) -> list[Token]:
         if kind == "NAME":
             kind = _TERMINALS.get(piece, kind)
         tokens.append(new(Token, (kind, piece, start, end)))
+        if not len(tokens) % AT_ONCE:
+            checkpoint()
     return tokens

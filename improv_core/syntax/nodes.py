@@ -9,7 +9,8 @@ from typing import TypeAlias
 from improv_core.diagnostics import Diagnostic
 from improv_core.score.movement import Movement
 from improv_core.syntax.lexer import Token, lex
-from improv_core.syntax.vocabulary import WORDS, Word
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.words import Word
 from improv_core.text import Span
 
 LONGEST = 100_000
@@ -142,7 +143,8 @@ class Statement:
     if it has none. `heads` are the names before the sign, and `parameters` those of a phrase. `body` is the movement
     as it can be read without knowing how many movements each name takes (see `gather`), and `number` the tempo.
     `defines` is the name that it defines, if that name is allowed. `uses` are the names in the movement that are not
-    parameters, each once. The flags say whether it contains `||`, `canon`, a condition, and numbers after a name.
+    parameters, each once. The flags say whether it contains `||`, a word that means something else for each robot, a
+    condition, and numbers after a name.
     """
 
     text: str
@@ -154,7 +156,7 @@ class Statement:
     defines: str | None = None
     uses: tuple[str, ...] = ()
     has_voices: bool = False
-    has_canon: bool = False
+    by_robot: bool = False
     has_senses: bool = False
     has_arguments: bool = False
     parameters: tuple[Parameter, ...] = ()

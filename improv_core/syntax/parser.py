@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
+from improv_core.slices import checkpoint
 from improv_core.syntax.brackets import BRACKETS, close_brackets
 from improv_core.syntax.derivation import Branch, Leaf, Shape, derive
 from improv_core.syntax.descent import descend, descend_tempo, named, number_of, primitive, span
@@ -56,7 +57,7 @@ class Kept:
 
     def __init__(self, most: int) -> None:
         self._most = most
-        self._characters = 0
+        self.characters = 0
         self._statements: OrderedDict[str, Statement] = OrderedDict()
 
     def get(self, text: str) -> Statement:
@@ -65,10 +66,13 @@ class Kept:
         if known is not None:
             statements.move_to_end(text)
             return known
-        made = statements[text] = _parsed(text)
-        self._characters += len(text)
-        while self._characters > self._most:
-            self._characters -= len(statements.popitem(last=False)[0])
+        made = _parsed(text)
+        if text in statements:  # it was parsed elsewhere while this was interrupted
+            return statements[text]
+        statements[text] = made
+        self.characters += len(text)
+        while self.characters > self._most:
+            self.characters -= len(statements.popitem(last=False)[0])
         return made
 
 
@@ -108,11 +112,14 @@ def _parsed(text: str) -> Statement:
         name if name and name not in WORDS else None,
         tuple(dict.fromkeys([each.text for each in rest if each.type == "NAME" and each.text not in movements])),
         "BAR" in types,
-        "FACTOR" in types and any(token.text == "canon" for token in rest),
+        not types.isdisjoint(_BY_ROBOT.values()) and any(token.text in _BY_ROBOT for token in rest),
         "SENSE" in types,
         "NAME" in types and not types.isdisjoint(("NUMBER", "PARAM")) and _has_arguments(rest),
         head.parameters,
     )
+
+
+_BY_ROBOT = {text: word.kind.value for text, word in WORDS.items() if word.by_robot}
 
 
 def _has_arguments(tokens: Sequence[Token]) -> bool:
@@ -178,6 +185,7 @@ def parse_and_repair(rest: Sequence[Token], head: Head) -> tuple[Node | None, Nu
 
 def _node(shape: Branch, tokens: Sequence[Token]) -> Node:
     """The node of a shape, filled in with these tokens."""
+    checkpoint()
     rule, parts = shape.rule, shape.parts
     if rule == "series":
         items = tuple([_node(part, tokens) for part in parts if isinstance(part, Branch)])

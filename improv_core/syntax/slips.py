@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from difflib import get_close_matches
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from difflib import SequenceMatcher, get_close_matches
+from fractions import Fraction
+from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix, replace
+from improv_core.score.movement import STILL
+from improv_core.score.primitives import PRIMITIVES
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
+from improv_core.syntax.words import Kind
 from improv_core.text import Span
 
 MEANT: Mapping[str, tuple[str, ...]] = {
@@ -30,18 +36,36 @@ _DASHES = "-–—"
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS)
 _SIMILAR = 0.7
 """How similar to a word of the language a line's first word must be to be taken for it, from 0 to 1."""
+_SEPARATORS = frozenset({",", ";", "&", "+"})
 _TEMPO = frozenset({"beat", "tempo", "bpm"})
 _WORDS = ("PRIMITIVE", "NAME")
 _OPENERS = {"RPAR": "LPAR", "RSQB": "LSQB"}
 _TURNS = {"left": 90, "right": 90, "halfleft": 45, "halfright": 45}
+_FEWEST_DEGREES = 10
+_OPPOSITES = {
+    word: other
+    for word, velocity in PRIMITIVES.items()
+    for other, opposite in PRIMITIVES.items()
+    if velocity.plus(opposite) == STILL
+}
 
 
-def without_sign(tokens: Sequence[Token]) -> Diagnostic:
-    """What is wrong with a statement that has neither `=` nor `$` and sets no tempo."""
+def nearest_word(name: str) -> str | None:
+    """The word for movements that is most similar to a name, if one is."""
+    return next(iter(get_close_matches(name.lower(), _MOVEMENTS, n=1)), None)
+
+
+def without_sign(
+    tokens: Sequence[Token], nearest: Callable[[str], str | None] = nearest_word, robot: str = "turtle1"
+) -> Diagnostic:
+    """What is wrong with a statement that has neither `=` nor `$` and sets no tempo.
+
+    `nearest` returns the word or name that its first word may be meant to be. A `robot` is needed in examples.
+    """
     if not tokens:
         return Diagnostic("syntax", Span(0, 0), _FORMS)
     first, second = tokens[0], tokens[1] if tokens[1:] else None
-    if second and first.type == "NAME" and first.text.lower() in _TEMPO and second.type == "NUMBER":
+    if second and _sets_tempo(tokens) and first.type == "NAME":
         message = f"write `beat {second.text}` to set the tempo"
         return Diagnostic("syntax", first.span, message, replace("Change to beat", first.span, "beat", safe=True))
     if all(token.text in _DASHES for token in tokens):
@@ -53,38 +77,58 @@ def without_sign(tokens: Sequence[Token]) -> Diagnostic:
         fixes = replace("Change to $", colon.span, " $", safe=True)
         return Diagnostic("syntax", colon.span, "write `$` instead of `:`", fixes)
     whole = Span(first.start, tokens[-1].end)
-    plays = Fix("Play it: turtle1 $ …", (Edit(Span(first.start, first.start), "turtle1 $ "),))
+    plays = Fix(f"Play it: {robot} $ …", (Edit(Span(first.start, first.start), f"{robot} $ "),))
     if first.type in ("STRAY", "NUMBER"):
         return Diagnostic("syntax", whole, _FORMS)
     if first.type != "NAME":
-        message = "write a robot or a name before the movement: `turtle1 $ …` or `name = …`"
+        message = f"write a robot or a name before the movement: `{robot} $ …` or `name = …`"
         return Diagnostic("syntax", whole, message, (plays,))
     insert = Fix("Insert $", (Edit(Span(first.end, first.end), " $"),))
     forgot = second is not None and second.type not in ("NAME", "STRAY", "NUMBER")
-    if similar := get_close_matches(first.text.lower(), _MOVEMENTS, n=1, cutoff=_SIMILAR):
-        form = f"turtle1 $ {similar[0]}{' …' if second else ''}"
-        meant = Fix(f"Play it: {form}", (Edit(first.span, f"turtle1 $ {similar[0]}"),))
-        return Diagnostic("syntax", whole, f"write a robot first: `{form}`", (meant, insert) if forgot else (meant,))
+    similar = nearest(first.text)
+    if similar and SequenceMatcher(None, similar, first.text.lower()).ratio() >= _SIMILAR:
+        form = f"{robot} $ {similar}{' …' if second else ''}"
+        meant = Fix(f"Play it: {form}", (Edit(first.span, f"{robot} $ {similar}"),))
+        fixes = (meant, insert) if forgot and similar != first.text else (meant,)
+        return Diagnostic("syntax", whole, f"write a robot first: `{form}`", fixes)
     if not forgot:
         return Diagnostic("syntax", whole, _FORMS, (plays,))
     message = f"write `$` after the robot's name: `{first.text} $ …`"
     return Diagnostic("syntax", first.span, message, (insert, plays))
 
 
-def without_commas(heads: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
-    """The tokens before `$` without commas, and the error if there are any."""
-    commas = [token for token in heads if token.text == ","]
-    if not commas:
+def without_tempo(tokens: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
+    """The tokens up to `=` or `$` without a tempo, and the error if they begin with one."""
+    if not _sets_tempo(tokens):
+        return list(tokens), []
+    end = 2
+    while tokens[end].type in ("NUMBER", "OPERATOR"):
+        end += 1
+    tempo = f"beat {''.join(token.text for token in tokens[1:end])}"
+    fixes = replace("Start a new line after it", Span(tokens[0].start, tokens[end].start), f"{tempo}\n")
+    span = Span(tokens[0].start, tokens[end - 1].end)
+    return list(tokens[end:]), [Diagnostic("syntax", span, f"write `{tempo}` on a line of its own", fixes)]
+
+
+def without_separators(heads: Sequence[Token]) -> tuple[list[Token], list[Diagnostic]]:
+    """The tokens before `$` without commas and the like, and the error if there are any."""
+    separators = [token for token in heads if token.text in _SEPARATORS]
+    if not separators:
         return list(heads), []
     touched = {token.start for token in heads}
     fix = Fix(
-        "Remove the comma" if len(commas) == 1 else "Remove the commas",
-        tuple(Edit(comma.span, " " if comma.end in touched else "") for comma in commas),
+        f"Remove {separators[0].text}" if len(separators) == 1 else "Separate them with spaces",
+        tuple(Edit(each.span, " " if each.end in touched else "") for each in separators),
         safe=True,
     )
-    message = "separate robots with spaces, without `,`"
-    kept = [token for token in heads if token.text != ","]
-    return kept, [Diagnostic("syntax", commas[0].span, message, (fix,))]
+    message = f"separate robots with spaces, without `{separators[0].text}`"
+    kept = [token for token in heads if token.text not in _SEPARATORS]
+    return kept, [Diagnostic("syntax", separators[0].span, message, (fix,))]
+
+
+def is_between(heads: Sequence[Token], token: Token) -> bool:
+    """Whether a robot's name is `and` and stands between others: nobody means a robot."""
+    return token.text == "and" and heads[0].start < token.start < heads[-1].start
 
 
 def misplaced_number(tokens: Sequence[Token], at: int) -> Diagnostic | None:
@@ -134,18 +178,19 @@ def number_first(
 ) -> tuple[str, tuple[Fix, ...]]:
     """The message about a number without its word, and its fixes: they remove it at `gone` and write it before the term
     that starts with this token. If the term `is_counted`, `repeat` stands before it and lacks its number."""
-    written = term.text if is_word else "( … )" if term.text == "(" else "[ … ]"
-    ways = [number] if is_counted else list(_ways(term, number))
-    shown = [f"{'repeat ' if is_counted else ''}{way} {written}" for way in ways]
+    ways = list(_ways(number, term.text if is_word else None, is_counted))
+    if not ways:
+        what = "`repeat` takes a whole number above 0" if is_counted else "it does not change this movement"
+        return f"remove `{number}`: {what}", replace(f"Remove {number}", gone, "")
+    kept = term.text if is_word else "( … )" if term.text == "(" else "[ … ]"
+    shown = [" ".join([*(["repeat"] if is_counted else []), *way.before, way.word or kept]) for way in ways]
     message = f"write {' or '.join(f'`{title}`' for title in shown)}"
-    if gone.end <= term.start:
-        return message, tuple(
-            Fix(f"Change to {title}", (Edit(gone, way),)) for title, way in zip(shown, ways, strict=True)
-        )
-    return f"{message}: the number comes first", tuple(
-        Fix(f"Change to {title}", (Edit(Span(term.start, term.start), f"{way} "), Edit(gone, "")))
-        for title, way in zip(shown, ways, strict=True)
-    )
+    if gone.end > term.start and any(way.before and way.before[-1] != "retrograde" for way in ways):
+        message += ": the number comes first"
+    elif ways[0].turns:
+        message += f": it turns by {ways[0].turns}°"
+    fixes = [Fix(f"Change to {title}", _edits(way, term, gone)) for title, way in zip(shown, ways, strict=True)]
+    return message, tuple(fixes)
 
 
 def is_like_a_robot(name: str) -> bool:
@@ -157,15 +202,89 @@ _ROBOT = re.compile(r"(turtle|robot)_?[0-9]*")
 _FORMS = "write `robot $ movement`, `name = movement`, or `beat 60`"
 
 
-def _ways(term: Token, number: str) -> Iterator[str]:
-    """The words and numbers that may be meant by a number after a term that starts with this token."""
-    if term.text in _TURNS and number.isdecimal() and len(number.lstrip("0")) > 1:  # nobody means ten quarter turns
-        yield f"scale {number}/{_TURNS[term.text]}"
+class _Way(NamedTuple):
+    """What may be meant by a term and a number: words `before` the term, and the `word` instead of it, if another one
+    is meant. `turns` are the degrees of that word, if the number said them."""
+
+    before: tuple[str, ...]
+    word: str | None = None
+    turns: int = 0
+
+
+def _ways(number: str, word: str | None, is_counted: bool) -> Iterator[_Way]:
+    """What may be meant by a number next to a term, which is a `word` or in brackets. Only what is right is offered."""
+    value = _value(number)
+    if value is None:
+        return
+    if is_counted:  # the number after `repeat`
+        if value >= 1 and value.denominator == 1:
+            yield _Way((number,))
+        return
+    if word in _TURNS and value.denominator == 1 and abs(value) >= _FEWEST_DEGREES:  # nobody means ten quarter turns
+        yield from _turns(value, word)
+        return
+    meant, back = word, tuple[str, ...]()
+    if value < 0:
+        meant = _OPPOSITES.get(word or "")
+        back = () if meant else ("retrograde",)
+        number = number.removeprefix("-") if _value(number.removeprefix("-")) == -value else str(-value)
+    if not value:
+        if word:
+            yield _Way((), "rest")
+        return
+    changed = meant if meant != word else None
+    if abs(value) == 1:
+        yield _Way(back, changed)
         return
     if number.isdecimal():
-        yield f"repeat {number}"
-    if term.text != "rest":
-        yield f"scale {number}"
+        yield _Way(("repeat", number, *back), changed)
+    if word != "rest":
+        yield _Way(("scale", number, *back), changed)
+
+
+def _turns(degrees: Fraction, word: str) -> Iterator[_Way]:
+    """The words that turn by so many degrees, as the `word` turns."""
+    left = (degrees > 0) == (word in ("left", "halfleft"))
+    quarter, half = ("left", "halfleft") if left else ("right", "halfright")
+    degrees = abs(degrees)
+    for turn in (quarter, half):
+        if degrees == _TURNS[turn]:
+            yield _Way((), turn, _TURNS[turn])
+            return
+    if degrees % _TURNS[quarter] == 0:
+        times = str(degrees / _TURNS[quarter])
+        yield _Way(("repeat", times), quarter)
+        yield _Way(("scale", times), quarter)
+    else:
+        yield _Way(("scale", f"{degrees}/{_TURNS[quarter]}"), quarter)
+
+
+def _edits(way: _Way, term: Token, gone: Span) -> tuple[Edit, ...]:
+    before = " ".join(way.before)
+    word = [Edit(term.span, way.word)] if way.word and way.word != term.text else []
+    if gone.end > term.start:
+        first = [Edit(Span(term.start, term.start), f"{before} ")] if before else []
+        if word and before:
+            first, word = [], [Edit(term.span, f"{before} {way.word}")]
+        return (*first, *word, Edit(gone, ""))
+    # What stands alone between two tokens is a space. More may be a comment.
+    end = term.start if not before and term.start - gone.end == 1 else gone.end
+    return (Edit(Span(gone.start, end), before), *word)
+
+
+def _value(number: str) -> Fraction | None:
+    """The value of numbers with `*` and `/` between them; None if there is none."""
+    first, *rest = re.split(r"([*/])", number)
+    with suppress(ValueError, ZeroDivisionError):
+        value = Fraction(first)
+        for sign, factor in zip(rest[::2], rest[1::2], strict=True):
+            value = value * Fraction(factor) if sign == "*" else value / Fraction(factor)
+        return value
+    return None
+
+
+def _sets_tempo(tokens: Sequence[Token]) -> bool:
+    return [token.type for token in tokens[1:2]] == ["NUMBER"] and tokens[0].text.lower() in _TEMPO
 
 
 def _start_of_term(tokens: Sequence[Token], last: int) -> int | None:

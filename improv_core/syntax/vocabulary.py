@@ -1,62 +1,114 @@
-"""The words of the language: one table for the lexer, the compiler, completion, hover, and the editors' grammars."""
+"""The words of the language: one table for the lexer, the compiler, all checks, and all that editors are told."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import Enum
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 
-from improv_core.score.movement import SAME, Velocity
+from improv_core.score import algebra, dice, ramps, reactions
+from improv_core.score.movement import Movement, Velocity, all_by, exact
 from improv_core.score.primitives import PRIMITIVES
-
-
-class Kind(Enum):
-    """The kind of a word. The value is its terminal in the grammar."""
-
-    BEAT = "BEAT"
-    PRIMITIVE = "PRIMITIVE"
-    PLAIN = "PLAIN"  # a transformer without an argument
-    REPEAT = "REPEAT"
-    REFLECT = "REFLECT"
-    FACTOR = "FACTOR"  # a transformer with a number
-    RAMP = "RAMP"
-    GUARD = "GUARD"  # a transformer with a condition
-    IF = "IF"
-    ELSE = "ELSE"
-    NOT = "NOT"
-    PLANE = "PLANE"
-
+from improv_core.syntax.words import (
+    Applied,
+    Argument,
+    Kind,
+    Needs,
+    Timing,
+    Word,
+    above_zero,
+    at_least_zero,
+    probability,
+    whole,
+)
 
 TRANSFORMERS = (Kind.PLAIN, Kind.REPEAT, Kind.REFLECT, Kind.FACTOR, Kind.RAMP, Kind.GUARD)
 """The kinds of words that apply to the one term after them and after their arguments."""
 
 
-@dataclass(frozen=True, slots=True)
-class Word:
-    """A built-in word. `velocity` is the velocity of a primitive, or the gain of a reflection across a plane."""
-
-    text: str
-    kind: Kind
-    usage: str
-    about: str
-    velocity: Velocity = SAME
-
-
 def _primitive(text: str, about: str) -> Word:
-    return Word(text, Kind.PRIMITIVE, text, about, PRIMITIVES[text])
+    return Word(text, Kind.PRIMITIVE, about, velocity=PRIMITIVES[text])
 
 
 def _plane(text: str, about: str, gain: Velocity) -> Word:
-    return Word(text, Kind.PLANE, f"reflect {text} movement", about, gain)
+    return Word(text, Kind.PLANE, about, shown=f"reflect {text} movement", velocity=gain)
 
 
+def _paced(text: str, about: str, rate: Callable[[Fraction], Fraction]) -> Word:
+    def make(it: Applied) -> Movement:
+        return algebra.pace(it.body, rate(it.number))
+
+    return Word(
+        text,
+        Kind.FACTOR,
+        about,
+        (_FACTOR,),
+        make=make,
+        timing=Timing.PACED,
+        rate=rate,
+        keeps_path=True,
+        needless=_by_one,
+    )
+
+
+def _guard(text: str, about: str, example: str, make: Callable[[Movement, reactions.Condition], Movement]) -> Word:
+    return Word(text, Kind.GUARD, about, (Argument("sense", example),), make=_reacting(make), keeps_path=True)
+
+
+def _reacting(make: Callable[..., Movement]) -> Callable[[Applied], Movement]:
+    def reacting(it: Applied) -> Movement:
+        bodies = (it.body,) if it.otherwise is None else (it.body, it.otherwise)
+        return make(*bodies, it.condition, it.span)
+
+    return reacting
+
+
+def _canon(it: Applied) -> Movement:
+    if it.robots == 1:
+        return it.body
+    waits = (it.number * it.robot, it.number * (it.robots - 1 - it.robot))
+    before, after = (algebra.stand(exact(beats)) for beats in waits)
+    return algebra.series([before, it.body, after])
+
+
+def _by_one(it: Applied) -> str | None:
+    if it.number != 1 or not it.is_plain:  # 8/8 in a row of eighths is no error
+        return None
+    return "`{written}` changes nothing: remove it or use another number"
+
+
+def _one_item(it: Applied) -> str | None:
+    if len(it.items) != 1:
+        return None
+    return "there is one item to {written} here: write several in brackets or remove `{written}`"
+
+
+def _without_dice(it: Applied) -> str | None:
+    return None if it.body.dice else "nothing in it throws dice, so `seed` changes nothing: remove `{written}`"
+
+
+def _alone(it: Applied) -> str | None:
+    return "`canon` needs several robots before `$`: add one or remove `{written}`" if it.robots == 1 else None
+
+
+def _never_moves(it: Applied) -> str | None:
+    return None if any(it.numbers) else "write a number above 0 after `ramp`: with two zeros it never moves"
+
+
+_FACTOR = Argument("k", "2", above_zero)
+_PLANES = ("YZ", "XZ", "XY")
 _SAGITTAL = Velocity(1, -1, 1, -1)
 _FRONTAL = Velocity(-1, 1, 1, 1)
 _TRANSVERSE = Velocity(1, 1, -1, 1)
 
-WORDS = {
+WORDS: Mapping[str, Word] = {
     word.text: word
     for word in (
-        Word("beat", Kind.BEAT, "beat 60", "Sets the tempo, in beats per minute."),
+        Word(
+            "beat",
+            Kind.BEAT,
+            "Sets the tempo, in beats per minute.",
+            (Argument("n", "60", above_zero, ("60", "30", "120"), "beats per minute"),),
+        ),
         _primitive("forward", "One step forward."),
         _primitive("backward", "One step backward."),
         _primitive("left", "A quarter turn to the left."),
@@ -68,42 +120,156 @@ WORDS = {
         _primitive("straferight", "One step sideways to the right."),
         _primitive("up", "One step up."),
         _primitive("down", "One step down."),
-        Word("reverse", Kind.PLAIN, "reverse movement", "Plays the movements in reverse order."),
-        Word("retrograde", Kind.PLAIN, "retrograde movement", "Retraces the path backward."),
-        Word("repeat", Kind.REPEAT, "repeat 4 movement", "Repeats this many times; without a number, forever."),
-        Word("reflect", Kind.REFLECT, "reflect YZ movement", "Mirrors the movement across a plane: YZ, XZ, or XY."),
-        Word("fast", Kind.FACTOR, "fast 2 movement", "Plays the same path this many times as fast."),
-        Word("slow", Kind.FACTOR, "slow 2 movement", "Plays the same path, taking this many times as long."),
-        Word("scale", Kind.FACTOR, "scale 2 movement", "Makes the path this many times as large, in the same time."),
-        Word("fit", Kind.FACTOR, "fit 4 movement", "Plays the same path in exactly this many beats."),
+        Word(
+            "reverse",
+            Kind.PLAIN,
+            "Plays the movements in reverse order.",
+            make=lambda it: algebra.reverse(it.body),
+            needs=Needs.END,
+            timing=Timing.BACKWARD,
+        ),
+        Word(
+            "retrograde",
+            Kind.PLAIN,
+            "Retraces the path backward.",
+            make=lambda it: algebra.gain(algebra.reverse(it.body), all_by(-1)),
+            needs=Needs.END,
+            timing=Timing.BACKWARD,
+            keeps_path=True,
+        ),
+        Word(
+            "repeat",
+            Kind.REPEAT,
+            "Repeats this many times; without a number, forever.",
+            (Argument("n", "4", whole, ("2", "3", "4", "8"), "times"),),
+            make=lambda it: algebra.repeat(it.body, *map(int, it.numbers)),
+            timing=Timing.TURNS,
+            keeps_path=True,
+        ),
+        Word(
+            "reflect",
+            Kind.REFLECT,
+            "Mirrors the movement across a plane: YZ, XZ, or XY.",
+            (Argument("PLANE", "YZ", choices=_PLANES),),
+            make=lambda it: algebra.gain(it.body, it.plane),
+        ),
+        _paced("fast", "Plays the same path this many times as fast.", lambda k: k),
+        _paced("slow", "Plays the same path, taking this many times as long.", lambda k: 1 / k),
+        Word(
+            "scale",
+            Kind.FACTOR,
+            "Makes the path this many times as large, in the same time.",
+            (_FACTOR,),
+            make=lambda it: algebra.gain(it.body, all_by(it.number)),
+            needless=_by_one,
+        ),
+        Word(
+            "fit",
+            Kind.FACTOR,
+            "Plays the same path in exactly this many beats.",
+            (Argument("beats", "4", above_zero, ("4", "8", "16"), "beats"),),
+            make=lambda it: algebra.fit(it.body, exact(it.number)),
+            needs=Needs.END,
+            timing=Timing.FITTED,
+            keeps_path=True,
+        ),
         Word(
             "ramp",
             Kind.RAMP,
-            "ramp 1/2 2 movement",
             "Plays the same path faster and faster, or slower and slower.",
+            (Argument("a", "1/2", at_least_zero), Argument("b", "2", at_least_zero)),
+            make=lambda it: ramps.ramp(it.body, *it.numbers),
+            needs=Needs.END,
+            timing=Timing.ELSEWHERE,
+            wrong=_never_moves,
         ),
-        Word("ease", Kind.PLAIN, "ease movement", "Plays the same path in the same time, but starts and stops gently."),
-        Word("accumulate", Kind.PLAIN, "accumulate movement", "Plays the first item, the first two, and so on to all."),
+        Word(
+            "ease",
+            Kind.PLAIN,
+            "Plays the same path in the same time, but starts and stops gently.",
+            make=lambda it: ramps.ease(it.body),
+            needs=Needs.END,
+            timing=Timing.ELSEWHERE,
+        ),
+        Word(
+            "accumulate",
+            Kind.PLAIN,
+            "Plays the first item, the first two, and so on to all.",
+            make=lambda it: algebra.accumulate(it.items),
+            timing=Timing.ELSEWHERE,
+            of_items=True,
+            needless=_one_item,
+            removable=False,
+        ),
         Word(
             "canon",
             Kind.FACTOR,
-            "canon 2 movement",
             "Each robot starts this many beats after the one before it.",
+            (Argument("beats", "2", at_least_zero, ("1", "2", "4"), "beats"),),
+            make=_canon,
+            timing=Timing.ELSEWHERE,
+            by_robot=True,
+            keeps_path=True,
+            needless=_alone,
         ),
-        Word("choose", Kind.PLAIN, "choose movement", "Plays one of the items; dice decide which."),
-        Word("shuffle", Kind.PLAIN, "shuffle movement", "Plays all items in an order that dice decide."),
+        Word(
+            "choose",
+            Kind.PLAIN,
+            "Plays one of the items; dice decide which.",
+            make=lambda it: dice.choose(it.items),
+            needs=Needs.FIXED,
+            timing=Timing.DRAWN,
+            of_items=True,
+            is_even=True,
+            throws=True,
+            keeps_path=True,
+            needless=_one_item,
+            removable=False,
+        ),
+        Word(
+            "shuffle",
+            Kind.PLAIN,
+            "Plays all items in an order that dice decide.",
+            make=lambda it: dice.shuffle(it.items),
+            timing=Timing.DRAWN,
+            of_items=True,
+            throws=True,
+            keeps_path=True,
+            needless=_one_item,
+            removable=False,
+        ),
         Word(
             "chance",
             Kind.FACTOR,
-            "chance 1/2 movement",
             "Plays it with this probability, or rests for as long.",
+            (Argument("p", "1/2", probability, ("1/2", "1/3", "2/3"), "probability"),),
+            make=lambda it: dice.chance(it.body, it.number, it.span),
+            needs=Needs.FIXED,
+            throws=True,
+            keeps_path=True,
         ),
-        Word("seed", Kind.FACTOR, "seed 3 movement", "Gives the movement dice of its own: another number, other dice."),
-        Word("until", Kind.GUARD, "until cue movement", "Plays until a sense is true."),
-        Word("pause", Kind.GUARD, "pause near movement", "Stands still while a sense is true."),
-        Word("if", Kind.IF, "if near movement else movement", "Plays one of two movements; a sense decides which."),
-        Word("else", Kind.ELSE, "if near movement else movement", "What plays if the sense is false."),
-        Word("not", Kind.NOT, "until not near movement", "Turns a sense around."),
+        Word(
+            "seed",
+            Kind.FACTOR,
+            "Gives the movement dice of its own: another number, other dice.",
+            (Argument("n", "3", above_zero, ("1", "2", "3")),),
+            make=lambda it: dice.seed(it.body, it.number),
+            throws=True,
+            keeps_path=True,
+            needless=_without_dice,
+            removable=False,
+        ),
+        _guard("until", "Plays until a sense is true.", "cue", reactions.until),
+        _guard("pause", "Stands still while a sense is true.", "near", reactions.pause),
+        Word(
+            "if",
+            Kind.IF,
+            "Plays one of two movements; a sense decides which.",
+            (Argument("sense", "near"),),
+            make=_reacting(reactions.if_else),
+        ),
+        Word("else", Kind.ELSE, "What plays if the sense is false.", shown="if near movement else movement"),
+        Word("not", Kind.NOT, "Turns a sense around.", shown="until not near movement"),
         _plane("YZ", "Swaps left and right.", _SAGITTAL),
         _plane("XZ", "Swaps forward and backward.", _FRONTAL),
         _plane("XY", "Swaps up and down.", _TRANSVERSE),
@@ -117,3 +283,8 @@ WORDS = {
 def of_kind(*kinds: Kind) -> list[str]:
     """The words of these kinds, in the table's order."""
     return [word.text for word in WORDS.values() if word.kind in kinds]
+
+
+def such_that(holds: Callable[[Word], bool]) -> Sequence[str]:
+    """The words of which something holds, in the table's order."""
+    return [word.text for word in WORDS.values() if holds(word)]

@@ -1,0 +1,73 @@
+"""How what makes a movement is written as JSON, and read and checked again. Standard library only."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import lru_cache
+
+from improv_core.score.movement import MOST_THROWS, Exact, JsonForm, Velocity, exact
+from improv_core.text import Span
+
+_FRACTION = re.compile(r"-?[0-9]{1,2000}(?:/[0-9]{1,2000})?")
+
+
+def written(value: Exact) -> int | str:
+    """An exact number for JSON: an int if it is whole, otherwise text."""
+    return value.numerator if value.denominator == 1 else str(value)
+
+
+@lru_cache(maxsize=1_000)
+def read_exact(value: int | str) -> Exact:
+    """The number that `written` wrote. Raises ValueError or TypeError on anything else."""
+    if isinstance(value, int):
+        return value
+    if not _FRACTION.fullmatch(value):  # an exponent would make a number of any length
+        raise ValueError("a number is wrong")
+    return exact(Fraction(value))
+
+
+def above_zero(value: int | str) -> Exact:
+    """An exact number above zero."""
+    number = read_exact(value)
+    if number <= 0:
+        raise ValueError("a number is not above zero")
+    return number
+
+
+def _is(kind: type) -> JsonForm:
+    """A value that is written as it is."""
+
+    def read(value: object) -> object:
+        if type(value) is not kind:
+            raise ValueError(f"{value!r} is not of type {kind.__name__}")
+        return value
+
+    return JsonForm(lambda value: value, read)
+
+
+def _count(value: object) -> int:
+    if type(value) is not int or not 0 <= value <= MOST_THROWS:
+        raise ValueError("a count is wrong")
+    return value
+
+
+def _span(value: Sequence[int] | None) -> Span | None:
+    if value is None:
+        return None
+    start, end = value
+    if type(start) is not int or type(end) is not int:
+        raise ValueError("a span is wrong")
+    return Span(start, end)
+
+
+NUMBER = JsonForm(written, read_exact)
+FRACTION = JsonForm(str, lambda value: Fraction(read_exact(value)))
+RATE = JsonForm(str, lambda value: Fraction(above_zero(value)))
+BEATS = JsonForm(written, above_zero)
+VELOCITY = JsonForm(lambda value: list(map(written, value)), lambda value: Velocity(*map(read_exact, value)))
+COUNT = JsonForm(lambda value: value, _count)
+TIMES = JsonForm(lambda value: value, lambda value: None if value is None else _count(value))
+TEXT, TRUTH, STATEMENT = _is(str), _is(bool), _is(int)
+SPAN = JsonForm(lambda value: value, _span)

@@ -1,0 +1,77 @@
+"""Throws of dice: the same program is always the same dance. Standard library only.
+
+A throw is a function of its stream and its key: the first 8 bytes of BLAKE2b (RFC 7693) of the text `stream:key`. So
+any throw can be computed without those before it, and a movement can be walked from anywhere and backward.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from hashlib import blake2b
+from typing import NamedTuple, Protocol, TypeVar
+
+SIDES = 64
+"""A throw is a whole number below 2 to the power of this."""
+ROBOTS = "0"
+"""The stream from which robots throw."""
+
+T = TypeVar("T", bound="Throw")
+
+
+class Throw(Protocol):
+    """A place in a stream of throws, from which the places of other throws follow."""
+
+    def after(self: T, throws: int) -> T:
+        """So many throws later in the same stream."""
+        ...
+
+    def inside(self: T, index: int) -> T:
+        """The beginning of the stream of part `index` of what this throw decides."""
+        ...
+
+    def of(self: T, stream: str, throw: int = 0) -> T:
+        """A throw of the stream with this name."""
+        ...
+
+
+class Dice(NamedTuple):
+    """A throw. The stream is the hash of its name so far: names may get long, hashes don't."""
+
+    stream: blake2b
+    throw: int
+
+    def after(self, throws: int) -> Dice:
+        return Dice(self.stream, self.throw + throws) if throws else self
+
+    def inside(self, index: int) -> Dice:
+        stream = self.stream.copy()
+        stream.update(f"/{self.throw}.{index}".encode())
+        return Dice(stream, 0)
+
+    def of(self, stream: str, throw: int = 0) -> Dice:
+        return dice_of(stream, throw)
+
+    def choice(self, count: int) -> int:
+        """Which of `count` items."""
+        return self._thrown(f"{self.throw}") * count >> SIDES
+
+    def order(self, count: int) -> list[int]:
+        """In which order `count` items play: a Fisher-Yates shuffle, Knuth, The Art of Computer Programming, 3.4.2."""
+        order = list(range(count))
+        for last in range(count - 1, 0, -1):
+            other = self._thrown(f"{self.throw}.{last}") * (last + 1) >> SIDES
+            order[last], order[other] = order[other], order[last]
+        return order
+
+    def happens(self, probability: Fraction) -> bool:
+        return self._thrown(f"{self.throw}") * probability.denominator < probability.numerator << SIDES
+
+    def _thrown(self, key: str) -> int:
+        thrown = self.stream.copy()
+        thrown.update(f":{key}".encode())
+        return int.from_bytes(thrown.digest(), "big")
+
+
+def dice_of(stream: str, throw: int = 0) -> Dice:
+    """The dice of a stream, at a throw."""
+    return Dice(blake2b(stream.encode(), digest_size=SIDES // 8), throw)

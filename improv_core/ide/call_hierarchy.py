@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
-from improv_core.ide.document_symbol import Entry, outline_of
+from improv_core.ide.document_symbol import OutlineEntry, outline_of
 from improv_core.ide.references import names_used, symbol_at
 from improv_core.program.analysis import Analysis
 from improv_core.text import Span
@@ -16,14 +16,14 @@ MOST_CALLS = 1_000
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class HierarchyCall:
     """A definition or a line of robots at the other end of a use, and the spans of the name in the one that uses it."""
 
-    entry: Entry
+    entry: OutlineEntry
     spans: Sequence[Span]
 
 
-def prepare(analysis: Analysis, offset: int) -> Entry | None:
+def prepare(analysis: Analysis, offset: int) -> OutlineEntry | None:
     """The definition of the name at an offset; on a robot, its line; None if there is neither."""
     symbol = symbol_at(analysis, offset)
     if not symbol or symbol.is_parameter:
@@ -34,7 +34,7 @@ def prepare(analysis: Analysis, offset: int) -> Entry | None:
     return None if symbol.definer is None else outline_of(analysis, symbol.definer)
 
 
-def incoming(analysis: Analysis, offset: int) -> list[Call]:
+def incoming(analysis: Analysis, offset: int) -> list[HierarchyCall]:
     """The definitions and lines that use the name that is defined at an offset."""
     placed = analysis.statement_at(offset)
     name = placed.statement.defines if placed else None
@@ -42,10 +42,10 @@ def incoming(analysis: Analysis, offset: int) -> list[Call]:
     return [call for user in users[:MOST_CALLS] for call in _calls(analysis, user, user, name)]
 
 
-def outgoing(analysis: Analysis, offset: int) -> list[Call]:
+def outgoing(analysis: Analysis, offset: int) -> list[HierarchyCall]:
     """The definitions that the definition or line at an offset uses, in the order of the text."""
     placed = analysis.statement_at(offset)
-    found: list[Call] = []
+    found: list[HierarchyCall] = []
     for name in islice(placed.statement.uses, MOST_CALLS) if placed else ():
         definer = analysis.bindings.definer(name, placed.index) if placed else None
         if placed and definer is not None:
@@ -53,10 +53,10 @@ def outgoing(analysis: Analysis, offset: int) -> list[Call]:
     return found
 
 
-def _calls(analysis: Analysis, other: int, user: int, name: str | None) -> Iterator[Call]:
+def _calls(analysis: Analysis, other: int, user: int, name: str | None) -> Iterator[HierarchyCall]:
     """The use of a name in the statement `user`, seen from the statement at the other end."""
     start = analysis.offsets[user]
     spans = [token.span.shifted(start) for token in names_used(analysis.statements[user]) if token.text == name]
     entry = outline_of(analysis, other)
     if entry and spans:
-        yield Call(entry, spans)
+        yield HierarchyCall(entry, spans)

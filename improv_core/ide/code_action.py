@@ -6,11 +6,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from improv_core.diagnostics import Diagnostic, Edit, Fix
-from improv_core.ide.piece import MAY_ITEMIZE, is_broken
+from improv_core.ide.fragment import MAY_ITEMIZE, is_broken
 from improv_core.program.analysis import Analysis
 from improv_core.text import Span, difference
 
 FIX_ALL = "source.fixAll.improv"
+FIX_ALL_TITLE = "Fix all that is safe to fix"
 REMOVABLE = frozenset({"never-performed", "unused-name", "duplicate-beat"})
 """Codes about text without effect. All fixes that only remove it can be applied at once, if somebody asks for that."""
 MOST_ROUNDS = 20
@@ -56,7 +57,7 @@ def fix_all(analysis: Analysis) -> list[Action]:
     if now.text == analysis.text:
         return []
     start, end, text = difference(analysis.text, now.text)
-    return [Action("Fix all that is safe to fix", FIX_ALL, (Edit(Span(start, end), text),))]
+    return [Action(FIX_ALL_TITLE, FIX_ALL, (Edit(Span(start, end), text),))]
 
 
 def _safe_edits(analysis: Analysis) -> Sequence[Edit]:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
+from improv_core.ide.fragment import is_broken
 from improv_core.ide.phrases import tree
-from improv_core.ide.piece import is_broken
 from improv_core.program.analysis import Analysis
 from improv_core.program.numbers import LONGEST_NUMBER
 from improv_core.program.program import Placed

@@ -6,21 +6,20 @@ from collections.abc import Iterator, Sequence
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
-from improv_core.ide.piece import Piece
+from improv_core.ide.fragment import Fragment
 from improv_core.program.numbers import LONGEST_NUMBER
 from improv_core.syntax import nodes
+from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
 
-_DICE = ("choose", "shuffle", "chance", "seed")
 
-
-def other_dice(piece: Piece) -> Iterator[Action]:
+def other_dice(fragment: Fragment) -> Iterator[Action]:
     """Change the nearest `seed` around a word of dice, or put one before it."""
-    node = piece.nodes[0]
-    if not (isinstance(node, nodes.Apply) and node.word.text in _DICE):
+    node = fragment.nodes[0]
+    if not (isinstance(node, nodes.Apply) and WORDS[node.word.text].throws):
         return
-    start = piece.placed.start
-    seed = _nearest_seed((*piece.around, node))
+    start = fragment.placed.start
+    seed = _nearest_seed((*fragment.around, node))
     if seed is None:
         put = Edit(Span(node.span.start, node.span.start).shifted(start), "seed 1 ")
         yield Action("Other dice: seed 1", "refactor.rewrite", (put,))

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
+from improv_core.ide.fragment import Fragment, replaced
 from improv_core.ide.phrases import label
-from improv_core.ide.piece import Piece, replaced
 from improv_core.program.analysis import Analysis
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import Token, lex
@@ -19,80 +19,80 @@ _LETTERS = ("n", "k", "a", "b", "c", "d")
 """Names for a parameter that is a number, the best first."""
 
 
-def extract(analysis: Analysis, piece: Piece) -> Iterator[Action]:
+def extract(analysis: Analysis, fragment: Fragment) -> Iterator[Action]:
     """The definition goes on the line above, where all names have the same meaning."""
-    first = piece.nodes[0]
-    if not piece.may_be_one_term or (piece.is_term and isinstance(first, nodes.Name)):
+    first = fragment.nodes[0]
+    if not fragment.may_be_one_term or (fragment.is_term and isinstance(first, nodes.Name)):
         return
-    if any(isinstance(node, nodes.Apply) and node.word.text == "canon" for node in _inside(piece)):
+    if any(isinstance(node, nodes.Apply) and WORDS[node.word.text].by_robot for node in _inside(fragment)):
         return  # only a line with robots can hold one
-    own = [each for each in piece.placed.statement.parameters if each.name in _own_names(piece)]
-    name = _fresh_name(analysis, piece)
+    own = [each for each in fragment.placed.statement.parameters if each.name in _own_names(fragment)]
+    name = _fresh_name(analysis, fragment)
     given = [each.name for each in own]
-    yield _action("Extract to a name", analysis, piece, piece.text, name, own, given)
-    number = next((token for each in _inside(piece) for token in _literals(each)), None)
-    letter = _letter(piece)
+    yield _action("Extract to a name", analysis, fragment, fragment.text, name, own, given)
+    number = next((token for each in _inside(fragment) for token in _literals(each)), None)
+    letter = _letter(fragment)
     if not number or not letter or isinstance(first, nodes.Call):
         return
-    text = piece.text
+    text = fragment.text
     for token in sorted(
-        (token for node in _inside(piece) for token in _literals(node) if token.text == number.text),
+        (token for node in _inside(fragment) for token in _literals(node) if token.text == number.text),
         key=lambda token: -token.start,
     ):
-        start, end = token.span.shifted(-piece.span.start)
+        start, end = token.span.shifted(-fragment.span.start)
         text = text[:start] + letter + text[end:]
     taken = [Parameter(number._replace(text=letter), True), *own]
-    yield _action("Extract to a phrase", analysis, piece, text, name, taken, [number.text, *given])
+    yield _action("Extract to a phrase", analysis, fragment, text, name, taken, [number.text, *given])
 
 
 def _action(
     title: str,
     analysis: Analysis,
-    piece: Piece,
+    fragment: Fragment,
     text: str,
     name: str,
     taken: Sequence[Parameter],
     given: Sequence[str],
 ) -> Action:
     """The action that defines a name with these parameters above, and uses it with these arguments."""
-    start, lines = piece.placed.start, analysis.lines
-    if LINE_END.search(text) and not (piece.is_term and isinstance(piece.nodes[0], nodes.Bracket)):
+    start, lines = fragment.placed.start, analysis.lines
+    if LINE_END.search(text) and not (fragment.is_term and isinstance(fragment.nodes[0], nodes.Bracket)):
         text = f"({text})"
     indent = analysis.text[lines.start(lines.position(start).line) : start].strip("\ufeff")
     line_end = LINE_END.search(analysis.text)
     head, _ = label(name, taken)
     definition = Edit(Span(start, start), f"{head} = {text}{line_end[0] if line_end else chr(10)}{indent}")
-    use = replaced(piece, " ".join([name, *given]))
+    use = replaced(fragment, " ".join([name, *given]))
     return Action(f"{title}: {head}", "refactor.extract", (definition, use))
 
 
-def _inside(piece: Piece) -> Iterator[nodes.Node]:
-    return (node for each in piece.nodes for node in nodes.nodes(each))
+def _inside(fragment: Fragment) -> Iterator[nodes.Node]:
+    return (node for each in fragment.nodes for node in nodes.nodes(each))
 
 
 def _literals(node: nodes.Node) -> Iterator[Token]:
     return (token for number in nodes.numbers(node) for token in number.tokens if token.type == "NUMBER")
 
 
-def _own_names(piece: Piece) -> set[str]:
-    """The names in a piece that may be parameters of its statement."""
-    found = {node.text for node in _inside(piece) if isinstance(node, nodes.Name)}
+def _own_names(fragment: Fragment) -> set[str]:
+    """The names in a fragment that may be parameters of its statement."""
+    found = {node.text for node in _inside(fragment) if isinstance(node, nodes.Name)}
     return found | {
-        token.text for node in _inside(piece) for number in nodes.numbers(node) for token in number.parameters
+        token.text for node in _inside(fragment) for number in nodes.numbers(node) for token in number.parameters
     }
 
 
-def _letter(piece: Piece) -> str | None:
+def _letter(fragment: Fragment) -> str | None:
     """A name for a parameter that means nothing else in the statement."""
-    statement = piece.placed.statement
+    statement = fragment.placed.statement
     taken = {*statement.uses, *(each.name for each in statement.parameters)}
     return next((letter for letter in _LETTERS if letter not in taken), None)
 
 
-def _fresh_name(analysis: Analysis, piece: Piece) -> str:
+def _fresh_name(analysis: Analysis, fragment: Fragment) -> str:
     """A name made of the movement's own words if they are few, otherwise `phrase`; with a number if that is taken."""
-    own = {each.name for each in piece.placed.statement.parameters}
-    named = (token.text for token in lex(piece.text) if token.text in WORDS or token.type == "NAME")
+    own = {each.name for each in fragment.placed.statement.parameters}
+    named = (token.text for token in lex(fragment.text) if token.text in WORDS or token.type == "NAME")
     words = [word for word in named if word not in own]
     stem = "_".join(words) if 2 <= len(words) <= 3 else f"my_{words[0]}" if len(words) == 1 else "phrase"
     if len(stem) > 40:

@@ -7,8 +7,8 @@ from itertools import pairwise
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import Action
+from improv_core.ide.fragment import Fragment, fragment_of, is_broken, replaced
 from improv_core.ide.phrases import arguments, tree
-from improv_core.ide.piece import Piece, is_broken, piece_of, replaced
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.syntax import nodes
@@ -19,15 +19,15 @@ MOST_USES = 200
 """The most uses of a name that can be inlined everywhere."""
 
 
-def inline_use(analysis: Analysis, piece: Piece) -> Iterator[Action]:
+def inline_use(analysis: Analysis, fragment: Fragment) -> Iterator[Action]:
     """Inline the name or phrase at the cursor."""
-    name = _used(piece.nodes[0])
-    definer = analysis.bindings.definer(name, piece.placed.index) if name and piece.is_term else None
-    if definer is None or name not in piece.placed.statement.uses:
+    name = _used(fragment.nodes[0])
+    definer = analysis.bindings.definer(name, fragment.placed.index) if name and fragment.is_term else None
+    if definer is None or name not in fragment.placed.statement.uses:
         return
     if len(_uses(analysis, definer)) == 1:
         yield from inline_everywhere(analysis, definer)
-    elif edit := _inlined(analysis, definer, piece):
+    elif edit := _inlined(analysis, definer, fragment):
         yield Action(f"Inline {name} here", "refactor.inline", (edit,))
 
 
@@ -41,7 +41,7 @@ def inline_definition(analysis: Analysis, span: Span) -> Iterator[Action]:
 def inline_everywhere(analysis: Analysis, definer: int) -> Iterator[Action]:
     """Inline all uses of what a statement defines, and remove the definition."""
     uses = _uses(analysis, definer)
-    edits = [edit for piece in uses[:MOST_USES] if (edit := _inlined(analysis, definer, piece))]
+    edits = [edit for fragment in uses[:MOST_USES] if (edit := _inlined(analysis, definer, fragment))]
     overlap = any(other.span.start < one.span.end for one, other in pairwise(edits))  # one in an argument of another
     if not uses or len(edits) < len(uses) or overlap:
         return
@@ -56,13 +56,13 @@ def _used(node: Node) -> str | None:
     return node.name.text if isinstance(node, nodes.Call) else node.text if isinstance(node, nodes.Name) else None
 
 
-def _uses(analysis: Analysis, definer: int) -> list[Piece]:
+def _uses(analysis: Analysis, definer: int) -> list[Fragment]:
     """The uses of the name that the statement `definer` defines."""
     statement = analysis.statements[definer]
     kind = nodes.Call if statement.parameters else nodes.Name
     users = analysis.bindings.users(statement.defines or "", definer)[: MOST_USES + 1]
     return [
-        piece_of(analysis, placed, node)
+        fragment_of(analysis, placed, node)
         for placed in map(analysis.placed, users)
         if (body := tree(placed))
         for node in nodes.nodes(body)
@@ -70,9 +70,9 @@ def _uses(analysis: Analysis, definer: int) -> list[Piece]:
     ]
 
 
-def _inlined(analysis: Analysis, definer: int, piece: Piece) -> Edit | None:
+def _inlined(analysis: Analysis, definer: int, fragment: Fragment) -> Edit | None:
     """The edit that inlines a name; None if names in its definition mean something else here."""
-    source, target = analysis.placed(definer), piece.placed
+    source, target = analysis.placed(definer), fragment.placed
     body = tree(source)
     own = {each.name for each in target.statement.parameters}
     same = all(
@@ -81,29 +81,29 @@ def _inlined(analysis: Analysis, definer: int, piece: Piece) -> Edit | None:
     )
     if not same or not body or is_broken(source) or is_broken(target):
         return None
-    text = _written_out(source, body, piece)
+    text = _written_out(source, body, fragment)
     if text is None:
         return None
     fits = (
-        piece.takes_items
+        fragment.takes_items
         if isinstance(body, nodes.Series)
-        else not isinstance(body, nodes.Parallel) or piece.takes_voices
+        else not isinstance(body, nodes.Parallel) or fragment.takes_voices
     )
-    return replaced(piece, text if fits else f"({text})")
+    return replaced(fragment, text if fits else f"({text})")
 
 
-def _written_out(source: Placed, body: Node, piece: Piece) -> str | None:
+def _written_out(source: Placed, body: Node, fragment: Fragment) -> str | None:
     """The body of a definition with the arguments of a use in it; None if the arguments are wrong."""
-    taken, use = source.statement.parameters, piece.nodes[0]
+    taken, use = source.statement.parameters, fragment.nodes[0]
     given: Mapping[str, Number | Node] = {}
     if isinstance(use, nodes.Call):
         given = {parameter.name: argument for parameter, argument in arguments(use, taken)}
         if len(use.numbers) + len(use.movements) != len(taken):
             return None
-    if len(given) != len(taken) or (taken and not piece.placed.meaning.ok):
+    if len(given) != len(taken) or (taken and not fragment.placed.meaning.ok):
         return None
     start, text = body.span.start, source.statement.text[slice(*body.span)]
-    for span, put in sorted(_put(body, given, piece.placed.statement.text), reverse=True):
+    for span, put in sorted(_put(body, given, fragment.placed.statement.text), reverse=True):
         text = text[: span.start - start] + put + text[span.end - start :]
     return text
 

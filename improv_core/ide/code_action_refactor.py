@@ -14,7 +14,7 @@ from improv_core.ide.code_action_canon import as_canon
 from improv_core.ide.code_action_dice import other_dice
 from improv_core.ide.code_action_extract import extract
 from improv_core.ide.code_action_inline import inline_definition, inline_use
-from improv_core.ide.piece import Piece, piece_at, replaced
+from improv_core.ide.fragment import Fragment, fragment_at, replaced
 from improv_core.program.analysis import Analysis
 from improv_core.syntax import nodes
 from improv_core.syntax.lexer import lex
@@ -31,24 +31,24 @@ LONGEST = 20_000
 def refactorings(analysis: Analysis, span: Span) -> list[Action]:
     """The refactorings of the selected movement, or of the movement at the cursor if the span is empty."""
     found = [*inline_definition(analysis, span), *as_canon(analysis, span)]
-    if piece := piece_at(analysis, span):
+    if fragment := fragment_at(analysis, span):
         found += [
-            *extract(analysis, piece),
-            *inline_use(analysis, piece),
-            *_unroll(piece),
-            *_fold(piece),
-            *other_dice(piece),
-            *_wrap(piece),
+            *extract(analysis, fragment),
+            *inline_use(analysis, fragment),
+            *_unroll(fragment),
+            *_fold(fragment),
+            *other_dice(fragment),
+            *_wrap(fragment),
         ]
     return [action for action in found if sum(len(edit.text) for edit in action.edits) <= LONGEST]
 
 
-def _unroll(piece: Piece) -> Iterator[Action]:
-    node = piece.nodes[0]
-    if not (piece.is_term and isinstance(node, nodes.Apply) and node.word.text == "repeat" and node.numbers):
+def _unroll(fragment: Fragment) -> Iterator[Action]:
+    node = fragment.nodes[0]
+    if not (fragment.is_term and isinstance(node, nodes.Apply) and node.word.text == "repeat" and node.numbers):
         return
-    times, source = node.numbers[0].text, piece.placed.statement.text
-    if piece.is_itemized or "#" in source[node.span.start : node.body.span.start]:
+    times, source = node.numbers[0].text, fragment.placed.statement.text
+    if fragment.is_itemized or "#" in source[node.span.start : node.body.span.start]:
         return
     if times not in _TURNS:
         return
@@ -57,23 +57,23 @@ def _unroll(piece: Piece) -> Iterator[Action]:
     if inner and not isinstance(inner, nodes.Parallel) and not LINE_END.search(text):
         text = source[slice(*inner.span)]
     turns = " ".join([text] * int(times))
-    yield Action("Unroll", "refactor.rewrite", (replaced(piece, turns if piece.takes_items else f"({turns})"),))
+    yield Action("Unroll", "refactor.rewrite", (replaced(fragment, turns if fragment.takes_items else f"({turns})"),))
 
 
-def _fold(piece: Piece) -> Iterator[Action]:
+def _fold(fragment: Fragment) -> Iterator[Action]:
     """Fold repeated items, either selected ones or those around the cursor."""
-    items, outside = piece.nodes, piece.around
+    items, outside = fragment.nodes, fragment.around
     if len(items) == 1 and isinstance(items[0], nodes.Series):
         items, outside = items[0].items, (*outside, items[0])
     parent = outside[-1] if outside else None
-    if not isinstance(parent, nodes.Series) or piece.of(items, outside).is_counted:
+    if not isinstance(parent, nodes.Series) or fragment.of(items, outside).is_counted:
         return
-    source = piece.placed.statement.text
+    source = fragment.placed.statement.text
     if len(items) == 1:
         items = _alike(source, parent.items, items[0])
     words = [_words(source, item) for item in items]
     period = next((each for each in range(1, len(items) // 2 + 1) if _repeats(words, each)), None)
-    run = piece.of(items, outside)
+    run = fragment.of(items, outside)
     if not period or "#" in run.text:
         return
     text = source[items[0].span.start : items[period - 1].span.end]
@@ -82,16 +82,16 @@ def _fold(piece: Piece) -> Iterator[Action]:
     yield Action(f"Fold into repeat {times}", "refactor.rewrite", (replaced(run, folded),))
 
 
-def _wrap(piece: Piece) -> Iterator[Action]:
-    if not piece.may_be_one_term:
+def _wrap(fragment: Fragment) -> Iterator[Action]:
+    if not fragment.may_be_one_term:
         return
-    text = piece.text
+    text = fragment.text
     for title, wrapped in (
         ("Wrap in ( )", f"({text})"),
         ("Wrap in [ ]: squeeze the items into the time of one", f"[{text}]"),
-        ("Wrap in slow 2: takes twice as long", f"slow 2 {text if piece.is_term else f'({text})'}"),
+        ("Wrap in slow 2: takes twice as long", f"slow 2 {text if fragment.is_term else f'({text})'}"),
     ):
-        yield Action(title, "refactor.rewrite", (replaced(piece, wrapped),))
+        yield Action(title, "refactor.rewrite", (replaced(fragment, wrapped),))
 
 
 def _alike(source: str, items: Sequence[Node], item: Node) -> tuple[Node, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 
-from improv_core.ide.cursor import Before, before
+from improv_core.ide.cursor import BeforeCursor, before
 from improv_core.ide.hover import Hover, name_at, robot_at, sense_at
 from improv_core.ide.performers import by_profile, performers
 from improv_core.ide.phrases import label, movements, parameters
@@ -17,26 +17,17 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.feasibility import impossible
 from improv_core.program.reader import Definition
 from improv_core.program.timing import in_beats
+from improv_core.score.algebra import hold
 from improv_core.score.lengths import lengths
-from improv_core.score.movement import hold
 from improv_core.score.profiles import MOTIONS, Profile
 from improv_core.syntax.derivation import may_come_next
 from improv_core.syntax.nodes import Parameter
-from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, Kind, Word
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.words import A_NUMBER, Kind, Word
 from improv_core.text import Span
 
 MOST_NAMES = 300
 """If there are more names, only those that match what is typed so far are offered."""
-COUNTS = {
-    "beat": ("60", "30", "120"),
-    "repeat": ("2", "3", "4", "8"),
-    "fit": ("4", "8", "16"),
-    "canon": ("1", "2", "4"),
-    "chance": ("1/2", "1/3", "2/3"),
-    "seed": ("1", "2", "3"),
-}
-FACTORS = ("2", "3", "3/2")
-UNITS = {"beat": "beats per minute", "repeat": "times", "fit": "beats", "canon": "beats", "chance": "probability"}
 
 _NUMBERS = frozenset({"NUMBER", "PARAM"})
 
@@ -84,7 +75,7 @@ def complete(analysis: Analysis, offset: int) -> Completion | None:
     return Completion(Span(offset - len(found.begun), offset), items, found.statement, whole)
 
 
-def _movement(analysis: Analysis, found: Before, bare: bool) -> tuple[list[Item], bool]:
+def _movement(analysis: Analysis, found: BeforeCursor, bare: bool) -> tuple[list[Item], bool]:
     """The words that may come in a movement, and whether all names are among them. `bare` if what a word would apply
     to already follows the cursor."""
     assert found.sign
@@ -103,7 +94,7 @@ def _movement(analysis: Analysis, found: Before, bare: bool) -> tuple[list[Item]
     return [*parameters, *offered, *(senses if "SENSE" in accepted else ()), *_words(accepted, found, bare)], whole
 
 
-def _possible_first(analysis: Analysis, found: Before, items: list[Item]) -> list[Item]:
+def _possible_first(analysis: Analysis, found: BeforeCursor, items: list[Item]) -> list[Item]:
     """The words in order, except that those that a robot here can't perform come last, and say so."""
     if found.sign and found.sign.type == "EQUAL":
         players = performers(analysis, found.statement) if found.statement < len(analysis.statements) else {}
@@ -117,7 +108,7 @@ def _possible_first(analysis: Analysis, found: Before, items: list[Item]) -> lis
     return [*(item for item, each in zip(items, why, strict=True) if not each), *last]
 
 
-def _impossible(analysis: Analysis, found: Before, item: Item, players: Mapping[Profile, str]) -> str:
+def _impossible(analysis: Analysis, found: BeforeCursor, item: Item, players: Mapping[Profile, str]) -> str:
     """Why a robot can't perform a word: `anna can't move sideways`; empty if all robots can."""
     part = None
     if item.kind == "movement":
@@ -131,7 +122,7 @@ def _impossible(analysis: Analysis, found: Before, item: Item, players: Mapping[
     return ""
 
 
-def _number_wanted(analysis: Analysis, found: Before) -> bool | None:
+def _number_wanted(analysis: Analysis, found: BeforeCursor) -> bool | None:
     """Whether the name before the cursor needs another number; None if no name and its numbers are before it."""
     last = len(found.tokens) - 1
     while last >= 0 and found.tokens[last].type in ("NUMBER", "PARAM", "OPERATOR"):
@@ -158,7 +149,7 @@ def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> 
     return Hover(Span(0, 0), word.usage, f": {word.about}") if word else None
 
 
-def _heads(analysis: Analysis, found: Before) -> Iterator[Item]:
+def _heads(analysis: Analysis, found: BeforeCursor) -> Iterator[Item]:
     """The words that a statement may start with, and more robots if it starts with robots."""
     heads = [token.text for token in found.heads]
     if heads == ["beat"]:
@@ -173,7 +164,7 @@ def _heads(analysis: Analysis, found: Before) -> Iterator[Item]:
                 yield Item(robot, "robot", in_beats(plays[robot]) if robot in plays else "in improv.toml")
 
 
-def _words(accepted: frozenset[str], found: Before, bare: bool) -> Iterator[Item]:
+def _words(accepted: frozenset[str], found: BeforeCursor, bare: bool) -> Iterator[Item]:
     """The words of these terminals; `bare` if what they apply to already follows the cursor."""
     for word in WORDS.values():
         if word.kind.value in accepted and word.kind is not Kind.BEAT:
@@ -185,18 +176,20 @@ def _words(accepted: frozenset[str], found: Before, bare: bool) -> Iterator[Item
 
 def _numbers(word: str) -> Iterator[Item]:
     """Usual numbers after a word."""
-    return (Item(value, "number", UNITS.get(word, "factor")) for value in COUNTS.get(word, FACTORS))
+    arguments = WORDS[word].arguments if word in WORDS else ()
+    wanted = arguments[0] if arguments else A_NUMBER
+    return (Item(value, "number", wanted.unit) for value in wanted.usual)
 
 
 def _snippet(word: Word, bare: bool) -> str:
     """A transformer with places for its arguments: those of its usage, such as `ramp 1/2 2 movement`."""
-    if word.kind is Kind.IF and not bare:
-        return "if ${1:near} ($2) else ($0)"
-    if word.kind not in TRANSFORMERS:
+    if not word.make:
         return ""
+    if len(word.operands) > 1:
+        return "" if bare else f"{word.text} ${{1:{word.arguments[0].example}}} ($2) else ($0)"
     text = word.text
-    for place, argument in enumerate(word.usage.split()[1:-1], 1):
-        text += f" ${{{place}|YZ,XZ,XY|}}" if word.kind is Kind.REFLECT else f" ${{{place}:{argument}}}"
+    for place, each in enumerate(word.arguments, 1):
+        text += f" ${{{place}|{','.join(each.choices)}|}}" if each.choices else f" ${{{place}:{each.example}}}"
     return f"{text} ($0)" if not bare else text if text != word.text else ""
 
 
@@ -216,7 +209,7 @@ def _name(name: Definition, taken: Sequence[Parameter], bare: bool) -> Item:
     return Item(name.name, "phrase", label(name.name, taken)[0], text if text != name.name else "")
 
 
-def _names_in(analysis: Analysis, found: Before) -> tuple[list[tuple[int, Definition]], bool]:
+def _names_in(analysis: Analysis, found: BeforeCursor) -> tuple[list[tuple[int, Definition]], bool]:
     """The names to offer, the nearest first, with the statements that define them, and whether these are all."""
     own = {each.name for each in found.parameters}
     definers = _definers(analysis, found.statement)

@@ -61,7 +61,7 @@ def around(body: Node | None, span: Span) -> tuple[Node, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class Before:
+class BeforeCursor:
     """What comes before the cursor in its statement, which may have errors.
 
     `begun` is the word or number that ends at the cursor, if there is one. `heads` and `tokens` are those before it:
@@ -78,7 +78,7 @@ class Before:
     parameters: Sequence[Parameter]
 
 
-def before(analysis: Analysis, offset: int) -> Before | None:
+def before(analysis: Analysis, offset: int) -> BeforeCursor | None:
     """What comes before the cursor; None in a comment, and in a statement that is too long to be read."""
     index = bisect_left(analysis.offsets, offset)
     begin = analysis.offsets[index - 1] if index else 0
@@ -93,9 +93,9 @@ def before(analysis: Analysis, offset: int) -> Before | None:
     begun = tokens.pop().text if in_number else last.text[: -len(_MARK)]
     head, rest = split_head(piece, tokens)
     if head.sign is None or head.sign.type in ("BEAT", "SCENE"):
-        return Before(tokens, None, (), begun, in_number, statement, ())
+        return BeforeCursor(tokens, None, (), begun, in_number, statement, ())
     heads = tokens[: len(tokens) - len(rest) - 1]
-    return Before(heads, head.sign, classified(rest, head.numbers), begun, in_number, statement, head.parameters)
+    return BeforeCursor(heads, head.sign, classified(rest, head.numbers), begun, in_number, statement, head.parameters)
 
 
 def touching(analysis: Analysis, span: Span) -> Iterator[Placed]:

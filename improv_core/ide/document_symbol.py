@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from improv_core.diagnostics import MOST_SHOWN
 from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.program.timing import in_beats
 from improv_core.score.lengths import lengths
+from improv_core.slices import checkpoint
 from improv_core.syntax.nodes import Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
@@ -16,7 +18,7 @@ from improv_core.text import Span
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class OutlineEntry:
     """A line of the outline. `kind` is tempo, name, phrase, robot, robots (several at once, which are its `parts`), or
     scene (its `parts` are what is in it)."""
 
@@ -25,15 +27,21 @@ class Entry:
     detail: str
     span: Span
     name_span: Span
-    parts: tuple[Entry, ...] = ()
+    parts: tuple[OutlineEntry, ...] = ()
 
 
-def outline(analysis: Analysis) -> list[Entry]:
-    """The outline entries of a program, in the order of the text."""
-    scenes: list[tuple[Placed | None, list[Entry]]] = [(None, [])]
+def outline(analysis: Analysis) -> list[OutlineEntry]:
+    """The outline entries of a program, in the order of the text. Of lines with syntax errors, it has the first
+    `MOST_SHOWN`: those after them aren't marked either, and tens of thousands would only fill the screen."""
+    scenes: list[tuple[Placed | None, list[OutlineEntry]]] = [(None, [])]
+    wrong = 0
     for index, statement in enumerate(analysis.statements):
+        checkpoint()
+        wrong += bool(statement.diagnostics)
         if statement.sign and statement.sign.type == "SCENE":
             scenes.append((analysis.placed(index), []))
+        elif statement.diagnostics and wrong > MOST_SHOWN:
+            continue
         elif entry := outline_of(analysis, index):
             scenes[-1][1].append(entry)
     first = scenes[0][1]
@@ -45,20 +53,20 @@ def outline(analysis: Analysis) -> list[Entry]:
     ]
 
 
-def outline_of(analysis: Analysis, index: int) -> Entry | None:
+def outline_of(analysis: Analysis, index: int) -> OutlineEntry | None:
     """The entry of one statement, except a scene; None if it has neither a name nor a robot, and sets no tempo."""
     statement, movement = analysis.statements[index], analysis.meanings[index].movement
     detail = in_beats(lengths(movement)) if statement.heads and not statement.parameters else ""
     return next(_entries(analysis.offsets[index], statement, detail), None)
 
 
-def flattened(entries: Iterable[Entry]) -> Iterator[Entry]:
+def flattened(entries: Iterable[OutlineEntry]) -> Iterator[OutlineEntry]:
     """The entries without those that have parts, which come instead."""
     for entry in entries:
         yield from flattened(entry.parts) if entry.parts else (entry,)
 
 
-def names_in(text: str) -> Iterator[Entry]:
+def names_in(text: str) -> Iterator[OutlineEntry]:
     """The names and robots of a program that is only searched. Computes no durations."""
     for start, piece in split(text):
         for entry in flattened(_entries(start, parse_statement(piece), "")):
@@ -66,28 +74,28 @@ def names_in(text: str) -> Iterator[Entry]:
                 yield entry
 
 
-def _scene(analysis: Analysis, number: int, line: Span, parts: Sequence[Entry]) -> Entry:
+def _scene(analysis: Analysis, number: int, line: Span, parts: Sequence[OutlineEntry]) -> OutlineEntry:
     span = Span(line.start, parts[-1].span.end if parts else line.end)
     begin = analysis.scene_begin(number - 1)
     later = "" if begin and begin.is_fixed else " or later"
     detail = f"from beat {begin.shortest}{later}" if begin else "never performed"
-    return Entry(f"scene {number}", "scene", detail if number > 1 else "", span, line, tuple(parts))
+    return OutlineEntry(f"scene {number}", "scene", detail if number > 1 else "", span, line, tuple(parts))
 
 
-def _entries(start: int, statement: Statement, detail: str) -> Iterator[Entry]:
+def _entries(start: int, statement: Statement, detail: str) -> Iterator[OutlineEntry]:
     sign, whole = statement.sign, Span(start, start + len(statement.text))
     if sign and sign.type == "BEAT":
         if statement.number and statement.number.text:
-            yield Entry(f"beat {statement.number.text}", "tempo", "", whole, sign.span.shifted(start))
+            yield OutlineEntry(f"beat {statement.number.text}", "tempo", "", whole, sign.span.shifted(start))
         return
     kind = "robot"
     if sign and sign.type == "EQUAL":
         kind = "phrase" if statement.parameters else "name"
     heads = [head for head in statement.heads if head.text]
-    each = [Entry(head.text, kind, detail, whole, head.span.shifted(start)) for head in heads]
+    each = [OutlineEntry(head.text, kind, detail, whole, head.span.shifted(start)) for head in heads]
     if len(each) < 2:
         yield from each
         return
-    parts = tuple(Entry(part.name, kind, detail, part.name_span, part.name_span) for part in each)
+    parts = tuple(OutlineEntry(part.name, kind, detail, part.name_span, part.name_span) for part in each)
     span = Span(parts[0].span.start, parts[-1].span.end)
-    yield Entry(" ".join(part.name for part in parts), "robots", detail, whole, span, parts)
+    yield OutlineEntry(" ".join(part.name for part in parts), "robots", detail, whole, span, parts)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from improv_core.program.analysis import Analysis
 from improv_core.syntax import nodes
-from improv_core.text import LINE_END
+from improv_core.text import LINE_END, LineIndex
 
 _REGION = re.compile(r"\s*#\s*(end)?region\b")
 
@@ -24,8 +24,13 @@ class Fold:
 
 def folds(analysis: Analysis) -> list[Fold]:
     """All folds, at most one starting at each line, in the order of the text."""
+    return widest([*comment_folds(analysis.lines), *_code(analysis), *_scenes(analysis)])
+
+
+def widest(folds: Iterable[Fold]) -> list[Fold]:
+    """The longest fold of those that start at the same line, in the order of the text."""
     found: dict[int, Fold] = {}
-    for fold in [*_comments(analysis), *_code(analysis), *_scenes(analysis)]:
+    for fold in folds:
         if fold.last > max(fold.first, found[fold.first].last if fold.first in found else 0):
             found[fold.first] = fold
     return [found[first] for first in sorted(found)]
@@ -57,12 +62,12 @@ def _scenes(analysis: Analysis) -> Iterator[Fold]:
         begin = mark
 
 
-def _comments(analysis: Analysis) -> Iterator[Fold]:
+def comment_folds(lines: LineIndex) -> Iterator[Fold]:
     """Blocks of several comment lines, and the lines between region markers."""
     regions: list[int] = []
     begin: int | None = None
-    for number in range(len(analysis.lines.starts) + 1):
-        line = analysis.lines.line(number)
+    for number in range(len(lines.starts) + 1):
+        line = lines.line(number)
         marker = _REGION.match(line)
         if line.lstrip().startswith("#") and not marker:
             begin = number if begin is None else begin

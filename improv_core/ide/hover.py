@@ -29,7 +29,7 @@ from improv_core.program.timing import (
     timing,
     written,
 )
-from improv_core.score import movement as algebra
+from improv_core.score.algebra import series
 from improv_core.score.lengths import lengths
 from improv_core.score.motion import Pose
 from improv_core.score.movement import NORMAL, Movement
@@ -109,7 +109,7 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
         return None
     about = f" (robot, profile {_code(part.profile.name)}): everything it plays"
     whole = timing(analysis.lengths[name], analysis.tempo)
-    why = (deciding(algebra.series(part.scenes)),) if part.senses else ()
+    why = (deciding(series(part.scenes)),) if part.senses else ()
     return Hover(Span(0, 0), _code(name), about, (whole, *why), "", _drawn(part, analysis.tempo) if pictures else "")
 
 
@@ -319,11 +319,11 @@ def pace_in(around: Sequence[Node]) -> tuple[Fraction, int, int]:
             counts = set(inside or (nodes.items(voice) for voice in _voices(node)))
             count = counts.pop() if len(counts) == 1 else 1
             rate, brackets = rate * count, brackets + (count != 1)
-        elif isinstance(node, nodes.Apply) and node.word.text in ("fast", "slow"):
+        elif isinstance(node, nodes.Apply) and (rate_by := WORDS[node.word.text].rate):
             number = node.numbers[0]
             factor = value_of(number.text) if number.text and not any(number.parameters) else NORMAL
             if isinstance(factor, Fraction):
-                rate, others = rate * factor if node.word.text == "fast" else rate / factor, others + 1
+                rate, others = rate * rate_by(factor), others + 1
     return rate, brackets, others
 
 

@@ -12,6 +12,7 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.program.timing import deciding, in_beats, lasting, times_as_fast, written
 from improv_core.score.lengths import lengths
+from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
 from improv_core.text import Span
@@ -33,6 +34,7 @@ def hints(analysis: Analysis, span: Span) -> list[Hint]:
 
 
 def _hints(analysis: Analysis, placed: Placed) -> Iterator[Hint]:
+    checkpoint()
     body, meaning = tree(placed), placed.meaning
     if not body or not meaning.ok:
         return
@@ -63,8 +65,10 @@ def _arguments(analysis: Analysis, placed: Placed, body: Node) -> Iterator[Hint]
     for node in nodes.nodes(body):
         if isinstance(node, nodes.Call):
             taken = parameters(analysis, node.name.text, placed.index)
+            head = label(node.name.text, taken)[0]
             for parameter, argument in arguments(node, taken):
-                yield Hint(argument.span.start, f"{parameter.name}:", label(node.name.text, taken)[0], before=True)
+                checkpoint()
+                yield Hint(argument.span.start, f"{parameter.name}:", head, before=True)
 
 
 def _squeezes(node: Node) -> bool:

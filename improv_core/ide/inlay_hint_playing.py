@@ -11,8 +11,9 @@ from improv_core.ide.inlay_hint import Hint
 from improv_core.ide.moments import MOST_PERFORMED, SoFar
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
+from improv_core.score.algebra import Series, Use
 from improv_core.score.lengths import lengths
-from improv_core.score.movement import ENDLESS, Exact, Movement, Series, Use, near
+from improv_core.score.movement import ENDLESS, Exact, Movement, near
 from improv_core.score.performance import SenseEdge, performed
 from improv_core.score.scenes import scene_begins
 

@@ -10,8 +10,7 @@ from improv_core.program.analysis import Analysis
 from improv_core.score.movement import Exact, Movement, near
 from improv_core.score.performance import SenseEdge, performed
 from improv_core.score.scenes import performance, scene_begins
-from improv_core.score.walk import Moment as Walked
-from improv_core.score.walk import walk
+from improv_core.score.walk import Moment, walk
 from improv_core.text import Span
 
 MOST_MOMENTS = 4_000
@@ -23,7 +22,7 @@ MOST_PERFORMED = 10_000
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class LitWords:
     """From beat `start` to beat `end`, the words at these spans play."""
 
     start: float
@@ -35,7 +34,7 @@ class Moment:
 class Stretch:
     """What one robot plays up to beat `until` (None: to the end)."""
 
-    moments: tuple[Moment, ...]
+    moments: tuple[LitWords, ...]
     until: float | None
 
 
@@ -69,7 +68,7 @@ def playing(played: Analysis, now: Analysis, start: float = 0.0, so_far: SoFar =
     begins = scene_begins(scenes.values(), near(so_far.since), list(entered.values()))
     stretches = {}
     for robot, movements in scenes.items():
-        moments: list[Moment] = []
+        moments: list[LitWords] = []
         words, until = 0, None
         edges = [edge for edge in so_far.edges if edge.robot == robot]
         for moment in _moments(movements, begins, entered[robot], begin, edges):
@@ -82,14 +81,14 @@ def playing(played: Analysis, now: Analysis, start: float = 0.0, so_far: SoFar =
                 for source in moment.sources
                 if source.statement in offsets
             )
-            moments.append(Moment(float(moment.start), float(moment.start + moment.duration), spans))
+            moments.append(LitWords(float(moment.start), float(moment.start + moment.duration), spans))
         stretches[robot] = Stretch(tuple(moments), until)
     return stretches
 
 
 def _moments(
     scenes: Sequence[Movement], begins: Sequence[Exact], began: Exact, begin: Exact, edges: Sequence[SenseEdge]
-) -> Iterator[Walked]:
+) -> Iterator[Moment]:
     """What a robot performs from a beat on: of a scene that senses decide, only that scene."""
     if scenes and scenes[0].open:
         for moment in islice(performed(scenes[0], began, edges), MOST_PERFORMED):

@@ -8,7 +8,7 @@ from itertools import chain, count
 
 from improv_core.diagnostics import Severity
 from improv_core.ide.cursor import touching
-from improv_core.ide.piece import Piece, is_broken, piece_at
+from improv_core.ide.fragment import Fragment, fragment_at, is_broken
 from improv_core.ide.references import lines_playing
 from improv_core.program.analysis import Analysis
 from improv_core.program.feasibility import check_casting
@@ -16,9 +16,10 @@ from improv_core.program.program import Line, Placed
 from improv_core.program.reader import Reader
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import unsupported
+from improv_core.score.algebra import series
 from improv_core.score.dice import throwing
-from improv_core.score.excerpt import Place, place_of
-from improv_core.score.movement import Movement, series
+from improv_core.score.excerpt import StreamPosition, position_of
+from improv_core.score.movement import Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
 from improv_core.text import Span
@@ -131,21 +132,21 @@ def _danced(analysis: Analysis, placed: Placed, part: Span | None, ghost: str) -
         if not _sign(placed) and not part and body:  # as it stands there, so that its words light up
             return Line([(ghost, analysis.reader(placed.index).movement_made(body))], own_id)
         return _able(analysis, placed, Line([(robot, written) for robot in robots], _NOWHERE), playing)
-    piece = piece_at(analysis, part) if part else None
+    fragment = fragment_at(analysis, part) if part else None
     using = uses(analysis, placed.index)
     if using is None:
         raise UnplayableError(f"nothing below uses `{_head(placed)}`: write a line that gives it its arguments")
-    if part and not piece:
+    if part and not fragment:
         raise UnplayableError(f"there is nothing to play in this selection: {_PLAYS_NOTHING}")
-    _require_no_errors(analysis, [placed.index, *using], piece)
-    voices = len(robots) if placed.statement.has_canon else 1
-    found = [_movement(analysis, [placed.index, *using], piece, robot) for robot in range(voices)]
+    _require_no_errors(analysis, [placed.index, *using], fragment)
+    voices = len(robots) if placed.statement.by_robot else 1
+    found = [_movement(analysis, [placed.index, *using], fragment, robot) for robot in range(voices)]
     parts = list(zip(robots, found * (len(robots) // voices), strict=True))
     return _able(analysis, placed, Line(parts, own_id), playing)
 
 
-def _movement(analysis: Analysis, using: Sequence[int], piece: Piece | None, robot: int) -> Movement:
-    """A statement or a piece of it, with the arguments and the throws of the dice that it has in the whole program.
+def _movement(analysis: Analysis, using: Sequence[int], fragment: Fragment | None, robot: int) -> Movement:
+    """A statement or a fragment of it, with the arguments and the throws of the dice that it has in the whole program.
 
     `using` has the statement, then those that give it its arguments.
     """
@@ -154,15 +155,15 @@ def _movement(analysis: Analysis, using: Sequence[int], piece: Piece | None, rob
     whole = _read(reader, body)
     for index in reversed(phrases):
         reader, body = _expanded(reader, body, analysis.meanings[index].body)
-    items = [_read(reader, node) for node in (piece.nodes if piece else (body,)) if node]
+    items = [_read(reader, node) for node in (fragment.nodes if fragment else (body,)) if node]
     inner = series(items)
     line = next((analysis.played.get(host) for host in lines_playing(analysis, top)), None)
     if not inner.dice or not line:
         return inner
-    definition, place = analysis.meanings[top].definition, Place(throw=line.throw)
+    definition, place = analysis.meanings[top].definition, StreamPosition(throw=line.throw)
     if definition:
-        place = place_of(definition.movement, line.parts[0][1], place) or place
-    place = place_of(items[0], whole, place) or place
+        place = position_of(definition.movement, line.parts[0][1], place) or place
+    place = position_of(items[0], whole, place) or place
     return throwing(inner, place.throw, place.stream)
 
 
@@ -208,28 +209,30 @@ def _able(analysis: Analysis, placed: Placed, line: Line, playing: int | None) -
     return line
 
 
-def _require_no_errors(analysis: Analysis, indices: Sequence[int], piece: Piece | None = None) -> None:
+def _require_no_errors(analysis: Analysis, indices: Sequence[int], fragment: Fragment | None = None) -> None:
     """Raise UnplayableError if statements have errors, or the definitions that they use, or the tempo.
 
-    Of the first statement, only the `piece` counts, if there is one.
+    Of the first statement, only the `fragment` counts, if there is one.
     """
-    needed = _needed(analysis, indices, piece)
+    needed = _needed(analysis, indices, fragment)
     for index in sorted(needed):
         for problem in analysis.diagnostics_of(index):
-            counts = not piece or index != indices[0] or (piece.span.start <= problem.span.start < piece.span.end)
+            counts = (
+                not fragment or index != indices[0] or (fragment.span.start <= problem.span.start < fragment.span.end)
+            )
             if counts and problem.severity is Severity.ERROR:
                 raise UnplayableError(f"{_lines(analysis, [analysis.placed(index)])}: {problem.message}")
 
 
-def _needed(analysis: Analysis, indices: Sequence[int], piece: Piece | None) -> set[int]:
+def _needed(analysis: Analysis, indices: Sequence[int], fragment: Fragment | None) -> set[int]:
     """These statements, the definitions that they use, and the tempo."""
     reached = {*indices, *analysis.tempos[:1]}
     waiting = list(reached)
     while waiting:
         index = waiting.pop()
         names = analysis.statements[index].uses
-        if piece and index == indices[0]:
-            names = tuple(name.text for node in piece.nodes for name in nodes.names(node))
+        if fragment and index == indices[0]:
+            names = tuple(name.text for node in fragment.nodes for name in nodes.names(node))
         definers = {analysis.bindings.definer(name, index) for name in names}
         found = {definer for definer in definers if definer is not None} - reached
         reached |= found

@@ -10,23 +10,24 @@ from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.lexer import NAME, NUMBER
 from improv_core.syntax.parser import parse_statement
-from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, Kind, of_kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, of_kind
+from improv_core.syntax.words import Kind
 
 _COMMENT = re.compile(r"#[^\r\n]*")
 _WORD = re.compile(rf"({_COMMENT.pattern})|({NAME})|({NUMBER})|\|\||-{{3,}}|[=$*/]")
 
 
 Colored: TypeAlias = tuple[int, int, int, int]
-"""The start and end of a word, counted from the start of its piece, and its type and modifiers (one bit each), numbered
-as in the legend."""
+"""The start and end of a word, counted from the start of its fragment, and its type and modifiers (one bit each),
+numbered as in the legend."""
 
-Piece: TypeAlias = tuple[int, str, tuple[str, ...], tuple[str, ...]]
+Fragment: TypeAlias = tuple[int, str, tuple[str, ...], tuple[str, ...]]
 """The offset and the text of a statement or a comment line, and the undefined names in it, and the unknown robots and
 senses, which get no color."""
 
 
-def pieces(analysis: Analysis, first: int = 0, last: int | None = None) -> Iterator[Piece]:
-    """The pieces of a program that touch the text between two offsets, in order."""
+def fragments(analysis: Analysis, first: int = 0, last: int | None = None) -> Iterator[Fragment]:
+    """The fragments of a program that touch the text between two offsets, in order."""
     text, place = analysis.text, 0
     stop = len(text) if last is None else last
     suspects = analysis.faulty.union(analysis.infeasible)  # in all others, all names and robots are known
@@ -35,15 +36,15 @@ def pieces(analysis: Analysis, first: int = 0, last: int | None = None) -> Itera
             yield from _comment_lines(text, place, start, first, stop)
         if start > stop:
             return
-        piece = analysis.statements[index].text
-        place = start + len(piece)
+        fragment = analysis.statements[index].text
+        place = start + len(fragment)
         if place >= first:
-            yield start, piece, *(_unknown(analysis, index) if index in suspects else ((), ()))
+            yield start, fragment, *(_unknown(analysis, index) if index in suspects else ((), ()))
     yield from _comment_lines(text, place, len(text), first, stop)
 
 
 def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> list[Colored]:
-    """The colored words of a piece, in order. They depend only on the arguments, so they can be cached.
+    """The colored words of a fragment, in order. They depend only on the arguments, so they can be cached.
 
     Does not use the lexer: a document may have thousands of words when it is opened, and only colors are needed.
     """
@@ -88,7 +89,7 @@ def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str
     return names, tuple(statement.text[span.start : span.end] for span in said)
 
 
-def _comment_lines(text: str, start: int, end: int, first: int, last: int) -> Iterator[Piece]:
+def _comment_lines(text: str, start: int, end: int, first: int, last: int) -> Iterator[Fragment]:
     for comment in _COMMENT.finditer(text, start, end):
         if comment.start() <= last and comment.end() >= first:
             yield comment.start(), comment.group(), (), ()

@@ -4,24 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from improv_core.ide.cursor import Before, before
+from improv_core.ide.cursor import BeforeCursor, before
 from improv_core.ide.phrases import comment, label, movements
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.lexer import Token
-from improv_core.syntax.vocabulary import WORDS, Kind
+from improv_core.syntax.vocabulary import WORDS
 from improv_core.text import Span
-
-_ARGUMENTS = {
-    Kind.REPEAT: ("n",),
-    Kind.REFLECT: ("PLANE",),
-    Kind.FACTOR: ("k",),
-    Kind.PLAIN: (),
-    Kind.RAMP: ("a", "b"),
-    Kind.GUARD: ("sense",),
-    Kind.IF: ("sense",),
-}
-_OWN = {"fit": ("beats",), "canon": ("beats",), "chance": ("p",), "seed": ("n",)}
-_TRANSFORMERS = {kind.value for kind in _ARGUMENTS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +49,7 @@ def signature(analysis: Analysis, offset: int) -> Signature | None:
     return Signature(use.label, use.about, use.parameters, active)
 
 
-def _open(analysis: Analysis, found: Before) -> _Use | None:
+def _open(analysis: Analysis, found: BeforeCursor) -> _Use | None:
     """The innermost use that lacks an argument at the cursor."""
     levels: list[list[_Use]] = [[]]  # one for each open bracket: the uses that wait for arguments, outermost first
     last: Token | None = None
@@ -111,17 +99,16 @@ def _take_movement(waiting: list[_Use]) -> None:
         waiting.pop()
 
 
-def _use(analysis: Analysis, found: Before, token: Token) -> _Use | None:
+def _use(analysis: Analysis, found: BeforeCursor, token: Token) -> _Use | None:
     """The use that starts with a token, if it takes arguments."""
-    if token.type in _TRANSFORMERS:
-        word = WORDS[token.text]
-        names = _OWN.get(word.text, _ARGUMENTS[word.kind])
+    word = WORDS.get(token.text)
+    if word and word.make:
         text, spans = word.text, []
-        for name in (*names, "movement", *(("else", "movement") if word.kind is Kind.IF else ())):
-            if name != "else":
+        for name in (*(each.name for each in word.arguments), *word.operands):
+            if name not in WORDS:
                 spans.append(Span(len(text) + 1, len(text) + 1 + len(name)))
             text = f"{text} {name}"
-        return _Use(token, text, word.about, tuple(spans), len(names))
+        return _Use(token, text, word.about, tuple(spans), len(word.arguments))
     if token.type != "NAME" or any(each.name == token.text for each in found.parameters):
         return None
     definer = analysis.bindings.definer(token.text, found.statement)

@@ -3,32 +3,36 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
-from heapq import heapify, heappop, heappush, nsmallest
+from heapq import heappop, heappush, nsmallest
 from itertools import count
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.program.bindings import Bindings, bind
-from improv_core.program.diagnosis import diagnose, diagnose_statement, find_scene_hints
+from improv_core.program.diagnosis import diagnose, diagnose_statement
 from improv_core.program.feasibility import check_casting
-from improv_core.program.meaning import Meaning, movement_of, reader_of, understand
-from improv_core.program.program import Placed, Program, is_uneven, tempo_of
+from improv_core.program.idle import Idle, find_idle
+from improv_core.program.meaning import Meaning, movement_of, not_understood, reader_of, understand
+from improv_core.program.program import Placed, Program, is_endless, is_uneven
 from improv_core.program.reader import Definition, Reader, Scope
 from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
 from improv_core.score.movement import Movement
+from improv_core.slices import checkpoint
 from improv_core.syntax.nodes import Node, Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.statements import split
-from improv_core.text import LineIndex, Span
+from improv_core.text import LineIndex, Span, difference
 
 NO_ROBOTS = Robots()
 LONGEST_PROGRAM = 10_000_000
 """Characters of a program that is analyzed."""
+MOST_PARSED = 5_000
+"""Characters of the statements that an edit touches which are parsed before the next key can be read: about 10 ms."""
 _TOO_LONG = Diagnostic("syntax", Span(0, 0), f"split this program: it has more than {LONGEST_PROGRAM:,} characters")
 
 _new_ids = count()  # every statement of every document gets its own and keeps it when it moves
@@ -36,7 +40,13 @@ _new_ids = count()  # every statement of every document gets its own and keeps i
 
 @dataclass(frozen=True)
 class Analysis(Program):
-    """One version of a document, with its errors. Made by `analyze`, or by `edited` from the previous version."""
+    """One version of a document, with its errors. Made by `analyze`, or by `edited` from the previous version.
+
+    If it has an `earlier` version, its own text hasn't been read yet: it has no statements, and `settled` makes them
+    from those of the earlier version.
+    """
+
+    earlier: Analysis | None = None
 
     @property
     def ok(self) -> bool:
@@ -46,15 +56,15 @@ class Analysis(Program):
     @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All diagnostics of the program, in the order of the text."""
-        return (_TOO_LONG,) if len(self.text) > LONGEST_PROGRAM else diagnose(self, self._scene_hints)
+        return (_TOO_LONG,) if len(self.text) > LONGEST_PROGRAM else diagnose(self, self._idle)
 
     def diagnostics_of(self, index: int) -> Iterator[Diagnostic]:
         """The diagnostics of one statement. Spans count from its start."""
-        return diagnose_statement(self, index, self._scene_hints)
+        return diagnose_statement(self, index, self._idle)
 
     @cached_property
-    def _scene_hints(self) -> Mapping[int, Diagnostic]:
-        return find_scene_hints(self)
+    def _idle(self) -> Mapping[int, Idle]:
+        return find_idle(self)
 
     def movement(self, placed: Placed, node: Node) -> Movement:
         """The movement of a node of a statement, as its first robot plays it."""
@@ -64,31 +74,50 @@ class Analysis(Program):
         """A reader that has read the movement of a statement, as one of its robots plays it."""
         return reader_of(self.meanings[index], self._scope(index), self.statement_ids[index], robot)
 
-    def edited(self, start: int, end: int, text: str, at_once: int | None = None) -> Analysis:
-        """The analysis after `text` has replaced the text from `start` to `end`. Costs what the edit touches.
+    def edited(self, start: int, end: int, text: str) -> Analysis:
+        """The analysis after `text` has replaced the text from `start` to `end`. Costs what the edit touches."""
+        return self.touched(start, end, text).settled()
 
-        If more than `at_once` other statements depend on the edit, the rest of them wait for `settled`.
+    def touched(self, start: int, end: int, text: str) -> Analysis:
+        """The same, but all that the edit touches waits for `settled`.
+
+        If it touches more than a few statements, all statements do: they aren't even parsed.
         """
         lines = self.lines.edited(start, end, text)
-        if max(len(self.text), len(lines.text)) > LONGEST_PROGRAM:
-            return analyze(lines.text, self.cast)
-        growth = len(text) - (end - start)
+        if self.earlier:
+            return _unread(lines, self.earlier)
+        return self._touched(lines, start, end, MOST_PARSED) or _unread(lines, self)
+
+    def _touched(self, lines: LineIndex, start: int, end: int, most: float) -> Analysis | None:
+        """The analysis of these lines, in which the text from `start` to `end` was replaced: what that touches waits.
+
+        None if more than `most` characters must be parsed.
+        """
+        if len(lines.text) > LONGEST_PROGRAM:
+            return _begun(lines, self.cast) if most == math.inf else None
+        growth = len(lines.text) - len(self.text)
+        replaced = end + growth
         # The statement before the first one touched may lack a bracket and continue into the new text.
         first = max(bisect_right(self.offsets, start) - 2, 0)
         begin = lines.start(lines.position(self.offsets[first]).line) if self.offsets[first:] else 0
         after, offsets, pieces = len(self.offsets), [], []
+        length = 0
         for offset, piece in split(lines.text, begin if first else 0):
             # If a statement after the edit starts where one started before, nothing changes from there on.
-            if offset >= start + len(text):
+            if offset >= replaced:
                 known = bisect_left(self.offsets, offset - growth)
                 if offset - growth > end and known < after and self.offsets[known] == offset - growth:
                     after = known
                     break
+            length += len(piece)
+            if length > most:
+                return None
             offsets.append(offset)
             pieces.append(piece)
+            checkpoint()
         rest = [offset + growth for offset in self.offsets[after:]] if growth else self.offsets[after:]
         all_offsets = [*self.offsets[:first], *offsets, *rest]
-        statements = [parse_statement(piece) for piece in pieces]
+        statements = _parsed(pieces)
         while statements and first < after and statements[0] is self.statements[first]:
             del statements[0]
             first += 1
@@ -96,35 +125,70 @@ class Analysis(Program):
             del statements[-1]
             after -= 1
         if len(statements) == after - first:
-            return _with_others(self, lines, all_offsets, first, statements).settled(at_once)
+            return _with_others(self, lines, all_offsets, first, statements)
         # Statements came or went. All indices change, but unchanged statements keep their meanings.
         return _assembled(
             lines,
             all_offsets,
             [*self.statements[:first], *statements, *self.statements[after:]],
             [*self.statement_ids[:first], *(next(_new_ids) for _ in statements), *self.statement_ids[after:]],
-            self.cast,
             self,
         )
 
-    def settled(self, most: int | None = None, until: int | None = None) -> Analysis:
-        """The analysis in which statements that wait are understood: up to `most` of them, up to the offset `until`.
+    @property
+    def is_settled(self) -> bool:
+        """Whether nothing waits for `settled`."""
+        return not (self.waiting or self.earlier or self._untold)
+
+    def is_settled_to(self, offset: int) -> bool:
+        """Whether no statement waits that begins before an offset."""
+        return not self.earlier and (not self.waiting or self.offsets[self.waiting[0]] > offset)
+
+    def settled(self, enough: Callable[[], bool] | None = None, until: int | None = None) -> Analysis:
+        """The analysis in which statements that wait are up to date: all, those up to the offset `until`, or one or
+        more until it is `enough`; then, an unread text is only read first.
 
         They are taken in the order of the text, so that those near an edit come first.
         """
+        if self.earlier:
+            start, end, _ = difference(self.earlier.text, self.text)
+            read = self.earlier._touched(self.lines, start, end, math.inf)
+            assert read
+            return read if enough else read.settled(until=until)  # who wants pieces gets this one first
         last = len(self.offsets) if until is None else bisect_right(self.offsets, until) - 1
-        if not self.waiting or self.waiting[0] > last:
+        if (not self.waiting or self.waiting[0] > last) and not self._untold:
             return self
-        meanings, waiting = list(self.meanings), list(self.waiting)
+        meanings, waiting, infeasible = list(self.meanings), list(self.waiting), dict(self.infeasible)
         again: list[int] = []
-        while waiting and waiting[0] <= last and (most is None or len(again) < most):
+        while waiting and waiting[0] <= last and not (again and enough and enough()):
             index = heappop(waiting)
+            if again and again[-1] == index:
+                continue
+            checkpoint()
+            again.append(index)
             scope = _scope(self.statements[index], index, self.bindings, meanings)
-            if meanings[index].scope != tuple(scope.values()):
+            if not meanings[index].is_known or meanings[index].scope != tuple(scope.values()):
                 for user in self._understand(index, scope, meanings):
                     heappush(waiting, user)
-                again.append(index)
-        return self._with_meanings(meanings, again, waiting, self.tempo)
+            if problems := self._problems(index, meanings[index], brief=len(infeasible) >= MOST_SHOWN):
+                infeasible[index] = problems
+            else:
+                infeasible.pop(index, None)
+        for index in _untold(infeasible):
+            infeasible[index] = self._problems(index, meanings[index], brief=False)
+        return dataclasses.replace(
+            self,
+            meanings=meanings,
+            faulty=self.faulty.difference(again).union(index for index in again if _is_faulty(meanings[index])),
+            uneven=self.uneven.difference(again).union(index for index in again if is_uneven(meanings[index])),
+            endless=self.endless.difference(again).union(index for index in again if is_endless(meanings[index])),
+            infeasible=infeasible,
+            waiting=waiting,
+        )
+
+    @cached_property
+    def _untold(self) -> Sequence[int]:
+        return _untold(self.infeasible)
 
     def _understand(self, index: int, scope: Scope, meanings: list[Meaning]) -> Iterator[int]:
         """Put what a statement means now into `meanings`. Yields the statements that use what it defines or defined."""
@@ -133,26 +197,28 @@ class Analysis(Program):
         for name in {each.name for each in (before.definition, now.definition) if each}:
             yield from self.bindings.users(name, index)
 
-    def _with_meanings(
-        self, meanings: Sequence[Meaning], again: Sequence[int], waiting: Sequence[int], tempo_before: Fraction
-    ) -> Analysis:
-        """The analysis with other meanings of the statements `again`."""
-        tempo = tempo_of(self.tempos, meanings)
-        known, doubtful = (self.infeasible, again) if tempo == tempo_before else ({}, range(len(meanings)))
-        return dataclasses.replace(
-            self,
-            meanings=meanings,
-            faulty=self.faulty.difference(again).union(index for index in again if _is_faulty(meanings[index])),
-            uneven=self.uneven.difference(again).union(index for index in again if is_uneven(meanings[index])),
-            infeasible=_infeasible(meanings, self.statements, self.cast, tempo, known, doubtful),
-            waiting=waiting,
-        )
+    def _problems(self, index: int, meaning: Meaning, brief: bool) -> tuple[Diagnostic, ...]:
+        """What the robots of a statement can't do. Only the first `MOST_SHOWN` are sure to have messages and fixes."""
+        statement = self.statements[index]
+        problems = check_casting(statement, meaning, self.cast, self.tempo, brief) if meaning.robots else ()
+        if statement.has_senses or meaning.is_open:
+            problems = (*problems, *check_senses(statement, meaning, self.cast))
+        return problems
 
     def with_robots(self, robots: Robots) -> Analysis:
         """The same program for other robots."""
-        return dataclasses.replace(
-            self, cast=robots, infeasible=_infeasible(self.meanings, self.statements, robots, self.tempo)
-        )
+        return self.given(robots).settled()
+
+    def given(self, robots: Robots) -> Analysis:
+        """The same, but all that robots play waits for `settled`."""
+        earlier = self.earlier and self.earlier.given(robots)
+        return dataclasses.replace(self, cast=robots, earlier=earlier)._doubted()
+
+    def _doubted(self) -> Analysis:
+        """The analysis in which all that robots play waits to be checked again."""
+        pairs = enumerate(zip(self.statements, self.meanings, strict=True))
+        playing = (index for index, (statement, meaning) in pairs if meaning.robots or statement.has_senses)
+        return dataclasses.replace(self, waiting=sorted({*self.waiting, *playing}))
 
     def _scope(self, index: int) -> Scope:
         return _scope(self.statements[index], index, self.bindings, self.meanings)
@@ -160,11 +226,30 @@ class Analysis(Program):
 
 def analyze(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
     """Analyze a whole program for these robots; nothing of one that is too long. Never raises."""
-    offsets, statements = [], []
-    for offset, piece in split(text) if len(text) <= LONGEST_PROGRAM else ():
-        offsets.append(offset)
-        statements.append(parse_statement(piece))
-    return _assembled(LineIndex(text), offsets, statements, [next(_new_ids) for _ in statements], robots)
+    return unread(text, robots).settled()
+
+
+def unread(text: str, robots: Robots = NO_ROBOTS) -> Analysis:
+    """The analysis of a whole program in which everything waits for `settled`."""
+    return _unread(LineIndex(text), _begun(LineIndex(""), robots))
+
+
+def _unread(lines: LineIndex, earlier: Analysis) -> Analysis:
+    """The analysis of a text of which no statement has been parsed yet."""
+    return dataclasses.replace(_begun(lines, earlier.cast), earlier=earlier)
+
+
+def _begun(lines: LineIndex, cast: Robots) -> Analysis:
+    """The analysis of a text without its statements."""
+    return Analysis(lines, (), (), (), (), bind(()), (), (), frozenset(), frozenset(), frozenset(), cast, {})
+
+
+def _parsed(pieces: Iterable[str]) -> list[Statement]:
+    found = []
+    for piece in pieces:
+        checkpoint()
+        found.append(parse_statement(piece))
+    return found
 
 
 def _assembled(
@@ -172,53 +257,59 @@ def _assembled(
     offsets: Sequence[int],
     statements: Sequence[Statement],
     statement_ids: Sequence[int],
-    cast: Robots,
-    old: Analysis | None = None,
+    old: Analysis,
 ) -> Analysis:
-    """The analysis of these statements. Meanings from `old` are kept if their scope is the same."""
-    known = dict(zip(old.statement_ids, old.meanings, strict=True)) if old else {}
+    """The analysis of these statements. They keep their meanings from `old`; those whose scope differs wait."""
+    known = dict(zip(old.statement_ids, old.meanings, strict=True))
+    waited = {old.statement_ids[index] for index in old.waiting}
     current: dict[str, Definition] = {}
     meanings: list[Meaning] = []
-    for statement, statement_id in zip(statements, statement_ids, strict=True):
+    waiting: list[int] = []
+    for index, (statement, statement_id) in enumerate(zip(statements, statement_ids, strict=True)):
         scope = {name: current.get(name) for name in statement.uses}
         meaning = known.get(statement_id)
-        if meaning is None or meaning.scope != tuple(scope.values()):
-            meaning = understand(statement, statement_id, scope)
+        if meaning is None:
+            checkpoint()
+            meaning = not_understood(statement, statement_id, scope)
+        if not meaning.is_known or meaning.scope != tuple(scope.values()) or statement_id in waited:
+            waiting.append(index)
         meanings.append(meaning)
         if meaning.definition:
             current[meaning.definition.name] = meaning.definition
-    tempos = _signed("BEAT", statements)
-    tempo = tempo_of(tempos, meanings)
-    infeasible: dict[int, tuple[Diagnostic, ...]] = {}
-    changed: Iterable[int] = range(len(statements))
-    if old and old.tempo == tempo:
-        found = {old.statement_ids[index]: diagnostics for index, diagnostics in old.infeasible.items()}
-        infeasible = {index: found[each] for index, each in enumerate(statement_ids) if each in found}
-        changed = (index for index, each in enumerate(statement_ids) if known.get(each) is not meanings[index])
-    return Analysis(
+    found = {old.statement_ids[index]: diagnostics for index, diagnostics in old.infeasible.items()}
+    assembled = Analysis(
         lines=lines,
         offsets=offsets,
         statements=statements,
         statement_ids=statement_ids,
         meanings=meanings,
         bindings=bind(statements),
-        tempos=tempos,
+        tempos=_signed("BEAT", statements),
         scenes=_signed("SCENE", statements),
         faulty=frozenset(index for index, meaning in enumerate(meanings) if _is_faulty(meaning)),
         uneven=frozenset(index for index, meaning in enumerate(meanings) if is_uneven(meaning)),
-        cast=cast,
-        infeasible=_infeasible(meanings, statements, cast, tempo, infeasible, changed),
+        endless=frozenset(index for index, meaning in enumerate(meanings) if is_endless(meaning)),
+        cast=old.cast,
+        infeasible={index: found[each] for index, each in enumerate(statement_ids) if each in found},
+        waiting=waiting,
     )
+    return assembled if assembled.tempo == old.tempo else assembled._doubted()
 
 
 def _with_others(
     old: Analysis, lines: LineIndex, offsets: Sequence[int], first: int, others: Sequence[Statement]
 ) -> Analysis:
-    """The analysis with these statements replaced from `first` on. Indices stay, and what depends on them waits."""
+    """The analysis with these statements replaced from `first` on, which wait. Indices stay."""
     changed = dict(enumerate(others, first))
-    statements, statement_ids = list(old.statements), list(old.statement_ids)
+    statements, statement_ids, meanings = list(old.statements), list(old.statement_ids), list(old.meanings)
     statements[first : first + len(others)] = others
     statement_ids[first : first + len(others)] = [next(_new_ids) for _ in others]
+    bindings = old.bindings.edited({index: old.statements[index] for index in changed}, changed)
+    for index, statement in changed.items():
+        scope = _scope(statement, index, bindings, meanings)
+        # Until it is understood, it defines what it defined before, so that nothing below it changes twice.
+        definition = meanings[index].definition
+        meanings[index] = not_understood(statement, statement_ids[index], scope, definition)
     signs = {_sign(each) for index, statement in changed.items() for each in (statement, old.statements[index])}
     replaced = dataclasses.replace(
         old,
@@ -226,48 +317,22 @@ def _with_others(
         offsets=offsets,
         statements=statements,
         statement_ids=statement_ids,
-        bindings=old.bindings.edited({index: old.statements[index] for index in changed}, changed),
+        meanings=meanings,
+        bindings=bindings,
         tempos=_signed("BEAT", statements) if "BEAT" in signs else old.tempos,
         scenes=_signed("SCENE", statements) if "SCENE" in signs else old.scenes,
+        faulty=old.faulty.difference(changed).union(index for index in changed if _is_faulty(meanings[index])),
+        uneven=old.uneven.difference(changed),
+        infeasible={index: each for index, each in old.infeasible.items() if index not in changed},
+        waiting=sorted({*old.waiting, *changed}),
     )
-    meanings, waiting = list(old.meanings), [*old.waiting]
-    for index, statement in changed.items():
-        scope = _scope(statement, index, replaced.bindings, meanings)
-        waiting += replaced._understand(index, scope, meanings)
-    heapify(waiting)
-    return replaced._with_meanings(meanings, [*changed], waiting, old.tempo)
+    return replaced if replaced.tempo == old.tempo else replaced._doubted()
 
 
-def _infeasible(
-    meanings: Sequence[Meaning],
-    statements: Sequence[Statement],
-    cast: Robots,
-    tempo: Fraction,
-    known: Mapping[int, tuple[Diagnostic, ...]] | None = None,
-    doubtful: Iterable[int] | None = None,
-) -> Mapping[int, tuple[Diagnostic, ...]]:
-    """What robots can't do, by statement: `known`, with the `doubtful` statements (default: all) checked again.
-
-    Only the first `MOST_SHOWN` are sure to have messages and fixes.
-    """
-    found = dict(known or {})
-
-    def check(index: int, brief: bool) -> tuple[Diagnostic, ...]:
-        statement, meaning = statements[index], meanings[index]
-        problems = check_casting(statement, meaning, cast, tempo, brief) if meaning.robots else ()
-        if statement.has_senses or meaning.is_open:
-            problems = (*problems, *check_senses(statement, meaning, cast))
-        return problems
-
-    for index in range(len(statements)) if doubtful is None else doubtful:
-        if problems := check(index, brief=len(found) >= MOST_SHOWN):
-            found[index] = problems
-        else:
-            found.pop(index, None)
-    for index in nsmallest(MOST_SHOWN, found):
-        if not all(each.message for each in found[index]):
-            found[index] = check(index, brief=False)
-    return found
+def _untold(infeasible: Mapping[int, Sequence[Diagnostic]]) -> Sequence[int]:
+    """The statements that are to be shown, but have diagnostics without messages."""
+    shown = nsmallest(MOST_SHOWN, infeasible)
+    return [index for index in shown if not all(each.message for each in infeasible[index])]
 
 
 def _scope(statement: Statement, index: int, bindings: Bindings, meanings: Sequence[Meaning]) -> Scope:

@@ -9,8 +9,10 @@ from difflib import get_close_matches
 from functools import cache
 from itertools import islice
 
+from improv_core.slices import checkpoint
 from improv_core.syntax.nodes import Statement
-from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
+from improv_core.syntax.words import Kind
 
 _MOVEMENTS = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
 MOST_NAMES, MOST_COMPARED = 2_000, 20
@@ -22,7 +24,7 @@ _Table = Mapping[str, Sequence[int]]
 class Bindings:
     """The statements that define and use each name, and the definitions that nothing uses.
 
-    `nearest` returns the known word that is most similar to an unknown one, if there is one.
+    `nearest` returns the known word that is most similar to another one, if there is one: a defined name itself.
     """
 
     defined: _Table
@@ -67,8 +69,11 @@ def bind(statements: Iterable[Statement]) -> Bindings:
             used.setdefault(name, []).append(index)
         if statement.defines:
             defined.setdefault(statement.defines, []).append(index)
-    unused = frozenset(index for name in defined for index in _unused(name, defined, used))
-    return Bindings(defined, used, unused, _nearest(defined))
+    unused: set[int] = set()
+    for name in defined:
+        checkpoint()
+        unused.update(_unused(name, defined, used))
+    return Bindings(defined, used, frozenset(unused), _nearest(defined))
 
 
 def _names(statement: Statement) -> tuple[str | None, tuple[str, ...]]:
@@ -108,6 +113,8 @@ def _unused(name: str, defined: _Table, used: _Table) -> Iterator[int]:
 def _nearest(names: Collection[str]) -> Callable[[str], str | None]:
     @cache
     def nearest(name: str) -> str | None:
+        if name in names:
+            return name
         # Fully comparing thousands of names, for hundreds of unknown ones, would be noticeable at every keystroke.
         letters = set(name)
         alike = (each for each in islice(names, MOST_NAMES) if len(letters.symmetric_difference(each)) < 4)

@@ -13,13 +13,14 @@ from improv_core.robots.config import Robots
 from improv_core.robots.limits import excess
 from improv_core.robots.start_poses import start_poses
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity, brief
-from improv_core.score.performance import Sensing, perform
+from improv_core.score.performance import SenseSpan, perform
 from improv_core.score.profiles import Profile
 from improv_core.score.reactions import senses_read
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.senses import Senses
 from improv_core.score.smoothing import smoothed
 from improv_core.score.walk import Moment, walk
+from improv_core.slices import checkpoint
 
 MOST_SEGMENTS = 10_000
 LONGEST_TEXT = 200_000
@@ -36,6 +37,7 @@ def score_of(analysis: Analysis) -> Score:
     poses = start_poses(robots, cast.world.size, cast.formation)  # also of those that a selection leaves out
     parts, smooth = {}, _Smooth(analysis.tempo)
     for name in analysis.robots:
+        checkpoint()
         robot = robots[name]
         profile = replace(robot.profile, message=robot.message)
         scenes = analysis.parts[name]
@@ -79,7 +81,7 @@ def _senses(cast: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:
 
 
 def compiled(
-    analysis: Analysis, most_segments: int = MOST_SEGMENTS, script: Sequence[Sensing] = ()
+    analysis: Analysis, most_segments: int = MOST_SEGMENTS, script: Sequence[SenseSpan] = ()
 ) -> Mapping[str, Any]:
     """The program as JSON values: the tempo, and each robot's length and segments in seconds, m/s, and rad/s.
 
@@ -133,7 +135,7 @@ def _walked(part: Part, most: int) -> _Segments:
     return segments
 
 
-def _performed(score: Score, most: int, script: Sequence[Sensing]) -> Mapping[str, _Segments]:
+def _performed(score: Score, most: int, script: Sequence[SenseSpan]) -> Mapping[str, _Segments]:
     """What all robots do. One that still moves when there are too many moments has no known length."""
     found = {robot: _Segments(most, 0) for robot in score.parts}
     every = [part.scenes for part in score.parts.values()]

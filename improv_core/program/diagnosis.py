@@ -4,66 +4,46 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import islice, pairwise
+from itertools import islice
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.fixes import give_arguments, move_canon
+from improv_core.program.idle import Idle
 from improv_core.program.meaning import is_valid_robot
 from improv_core.program.program import MOST_SCENES, Program
-from improv_core.score import movement
-from improv_core.score.lengths import lengths
-from improv_core.score.movement import Movement
+from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
-from improv_core.syntax.lexer import Token
-from improv_core.syntax.slips import MEANT, is_like_a_robot, number_first
+from improv_core.syntax.lexer import Token, lex
+from improv_core.syntax.slips import MEANT, is_like_a_robot, number_first, without_sign
 from improv_core.text import Span
 
 
-def diagnose(program: Program, scene_hints: Mapping[int, Diagnostic]) -> tuple[Diagnostic, ...]:
+def diagnose(program: Program, idle: Mapping[int, Idle]) -> tuple[Diagnostic, ...]:
     """All diagnostics of a program, in the order of the text."""
     too_many = [*program.tempos[1:], *program.scenes[MOST_SCENES - 1 :]]
     serious = program.faulty.union(too_many, program.infeasible, program.too_uneven)
-    indices = [*sorted(serious), *sorted(program.bindings.unused.union(scene_hints) - serious)]
-    reported = ((index, each) for index in indices for each in diagnose_statement(program, index, scene_hints))
+    indices = [*sorted(serious), *sorted(program.bindings.unused.union(idle) - serious)]
+    reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle))
     found = [each.shifted(program.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
     if next_one := next(reported, None):
-        found.append(_more(program, indices[indices.index(next_one[0]) :]))
+        index, _ = next_one
+        found.append(_more(program, indices[indices.index(index) :], index not in serious))
     return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
 
 
-def find_scene_hints(program: Program) -> Mapping[int, Diagnostic]:
-    """Hints about scenes in which nothing plays, and about lines below a scene that never ends, by statement."""
-    if not program.scenes:
-        return {}
-    found: dict[int, Diagnostic] = {}
-    bounds = [-1, *program.scenes, len(program.statements)]
-    endless = 0  # the number of the first scene that never ends
-    for scene, (first, last) in enumerate(pairwise(bounds)):
-        playing = [index for index in range(first + 1, last) if program.meanings[index].robots]
-        if not playing and first < 0:
-            found[last] = _idle_scene(program, last, "no robot plays above this line: remove it")
-        elif not playing:
-            found[first] = _idle_scene(program, first, "no robot plays in this scene: remove this line")
-        for index in playing if endless else ():
-            whole = Span(0, len(program.statements[index].text))
-            message = f"scene {endless} above never ends, so this is never performed: give its `repeat` a number"
-            found[index] = Diagnostic("never-performed", whole, message)
-        if not endless and any(_never_ends(program.meanings[index].movement) for index in playing):
-            endless = scene + 1
-    return found
-
-
-def diagnose_statement(program: Program, index: int, scene_hints: Mapping[int, Diagnostic]) -> Iterator[Diagnostic]:
+def diagnose_statement(program: Program, index: int, idle: Mapping[int, Idle]) -> Iterator[Diagnostic]:
     """The diagnostics of one statement of a program. Spans count from its start."""
+    checkpoint()
     statement, meaning = program.statements[index], program.meanings[index]
     for each in meaning.diagnostics:
-        yield each if each.code != "misplaced-canon" else _misplaced(program, index, each)
+        yield _in_context(program, index, each)
     yield from program.infeasible.get(index, ())
-    if statement.sign and statement.sign.type == "SCENE" and index in program.scenes[MOST_SCENES - 1 :]:
+    is_scene = statement.sign is not None and statement.sign.type == "SCENE"
+    if is_scene and len(program.scenes) >= MOST_SCENES and index >= program.scenes[MOST_SCENES - 1]:
         message = f"this program has more than {MOST_SCENES} scenes: remove some"
         yield Diagnostic("too-large", Span(0, len(statement.text)), message)
-    if index in scene_hints:
-        yield scene_hints[index]
+    if index in idle:
+        yield _idle(program, index, idle[index])
     if index in program.bindings.unused:
         yield _unused(program, index)
     if statement.sign and statement.sign.type == "BEAT" and index != program.tempos[0]:
@@ -82,12 +62,25 @@ def diagnose_statement(program: Program, index: int, scene_hints: Mapping[int, D
         yield _misused(program, index, use)
 
 
-def _idle_scene(program: Program, index: int, message: str) -> Diagnostic:
+def _idle(program: Program, index: int, idle: Idle) -> Diagnostic:
+    statement = program.statements[index]
+    whole = Span(0, len(statement.text))
+    if idle.scene is not None:
+        message = f"scene {idle.scene} above never ends, so this is never performed: give its `repeat` a number"
+        return Diagnostic("never-performed", whole, message)
+    if idle.line is not None:
+        head = next(head for head in statement.heads if head.text == idle.robots[0])
+        is_all = len(idle.robots) == len(program.meanings[index].robots)
+        what = "this is never performed" if is_all else f"`{head.text}` never performs this"
+        message = f"line {_line(program, idle.line)} never ends, so {what}: give its `repeat` a number"
+        related = Related(_relative(program, program.placed(idle.line).span, index), "this never ends")
+        return Diagnostic("never-performed", whole if is_all else head.span, message, (), (related,))
+    where = "above this line: remove it" if idle.is_first else "in this scene: remove this line"
     fixes = replace("Remove it", _whole_line(program, index), "", safe=True)
-    return Diagnostic("no-effect", Span(0, len(program.statements[index].text)), message, fixes)
+    return Diagnostic("no-effect", whole, f"no robot plays {where}", fixes)
 
 
-def _more(program: Program, hidden: Sequence[int]) -> Diagnostic:
+def _more(program: Program, hidden: Sequence[int], only_hints: bool) -> Diagnostic:
     """What stands for the diagnostics of the statements that are not shown."""
     wrong = program.too_uneven.union(program.tempos[1:], program.scenes[MOST_SCENES - 1 :])
     has_errors = any(
@@ -96,8 +89,9 @@ def _more(program: Program, hidden: Sequence[int]) -> Diagnostic:
         or any(each.severity is Severity.ERROR for each in program.infeasible.get(index, ()))
         for index in hidden
     )
-    lines = "line is" if len(hidden) == 1 else "lines are"
-    message = f"fix what is marked first: {len(hidden):,} more {lines} wrong, and not marked yet"
+    kind = "hints" if only_hints else "problems"
+    lines = "line has" if len(hidden) == 1 else "lines have"
+    message = f"fix what is marked first: {len(hidden):,} more {lines} {kind} that aren't marked yet"
     return Diagnostic("more-errors" if has_errors else "more-hints", program.placed(hidden[0]).span, message)
 
 
@@ -148,6 +142,16 @@ def _misused(program: Program, index: int, node: nodes.Name | nodes.Call) -> Dia
     declared = _relative(program, Span(head.end, program.offsets[definer] + sign.start), index)
     fixes = give_arguments(node, found.phrase, declared)
     return Diagnostic("arguments", name.span, message, fixes, (related,))
+
+
+def _in_context(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
+    """A diagnostic of a statement, with what other statements add to it."""
+    statement = program.statements[index]
+    if problem.code == "misplaced-canon":
+        return _misplaced(program, index, problem)
+    if not statement.sign and statement.body and problem is statement.diagnostics[0]:
+        return without_sign(lex(statement.text), program.bindings.nearest, program.any_robot)
+    return problem
 
 
 def _misplaced(program: Program, index: int, problem: Diagnostic) -> Diagnostic:
@@ -232,7 +236,3 @@ def _counted(numbers: int, movements: int) -> str:
     kinds = ((numbers, "number"), (movements, "movement"))
     counts = [f"{count} {kind}{'' if count == 1 else 's'}" for count, kind in kinds if count]
     return " and ".join(counts)
-
-
-def _never_ends(played: Movement) -> bool:
-    return isinstance(played.duration, float) and (not played.open or lengths(played).shortest == movement.ENDLESS)

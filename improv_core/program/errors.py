@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from improv_core.score.motion import Pose
 
 
-class Error(NamedTuple):
+class Deviation(NamedTuple):
     """How far a robot is from where it ideally is, in meters, and how far it is turned, in radians."""
 
     distance: float
@@ -24,7 +24,7 @@ class Errors:
     """The largest and the last error of each robot in a performance."""
 
     def __init__(self) -> None:
-        self.robots: dict[str, tuple[Error, Error]] = {}
+        self.robots: dict[str, tuple[Deviation, Deviation]] = {}
         """The largest distance and turn, and the last error."""
 
     def take(self, message: Mapping[str, Any]) -> None:
@@ -32,7 +32,7 @@ class Errors:
         for robot, each in message["robots"].items():
             last = error(each["pose"], each["ideal"])
             largest, _ = self.robots.get(robot, (last, last))
-            self.robots[robot] = Error(*map(max, largest, last)), last
+            self.robots[robot] = Deviation(*map(max, largest, last)), last
 
     def as_json(self) -> dict[str, Any]:
         """JSON values, in meters and radians."""
@@ -47,6 +47,6 @@ class Errors:
             yield f"{robot} ended {last}; at most {largest}"
 
 
-def error(pose: Mapping[str, float], ideal: Mapping[str, float]) -> Error:
+def error(pose: Mapping[str, float], ideal: Mapping[str, float]) -> Deviation:
     """How far a pose is from another one."""
-    return Error(*Pose(**pose).apart(Pose(**ideal)))
+    return Deviation(*Pose(**pose).apart(Pose(**ideal)))

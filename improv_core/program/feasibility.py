@@ -18,8 +18,10 @@ from improv_core.score.ramps import FASTEST_EASE
 from improv_core.score.smoothing import smoothed
 from improv_core.score.suppositions import with_all_sides
 from improv_core.score.walk import Moment, walk
+from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Statement
+from improv_core.syntax.slips import is_between
 from improv_core.text import Span
 
 MOST_MOMENTS = 1_000
@@ -39,6 +41,12 @@ def check_casting(
     parts = dict(meaning.parts)
     for head in statement.heads:
         if head.text not in parts:
+            continue
+        if is_between(statement.heads, head) and head.text not in robots.robots:
+            code = "unknown-robot" if robots.robots else "robot-named-and"
+            fixes = replace("Remove and", Span(head.start, head.end + 1), "")
+            message = "this makes a robot called `and`: separate robots with spaces only"
+            found[code, head.span] = Diagnostic(code, head.span, message, fixes)
             continue
         if robots.robots and head.text not in robots.robots:
             found["unknown-robot", head.span] = (
@@ -92,6 +100,7 @@ def _too_much(
     for moment in islice(walk(with_all_sides(part)), MOST_MOMENTS):
         if not moment.sources:
             continue  # a robot that waits in a canon
+        checkpoint()
         for diagnostic in _about(moment, robot, body, profile, tempo, told, brief):
             if diagnostic.code not in told:
                 told.add(diagnostic.code)

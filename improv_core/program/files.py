@@ -13,7 +13,7 @@ from pathlib import Path
 
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.analysis import LONGEST_PROGRAM, Analysis, analyze
-from improv_core.robots.config import Robots, find_robots_file, read_robots
+from improv_core.robots.config import FILE_NAME, Robots, find_robots_file, read_robots
 from improv_core.text import Span
 
 ENDING = ".improv"
@@ -37,7 +37,12 @@ def analyze_file(path: Path) -> Analysis:
 def robots_near(folder: Path) -> Robots:
     """The robots of the nearest `improv.toml` in a folder or its parents. Raises ReadError if it can't be read."""
     found = find_robots_file(folder)
-    return read_robots(_read(found, LARGEST_ROBOTS_FILE), found) if found else Robots()
+    return robots_in(found) if found else Robots()
+
+
+def robots_in(path: Path) -> Robots:
+    """The robots of an `improv.toml`. Raises ReadError."""
+    return read_robots(_read(path, LARGEST_ROBOTS_FILE), path)
 
 
 def robots_or_problem(folder: Path) -> Robots:
@@ -51,7 +56,14 @@ def robots_or_problem(folder: Path) -> Robots:
 
 def read_program(path: Path) -> str:
     """The text of a program. Raises ReadError."""
+    refuse_robots_file(path)
     return _read(path, LONGEST_PROGRAM)
+
+
+def refuse_robots_file(path: Path) -> None:
+    """Raise ReadError if somebody names an `improv.toml` where a program is needed."""
+    if path.name == FILE_NAME:
+        raise ReadError(f"{path}: it describes robots: name a program instead, such as dance{ENDING}")
 
 
 def read_bytes(path: Path, most: int = LONGEST_PROGRAM) -> bytes:

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from improv_core.score.movement import ENDLESS, LARGEST, MOST_BITS, MOST_THROWS, Movement, bits, is_too_fast
+from improv_core.score.bounds import is_too_fast
+from improv_core.score.movement import ENDLESS, LARGEST, MOST_BITS, MOST_THROWS, Movement, bits
 
 FEW = 50
 """Up to this many fractions are added without checking their common denominator."""

@@ -9,7 +9,8 @@ from fractions import Fraction
 
 from improv_core.diagnostics import Diagnostic, Severity, replace
 from improv_core.program.conditions import check_conditions
-from improv_core.program.reader import NOTHING, Definition, Items, Phrase, Reader, Reading, Scope, takes
+from improv_core.program.reader import NOTHING, Definition, Phrase, Reader, Reading, Scope, takes
+from improv_core.program.reporting import Items
 from improv_core.program.unreachable import unperformed
 from improv_core.score.movement import Movement
 from improv_core.syntax import nodes
@@ -28,6 +29,7 @@ class Meaning:
     `body` is its movement with the arguments of phrases in their places. `movement` is what the first robot plays, and
     `others` what the others play, if `canon` makes that differ. `unresolved` are the names that nothing above defines,
     and `misused` those whose arguments are not as their heads say. What is reported about them depends on other lines.
+    If it isn't `is_known`, the statement waits to be understood.
     """
 
     scope: tuple[Definition | None, ...]
@@ -40,6 +42,7 @@ class Meaning:
     robots: tuple[str, ...] = ()
     body: Node | None = None
     others: tuple[Movement, ...] = ()
+    is_known: bool = True
 
     @property
     def ok(self) -> bool:
@@ -78,7 +81,7 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
         meant = reader.movement(body)
         if statement.has_voices or isinstance(meant.duration, float) or reader.calls:  # otherwise all of it plays
             diagnostics += unperformed(body, reader)
-        if statement.has_canon:
+        if statement.by_robot:
             others = [_played(body, scope, statement_id, robot, len(robots)) for robot in range(1, len(robots))]
     if statement.number:
         tempo = reader.number(statement.number, "the tempo")
@@ -96,13 +99,30 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
             unresolved = tuple(each for each in nodes.names(body) if each.text in scope and scope[each.text] is None)
         if (uses_phrases or statement.has_arguments) and not statement.diagnostics:  # else they follow from the first
             misused = tuple(_misused(body, scope, statement.parameters))
-        if sign.type == "EQUAL" and statement.has_canon:
+        if sign.type == "EQUAL" and statement.by_robot:
             diagnostics += _misplaced(body)
         if statement.has_senses and not statement.diagnostics:
             diagnostics += check_conditions(body)
     reader.reading.expansions.clear()  # a cycle of references: without it, memory is free at once
     found = tuple(diagnostics)
     return Meaning(bound, meant, found, unresolved, misused, tempo, definition, robots, body, tuple(others))
+
+
+def not_understood(
+    statement: Statement, statement_id: int, scope: Scope, definition: Definition | None = None
+) -> Meaning:
+    """What is known of a statement before it is understood: its syntax. Only a tempo is read at once, because all
+    lines depend on it."""
+    if statement.sign and statement.sign.type == "BEAT":
+        return understand(statement, statement_id, scope)
+    return Meaning(
+        tuple(scope.values()),
+        NOTHING,
+        statement.diagnostics,
+        definition=definition,
+        body=statement.body,
+        is_known=False,
+    )
 
 
 def is_valid_robot(name: str) -> bool:
@@ -240,6 +260,6 @@ def _misused(body: Node, scope: Scope, parameters: Sequence[Parameter]) -> Itera
 
 def _misplaced(body: Node) -> Iterator[Diagnostic]:
     for node in nodes.nodes(body):
-        if isinstance(node, nodes.Apply) and node.word.text == "canon":
-            message = "`canon` needs the robots of a line: write it after `$`, before the name"
+        if isinstance(node, nodes.Apply) and WORDS[node.word.text].by_robot:
+            message = f"`{node.word.text}` needs the robots of a line: write it after `$`, before the name"
             yield Diagnostic("misplaced-canon", node.word.span, message)

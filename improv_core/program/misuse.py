@@ -14,6 +14,8 @@ from improv_core.program.timing import in_beats
 from improv_core.score.movement import ENDLESS, Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Call, Name, Node
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.words import Timing
 from improv_core.text import Span
 
 MOST_LENGTHS = 3
@@ -29,7 +31,7 @@ def endless(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
     word = node.word.text
     repeat = next((each for each in nodes.nodes(node.body) if _is_endless_repeat(each)), None)
     fixes = replace(f"Change to repeat {TURNS}", repeat.word.span, f"repeat {TURNS}") if repeat else ()
-    if word in ("reverse", "retrograde"):
+    if WORDS[word].timing is Timing.BACKWARD:
         message = f"`{word}` needs a movement that ends: give the `repeat` in it a number"
         return Diagnostic("endless-reverse", node.word.span, message, fixes)
     cause = _endless_word(node.body, movement_of)
@@ -41,11 +43,12 @@ def open_length(node: nodes.Apply, movement_of: MovementOf) -> Diagnostic:
     """The diagnostic about a word that needs a fixed length, around a movement whose length senses decide."""
     word, body = node.word.text, node.body
     cause = _open_word(body, movement_of)
-    advice = "choose among others" if word == "choose" else f"move `{word}` inside `{cause}`"
+    of_items = WORDS[word].of_items
+    advice = "choose among others" if of_items else f"move `{word}` inside `{cause}`"
     message = f"`{word}` needs a fixed length, but senses decide how long `{cause}` lasts: {advice}"
     fixes: tuple[Fix, ...] = ()
     guarded = body.body if isinstance(body, nodes.Apply) and body.condition else None
-    if guarded and word != "choose" and not movement_of(guarded).open:
+    if guarded and not of_items and not movement_of(guarded).open:
         there = guarded.span.start
         edits = (Edit(Span(node.span.start, body.span.start), ""), Edit(Span(there, there), f"{written(node)} "))
         fixes = (Fix(f"Move {word} inside {cause}", edits),)

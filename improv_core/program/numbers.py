@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 
 from improv_core.score.movement import MOST_BITS, bits
 from improv_core.syntax.lexer import Token, lex
+from improv_core.syntax.words import above_zero
 
 LONGEST_NUMBER = 30
 """The most characters of one number."""
@@ -15,16 +16,11 @@ LONGEST_NUMBER = 30
 Values = Mapping[str, Fraction]
 """The arguments of parameters that are numbers, by name."""
 
-Rule = Callable[[Fraction], str | None]
-"""Says how to write a number better, if it is wrong."""
-
-_ABOVE_ZERO = "as a number above 0"
-
 
 def value_of(text: str) -> Fraction | str:
     """The exact value of a number above zero, or words that say how to write one."""
-    value = plain_value(text)
-    return value if isinstance(value, str) or (value is not None and value > 0) else _ABOVE_ZERO
+    value = plain_value(text) or Fraction(0)
+    return value if isinstance(value, str) else above_zero(value) or value
 
 
 @lru_cache(maxsize=1_000)
@@ -65,33 +61,4 @@ def _factor(text: str) -> Fraction | str | None:
     if len(text) > LONGEST_NUMBER:
         return f"with at most {LONGEST_NUMBER} characters"
     value = Fraction(text)
-    return _ABOVE_ZERO if text.startswith("-") and value else value
-
-
-def any_number(value: Fraction) -> str | None:
-    return None
-
-
-def above_zero(value: Fraction) -> str | None:
-    return None if value > 0 else _ABOVE_ZERO
-
-
-def _at_least_zero(value: Fraction) -> str | None:
-    return None if value >= 0 else "as a number from 0 up"
-
-
-def _probability(value: Fraction) -> str | None:
-    return None if 0 < value <= 1 else "as a number above 0 and at most 1"
-
-
-def _whole(value: Fraction) -> str | None:
-    return None if value.denominator == 1 else "as a whole number: 0, 1, 2, …"
-
-
-RULES: Mapping[str, Rule] = {
-    **dict.fromkeys(("fast", "slow", "scale", "fit", "seed"), above_zero),
-    **dict.fromkeys(("ramp", "canon"), _at_least_zero),
-    "repeat": _whole,
-    "chance": _probability,
-}
-"""For the numbers of each word: how to write one better, if it is wrong."""
+    return (above_zero(value) or value) if value < 0 else value

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
 
 from improv_core.diagnostics import Diagnostic
@@ -15,10 +16,11 @@ from improv_core.program.bindings import Bindings
 from improv_core.program.meaning import Meaning
 from improv_core.program.reader import Definition
 from improv_core.robots.config import Robots
-from improv_core.score import dice, movement
-from improv_core.score.lengths import Lengths, scene_lengths
-from improv_core.score.movement import Exact, Movement
+from improv_core.score import algebra, dice
+from improv_core.score.lengths import lengths, scene_lengths
+from improv_core.score.movement import ENDLESS, MOST_BITS, Exact, Lengths, Movement
 from improv_core.score.scenes import performance, scene_begins
+from improv_core.slices import checkpoint
 from improv_core.syntax.nodes import Statement
 from improv_core.text import LineIndex, Span
 
@@ -37,8 +39,9 @@ class Program:
     indices of the statements that set a tempo, `scenes` those of the statements that begin a scene, `faulty` those of
     the statements whose meaning has diagnostics or names that are undefined or have wrong arguments, and `uneven` those
     that play something whose length has a denominator over `EVEN`. `infeasible` lists, by index, what the robots of a
-    statement can't do. `waiting` is a heap of statements that may use what has changed and that `settled` has not come
-    to yet: until then, they mean what they meant before. `selected` are the lines that play, if not all of them do.
+    statement can't do. `waiting` is a heap of statements that have changed, or may depend on what has, and that
+    `settled` has not come to yet: until then, they mean what they meant before, and new ones mean nothing. `selected`
+    are the lines that play, if not all of them do.
     """
 
     lines: LineIndex
@@ -51,6 +54,7 @@ class Program:
     scenes: Sequence[int]
     faulty: frozenset[int]
     uneven: frozenset[int]
+    endless: frozenset[int]
     cast: Robots  # from improv.toml
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
     waiting: Sequence[int] = ()
@@ -76,6 +80,7 @@ class Program:
         for index, (statement_id, meaning) in enumerate(zip(self.statement_ids, self.meanings, strict=True)):
             if not meaning.robots or index in self.too_uneven:
                 continue
+            checkpoint()
             scene = min(bisect_left(self.scenes, index), MOST_SCENES - 1) if self.scenes else 0
             throw = max([throws.get(robot, 0) for robot in meaning.robots]) if throws else 0
             lines[index] = Line(meaning.parts, statement_id, scene, throw)
@@ -89,11 +94,12 @@ class Program:
         plays: dict[str, dict[int, list[Movement]]] = {}
         for line in self.played.values() if self.selected is None else self.selected:
             for robot, part in line.parts:
-                begun = movement.use(dice.throwing(part, line.throw), None, line.statement)
+                checkpoint()
+                begun = algebra.use(dice.throwing(part, line.throw), None, line.statement)
                 plays.setdefault(robot, {}).setdefault(line.scene, []).append(begun)
         scenes = range(min(len(self.scenes) + 1, MOST_SCENES))
         return {
-            robot: tuple([movement.series(parts.get(scene, ())) for scene in scenes]) for robot, parts in plays.items()
+            robot: tuple([algebra.series(parts.get(scene, ())) for scene in scenes]) for robot, parts in plays.items()
         }
 
     @cached_property
@@ -114,7 +120,7 @@ class Program:
     def scene_begin(self, scene: int) -> Lengths | None:
         """The beat at which a scene begins, at the earliest and at the latest; None if it never begins."""
         begins = self._scene_lengths[0]
-        return begins[scene] if scene < len(begins) and begins[scene].shortest < movement.ENDLESS else None
+        return begins[scene] if scene < len(begins) and begins[scene].shortest < ENDLESS else None
 
     def statement_at(self, offset: int) -> Placed | None:
         """The statement that a cursor at `offset` touches."""
@@ -139,7 +145,7 @@ class Program:
             meaning = self.meanings[index]
             for robot in meaning.robots:
                 common = math.lcm(commons.get(robot, 1), _denominator(meaning.movement))
-                if common.bit_length() > movement.MOST_BITS:
+                if common.bit_length() > MOST_BITS:
                     found.add(index)
                 else:
                     commons[robot] = common
@@ -149,6 +155,12 @@ class Program:
     def plays_nothing(self) -> bool:
         """Whether no line has robots."""
         return not any(meaning.robots for meaning in self.meanings)
+
+    @cached_property
+    def any_robot(self) -> str:
+        """A robot for examples: a listed one, else the first that plays, else turtlesim's."""
+        playing = (robot for meaning in self.meanings for robot in meaning.robots)
+        return next(chain(self.cast.robots, playing), "turtle1")
 
     @cached_property
     def _scene_lengths(self) -> tuple[Sequence[Lengths], Sequence[Lengths]]:
@@ -185,6 +197,17 @@ def tempo_of(tempos: Sequence[int], meanings: Sequence[Meaning]) -> Fraction:
 
 def is_uneven(meaning: Meaning) -> bool:
     return bool(meaning.robots) and _denominator(meaning.movement) > EVEN
+
+
+def is_endless(meaning: Meaning) -> bool:
+    return bool(meaning.robots) and meaning.ok and any(never_ends(part) for _, part in meaning.parts)
+
+
+def never_ends(played: Movement) -> bool:
+    """Whether a movement never ends, whatever senses decide."""
+    if not isinstance(played.duration, float):
+        return False
+    return not played.open or lengths(played).shortest == ENDLESS
 
 
 def _denominator(played: Movement) -> int:

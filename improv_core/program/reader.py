@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import NamedTuple
 
-from improv_core.diagnostics import SEVERITIES, Diagnostic, Severity, replace
+from improv_core.diagnostics import Diagnostic, replace
 from improv_core.program import misuse
 from improv_core.program.limits import FEW, TOO_LONG, share_a_denominator, too_much
-from improv_core.program.numbers import RULES, Rule, above_zero, any_number, plain_value, product
-from improv_core.score import dice, movement, ramps, reactions
+from improv_core.program.reporting import NOBODY, Argument, Fault, Given, Items, Reporter
+from improv_core.score import algebra
 from improv_core.score.movement import (
     ENDLESS,
     MOST_DEPTH,
@@ -19,14 +18,17 @@ from improv_core.score.movement import (
     SAME,
     Duration,
     Movement,
-    all_by,
 )
+from improv_core.score.reactions import Condition
+from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Call, Name, Node, Number, Parameter
 from improv_core.syntax.parser import DEEPEST
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.words import Applied, Needs, Word
 from improv_core.text import Span
 
-NOTHING = movement.series(())
+NOTHING = algebra.series(())
 MOST_EXPANDED = 10_000
 """The most pairs of a phrase and its arguments that one statement may need."""
 MOST_READ = 100_000
@@ -58,13 +60,6 @@ class Phrase:
         return [each for each in self.parameters if not each.is_number]
 
 
-class Items(NamedTuple):
-    """The terms of the series that a movement is, and the statement in which they are written."""
-
-    movements: tuple[Movement, ...]
-    statement: int
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Definition:
     """What a name stands for after the statement with this ID.
@@ -87,35 +82,6 @@ class Definition:
 
 Scope = Mapping[str, Definition | None]
 """What each name in a statement stands for; None if nothing above the statement defines it."""
-
-
-class Argument(NamedTuple):
-    """A movement given to a phrase, the statement it is written in, and how deeply it is nested."""
-
-    movement: Movement
-    items: Items
-    statement: int
-    height: int
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Given:
-    """The arguments of one use of a phrase, by the names of its parameters."""
-
-    phrase: str
-    numbers: Mapping[str, Fraction]
-    movements: Mapping[str, Argument]
-
-
-NOBODY = Given("", {}, {})
-
-
-class Fault(NamedTuple):
-    """An error that depends on the arguments of a phrase, and the parameter whose argument causes it, if one does."""
-
-    code: str
-    message: str
-    parameter: str | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,27 +111,23 @@ class Reading:
 
 
 @dataclass(slots=True, eq=False)
-class Reader:
+class Reader(Reporter):
     """Reads the nodes of one statement, or of a phrase with its arguments.
 
-    `made` holds the movements of all nodes except primitives, by `id`. `found` are the diagnostics in the statement,
-    and `faults` those that depend on the arguments of the phrase. `level` is how deeply the node being read is nested,
-    through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, that can be
-    removed: the statement can be read without them.
+    `made` holds the movements of all nodes except primitives, by `id`. `level` is how deeply the node being read is
+    nested, through phrases, and `deepest` the deepest level so far. `removable` are the empty brackets, by `id`, that
+    can be removed: the statement can be read without them.
     """
 
     scope: Scope
     statement: int
     reading: Reading
-    given: Given = NOBODY
     settled: Reader | None = None
     level: int = 0
     deepest: int = 0
     made: dict[int, Movement] = field(default_factory=dict)
     calls: dict[int, Expansion] = field(default_factory=dict)
     removable: set[int] = field(default_factory=set)
-    found: list[Diagnostic] = field(default_factory=list)
-    faults: list[Fault] = field(default_factory=list)
 
     def movement(self, node: Node) -> Movement:
         """The movement of a node. A node with an error counts as an empty movement."""
@@ -196,7 +158,7 @@ class Reader:
         node = _inside_parentheses(node)
         if isinstance(node, nodes.Series):
             made = self.movement_made(node)
-            if isinstance(made, movement.Series) and len(made.items) == len(node.items):
+            if isinstance(made, algebra.Series) and len(made.items) == len(node.items):
                 return Items(made.items, self.statement)
             return Items(tuple([self.movement_made(item) for item in node.items]), self.statement)
         if isinstance(node, Name):
@@ -211,53 +173,8 @@ class Reader:
             return Items((), self.statement)
         return Items((self.movement_made(node),), self.statement)
 
-    def number(self, number: Number, what: str) -> Fraction | None:
-        """The exact value of a number above zero. Anything else is reported and gives None."""
-        return self._number(number, what, above_zero)
-
-    def numbers(self, node: Node) -> Sequence[Fraction | None]:
-        """The exact values of the numbers of a node; None for those that are wrong or not known yet."""
-        if isinstance(node, nodes.Apply):
-            word = node.word.text
-            return [self._number(each, f"the number after `{word}`", RULES[word]) for each in node.numbers]
-        return [self._number(each, "this number", any_number) for each in nodes.numbers(node)]
-
-    def report(self, diagnostic: Diagnostic, cause: Node | Number) -> None:
-        """Report what is wrong. In a phrase, an error is reported at each use, at the argument that causes it."""
-        if self.given is NOBODY:
-            if diagnostic not in self.found:
-                self.found.append(diagnostic)
-        elif SEVERITIES[diagnostic.code] is Severity.ERROR:
-            parameter = self._culprit(diagnostic.code, cause)
-            if parameter or not isinstance(cause, Number):  # a number without parameters is reported where it stands
-                message = f"in `{self.given.phrase}`: {diagnostic.message}"
-                self._fault(Fault(diagnostic.code, message, parameter))
-
-    def _fault(self, fault: Fault) -> None:
-        if fault not in self.faults:
-            self.faults.append(fault)
-
-    def _culprit(self, code: str, cause: Node | Number) -> str | None:
-        """The parameter in a faulty node or number whose argument most likely causes the error."""
-        names = list(dict.fromkeys(nodes.mentions(cause, self.given.movements)))
-        if code in ("endless-reverse", "open-length"):
-            given = self.given.movements
-            causes = (name for name in names if name in given and _has_no_known_end(given[name].movement))
-            return next(causes, next(iter(names), None))
-        return next(iter(names), None)
-
-    def _number(self, number: Number, what: str, wrong: Rule) -> Fraction | None:
-        """The exact value of a number for which `wrong` has no words that say how to write it better."""
-        values = self.given.numbers
-        value = product(number.tokens, values) if values else plain_value(number.text)
-        if value is None:
-            return None
-        problem = value if isinstance(value, str) else wrong(value)
-        if problem:
-            self.report(Diagnostic("bad-number", number.span, f"write {what} {problem}"), number)
-        return None if problem or isinstance(value, str) else value
-
     def _checked(self, node: Node) -> Movement:
+        checkpoint()
         if isinstance(node, (nodes.Series, nodes.Parallel)):
             made = self._made(node)
         else:
@@ -285,7 +202,7 @@ class Reader:
         if isinstance(node, nodes.Series):
             self.removable.update(id(each) for each in node.items if isinstance(each, nodes.Bracket) and not each.body)
             items = [self.movement(item) for item in node.items]
-            return movement.series(items) if len(items) < FEW or self._add_up(node, items) else NOTHING
+            return algebra.series(items) if len(items) < FEW or self._add_up(node, items) else NOTHING
         if isinstance(node, nodes.Apply):
             return self._applied(node)
         if isinstance(node, nodes.Bracket):
@@ -296,7 +213,11 @@ class Reader:
             return self._called(node)
         if isinstance(node, nodes.Choice):
             then, otherwise = self._side(node.then), self._side(node.otherwise)
-            return reactions.if_else(then, otherwise, _condition(node.condition), node.word.span)
+            make = WORDS[node.word.text].make
+            assert make
+            return make(
+                Applied(then, node.word.start, node.word.end, condition=_condition(node.condition), otherwise=otherwise)
+            )
         return NOTHING
 
     def _side(self, side: Node) -> Movement:
@@ -309,11 +230,11 @@ class Reader:
     def _named(self, name: Name) -> Movement:
         if argument := self.given.movements.get(name.text):
             self.deepest = max(self.deepest, self.level + argument.height)
-            return movement.use(argument.movement, name.span, argument.statement)
+            return algebra.use(argument.movement, name.span, argument.statement)
         definition = self.scope.get(name.text)
         if not definition or definition.phrase:  # a phrase lacks its arguments here
             return NOTHING
-        return movement.use(definition.movement, name.span, definition.statement)
+        return algebra.use(definition.movement, name.span, definition.statement)
 
     def _called(self, call: Call) -> Movement:
         """A use of a phrase. If its arguments are not as its head says, that is reported elsewhere."""
@@ -337,7 +258,7 @@ class Reader:
         self.calls[id(call)] = expansion
         for fault in expansion.reader.faults:
             self._blame(call, definition.phrase, fault)
-        return movement.use(expansion.movement, call.name.span, definition.statement)
+        return algebra.use(expansion.movement, call.name.span, definition.statement)
 
     def _argument(self, node: Node) -> Argument:
         before, self.deepest = self.deepest, self.level
@@ -374,7 +295,13 @@ class Reader:
         named_movements = {each.name: argument for each, argument in zip(phrase.movements, arguments, strict=True)}
         given = Given(definition.name, named_numbers, named_movements)
         reader = Reader(
-            phrase.scope, definition.statement, reading, given, phrase.settled, level=self.level, deepest=self.level
+            phrase.scope,
+            definition.statement,
+            reading,
+            phrase.settled,
+            given=given,
+            level=self.level,
+            deepest=self.level,
         )
         made = reader.movement(phrase.body)
         expansion = Expansion(reader, phrase.body, made, reader.deepest - self.level)
@@ -391,7 +318,7 @@ class Reader:
         if self.given is NOBODY:
             self.report(Diagnostic(fault.code, (cause or call.name).span, fault.message), cause or call)
         else:
-            self._fault(Fault(fault.code, fault.message, self._culprit(fault.code, cause or call)))
+            self.fault(Fault(fault.code, fault.message, self.culprit(fault.code, cause or call)))
 
     def _add_up(self, node: Node, items: Sequence[Movement]) -> bool:
         """Whether the durations of items can be added exactly. If not, that is reported."""
@@ -401,7 +328,7 @@ class Reader:
         return False
 
     def _together(self, node: Node, voices: Sequence[Movement]) -> Movement:
-        made = movement.parallel(voices)
+        made = algebra.parallel(voices)
         if made.width > MOST_VOICES:
             message = f"{made.width:,} voices play at once here, and {MOST_VOICES} is the most: use fewer"
         elif made.depth > MOST_DEPTH:
@@ -420,7 +347,7 @@ class Reader:
         if not node.squeezes:
             return self.movement(node.body)
         voices = node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,)
-        paced = [movement.pace(self.movement(voice), Fraction(nodes.items(voice))) for voice in voices]
+        paced = [algebra.pace(self.movement(voice), Fraction(nodes.items(voice))) for voice in voices]
         made = self._together(node, paced)
         is_a_beat = made.open or made.duration in (0, 1)
         if not is_a_beat and all(self.scope.get(each.text, self) for each in nodes.names(node)):
@@ -430,92 +357,62 @@ class Reader:
 
     def _applied(self, node: nodes.Apply) -> Movement:
         body = self.movement(node.body)
-        word = node.word.text
-        if node.condition:
-            return _REACTIONS[word](body, _condition(node.condition), node.word.span)
-        if body.open and word in (*_ENDING, "chance"):
-            self.report(misuse.open_length(node, self.movement_made), node)
+        word = WORDS[node.word.text]
+        if word.needs and not word.of_items and not self._is_enough(node, word, (body,)):
             return NOTHING
-        if word in _ENDING and isinstance(body.duration, float):
-            self.report(misuse.endless(node, self.movement_made), node)
-            return NOTHING
-        numbers: Sequence[Fraction] = ()
-        if node.numbers:
-            numbers = [value for value in self.numbers(node) if value is not None]
-            if len(numbers) < len(node.numbers):
-                return body
-        if word == "reflect":
-            return movement.gain(body, node.plane.velocity if node.plane else SAME)
-        if word == "repeat":
-            return movement.repeat(body, *map(int, numbers))
-        if word in _WITHOUT_ARGUMENT:
-            return _WITHOUT_ARGUMENT[word](body)
-        if word in _FROM_ITEMS:
-            return self._from_items(node)
-        if word == "ramp":
-            return self._ramped(node, body, *numbers)
-        return self._by(node, body, *numbers) if numbers else body
-
-    def _by(self, node: nodes.Apply, body: Movement, factor: Fraction) -> Movement:
-        word = node.word.text
-        if word == "fit":
-            return movement.fit(body, movement.exact(factor))
-        if word == "chance":
-            return dice.chance(body, factor, node.word.span)
-        if word == "canon":
-            return self._in_canon(node, body, factor)
-        if word == "seed":
-            if not body.dice:
-                message = f"nothing in it throws dice, so `seed` changes nothing: remove `{misuse.written(node)}`"
-                # Without a word of dice, a `||` around it takes no throw, so later throws fall differently.
-                self.report(misuse.without_effect(node, message, safe=False), node)
-            return dice.seed(body, factor)
-        if factor == 1 and len(node.numbers[0].tokens) == 1:  # 8/8 in a row of eighths is no error
-            message = f"`{misuse.written(node)}` changes nothing: remove it or use another number"
-            self.report(misuse.without_effect(node, message), node)
-        if word == "scale":
-            return movement.gain(body, all_by(factor))
-        return movement.pace(body, factor if word == "fast" else 1 / factor)
-
-    def _in_canon(self, node: nodes.Apply, body: Movement, beats: Fraction) -> Movement:
-        robot, robots = self.reading.robot, self.reading.robots
-        if not robots or self.given is not NOBODY:
-            return body  # it stands in a definition, and that is reported
-        if robots == 1:
-            message = f"`canon` needs several robots before `$`: add one or remove `{misuse.written(node)}`"
-            self.report(misuse.without_effect(node, message), node)
+        numbers = [value for value in self.numbers(node) if value is not None] if node.numbers else ()
+        if len(numbers) < len(node.numbers):
             return body
-        before, after = beats * robot, beats * (robots - 1 - robot)
-        return movement.series([_standing(before), body, _standing(after)])
+        if word.by_robot and (not self.reading.robots or self.given is not NOBODY):
+            return body  # it stands in a definition, and that is reported
+        items = self._items_of(node) if word.of_items else ()
+        if items is None:
+            return NOTHING
+        it = Applied(
+            body,
+            node.word.start,
+            node.word.end,
+            numbers,
+            not node.numbers or len(node.numbers[0].tokens) == 1,
+            items,
+            node.plane.velocity if node.across and node.plane else SAME,
+            _condition(node.condition) if node.condition else None,
+            None,
+            self.reading.robot,
+            self.reading.robots,
+        )
+        if word.wrong and (wrong := word.wrong(it)):
+            span = Span(node.numbers[0].span.start, node.numbers[-1].span.end)
+            self.report(Diagnostic("bad-number", span, wrong), node)
+            return body
+        if word.needless and (needless := word.needless(it)):
+            message = needless.replace("{written}", misuse.written(node))
+            self.report(misuse.without_effect(node, message, safe=word.removable), node)
+        if word.of_items and not self._is_enough(node, word, items):
+            return NOTHING
+        assert word.make
+        return word.make(it)
 
-    def _ramped(self, node: nodes.Apply, body: Movement, start: Fraction, end: Fraction) -> Movement:
-        if start or end:
-            return ramps.ramp(body, start, end)
-        message = "write a number above 0 after `ramp`: with two zeros it never moves"
-        span = Span(node.numbers[0].span.start, node.numbers[1].span.end)
-        self.report(Diagnostic("bad-number", span, message), node)
-        return body
+    def _is_enough(self, node: nodes.Apply, word: Word, given: Sequence[Movement]) -> bool:
+        """Whether what a word applies to is as the word needs it. If not, that is reported."""
+        if word.needs and any(each.bounds.open for each in given):
+            self.report(misuse.open_length(node, self.movement_made), node)
+        elif word.needs is Needs.END and any(isinstance(each.duration, float) for each in given):
+            self.report(misuse.endless(node, self.movement_made), node)
+        elif word.is_even and len({each.duration for each in given}) > 1:
+            self.report(misuse.uneven(node, items_written(node.body), given), node)
+        else:
+            return True
+        return False
 
-    def _from_items(self, node: nodes.Apply) -> Movement:
-        """`accumulate`, `choose`, or `shuffle` of the items of a movement."""
-        word, found = node.word.text, self.items(node.body)
+    def _items_of(self, node: nodes.Apply) -> Sequence[Movement] | None:
+        """The items that a word applies to; None if their durations can't be added."""
+        found = self.items(node.body)
         items = found.movements
         if found.statement != self.statement:
             span = _inside_parentheses(node.body).span
-            items = tuple([movement.use(item, span, found.statement) for item in items])
-        if len(items) >= FEW and not self._add_up(node, items):
-            return NOTHING
-        if len(items) == 1:
-            message = f"there is one item to {word} here: write several in brackets or remove `{word}`"
-            # If a word of dice goes, it takes no throw, so later throws of the line fall differently.
-            self.report(misuse.without_effect(node, message, safe=False), node)
-        if word == "choose" and any(item.open for item in items):
-            self.report(misuse.open_length(node, self.movement_made), node)
-            return NOTHING
-        if word == "choose" and len({item.duration for item in items}) > 1:
-            self.report(misuse.uneven(node, items_written(node.body), items), node)
-            return NOTHING
-        return _FROM_ITEMS[word](items)
+            items = tuple([algebra.use(item, span, found.statement) for item in items])
+        return items if len(items) < FEW or self._add_up(node, items) else None
 
 
 def takes(phrase: Phrase | None, call: Call) -> bool:
@@ -537,28 +434,5 @@ def items_written(node: Node) -> Sequence[Node]:
     return inside.items if isinstance(inside, nodes.Series) else ()
 
 
-def _standing(beats: Fraction) -> Movement:
-    return movement.stand(movement.exact(beats))
-
-
-def _condition(condition: nodes.Condition) -> reactions.Condition:
-    return reactions.Condition(condition.sense.text, not condition.is_negated)
-
-
-def _has_no_known_end(made: Movement) -> bool:
-    return made.open or made.duration == ENDLESS
-
-
-_ENDING = frozenset({"reverse", "retrograde", "fit", "ramp", "ease"})
-"""Words that need a movement that ends."""
-_WITHOUT_ARGUMENT: Mapping[str, Callable[[Movement], Movement]] = {
-    "reverse": movement.reverse,
-    "retrograde": lambda body: movement.gain(movement.reverse(body), all_by(Fraction(-1))),
-    "ease": ramps.ease,
-}
-_REACTIONS = {"until": reactions.until, "pause": reactions.pause}
-_FROM_ITEMS: Mapping[str, Callable[[Sequence[Movement]], Movement]] = {
-    "accumulate": movement.accumulate,
-    "choose": dice.choose,
-    "shuffle": dice.shuffle,
-}
+def _condition(condition: nodes.Condition) -> Condition:
+    return Condition(condition.sense.text, not condition.is_negated)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +13,7 @@ from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
 from improv_core.program.errors import Errors
 from improv_core.program.timing import in_beats, lasting
-from improv_core.score.lengths import Lengths
+from improv_core.score.movement import Lengths
 from improv_core.text import LineIndex, Position
 
 
@@ -42,15 +41,13 @@ class Mistake(NamedTuple):
     message: str
 
 
-MOST_MISTAKES = 20
 LONGEST_MISTAKE = 80
 """The most characters of the wrong text that are shown."""
 
 
 def mistakes(path: Path, analysis: Analysis) -> list[Mistake]:
-    """The first errors of a program and of its `improv.toml`; none if it can be played."""
-    errors = (each for each in problems(path, analysis) if each[2].severity is Severity.ERROR)
-    return [_mistake(*each) for each in islice(errors, MOST_MISTAKES)]
+    """The errors of a program and of its `improv.toml`; none if it can be played."""
+    return [_mistake(*each) for each in problems(path, analysis) if each[2].severity is Severity.ERROR]
 
 
 def _mistake(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> Mistake:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from improv_core.score.movement import ENDLESS, Duration, Exact, near
-from improv_core.score.performance import Sensing
+from improv_core.score.performance import SenseSpan
 
 LATEST = 10**9
 """The last beat that a script may name."""
@@ -19,7 +19,7 @@ class ScriptError(Exception):
     """What is wrong with a script, in one line."""
 
 
-def read_script(text: str) -> list[Sensing]:
+def read_script(text: str) -> list[SenseSpan]:
     """The script in a JSON text: a list of `{"sense": "near", "robot": "anna", "from": 2.3, "to": 4.1}`, in beats.
 
     Without `robot`, a sense holds for all robots, and without `to`, for ever. Beats count to a millionth. Raises
@@ -34,7 +34,7 @@ def read_script(text: str) -> list[Sensing]:
     return [_sensing(number, entry) for number, entry in enumerate(entries, 1)]
 
 
-def _sensing(number: int, entry: object) -> Sensing:
+def _sensing(number: int, entry: object) -> SenseSpan:
     if not isinstance(entry, dict) or not {"sense", "from"} <= entry.keys() <= _KEYS:
         raise ScriptError(f"entry {number}: write `sense`, `from`, and perhaps `to` and `robot`, and nothing else")
     for key in ("sense", "robot"):
@@ -44,7 +44,7 @@ def _sensing(number: int, entry: object) -> Sensing:
     end: Duration = _beat(number, entry, "to") if "to" in entry else ENDLESS
     if end < start:
         raise ScriptError(f"entry {number}: `to` is before `from`: swap them")
-    return Sensing(entry["sense"], entry.get("robot"), start, end)
+    return SenseSpan(entry["sense"], entry.get("robot"), start, end)
 
 
 def _beat(number: int, entry: Mapping[str, Any], key: str) -> Exact:

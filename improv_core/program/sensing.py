@@ -60,12 +60,11 @@ def _behind(condition: Condition, body: Movement) -> Iterator[Diagnostic]:
     """Report a robot that relies on `near`, which looks ahead, where it only goes backward or sideways."""
     if condition.is_negated or body.open or not (body.peak.x or body.peak.y):
         return
-    moments = list(islice(walk(body, merge=True), MOST_MOMENTS))
-    if len(moments) == MOST_MOMENTS and not isinstance(body.duration, float):
-        return
-    if any(moment.velocity.x > 0 for moment in moments):
-        return
-    backward = any(moment.velocity.x < 0 for moment in moments)
-    way = "backward" if backward else "sideways"
+    way = "sideways"
+    for place, moment in enumerate(islice(walk(body, merge=True), MOST_MOMENTS), 1):
+        is_last = place == MOST_MOMENTS and not isinstance(body.duration, float)
+        if moment.velocity.x > 0 or is_last:  # what follows may go forward
+            return
+        way = "backward" if moment.velocity.x < 0 else way
     message = f"`near` looks only ahead, and this goes {way}: declare a sense that looks there in improv.toml"
     yield Diagnostic("looks-ahead", condition.span, message)

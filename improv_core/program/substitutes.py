@@ -12,15 +12,9 @@ from improv_core.score.movement import Velocity
 from improv_core.score.profiles import Profile
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node, Primitive
+from improv_core.syntax.vocabulary import WORDS
 
 _SIDEWAYS = {"strafeleft": "left forward right", "straferight": "right forward left"}
-_KEEP_PATHS = frozenset(
-    {"repeat", "fast", "slow", "fit", "retrograde", "choose", "shuffle", "chance", "seed", "canon", "until", "pause"}
-)
-"""Words that perform a detour with the same end instead of a step if one is written instead of the other.
-
-`reverse` and `scale` don't: they would turn the robot the other way, or not far enough.
-"""
 
 
 def substitutes(body: Node, word: Primitive, velocity: Velocity, profile: Profile, tempo: Fraction) -> Iterator[Fix]:
@@ -48,5 +42,5 @@ def _around(body: Node, word: Primitive) -> Iterator[Node]:
 
 def _keeps_paths(node: Node) -> bool:
     if isinstance(node, nodes.Apply):
-        return node.word.text in _KEEP_PATHS
+        return WORDS[node.word.text].keeps_path
     return isinstance(node, nodes.Series | nodes.Bracket | nodes.Choice)

@@ -8,9 +8,8 @@ from fractions import Fraction
 from itertools import islice
 
 from improv_core.robots.limits import top_speed
-from improv_core.score.lengths import Lengths
 from improv_core.score.motion import Pose
-from improv_core.score.movement import ENDLESS, Duration, Movement, brief
+from improv_core.score.movement import ENDLESS, Duration, Lengths, Movement, brief
 from improv_core.score.path import MOST_MEASURED_THROWS, extent, pose_at
 from improv_core.score.profiles import Profile
 from improv_core.score.reactions import reactions

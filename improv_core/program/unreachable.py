@@ -12,8 +12,11 @@ from improv_core.program.reader import Reader, items_written
 from improv_core.program.timing import in_beats, written
 from improv_core.score.lengths import lengths
 from improv_core.score.movement import ENDLESS, Duration
+from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.words import Timing
 from improv_core.text import Span
 
 MOST_VISITED = 10_000
@@ -103,6 +106,7 @@ def _cut(node: Node, window: _Window, reader: Reader, budget: _Budget, is_counte
 
 def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node, _Window, bool]]:
     """The nodes directly in a node that are reached, the part of each that plays, and whether its items are counted."""
+    checkpoint()
     if window.start and reader.movement_made(node).bounds.open:
         window = window.part(0, window.end)  # nobody knows what is over at its start
     if isinstance(node, nodes.Series):
@@ -124,7 +128,7 @@ def _reached(node: Node, window: _Window, reader: Reader) -> Iterator[tuple[Node
         for voice in node.body.voices if isinstance(node.body, nodes.Parallel) else (node.body,):
             # A bracket counts its items. If one were removed, the others would last longer.
             yield voice, inside.times(Fraction(nodes.items(voice))), True
-    elif isinstance(node, nodes.Apply) and node.word.text in ("choose", "shuffle"):
+    elif isinstance(node, nodes.Apply) and WORDS[node.word.text].timing is Timing.DRAWN:
         for item in items_written(node.body) or (node.body,):  # dice decide when each begins, if at all
             yield item, _Window(0, _latest(item, reader), True), False
     elif isinstance(node, nodes.Apply):
@@ -193,6 +197,7 @@ def _timed(node: nodes.Series, reader: Reader) -> Iterator[tuple[Node, Duration,
     begin: Duration = 0
     latest: Duration = 0
     for item in node.items:
+        checkpoint()
         made = reader.movement_made(item)
         if made.bounds.open:
             earliest, longest, _ = lengths(made)
@@ -219,32 +224,27 @@ def _is_lost(begin: Duration, end: Duration, window: _Window) -> bool:
     return begin == ENDLESS or (end > begin and (begin >= window.end or end <= window.start))
 
 
-_WHOLE = frozenset({"ramp", "ease", "accumulate", "canon"})
-"""Words whose parts play at other times than written. If part of it plays, any of what they apply to may."""
-
-
 def _inside(node: nodes.Apply, window: _Window, reader: Reader) -> _Window | None:
     """The window in the time of the body; None if nothing plays."""
     whole, body = _latest(node, reader), _latest(node.body, reader)
     if not whole or not body:
         return None
     end = min(window.end, whole)
-    word = node.word.text
+    timing = WORDS[node.word.text].timing
     if reader.movement_made(node).bounds.open:
         return window if node.condition else window.part(0, ENDLESS)
-    if word in ("reverse", "retrograde"):
+    if timing is Timing.BACKWARD:
         return window.part(whole - end, whole - window.start)
-    if word == "repeat" and body != ENDLESS:
+    if timing is Timing.TURNS and body != ENDLESS:
         into = window.start % body
         until = into + end - window.start
         # A window that extends into the next repetition shows all of the body, or both of its ends.
         return window.part(into, until) if until <= body else window.part(0, body)
-    if word in _WHOLE:
+    if timing is Timing.ELSEWHERE:
         return _Window(0, body, True)
-    if word in ("fast", "slow", "fit"):
+    if timing is Timing.PACED or timing is Timing.FITTED:
         if whole == ENDLESS:
             return window.part(0, ENDLESS)  # not worth computing how much of it is reached
-        # The rate of `fit` depends on the length of all of its body.
-        inside = _Window(window.start, end, window.is_aligned or word == "fit")
+        inside = _Window(window.start, end, window.is_aligned or timing is Timing.FITTED)
         return inside.times(Fraction(body) / Fraction(whole))
     return window.part(window.start, end)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,7 +16,7 @@ from improv_core.robots.ros_names import frame_id, full_name, node_name, ros_nam
 from improv_core.robots.schema import known
 from improv_core.robots.senses import read_senses
 from improv_core.robots.toml_positions import Keys
-from improv_core.robots.toml_reading import TomlReading, listed
+from improv_core.robots.toml_reading import PROFILES, WORLD, TomlReading, listed
 from improv_core.robots.toml_text import read_toml
 from improv_core.robots.world import read_world
 from improv_core.score.following import refusal
@@ -57,7 +58,7 @@ class Robots:
     `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab". `node` is the name
     of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones. The listed robots stand in
     the `formation` already; without any, it is for the robots of a
-    program. With `publish`, others in ROS 2 can watch what plays.
+    program. With `publish`, others in ROS 2 can watch what plays. `starts` are those that replace the file's.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -73,6 +74,7 @@ class Robots:
     senses: Mapping[str, Source] = field(default_factory=dict)
     formation: Formation | None = None
     publish: bool = False
+    starts: Mapping[str, Pose] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
@@ -81,7 +83,8 @@ class Robots:
 
     def robot(self, name: str) -> Robot:
         """A robot, listed or not. One that is not listed has no limits."""
-        return self.robots.get(name) or Robot(DEFAULT, None, _topic(self.namespace, name), DEFAULT.message)
+        robot = self.robots.get(name) or Robot(DEFAULT, None, _topic(self.namespace, name), DEFAULT.message)
+        return replace(robot, start=self.starts[name]) if name in self.starts else robot
 
     @property
     def sense_names(self) -> tuple[str, ...]:
@@ -109,7 +112,7 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     """Read the text of an `improv.toml`. Never raises; errors are in `diagnostics`, in the order of the text."""
     toml = read_toml(text)
     reading = _RobotsReading(toml, list(toml.diagnostics))
-    sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.data).items()}
+    sections = {name: reading.table((name,), value) for name, value in reading.table((), toml.readable).items()}
     profiles = reading.profiles(sections.get("profiles", {}))
     ros = reading.table(("ros",), sections.get("ros", {}))
     namespace = ros_name(reading, ("ros", "namespace"), ros, "") or ""
@@ -121,13 +124,15 @@ def read_robots(text: str, path: Path | None = None) -> Robots:
     robots = reading.robots(sections.get("robots", {}), profiles, namespace, world)
     free = {name: robot.profile for name, robot in robots.items() if not robot.start}
     formation = None
-    if isinstance(toml.data.get("formation"), dict):
+    if isinstance(toml.readable.get("formation"), dict):
         formation = read_formation(reading, sections["formation"], free, world)
     if formation:
         starts = dict(zip(free, formation.poses(len(free)), strict=True))
         robots = {name: replace(robot, start=robot.start or starts[name]) for name, robot in robots.items()}
     senses = read_senses(reading, sections.get("senses", {}))
     diagnostics = tuple(_shown(sorted(reading.diagnostics, key=lambda diagnostic: diagnostic.span)))
+    if toml.diagnostics:  # what is left of it may mean something else
+        return Robots(path=path, text=text, diagnostics=diagnostics)
     rest = (namespace, use_sim_time, world, safety, node, senses, formation, publish)
     return Robots(robots, profiles, path, text, diagnostics, *rest)
 
@@ -138,7 +143,7 @@ def find_robots_file(folder: Path) -> Path | None:
     Whatever has that name counts, also a link to nothing, a folder, or one that we may not look at: robots whose limits
     can't be read must not move as if they had none.
     """
-    folder = folder.absolute()
+    folder = absolute(folder)
     for place in (folder, *folder.parents):
         try:
             (place / FILE_NAME).lstat()
@@ -150,11 +155,19 @@ def find_robots_file(folder: Path) -> Path | None:
     return None
 
 
+def absolute(path: Path) -> Path:
+    """A path from the root, without `..`. A link stays as it is written; `..` after it leads above its target, as
+    everywhere in the system."""
+    parts = path.absolute().parts
+    above = max((place for place, part in enumerate(parts, 1) if part == ".."), default=0)
+    return Path(os.path.realpath(Path(*parts[:above])), *parts[above:]) if above else Path(*parts)
+
+
 def _shown(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
     hidden = diagnostics[MOST_SHOWN:]
     if not hidden:
         return diagnostics
-    message = f"fix what is marked first: {len(hidden):,} more values are wrong, and not marked yet"
+    message = f"fix what is marked first: {len(hidden):,} more values are wrong and aren't marked yet"
     return [*diagnostics[:MOST_SHOWN], Diagnostic("more-errors", hidden[0].span, message)]
 
 
@@ -185,14 +198,20 @@ class _RobotsReading(TomlReading):
                 made[name] = robot
                 wide = 2 * robot.profile.radius
                 if world.size and wide > min(world.size):
-                    self.at_key(("robots", name), f"`{name}` is {wide:g} m wide and doesn't fit: make the world larger")
+                    self.at_key(
+                        ("robots", name),
+                        f"`{name}` is {wide:g} m wide and doesn't fit: make the world larger",
+                        given=(PROFILES, WORLD),
+                    )
                 if robot.start and not world.holds(robot.start.x, robot.start.y):
-                    self.at_value(("robots", name, "start"), "this start is outside the walls: move it inside")
+                    self.at_value(
+                        ("robots", name, "start"), "this start is outside the walls: move it inside", given=(WORLD,)
+                    )
         return made
 
     def robot(self, name: str, table: Mapping[str, Any], profiles: Mapping[str, Profile], namespace: str) -> Robot:
         keys = ("robots", name)
-        kind = self.one_of((*keys, "profile"), table, profiles)
+        kind = self.one_of((*keys, "profile"), table, profiles, given=(PROFILES,))
         profile = profiles[kind] if kind else DEFAULT
         start = self.start((*keys, "start"), table["start"]) if "start" in table else None
         message = self.one_of((*keys, "message"), table) or profile.message
@@ -202,9 +221,11 @@ class _RobotsReading(TomlReading):
         frame = frame_id(self, (*keys, "frame"), table) or BASE_FRAME
         follow = self.flag((*keys, "follow"), table)
         if follow and not odom and profile.dynamics != "motors":
-            self.at_key((*keys, "follow"), "`follow` needs to know where the robot is: add `odom`")
+            self.at_key(
+                (*keys, "follow"), "`follow` needs to know where the robot is: add `odom`", given=(keys, PROFILES)
+            )
         elif follow and (why := refusal(profile)):
-            self.at_key((*keys, "follow"), f"`follow` {why}")
+            self.at_key((*keys, "follow"), f"`follow` {why}", given=(keys, PROFILES))
         return Robot(profile, start, topic, message, reset, odom, frame, follow)
 
     def safety(self, ros: Mapping[str, Any], namespace: str) -> Safety:
@@ -219,7 +240,9 @@ class _RobotsReading(TomlReading):
     def deadman(self, value: Any, namespace: str) -> Deadman | None:
         keys = ("ros", "deadman")
         if not isinstance(value, dict) or not value.keys() >= {"topic", "button"}:
-            self.at_value(keys, 'write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`')
+            self.at_value(
+                keys, 'write `deadman` as a topic and a button: `{ topic = "/joy", button = 4 }`', given=(keys,)
+            )
             return None
         table = self.table(keys, value)
         topic = ros_name(self, (*keys, "topic"), table, namespace)
@@ -259,8 +282,8 @@ class _RobotsReading(TomlReading):
     def base(self, name: str, table: Mapping[str, Any], known: Collection[str]) -> str | None:
         if "base" not in table and "step" not in table:
             message = "add `step`, in meters, or `base`, the profile to take all other values from"
-            self.at_key(("profiles", name), message)
-        return self.one_of(("profiles", name, "base"), table, known)
+            self.at_key(("profiles", name), message, given=(("profiles", name),))
+        return self.one_of(("profiles", name, "base"), table, known, given=(PROFILES,))
 
     def profile(self, name: str, table: Mapping[str, Any], base: Profile) -> Profile:
         keys = ("profiles", name)
@@ -273,7 +296,7 @@ class _RobotsReading(TomlReading):
                 changes[scale] = commanded / changes.get(key, getattr(base, key))
                 if not 1 / MOST_SCALE <= changes[scale] <= MOST_SCALE:
                     message = f"this is far from `{key}`: write from {1 / MOST_SCALE:g} to {MOST_SCALE:g} times as much"
-                    self.at_value((*keys, f"commanded_{key}"), message)
+                    self.at_value((*keys, f"commanded_{key}"), message, given=(PROFILES,))
         motions = self.motions((*keys, "motions"), table["motions"]) if "motions" in table else ()
         for word in ("message", "dynamics"):
             if written := self.one_of((*keys, word), table):
@@ -286,7 +309,9 @@ class _RobotsReading(TomlReading):
         if profile.dynamics != "motors":
             for key in _MOTORS_ONLY:
                 if key in table:
-                    self.at_key((*keys, key), f'`{key}` works only with `dynamics = "motors"`: add that line')
+                    self.at_key(
+                        (*keys, key), f'`{key}` works only with `dynamics = "motors"`: add that line', given=(PROFILES,)
+                    )
         return profile
 
     def wheel_error(self, keys: Keys, value: Any) -> tuple[float, float]:

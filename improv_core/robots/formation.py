@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from improv_core.robots.schema import known
-from improv_core.robots.toml_reading import TomlReading, listed
+from improv_core.robots.toml_reading import PROFILES, ROBOTS, WORLD, TomlReading, listed
 from improv_core.score.motion import Pose
 from improv_core.score.profiles import DEFAULT, Profile
 from improv_core.score.world import World
@@ -61,14 +61,14 @@ def read_formation(reading: TomlReading, value: Any, robots: Mapping[str, Profil
     facing = reading.one_of((*_SECTION, "facing"), table)
     distance = reading.numbers(_SECTION, table).get("distance")
     if "shape" not in table:
-        reading.at_key(_SECTION, f"add `shape`: {listed(known((*_SECTION, 'shape')).choices)}")
+        reading.at_key(_SECTION, f"add `shape`: {listed(known((*_SECTION, 'shape')).choices)}", given=(_SECTION,))
     if shape and shape != "circle" and "facing" in table:
         reading.at_key((*_SECTION, "facing"), '`facing` works only with `shape = "circle"`: remove it')
     if not shape or ("distance" in table and distance is None):
         return None
     formation = Formation(shape, distance or float(known((*_SECTION, "distance")).default), facing or "in")
     if error := _misfit(formation, robots, world):
-        reading.at_value((*_SECTION, "distance"), error)
+        reading.at_value((*_SECTION, "distance"), error, given=(_SECTION, ROBOTS, PROFILES, WORLD))
     return formation
 
 

@@ -9,11 +9,9 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import islice
 
-from improv_core.score import movement as algebra
 from improv_core.score.inner_first import inner_first
-from improv_core.score.movement import Movement, Peak, Velocity
+from improv_core.score.movement import NOTHING_AROUND, Movement, Peak, Piecewise, Velocity
 from improv_core.score.profiles import MOTIONS, Profile
-from improv_core.score.ramps import Ramp
 from improv_core.score.suppositions import with_all_sides
 from improv_core.score.walk import walk
 
@@ -22,7 +20,7 @@ _LONGEST_FRACTION = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Speed:
+class Speeds:
     """Speeds in any direction: `linear` in m/s, `angular` in rad/s."""
 
     linear: float
@@ -46,20 +44,20 @@ class Excess:
     slow: Fraction
 
 
-def speed(velocity: Velocity, profile: Profile, tempo: Fraction) -> Speed:
+def speed(velocity: Velocity, profile: Profile, tempo: Fraction) -> Speeds:
     """How fast a robot with this profile is told to move at `tempo` beats per minute."""
     linear, angular = _squares(velocity, profile, tempo)
-    return Speed(_root(linear), _root(angular))
+    return Speeds(_root(linear), _root(angular))
 
 
-def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) -> Speed | None:
+def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) -> Speeds | None:
     """The largest speeds in a movement; None if it has voices or ramps with more moments than `most`.
 
     What dice and senses may choose counts, whether they do or not. As in `path.extent`, each part is visited once, no
     matter how often it repeats.
     """
     movement = with_all_sides(movement)
-    known: dict[int, Speed | None] = {}
+    known: dict[int, Speeds | None] = {}
     for part in inner_first(movement, _inside):
         known[id(part)] = _top_speed(part, [known[id(each)] for each in _inside(part)], profile, tempo, most)
     return known[id(movement)]
@@ -67,15 +65,15 @@ def top_speed(movement: Movement, profile: Profile, tempo: Fraction, most: int) 
 
 def _inside(part: Movement) -> tuple[Movement, ...]:
     """The parts whose speeds decide that of a movement; none if its own velocities do."""
-    return () if part.uniform is not None or isinstance(part, (algebra.Parallel, Ramp)) else algebra.parts(part)
+    return () if part.uniform is not None or isinstance(part, Piecewise) else part.parts
 
 
 def _top_speed(
-    part: Movement, inner: Sequence[Speed | None], profile: Profile, tempo: Fraction, most: int
-) -> Speed | None:
+    part: Movement, inner: Sequence[Speeds | None], profile: Profile, tempo: Fraction, most: int
+) -> Speeds | None:
     if part.uniform is not None:
         return speed(part.uniform, profile, tempo)
-    if isinstance(part, (algebra.Parallel, Ramp)):
+    if isinstance(part, Piecewise):
         moments = list(islice(walk(part, merge=True), most + 1))
         inner = [speed(moment.velocity, profile, tempo) for moment in moments] if len(moments) <= most else [None]
     speeds = [each for each in inner if each]
@@ -83,11 +81,9 @@ def _top_speed(
         return None
     linear = max((each.linear for each in speeds), default=0.0)
     angular = max((each.angular for each in speeds), default=0.0)
-    if isinstance(part, algebra.Pace):
-        return Speed(linear * float(part.rate), angular * float(part.rate))
-    if isinstance(part, algebra.Gain):
-        return Speed(linear * float(abs(part.gain.x)), angular * float(abs(part.gain.yaw)))
-    return Speed(linear, angular)
+    around = part.within(NOTHING_AROUND)
+    rate, gain = float(around.rate), around.gain
+    return Speeds(linear * rate * float(abs(gain.x)), angular * rate * float(abs(gain.yaw)))
 
 
 def excess(velocity: Velocity, profile: Profile, tempo: Fraction) -> Excess | None:

@@ -318,7 +318,7 @@ _FORMATION = {
         'how they stand: side by side in a `"line"`, in a `"circle"`, or in the rows of a `"grid"`, around the origin',
         choices=SHAPES,
     ),
-    "distance": _number("how far neighbors are apart, from center to center", "meters", 0.001, 1000, "3"),
+    "distance": _number("how far apart neighbors are, from center to center", "meters", 0.001, 1000, "3"),
     "facing": Key(
         'where robots in a circle look: `"in"`, to its center, or `"out"`; in other shapes, all look along x',
         default='`"in"`',

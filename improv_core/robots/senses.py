@@ -53,10 +53,12 @@ def _source(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> Sourc
             reading.at_key((*keys, other), f"this sense has a key, so `{other}` has no effect: remove it")
         return _key(reading, keys, table)
     if "topic" not in table:
-        reading.at_key(keys, "add `topic` and `message`, or `key`")
+        reading.at_key(keys, "add `topic` and `message`, or `key`", given=(keys,))
         return None
     if "message" not in table:
-        reading.at_key((*keys, "topic"), "add `message`, the type on this topic, such as `std_msgs/Bool`")
+        reading.at_key(
+            (*keys, "topic"), "add `message`, the type on this topic, such as `std_msgs/Bool`", given=(keys,)
+        )
         return None
     topic = ros_name(reading, (*keys, "topic"), table, "")
     message = reading.one_of((*keys, "message"), table)
@@ -81,7 +83,9 @@ def _topic(reading: TomlReading, keys: Keys, table: Mapping[str, Any], message: 
         numbers = {name: reading.number((*keys, name), allowed[name], _LIMITS[message]) for name in written}
         limits = {name: number for name, number in numbers.items() if number is not None}
         if not written:
-            reading.at_value((*keys, "message"), f"add `below` or `above`, a limit in {_LIMITS[message][0]}")
+            reading.at_value(
+                (*keys, "message"), f"add `below` or `above`, a limit in {_LIMITS[message][0]}", given=(keys,)
+            )
         elif len(written) == 2:
             reading.at_key((*keys, "above"), "write `below` or `above`, not both")
         if len(written) != 1 or not limits:
@@ -98,7 +102,11 @@ def _sector(reading: TomlReading, keys: Keys, table: Mapping[str, Any]) -> tuple
     start, end = found["from"], found["to"]
     if not start <= end <= start + 360:
         name = "from" if "from" in table else "to"
-        reading.at_value((*keys, name), "`from` must be less than `to`, by at most 360: degrees count counterclockwise")
+        reading.at_value(
+            (*keys, name),
+            "`from` must be less than `to`, by at most 360: degrees count counterclockwise",
+            given=(keys,),
+        )
     return math.radians(start), math.radians(end)
 
 

@@ -1,7 +1,7 @@
 """Where the keys and values of a TOML text are, also if half of it is still to be typed. Never raises.
 
 tree-sitter's grammar reads the text, one statement at a time: if it recovers from an error, it may join what follows to
-what is unfinished. A text with multi-line strings is read as a whole, as long as it is valid.
+what is unfinished.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Keys = tuple[str | int, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class KeyAndValue:
     """The spans of a key and its value. A table that is only named in headers has its first name as both."""
 
     key: Span
@@ -41,25 +41,48 @@ class Positions:
     name or a value.
     """
 
-    entries: dict[Keys, Entry] = field(default_factory=dict)
+    entries: dict[Keys, KeyAndValue] = field(default_factory=dict)
     named: dict[Keys, list[Span]] = field(default_factory=dict)
     headers: list[tuple[Span, Keys]] = field(default_factory=list)
     keys: Keys = ()
     expects: str = "key"
 
-    def nearest(self, keys: Keys) -> Entry:
+    def nearest(self, keys: Keys) -> KeyAndValue:
         """The entry of a key, or of the table around it if the grammar has found less than `tomllib`."""
         while keys and keys not in self.entries:
             keys = keys[:-1]
-        return self.entries.get(keys, Entry(Span(0, 0), Span(0, 0)))
+        return self.entries.get(keys, KeyAndValue(Span(0, 0), Span(0, 0)))
 
 
-def find_positions(text: str, whole: bool = False) -> Positions:
-    """The positions in a text. `whole` says that the text is valid."""
+def find_positions(text: str) -> Positions:
     walk = _Walk()
-    for start, statement in _statements(text, whole):
+    for start, statement in statements(text):
         walk.statement(start, statement)
     return walk.found
+
+
+def statements(text: str) -> Iterator[tuple[int, str]]:
+    """The statements of a text, and where they start. No line of a multi-line string starts one."""
+    inside = iter(multi_line_strings(text))
+    string = next(inside, None)
+    starts = [0]
+    for found in _START.finditer(text):
+        while string and string.end <= found.start():
+            string = next(inside, None)
+        if not string or found.start() <= string.start:
+            starts.append(found.start())
+    for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
+        yield start, text[start:end]
+
+
+def multi_line_strings(text: str) -> list[Span]:
+    """The multi-line strings that end, in the order of the text."""
+    return [Span(*found.span()) for found in _LITERAL.finditer(text) if found["lines"]]
+
+
+def comments(text: str) -> list[Span]:
+    """The comments, from `#` to the end of the line, in the order of the text."""
+    return [Span(*found.span()) for found in _LITERAL.finditer(text) if found["comment"]]
 
 
 def beginning(text: str, offset: int) -> tuple[Positions, str] | None:
@@ -87,14 +110,16 @@ _START = re.compile(
     re.VERBOSE | re.MULTILINE,
 )
 _HEADER = re.compile(r"^[ \t]*\[\[?(?=[ \t]*(?!(?:true|false|inf|nan)\b)[A-Za-z_])", re.MULTILINE)
-_MULTI_LINE = re.compile('"""|' + "'''")
+# A string that doesn't end on its line ends with it, so a quote too many hides nothing below.
+_LITERAL = re.compile(
+    r"""(?P<lines> \"{3} (?:\\.|[^\\])*? \"{3,5} | '{3} .*? '{3,5} )
+      | "(?:\\[^\n]|[^"\\\n])*"? | '[^'\n]*'? | (?P<comment>\#[^\r\n]*)""",
+    re.VERBOSE | re.DOTALL,
+)
 
 
-def _statements(text: str, whole: bool) -> Iterator[tuple[int, str]]:
-    """The statements of a text, and where they start."""
-    starts = [0] if whole and _MULTI_LINE.search(text) else [0, *(found.start() for found in _START.finditer(text))]
-    for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
-        yield start, text[start:end]
+_DEEPEST = 100
+"""The most brackets inside one another that are followed. The time to follow them grows with the square of it."""
 
 
 class _Atom(NamedTuple):
@@ -159,6 +184,8 @@ class _Walk:
                 self._key(atom, span)
             else:
                 self._value(atom, span)
+            if len(self.open) > _DEEPEST:
+                break
 
     def _go(self, expects: str, keys: Keys) -> None:
         self.found.expects, self.found.keys = expects, keys
@@ -181,7 +208,8 @@ class _Walk:
     def _item(self, span: Span) -> None:
         """Enter the latest table of an array of tables."""
         self.table = (*self.table, self.last[self.table])
-        self.found.entries.setdefault(self.table, Entry(span, span))
+        self.found.headers[-1] = (self.found.headers[-1][0], self.table)
+        self.found.entries.setdefault(self.table, KeyAndValue(span, span))
         self._go("header", self.table)
 
     def _key(self, atom: _Atom, span: Span) -> None:
@@ -232,8 +260,8 @@ class _Walk:
     def _end_value(self, span: Span) -> None:
         """The value has ended, and with it the statement unless it is inside brackets."""
         keys = self.found.keys
-        known = self.found.entries.get(keys)
-        self.found.entries[keys] = Entry(known.key if known and not isinstance(keys[-1], int) else span, span)
+        key = self.found.named[keys][-1] if keys in self.found.named else span
+        self.found.entries[keys] = KeyAndValue(key, span)
         if not self.open:
             self._go("key", self.table)
         elif self.open[-1][0] == "{":
@@ -242,7 +270,7 @@ class _Walk:
             self._go("value", keys)
 
     def _name(self, keys: Keys, span: Span) -> None:
-        self.found.entries.setdefault(keys, Entry(span, span))
+        self.found.entries.setdefault(keys, KeyAndValue(span, span))
         self.found.named.setdefault(keys, []).append(span)
         self.found.keys = keys
 

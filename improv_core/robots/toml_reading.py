@@ -15,11 +15,18 @@ from improv_core.text import Span
 
 Range = tuple[str, float, float]
 """The unit, the minimum, and the maximum of a number."""
+Given = Collection[Keys]
+"""The keys of tables."""
+PROFILES, ROBOTS, WORLD = ("profiles",), ("robots",), ("world",)
 
 
 @dataclass(frozen=True, slots=True)
 class TomlReading:
-    """Reads values by their keys, as the schema says. The public methods never raise; they add to `diagnostics`."""
+    """Reads values by their keys, as the schema says. The public methods never raise; they add to `diagnostics`.
+
+    What is wrong only because of what tables lack or how they fit together names these tables with `given`: it isn't
+    reported if one of them could be read only in part.
+    """
 
     toml: TomlText
     diagnostics: list[Diagnostic]
@@ -53,14 +60,16 @@ class TomlReading:
         self.at_value(keys, f"write `{keys[-1]}` as a whole number from {least} to {most}")
         return None
 
-    def one_of(self, keys: Keys, table: Mapping[str, Any], among: Collection[str] = ()) -> str | None:
+    def one_of(
+        self, keys: Keys, table: Mapping[str, Any], among: Collection[str] = (), given: Given = ()
+    ) -> str | None:
         """One of these words, by default of the schema's choices."""
         word = self.text(keys, table)
         words = among or known(keys).choices
         if word is None or word in words:
             return word
         message, near = _unknown(word, words)
-        self.at_value(keys, message, near and f'"{near}"')
+        self.at_value(keys, message, near and f'"{near}"', given)
         return None
 
     def text(self, keys: Keys, table: Mapping[str, Any]) -> str | None:
@@ -81,13 +90,15 @@ class TomlReading:
             self.at_key((*keys, name), *_unknown(name, names))
         return {name: inner for name, inner in value.items() if name not in unknown}
 
-    def at_key(self, keys: Keys, message: str, fixed: str = "") -> None:
+    def at_key(self, keys: Keys, message: str, fixed: str = "", given: Given = ()) -> None:
         """Report a key; `fixed` is what it should probably be."""
-        self._report(self.toml.positions.nearest(keys).key, message, fixed)
+        if all(map(self.toml.is_whole, given)):
+            self._report(self.toml.positions.nearest(keys).key, message, fixed)
 
-    def at_value(self, keys: Keys, message: str, fixed: str = "") -> None:
+    def at_value(self, keys: Keys, message: str, fixed: str = "", given: Given = ()) -> None:
         """Report a value; `fixed` is what it should probably be."""
-        self._report(self.toml.positions.nearest(keys).value, message, fixed)
+        if all(map(self.toml.is_whole, given)):
+            self._report(self.toml.positions.nearest(keys).value, message, fixed)
 
     def _report(self, span: Span, message: str, fixed: str) -> None:
         fixes: tuple[Fix, ...] = replace(f"Change to {fixed}", span, fixed) if fixed else ()

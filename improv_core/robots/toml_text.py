@@ -10,24 +10,34 @@ from typing import Any
 
 import tomllib
 
-from improv_core.diagnostics import Diagnostic, replace
-from improv_core.robots.toml_positions import Positions, find_positions
-from improv_core.text import LineIndex, Span
+from improv_core.diagnostics import Diagnostic
+from improv_core.robots.toml_errors import unreadable
+from improv_core.robots.toml_positions import Keys, Positions, find_positions
+from improv_core.robots.toml_statements import read_statements
 
 
 @dataclass(frozen=True)
 class TomlText:
-    """The data of a text, and where it is. If the text is not valid TOML, there is no data, but what can be found of
-    its positions."""
+    """The data of a text, and where it is.
+
+    If the text is not valid TOML, there is no data, but what can be found of its positions. `readable` is the data of
+    its valid statements, in which other errors can be found, and `broken` the tables in which there may be more.
+    """
 
     text: str
     data: Mapping[str, Any] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
+    readable: Mapping[str, Any] = field(default_factory=dict)
+    broken: frozenset[Keys] = frozenset()
+
+    def is_whole(self, keys: Keys) -> bool:
+        """Whether all of a table could be read. If not, nothing follows from what it lacks."""
+        return not any(keys[: len(each)] == each[: len(keys)] for each in self.broken)
 
     @cached_property
     def positions(self) -> Positions:
         """Found when they are first needed: a program whose file has no errors needs none."""
-        return find_positions(self.text, whole=not self.diagnostics)
+        return find_positions(self.text)
 
 
 @lru_cache(maxsize=4)
@@ -35,56 +45,9 @@ def read_toml(text: str) -> TomlText:
     """Read a text. Never raises; invalid TOML gives a `syntax` diagnostic where it is."""
     text = re.sub("^\ufeff", " ", text)  # a byte order mark; the space keeps the offsets
     try:
-        return TomlText(text, tomllib.loads(text))
+        data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        return TomlText(text, diagnostics=(_unreadable(text, str(error)),))
-
-
-# How to fix what tomllib reports, by the start of its message.
-_ADVICE = {
-    "Invalid value": 'write a value: a number, "text", [a list] or { a table }',
-    "Invalid statement": "write `key = value` or `[section]`",
-    "Invalid initial character": "write a key here, or remove the comma before it",
-    "Expected '='": "write `=` and a value after the key",
-    "Expected newline": "remove this or start a new line with it",
-    "Expected ']": "close the section name with `]`",
-    "Illegal character '\\n'": "close the string with the same quote it starts with",
-    "Unterminated string": "close the string with the same quotes it starts with",
-    "Unclosed array": "close the list with `]`",
-    "Unclosed inline table": "close the table with `}`, on the line where it starts",
-    "Cannot overwrite": "this key already has a value: remove one of them",
-    "Duplicate inline table key": "this key already has a value: remove one of them",
-    "Cannot declare": "this section already exists above: merge the two",
-    "Unescaped": r"write `\\` for one backslash",
-}
-_MESSAGE = re.compile(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", re.DOTALL)
-_UNQUOTED = re.compile(r"[A-Za-z_/][\w/-]*")
-_WORD = re.compile(r"[^\s,\]}]+|\S?")
-# tomllib notices these after the text in question, which starts earlier on the same line.
-_BEFORE = {
-    "Cannot": re.compile(r"\S.*$"),
-    "Duplicate": re.compile(r"[^\s,{][^,{]*$"),
-    "Unescaped": re.compile(r"\\.?$"),
-}
-
-
-def _unreadable(text: str, error: str) -> Diagnostic:
-    lines = LineIndex(text)
-    found = _MESSAGE.fullmatch(error)
-    if not found:  # not from tomllib itself but from one of Python's limits
-        message = "this file can't be read: nest brackets less deeply and use shorter numbers"
-        return Diagnostic("syntax", Span(lines.start(0), lines.end(0)), message)
-    what, line, column = found.groups()
-    advice = next((advice for start, advice in _ADVICE.items() if what.startswith(start)), None)
-    # Lines of TOML end with \n or \r\n, never with \r alone. At the end of the text, mark the last word.
-    starts = [0, *(end.end() for end in re.finditer("\n", text))]
-    at = starts[int(line) - 1] + int(column) - 1 if line else len(text.rstrip())
-    word = _WORD.match(text, at)
-    span = Span(*word.span()) if word else Span(at, at)
-    before = _BEFORE.get(what.split()[0])
-    begin = before and before.search(text, lines.start(lines.position(at).line), at)
-    if begin:
-        span = Span(begin.start(), at)
-    unquoted = what.startswith("Invalid value") and _UNQUOTED.fullmatch(text, *span)
-    fixes = replace("Put it in quotes", span, f'"{unquoted[0]}"') if unquoted else ()
-    return Diagnostic("syntax", span, advice or f"this is not valid TOML: {what[:1].lower()}{what[1:]}", fixes)
+        found = read_statements(text)
+        diagnostics = tuple(found.diagnostics) or (unreadable(text, str(error)),)
+        return TomlText(text, {}, diagnostics, found.data, frozenset(found.broken))
+    return TomlText(text, data, readable=data)

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Mapping
 from improv_core.ide.completion import Completion, Item
 from improv_core.robots.schema import Key, find
 from improv_core.robots.sources import SOURCES
-from improv_core.robots.toml_positions import Entry, Keys, Positions, beginning
+from improv_core.robots.toml_positions import KeyAndValue, Keys, Positions, beginning
 from improv_core.robots.toml_text import read_toml
 from improv_core.score.profiles import BUILT_IN
 from improv_core.score.senses import BUMP, NEAR
@@ -36,7 +36,7 @@ def complete(text: str, offset: int, cast: Collection[str] = ()) -> Completion |
     return Completion(Span(offset - len(begun), end), list(items), 0, True)
 
 
-def _sections(table: Keys, others: Mapping[Keys, Entry], cast: Collection[str], closed: bool) -> Iterator[Item]:
+def _sections(table: Keys, others: Mapping[Keys, KeyAndValue], cast: Collection[str], closed: bool) -> Iterator[Item]:
     """What may come in a header, after the names in it so far. `closed` if its bracket is there."""
     key = find(table)
     end = "" if closed else "]"
@@ -51,7 +51,7 @@ def _sections(table: Keys, others: Mapping[Keys, Entry], cast: Collection[str], 
             yield Item(name, "robot" if table[0] == "robots" else "section", about, f"{name}{end}")
 
 
-def _keys(before: Positions, others: Mapping[Keys, Entry], has_value: bool, begun: str) -> Iterator[Item]:
+def _keys(before: Positions, others: Mapping[Keys, KeyAndValue], has_value: bool, begun: str) -> Iterator[Item]:
     key = find(before.keys)
     for name, inner in (key.keys if key and before.keys else {}).items():
         if (*before.keys, name) not in others:
@@ -62,7 +62,7 @@ def _keys(before: Positions, others: Mapping[Keys, Entry], has_value: bool, begu
             yield Item(f"[{item.label}]", "section", item.detail, f"[{item.snippet}")
 
 
-def _values(text: str, keys: Keys, others: Mapping[Keys, Entry]) -> Iterator[Item]:
+def _values(text: str, keys: Keys, others: Mapping[Keys, KeyAndValue]) -> Iterator[Item]:
     key = find(keys)
     if not key:
         return

@@ -13,9 +13,10 @@ from improv_core.program.analysis import Analysis
 from improv_core.program.program import Placed
 from improv_core.syntax import nodes
 from improv_core.syntax.nodes import Node
+from improv_core.syntax.vocabulary import such_that
 from improv_core.text import Span
 
-_ITEMIZING = ("accumulate", "choose", "shuffle")
+_ITEMIZING = such_that(lambda word: word.of_items)
 MAY_ITEMIZE = re.compile(rf"\b(?:{'|'.join(_ITEMIZING)})\b")
 """A word in a program that may count items anywhere in it."""
 _WORD = re.compile(r"\w")
@@ -23,7 +24,7 @@ _SPACES = " \t\r\n"
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class Fragment:
     """A part of a movement: one node or consecutive items of a series, and the nodes around it, outermost first.
 
     If `is_itemized`, a word such as `accumulate` may count the items here.
@@ -62,22 +63,22 @@ class Piece:
 
     @property
     def takes_items(self) -> bool:
-        """Whether several items can replace the piece, which is one term."""
+        """Whether several items can replace the fragment, which is one term."""
         takes_one = self.around and isinstance(self.around[-1], nodes.Apply | nodes.Call | nodes.Choice)
         return not (self.is_counted or takes_one)
 
     @property
     def takes_voices(self) -> bool:
-        """Whether a `||` can replace the piece, which is one term."""
+        """Whether a `||` can replace the fragment, which is one term."""
         outside = self.around
         return not outside or (isinstance(outside[-1], nodes.Bracket) and not outside[-1].squeezes)
 
-    def of(self, items: tuple[Node, ...], outside: tuple[Node, ...]) -> Piece:
+    def of(self, items: tuple[Node, ...], outside: tuple[Node, ...]) -> Fragment:
         """Other items of the same statement."""
-        return Piece(self.placed, items, outside, self.is_itemized)
+        return Fragment(self.placed, items, outside, self.is_itemized)
 
 
-def piece_at(analysis: Analysis, span: Span) -> Piece | None:
+def fragment_at(analysis: Analysis, span: Span) -> Fragment | None:
     """The selected movement, extended to whole items, or the movement at the cursor if the span is empty."""
     placed = analysis.statement_at(span.start)
     body = tree(placed) if placed else None
@@ -85,7 +86,7 @@ def piece_at(analysis: Analysis, span: Span) -> Piece | None:
         return None
     if span.start == span.end:
         at = cursor(analysis, span.start)
-        return _piece(analysis, placed, at.around) if at and at.node else None
+        return _fragment(analysis, placed, at.around) if at and at.node else None
     text = analysis.text[slice(*span)]
     start = span.start + len(text) - len(text.lstrip(_SPACES)) - placed.start
     end = span.start + len(text.rstrip(_SPACES)) - placed.start
@@ -96,22 +97,22 @@ def piece_at(analysis: Analysis, span: Span) -> Piece | None:
     if isinstance(inner, nodes.Series):
         items = tuple(item for item in inner.items if item.span.start < end and start < item.span.end)
         if items and len(items) < len(inner.items):
-            return Piece(placed, items, found, _is_itemized(analysis, placed, found))
-    return _piece(analysis, placed, found)
+            return Fragment(placed, items, found, _is_itemized(analysis, placed, found))
+    return _fragment(analysis, placed, found)
 
 
-def piece_of(analysis: Analysis, placed: Placed, node: Node) -> Piece:
+def fragment_of(analysis: Analysis, placed: Placed, node: Node) -> Fragment:
     """A node of a statement."""
     found = around(tree(placed), node.span)
-    return _piece(analysis, placed, found[: found.index(node) + 1])
+    return _fragment(analysis, placed, found[: found.index(node) + 1])
 
 
-def replaced(piece: Piece, text: str) -> Edit:
-    """The edit that replaces a piece, with spaces where words would run together."""
-    span, source = piece.span, piece.placed.statement.text
+def replaced(fragment: Fragment, text: str) -> Edit:
+    """The edit that replaces a fragment, with spaces where words would run together."""
+    span, source = fragment.span, fragment.placed.statement.text
     before = " " if _WORD.match(source[span.start - 1 : span.start]) and _WORD.match(text) else ""
     after = " " if _WORD.match(text[-1:]) and _WORD.match(source[span.end : span.end + 1]) else ""
-    return Edit(span.shifted(piece.placed.start), before + text + after)
+    return Edit(span.shifted(fragment.placed.start), before + text + after)
 
 
 def is_broken(placed: Placed) -> bool:
@@ -119,12 +120,12 @@ def is_broken(placed: Placed) -> bool:
     return any(each.severity is Severity.ERROR for each in placed.statement.diagnostics)
 
 
-def _piece(analysis: Analysis, placed: Placed, found: Sequence[Node]) -> Piece:
+def _fragment(analysis: Analysis, placed: Placed, found: Sequence[Node]) -> Fragment:
     """The innermost of these nodes. The name of a phrase stands for its use."""
     *outside, node = found
     if outside and isinstance(outside[-1], nodes.Call) and node is outside[-1].name:
         node = outside.pop()
-    return Piece(placed, (node,), tuple(outside), _is_itemized(analysis, placed, outside))
+    return Fragment(placed, (node,), tuple(outside), _is_itemized(analysis, placed, outside))
 
 
 def _is_squeezed(outside: Sequence[Node]) -> bool:

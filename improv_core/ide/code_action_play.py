@@ -1,0 +1,109 @@
+"""Code actions that play what is at the cursor, mute or solo its robots, or stop all. They change no text."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+from improv_core.ide.references import symbol_at
+from improv_core.ide.selection import uses
+from improv_core.program.analysis import Analysis
+from improv_core.program.program import MOST_SCENES, Placed
+from improv_core.program.timing import in_beats, in_seconds
+from improv_core.score.lengths import lengths
+from improv_core.score.movement import ENDLESS, Lengths
+from improv_core.text import Span
+
+MOST_ROBOTS = 3
+"""The most robots of a line that can be muted and soloed from there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Deed:
+    """Something that moves or stops robots. Its `kind` is for code actions; `command` is what follows `improv.`.
+
+    `only` is what plays, if not the whole program; `robot` is who is meant.
+    """
+
+    title: str
+    kind: str
+    command: str
+    only: Span | None = None
+    robot: str | None = None
+
+
+STOP = Deed("Stop all robots", "improv.stop", "hush")
+
+
+def deeds(analysis: Analysis, cursor: int, muted: Collection[str] = (), soloed: Collection[str] = ()) -> Iterator[Deed]:
+    """What can be done at the cursor, given who is muted and soloed: first what plays the least."""
+    placed = analysis.statement_at(cursor)
+    if tried := _tried(analysis, cursor, placed):
+        name = tried.statement.heads[0].text
+        yield Deed(f"Try {name}{_lasting(analysis, tried)}", "improv.play.name", "play", _head(tried))
+    if analysis.plays_nothing:
+        return
+    if placed and placed.meaning.robots and len(analysis.played) > 1:
+        yield Deed(f"Play only this line{_lasting(analysis, placed)}", "improv.play.line", "play", _head(placed))
+    if analysis.scenes:
+        scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.scenes), MOST_SCENES - 1)
+        lasts = _in_brackets(scene_lasting(analysis, scene))
+        yield Deed(f"Play only scene {scene + 1}{lasts}", "improv.play.scene", "play", scene_span(analysis, scene))
+    yield Deed("Play the program", "improv.play", "play")
+    yield STOP
+    if placed and len(analysis.robots) > 1:
+        for robot in placed.meaning.robots[:MOST_ROBOTS]:
+            yield Deed(f"{'Unmute' if robot in muted else 'Mute'} {robot}", "improv.mute", "mute", robot=robot)
+            yield Deed(f"{'Unsolo' if robot in soloed else 'Solo'} {robot}", "improv.solo", "solo", robot=robot)
+
+
+def lasting(parts: Iterable[Lengths], tempo: Fraction) -> str:
+    """`8 beats, 16.0 s`: how long the longest of some parts takes; empty if there is none."""
+    known = list(parts)
+    if not known:
+        return ""
+    whole = Lengths(max(each.shortest for each in known), max(each.longest for each in known), False)
+    return in_beats(whole) + (f", {in_seconds(whole, tempo)}" if whole.longest != ENDLESS else "")
+
+
+def scene_lasting(analysis: Analysis, scene: int) -> str:
+    """How long a scene, counted from 0, takes; as `lasting`."""
+    parts = [scenes[scene] for scenes in analysis.parts.values() if scene < len(scenes)]
+    return lasting(map(lengths, parts), analysis.tempo)
+
+
+def scene_span(analysis: Analysis, scene: int) -> Span:
+    """The text of a scene, counted from 0, with the line that begins it."""
+    marks = [0, *(analysis.offsets[index] for index in analysis.scenes), len(analysis.text)]
+    return Span(marks[scene], marks[scene + 1])
+
+
+def _tried(analysis: Analysis, cursor: int, placed: Placed | None) -> Placed | None:
+    """The definition at the cursor, or that of the name there, if it can be played: a phrase needs arguments."""
+    symbol = symbol_at(analysis, cursor)
+    if symbol and symbol.definer is not None and not symbol.is_parameter:
+        definer = symbol.definer
+    elif placed and placed.meaning.definition:
+        definer = placed.index
+    else:
+        return None
+    return analysis.placed(definer) if uses(analysis, definer) is not None else None
+
+
+def _lasting(analysis: Analysis, placed: Placed) -> str:
+    """How long a line or a name takes, in brackets; nothing of a phrase, which depends on its arguments."""
+    if not placed.meaning.ok or placed.statement.parameters:
+        return ""
+    return _in_brackets(lasting([lengths(placed.meaning.movement)], analysis.tempo))
+
+
+def _in_brackets(text: str) -> str:
+    return f" ({text})" if text else ""
+
+
+def _head(placed: Placed) -> Span:
+    """The head of a line or a definition."""
+    sign = placed.statement.sign
+    assert sign
+    return Span(placed.start, placed.start + sign.end)

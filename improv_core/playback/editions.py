@@ -41,12 +41,12 @@ class Editions:
         return self._sent.values()
 
     def plays(self, generation: int) -> None:
-        """A stage has reported that a score plays, so the ones before it do not matter any more."""
+        """Note that a stage has reported that a score plays, so the ones before it no longer matter."""
         if generation in self._sent:
             self._sent = {number: score for number, score in self._sent.items() if number >= generation}
 
     def _editions(self, part: Part) -> tuple[int, ...]:
-        """A number for each scene: that of an earlier part if it moves the robot alike in that scene."""
+        """A number for each scene: that of an earlier part if it moves the robot in the same way in that scene."""
         earlier = [
             known
             for score in reversed(self._sent.values())

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from improv_core.playback.stops import Receiver
 from improv_core.score.score import Score
-from improv_core.score.score_json import Written, to_json
-from improv_core.stage.protocol import Load, When
+from improv_core.score.score_json import RowsWritten, to_json
+from improv_core.stage.messages import Load, When
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,11 +25,11 @@ class Loads:
     """Makes the messages that have stages play scores, and remembers what each stage has been sent."""
 
     def __init__(self) -> None:
-        self._written: dict[Receiver, Written] = {}
+        self._written: dict[Receiver, RowsWritten] = {}
 
     def make(self, stage: Receiver, asked: Asked, backend: str) -> Load:
         """The message to a stage; `backend` is what everything plays on, in words. It has to be sent, or forgotten."""
-        written = self._written[stage] = self._written.get(stage, Written()).renewed()
+        written = self._written[stage] = self._written.get(stage, RowsWritten()).renewed()
         return {
             "type": "load",
             "generation": asked.generation,
@@ -40,5 +40,5 @@ class Loads:
         }
 
     def forget(self, stage: Receiver) -> None:
-        """Nobody knows what a stage has, or it is gone: the next message has the whole score."""
+        """Forget what a stage has: that is unknown, or it is gone. The next message has the whole score."""
         self._written.pop(stage, None)

@@ -16,12 +16,12 @@ from improv_core.playback.editions import Editions
 from improv_core.playback.loads import Asked, Loads
 from improv_core.playback.stage_process import Gone, Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
-from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError
-from improv_core.playback.stops import Stops
+from improv_core.playback.stop_socket import IDLE
+from improv_core.playback.stops import KNOWN, Stops
 from improv_core.score.score import Part, Score
 from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.stage.protocol import (
-    Answer,
+from improv_core.stage.commands import (
+    COMMANDS,
     Cue,
     Editing,
     Force,
@@ -29,22 +29,23 @@ from improv_core.stage.protocol import (
     Held,
     KeySense,
     PageRequest,
-    Place,
-    Problem,
-    Program,
-    Ready,
+    PlaceRobots,
     Released,
     Seek,
-    Sensed,
     Silence,
-    Source,
     Speed,
+    Watched,
+)
+from improv_core.stage.editing import Answer, ProgramSource
+from improv_core.stage.messages import (
+    Problem,
+    ProgramMessage,
+    Ready,
+    Sensed,
     ToStage,
     TransportMessage,
     WarningLine,
-    Watched,
     When,
-    refused_by,
 )
 from improv_core.stage.tickets import issue
 
@@ -55,13 +56,16 @@ AFTER = 0.02
 HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
 
+MOST_MISTAKES = 20
+"""The most mistakes that pages list."""
+
 Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
-"""How a person changes what plays, apart from stopping, pausing, and resuming it."""
+"""What people can do to what plays, apart from stopping, pausing, and resuming it."""
 Mistake = tuple[str, int, int, str, str]
 """What keeps a program from being played: the file, the line and the column from 1, the word there, and a message."""
 Edit = Callable[[Editing, int], None]
 """Handles what a page asks for while somebody edits the program; also gets the count of stops at that moment."""
-News = Heard | Place | Form
+News = Heard | PlaceRobots | Form
 """What a listener gets: a message from a stage, its end, or new start poses of robots that were dragged."""
 
 
@@ -112,7 +116,7 @@ class Playback:
     """Plays scores on the chosen backend: one leading stage and, if that is ROS 2, the simulator as its twin.
 
     `listen` gets every message from a stage, and whether that stage leads. Use it from one event loop only, except
-    `stops`. While the stages are open, `improv stop` stops them. Without `edit`, no page can edit the program.
+    `stops` and `stop`. Without `edit`, no page can edit the program.
     """
 
     def __init__(
@@ -128,7 +132,7 @@ class Playback:
         self._listen = listen
         self._edit = edit
         self._start = start
-        self._socket: StopSocket | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._leader: RunningStage | None = None
         self._twin: RunningStage | None = None
         self._idle: RunningStage | None = None  # of real robots, while the simulator plays alone
@@ -142,14 +146,13 @@ class Playback:
         self._latest: Asked | None = None
         self._behind = 0.0  # how many seconds the twin plays behind the leading stage
         self._entered: TransportMessage | None = None  # the first message of the latest score's playing
-        self._kept: dict[str, Speed | Silence | Program | Source] = {}  # also sent to new stages
+        self._kept: dict[str, Change | ProgramMessage | ProgramSource] = {}  # also sent to new stages
         self._opening = asyncio.Lock()
         self._ends = 0  # how often everything had to end
         self._reviving: set[asyncio.Task[None]] = set()
         self._halting: RunningStage | None = None  # a new stage that only has to stop the robots of a dead one
         self._still = asyncio.Event()
-        self._waits_for: Sequence[str] = ()  # what the stage that leads says has to change
-        self._failed: RunningStage | None = None  # said in its last message that it could not stop all robots
+        self._waits_for: Sequence[str] = ()  # what has to change, according to the leading stage
         self._token = secrets.token_urlsafe()
         self._port = options.port
         self.is_on = False
@@ -198,12 +201,13 @@ class Playback:
             {"file": file, "line": line, "column": column, "word": word, "message": message}
             for file, line, column, word, message in mistakes
         ]
-        program: Program = {"type": "program", "name": name, "folder": folder, "problems": problems}
+        shown, count = problems[:MOST_MISTAKES], len(problems)
+        program: ProgramMessage = {"type": "program", "name": name, "folder": folder, "problems": shown, "count": count}
         self._kept["program"] = program
         for stage in self._stages:
             stage.send(program)
 
-    def tell_pages(self, message: Source | Answer) -> None:
+    def tell_pages(self, message: ProgramSource | Answer) -> None:
         """Tell pages what they may edit, now and when they are opened, or answer one of them."""
         if message["type"] == "source":
             self._kept["source"] = message
@@ -213,11 +217,11 @@ class Playback:
 
     async def open(self) -> None:
         """Start the stages unless they are running. Raises StageError."""
+        self._loop = asyncio.get_running_loop()
         async with self._opening:
             if self._leader and all(stage.alive for stage in self._stages):
                 return
             await self._close()
-            self._open_socket()
             backend = self.options.backend
             sinks: list[SinkName] = ["ros"] if backend != "sim" else []
             if backend != "ros":
@@ -232,6 +236,9 @@ class Playback:
                 await self._close()
                 raise
             self._leader, self._twin = stages[0], stages[1] if len(stages) > 1 else None
+            if self.is_real and self.stops.unreachable:
+                await self._close()
+                raise StageError(f"real robots need `improv stop`: {self.stops.unreachable}")
 
     async def play(
         self,
@@ -263,8 +270,11 @@ class Playback:
             self._beginning -= 1
         if self._ends != ends:
             return None
-        if (stop := score.safety.stop) and stop in self._waits_for:
-            self._listen({"type": "error", "message": refused_by(stop)}, True)
+        assert self._leader
+        stage = self._idle or self._leader
+        if stage.ready["real"] and not simulated and (line := self.stops.refusal(score.safety.stop)):
+            stage.send(self.stops.pressed)  # another one may have heard it: this one has to hear its release
+            self._listen({"type": "error", "message": line}, True)
             return None
         self._let_lead(simulated)
         self._senses = senses
@@ -283,6 +293,11 @@ class Playback:
             self._leader.send({"type": "hush"})  # its robots must not keep dancing while real ones are waited for
             self._leader, self._twin, self._idle = self._idle, self._leader, None
 
+    def revise(self, score: Score) -> None:
+        """Have a page's Restart play this score instead of the one that was played."""
+        if self._score:
+            self._score = score
+
     def resume(self, asked: int) -> None:
         """Resume all stages after a pause. `asked` is as for `play`."""
         stages = [stage for stage in (self._leader, self._twin) if stage]
@@ -290,8 +305,9 @@ class Playback:
 
     def conduct(self, message: Change) -> None:
         """Send a command to all stages, effective at the same time."""
-        if message["type"] == "speed" or message["type"] == "silence":
-            self._kept[message["type"]] = message
+        row = COMMANDS[message["type"]]
+        if row.kept:
+            self._kept[row.name] = message
         elif message["type"] == "seek" and not self._score:
             line = "nothing has been played yet: save a program before you seek"
             self._listen({"type": "warning", "message": line}, True)
@@ -300,9 +316,9 @@ class Playback:
         timed["at"] = time.monotonic()
         if self._leader:
             self._leader.send(timed)
-        if self._idle and message["type"] in ("speed", "silence"):
+        if self._idle and row.kept:
             self._idle.send(timed)  # it holds for what it plays next
-        if not self._twin or message["type"] in ("cue", "key", "force"):  # the twin is told what was sensed
+        if not self._twin or row.as_sensed:
             return
         if not self._behind:
             self._twin.send(timed)
@@ -339,29 +355,18 @@ class Playback:
             self._loads.forget(stage)
         self._leader = self._twin = self._idle = None
         self.is_on = False
-        if self._socket:
-            self._socket.close()
-            self._socket = None
 
-    def _open_socket(self) -> None:
-        loop = asyncio.get_running_loop()
-
-        def stop() -> str:
-            name = self._name if self.is_on or self._beginning else ""
-            self.stops.stop()
-            if not name:
-                return IDLE
-            line: WarningLine = {"type": "warning", "message": "stopped by `improv stop`"}
+    def stop(self) -> str:
+        """Stop, on any thread, for `improv stop`. Returns the line that answers it."""
+        name = self._name if self.is_on or self._beginning else ""
+        self.stops.stop()
+        if not name:
+            return IDLE
+        line: WarningLine = {"type": "warning", "message": "stopped by `improv stop`"}
+        if self._loop:
             with suppress(RuntimeError):  # the loop has been closed
-                loop.call_soon_threadsafe(self._listen, line, True)
-            return f"stopped {name} on {self.status}" if self._leader else f"stopped {name} before it began"
-
-        if SUPPORTED:
-            try:
-                self._socket = StopSocket(stop)
-            except StopSocketError as error:
-                line = f"`improv stop` won't work, because its socket can't be made: {error}"
-                self._listen({"type": "warning", "message": line}, True)
+                self._loop.call_soon_threadsafe(self._listen, line, True)
+        return f"stopped {name} on {self.status}" if self._leader else f"stopped {name} before it began"
 
     async def _start_stage(self, sink: SinkName) -> RunningStage | None:
         stage = await self._start(sink, replace(self.options, port=self._port), self._token, self._hear, self.stops)
@@ -371,6 +376,8 @@ class Playback:
                 self._port = urlsplit(stage.ready["page"]).port or 0
             for message in self._kept.values():
                 stage.send(message)
+            if stage.ready["real"] and self.stops.pressed["count"]:
+                stage.send(self.stops.pressed)
             self.stops.add(stage)
         return stage
 
@@ -388,6 +395,7 @@ class Playback:
     def _send_to_leader(self, asked: Asked) -> bool:
         assert self._leader
         load = self._loads.make(self._leader, asked, self.status)
+        load["stops"] = self.stops.known  # as many as when it was asked for, or it is not sent
         if self._senses is not None:
             load["senses"] = self._senses
         sent = self.stops.send(load, [self._leader], asked.stops)
@@ -446,8 +454,10 @@ class Playback:
                 self._still.set()
             if leads:
                 self._lead(message)
-        elif message["type"] == "stopped" and "message" in message:
-            self._failed = stage
+        elif message["type"] == "pressed":
+            self.stops.pressed = message
+            asyncio.get_running_loop().call_later(KNOWN, self.stops.know, message["count"])
+            return
         self._listen(message, leads)
 
     def _obey(self, request: PageRequest | Watched, asked: int) -> None:
@@ -513,8 +523,6 @@ class Playback:
         task.add_done_callback(self._reviving.discard)
         if not leads and not idles:
             what = "a new one will show the next dance"
-        elif dead.ready["real"] and self.options.standby and dead is not self._failed:
-            what = f"its robots were stopped{again}"
         else:
             what = f"a new one is stopping the robots{again}"
         return {**gone, "message": f"{gone['message']}: {what}"}

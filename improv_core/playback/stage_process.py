@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-import queue
 import signal
 import subprocess
 import sys
@@ -14,19 +13,16 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import IO, Literal, TypedDict
+from functools import partial
+from typing import IO, Any, Literal, TypedDict
 
 from improv_core.playback.isolation import isolated
 from improv_core.playback.stops import Stops
 from improv_core.playback.watch import LOOK_PERIOD, PING_PERIOD, Watch
-from improv_core.stage.protocol import (
-    END_LIMIT,
-    FromStage,
-    ProtocolError,
-    Ready,
-    ToStage,
-    read_from_stage,
-)
+from improv_core.stage.commands import is_stop
+from improv_core.stage.json_pieces import dumps
+from improv_core.stage.messages import END_LIMIT, HANG_LIMIT, STOP_PIPE, FromStage, Ready, ToStage, read_from_stage
+from improv_core.stage.typed_lines import ProtocolError
 from improv_core.stage.urgent_queue import UrgentQueue
 
 START_LIMIT = 60.0
@@ -46,10 +42,6 @@ Hear = Callable[["Stage", Heard, int], None]
 """Gets what is heard from a stage. With a request of a page comes the count of stops when it arrived."""
 
 
-class _Wake:
-    """Makes the thread that writes check again whether the stage rests."""
-
-
 class StageError(Exception):
     """A stage can't be started. The message is one line that says what to do."""
 
@@ -58,12 +50,16 @@ class Stage:
     """A stage process. Made by `start`.
 
     Threads read and write, so a stage that does not read or an event loop that is busy is not mistaken for a dead one.
+    Stops, pauses, and pings have a channel of their own, `stops_by`: a pipe that never holds a long message. Where a
+    child process can't inherit one, on Windows, they go to standard input, behind what is being written there.
     """
 
     ready: Ready
     """Its first message."""
 
-    def __init__(self, process: subprocess.Popen[bytes], hear: Hear, stops: Stops) -> None:
+    def __init__(
+        self, process: subprocess.Popen[bytes], hear: Hear, stops: Stops, stops_by: int | None, hang_limit: float
+    ) -> None:
         self._process = process
         self._hear = hear
         self._stops = stops
@@ -73,24 +69,35 @@ class Stage:
         self._first: asyncio.Future[Heard] = self._loop.create_future()
         self._ended = asyncio.Event()
         self._last_words: deque[str] = deque(maxlen=5)
-        self._outbox: UrgentQueue[ToStage | _Wake | None] = UrgentQueue()
-        self._watch = Watch(time.monotonic())
+        self._outbox: UrgentQueue[ToStage | None] = UrgentQueue()
+        self._sending = threading.Lock()
+        self._stops_by = stops_by
+        self._number = 0  # of the latest message there
+        self._awake = threading.Event()  # the stage may no longer rest
+        self._over = threading.Event()  # it has ended, or is about to
+        self._watch = Watch(time.monotonic(), hang_limit)
         self._looking = True  # once it is ready
-        for work in (self._write, self._read, self._read_log):
+        for work in (self._write, self._keep_pinging, self._read, self._read_log):
             threading.Thread(target=work, daemon=True).start()
 
     @classmethod
-    async def start(cls, command: Sequence[str], env: Mapping[str, str], hear: Hear, stops: Stops) -> Stage:
-        """Start a stage and wait until it is ready. `stops` obeys its pages. Raises StageError with its message."""
-        pipe = subprocess.PIPE
+    async def start(
+        cls,
+        command: Sequence[str],
+        env: Mapping[str, str],
+        hear: Hear,
+        stops: Stops,
+        hang_limit: float = HANG_LIMIT,
+    ) -> Stage:
+        """Start a stage and wait until it is ready. `stops` obeys its pages. Raises StageError with its message.
+
+        If it doesn't answer for `hang_limit` seconds while it moves real robots, it is killed.
+        """
         try:
-            # In a session of its own: Ctrl-Z must not suspend it too, or robots would keep moving.
-            process = subprocess.Popen(  # noqa: ASYNC220
-                command, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True, **isolated(env)
-            )
+            process, stops_by = _start(command, env)
         except OSError as error:
             raise StageError(f"{command[0]} can't be started: {error.strerror}") from None
-        stage = cls(process, hear, stops)
+        stage = cls(process, hear, stops, stops_by, hang_limit)
         try:
             first = await asyncio.wait_for(asyncio.shield(stage._first), START_LIMIT)
         except asyncio.TimeoutError:
@@ -115,7 +122,18 @@ class Stage:
 
     def send(self, message: ToStage) -> None:
         """Send a message. A message to a dead stage is lost; its end has been reported."""
-        self._outbox.put(message)
+        self._watch.writing(time.monotonic())
+        self._awake.set()
+        with self._sending:
+            if self._stops_by is None:
+                self._outbox.put(message)
+            elif is_stop(message):
+                self._send_first(message)
+            else:
+                if message["type"] == "load" or message["type"] == "resume":
+                    self._send_first({"type": "ping"})  # the stage must expect pings before it moves anything
+                numbered: Any = {**message, "after": self._number}  # each message may have it
+                self._outbox.put(numbered)
         if not self._looking:
             with suppress(RuntimeError):  # the loop was closed
                 self._loop.call_soon_threadsafe(self._begin_to_look)
@@ -123,7 +141,10 @@ class Stage:
     async def close(self) -> None:
         """Close its input, which stops the robots and ends the stage. If it does not exit, it is killed."""
         self._closing = True
+        self._over.set()
+        self._awake.set()
         self._outbox.put(None)
+        self._close_channel()
         try:
             await asyncio.wait_for(self._ended.wait(), END_LIMIT)
         except asyncio.TimeoutError:
@@ -157,38 +178,53 @@ class Stage:
             self._looking = False
 
     def _write(self) -> None:
-        """Write messages, and pings between them. While the stage rests, only wait."""
+        """Write messages to standard input, which may take long."""
         pipe = self._process.stdin
         assert pipe
-        next_ping = time.monotonic() + PING_PERIOD
         with suppress(OSError):  # it has ended
-            while True:
-                now = time.monotonic()
-                rests = self._watch.rests(now)
-                if not rests and now >= next_ping:  # whatever else waits
-                    next_ping = now + PING_PERIOD
-                    self._ping(pipe)
-                try:
-                    message = self._outbox.get(timeout=None if rests else max(next_ping - time.monotonic(), 0))
-                except queue.Empty:
-                    continue
-                if message is None:
-                    break
-                self._watch.writing(time.monotonic())
-                if rests:  # first, so that the stage expects pings before it moves anything
-                    self._ping(pipe)
-                if isinstance(message, _Wake):
-                    continue
-                if message["type"] == "load":
-                    self._watch.loading()
-                    next_ping = time.monotonic()
+            while (message := self._outbox.get()) is not None:
+                loads = message["type"] == "load"
+                if loads:
+                    with self._sending:
+                        self._number = number = self._number + 1
+                    self._watch.loading(number)
                 _write_line(pipe, message)
+                if loads:
+                    _write_line(pipe, {"type": "ping", "number": number})
         with suppress(OSError):
             pipe.close()
 
-    def _ping(self, pipe: IO[bytes]) -> None:
-        if number := self._watch.ping(time.monotonic()):
-            _write_line(pipe, {"type": "ping", "number": number})
+    def _keep_pinging(self) -> None:
+        """Ping while the stage doesn't rest. On a thread of its own: a long message must not hold up a ping."""
+        while not self._over.is_set():
+            if self._watch.rests(time.monotonic()):
+                self._awake.wait()
+            self._awake.clear()
+            if self._watch.may_ping(time.monotonic()):
+                with self._sending:
+                    if self._stops_by is not None:
+                        self._send_first({"type": "ping"})
+                    else:
+                        self._number += 1
+                        self._watch.ping(self._number)
+                        self._outbox.put({"type": "ping", "number": self._number})
+            self._over.wait(PING_PERIOD)
+
+    def _send_first(self, message: Mapping[str, Any]) -> None:
+        """Send a numbered message on the channel of stops. Hold the lock."""
+        assert self._stops_by is not None
+        self._number += 1
+        if message["type"] == "ping":
+            self._watch.ping(self._number)
+        line = json.dumps({**message, "number": self._number}).encode() + b"\n"
+        with suppress(OSError):  # it has ended; or it has read nothing for minutes, and is about to be killed
+            os.write(self._stops_by, line)  # so short a line is written completely or not at all
+
+    def _close_channel(self) -> None:
+        with self._sending:
+            if self._stops_by is not None:
+                os.close(self._stops_by)
+                self._stops_by = None
 
     def _read(self) -> None:
         assert self._process.stdout
@@ -210,7 +246,7 @@ class Stage:
             may_play = message["state"] == "waiting" or bool(message.get("waits_for"))
             self._watch.moving(plays, may_play, time.monotonic())
             if plays or may_play:
-                self._outbox.put(_Wake())
+                self._awake.set()
                 with suppress(RuntimeError):
                     self._loop.call_soon_threadsafe(self._begin_to_look)
         if message["type"] == "stopped":
@@ -230,7 +266,10 @@ class Stage:
 
     def _end(self) -> None:
         self._ended.set()
+        self._over.set()
+        self._awake.set()
         self._outbox.put(None)
+        self._close_channel()
         why = self._failure or (self._last_words[-1] if self._last_words else "")
         ended = f"the stage failed: {why}" if why else "the stage exited unexpectedly"
         self._told({"type": "gone", "message": self._hung or ended})
@@ -242,6 +281,26 @@ class Stage:
                 self._last_words.append(line.decode(errors="replace").strip())
 
 
+def _start(command: Sequence[str], env: Mapping[str, str]) -> tuple[subprocess.Popen[bytes], int | None]:
+    """The process, and our end of its channel of stops if it can have one. Raises OSError."""
+    pipe = subprocess.PIPE
+    # In a session of its own: Ctrl-Z must not suspend it too, or robots would keep moving.
+    popen: Callable[..., subprocess.Popen[bytes]] = subprocess.Popen
+    start = partial(popen, command, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True)
+    if sys.platform == "win32":
+        return start(**isolated(env)), None
+    theirs, ours = os.pipe()
+    try:
+        os.set_blocking(ours, False)
+        process = start(pass_fds=[theirs], **isolated({**env, STOP_PIPE: str(theirs)}))
+    except OSError:
+        os.close(ours)
+        raise
+    finally:
+        os.close(theirs)
+    return process, ours
+
+
 def _write_line(pipe: IO[bytes], message: ToStage) -> None:
-    pipe.write(json.dumps(message).encode() + b"\n")
+    pipe.write(dumps(message) + b"\n")
     pipe.flush()

@@ -12,7 +12,7 @@ from typing import Literal
 from improv_core.playback.interpreter import InterpreterError, find_ros_python
 from improv_core.playback.stage_process import Hear, Stage, StageError
 from improv_core.playback.stops import Stops
-from improv_core.stage.protocol import FOLDER
+from improv_core.stage.messages import FOLDER
 
 SinkName = Literal["simulator", "ros"]
 

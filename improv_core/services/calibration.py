@@ -12,7 +12,7 @@ from improv_core.robots.limits import excess
 from improv_core.score.motion import Pose
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.profiles import Profile
-from improv_core.stage.protocol import MeasuredRobot
+from improv_core.stage.messages import MeasuredRobot
 
 QUARTERS = 8
 """The quarter turns of the turning dance: after two full turns, errors add up, and the robot faces its line again."""
@@ -24,7 +24,7 @@ PATIENCE = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class MeasuredSettings:
     """The keys of a profile that calibration sets, in meters, in radians, and as a ratio."""
 
     commanded_step: float
@@ -69,8 +69,8 @@ class Round:
 class Calibration:
     """The settings that follow from some rounds, and the standard error of each; infinite after one round."""
 
-    settings: Settings
-    error: Settings
+    settings: MeasuredSettings
+    error: MeasuredSettings
 
     @property
     def is_known(self) -> bool:
@@ -93,13 +93,13 @@ def room_for(profile: Profile) -> float:
     return profile.step * max(profile.linear_scale, 1.0)
 
 
-def settings_of(profile: Profile) -> Settings:
+def settings_of(profile: Profile) -> MeasuredSettings:
     """The settings with which a robot with this profile is calibrated so far."""
     step, turn = profile.step * profile.linear_scale, profile.quarter_turn * profile.angular_scale
-    return Settings(step, turn, profile.left_right)
+    return MeasuredSettings(step, turn, profile.left_right)
 
 
-def with_settings(profile: Profile, settings: Settings) -> Profile:
+def with_settings(profile: Profile, settings: MeasuredSettings) -> Profile:
     """This profile, calibrated."""
     linear, angular = settings.commanded_step / profile.step, settings.commanded_quarter_turn / profile.quarter_turn
     return replace(profile, linear_scale=linear, angular_scale=angular, left_right=settings.left_right)
@@ -166,7 +166,7 @@ def doubtful_turn(turn: float, told: float) -> str | None:
     return None if 0.5 * told <= turn <= 1.5 * told else f"{_degrees(turn)} can't be right for {_degrees(told)}"
 
 
-def calibrate(now: Settings, goal: Goal, rounds: Sequence[Round], separation: float) -> Calibration:
+def calibrate(now: MeasuredSettings, goal: Goal, rounds: Sequence[Round], separation: float) -> Calibration:
     """The settings that take a robot to its goal, from rounds that it played with its settings of `now`.
 
     `separation` is that of its wheels, in meters, as `Profile.wheel_separation` has it.
@@ -178,10 +178,10 @@ def calibrate(now: Settings, goal: Goal, rounds: Sequence[Round], separation: fl
         *((fmean(column), math.inf if few else stdev(column) / math.sqrt(len(column))) for column in columns),
         strict=True,
     )
-    return Calibration(Settings(*means), Settings(*errors))
+    return Calibration(MeasuredSettings(*means), MeasuredSettings(*errors))
 
 
-def _settings(now: Settings, goal: Goal, played: Round, separation: float) -> Settings:
+def _settings(now: MeasuredSettings, goal: Goal, played: Round, separation: float) -> MeasuredSettings:
     """The settings by one round.
 
     When told to drive a meter, a base also turns by `c` because of its wheels, and by what `left_right` adds to that,
@@ -191,7 +191,7 @@ def _settings(now: Settings, goal: Goal, played: Round, separation: float) -> Se
     told = goal.steps * now.commanded_step
     gain = played.turn / (QUARTERS * now.commanded_quarter_turn)
     bend = _bend_of(now.left_right, separation) - played.straight.bend / told / gain
-    return Settings(
+    return MeasuredSettings(
         now.commanded_step * goal.distance / played.straight.distance,
         now.commanded_quarter_turn * goal.turn / played.turn,
         (2 + bend * separation) / (2 - bend * separation),

@@ -7,26 +7,19 @@ from collections.abc import Iterator
 from functools import lru_cache
 from itertools import islice
 
-from improv_core.diagnostics import Diagnostic
+from improv_core.diagnostics import Diagnostic, Fix
+from improv_core.ide.code_action import REMOVABLE
 from improv_core.ide.completion import complete
 from improv_core.ide.hover import hover
-from improv_core.ide.semantic_tokens import colored, pieces
+from improv_core.ide.semantic_tokens import colored, fragments
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.robots.config import FILE_NAME, Robots
-from improv_core.stage.protocol import (
-    Analyze,
-    Analyzed,
-    Complete,
-    Completed,
-    Explain,
-    Explained,
-    TextProblem,
-)
+from improv_core.stage.editing import Analyze, Analyzed, Complete, Completed, Explain, Explained, TextProblem
 from improv_core.text import LineIndex, difference
 
 MOST_PAGES = 64
 """Pages whose texts are kept: as many as there can be."""
-MOST_PROBLEMS = 50
+MOST_PROBLEMS = 100
 MOST_WORDS = 50
 
 
@@ -59,6 +52,7 @@ class PageEditor:
             "number": ask["number"],
             "colors": list(_colors(analysis)),
             "problems": list(islice(_problems(analysis, self.robots), MOST_PROBLEMS)),
+            "count": len(analysis.diagnostics) + len(self.robots.diagnostics),
         }
 
     def complete(self, page: int, ask: Complete) -> Completed | None:
@@ -104,7 +98,7 @@ class PageEditor:
 def _colors(analysis: Analysis) -> Iterator[int]:
     """Three integers for each colored word; the kinds are those of `semantic_tokens_legend`."""
     before = 0
-    for offset, text, unknown, strange in pieces(analysis):
+    for offset, text, unknown, strange in fragments(analysis):
         for start, end, kind, _ in _colored(text, unknown, strange):
             yield from (offset + start - before, end - start, kind)
             before = offset + end
@@ -123,6 +117,14 @@ def _problems(analysis: Analysis, robots: Robots) -> Iterator[TextProblem]:
         yield {**_problem(each, lines), "start": 0, "end": 0, "file": file, "fixes": []}
 
 
+def _kind(problem: Diagnostic, fix: Fix) -> str:
+    """What names the fixes that may be made together: they remove what is idle, or change the same word alike."""
+    edits = [(edit.span, edit.text) for edit in fix.edits]
+    if problem.code in REMOVABLE and not any(text for _, text in edits):
+        return problem.code
+    return f"{problem.code}: {fix.title}" if [span for span, _ in edits] == [problem.span] else ""
+
+
 def _problem(problem: Diagnostic, lines: LineIndex) -> TextProblem:
     return {
         "start": problem.span.start,
@@ -134,6 +136,7 @@ def _problem(problem: Diagnostic, lines: LineIndex) -> TextProblem:
         "fixes": [
             {
                 "title": fix.title,
+                "kind": _kind(problem, fix),
                 "edits": [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in fix.edits],
             }
             for fix in problem.fixes

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import codecs
 import hashlib
+import os
+import secrets
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from pathlib import Path
 
-from improv_core.program.files import ENDING, ReadError, read_bytes
-from improv_core.services.replacing import replacing
-from improv_core.stage.protocol import LONGEST_TEXT
+from improv_core.program.files import ENDING, ReadError, read_bytes, refuse_robots_file
+from improv_core.services.history import VARIABLE, HistoryError, keep
+from improv_core.services.replacing import check_replaceable
+from improv_core.services.swapping import swap
+from improv_core.stage.fields import LONGEST_TEXT
 from improv_core.text import LINE_END
 
 TEMPLATE = """\
@@ -52,6 +58,7 @@ class Version:
 
 def read_version(path: Path) -> Version:
     """What a file holds. Raises ReadError unless it is UTF-8 text that fits on the page."""
+    refuse_robots_file(path)
     version = Version(read_bytes(path))
     try:
         length = len(version.text)
@@ -68,17 +75,29 @@ def write_text(path: Path, text: str, revision: str) -> Version:
     Raises WriteError if it can't be written, or holds another version that would be lost.
     """
     try:
-        with replacing(path) as file:
-            before = read_version(path) if path.exists() else Version(b"")
-            after = before.edited(text)
-            if before.data and revision != before.revision and after != before:
-                raise WriteError(f"{path.name}: another program has changed it")
-            file.write(after.data)
+        check_replaceable(path.resolve())
+        before = read_version(path) if path.exists() else None
+        after = (before or Version(b"")).edited(text)
+        is_other = before is not None and before.data and revision != before.revision and after != before
+        if is_other or not swap(path, before.data if before else None, after.data, lambda other: _keep(path, other)):
+            raise WriteError(f"{path.name}: another program has changed it")
     except OSError as error:
         raise WriteError(f"{path.name}: {(error.strerror or 'it cannot be written').lower()}") from None
     except ReadError as error:
         raise WriteError(str(error)) from None
     return after
+
+
+def _keep(path: Path, data: bytes) -> None:
+    """Keep a text that another program wrote into a file just before a third one did: in the history or, if that is off
+    or can't be written, beside the file."""
+    try:
+        if os.environ.get(VARIABLE) != "off":
+            keep(str(path.absolute()), data.decode(), datetime.now(timezone.utc))
+            return
+    except (UnicodeDecodeError, HistoryError):
+        pass
+    path.with_name(f"{path.stem}.kept-{secrets.token_hex(4)}{path.suffix}").write_bytes(data)
 
 
 def create(path: Path | None = None) -> Path:
@@ -94,6 +113,16 @@ def create(path: Path | None = None) -> Path:
             raise WriteError(f"{name}: {(error.strerror or 'it cannot be made').lower()}") from None
         return name
     raise WriteError(f"{names[0]}: it exists already: choose another name, or edit it with `improv edit`")
+
+
+def latest() -> Path | None:
+    """The program in this folder that was saved last, of those that got their names from `create`; None if none is."""
+    saved: list[tuple[int, Path]] = []
+    for path in Path().glob(f"{Path(FREE_NAME).stem}*{ENDING}"):
+        with suppress(OSError):  # it may have been removed
+            if path.is_file():
+                saved.append((path.stat().st_mtime_ns, path))
+    return max(saved)[1] if saved else None
 
 
 def _free_names() -> list[Path]:

@@ -21,10 +21,7 @@ def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
     OSError.
     """
     target = path.resolve()
-    if target.exists() and not target.is_file():
-        raise FileExistsError(errno.EEXIST, "something else has that name")
-    if target.exists() and not os.access(target, os.W_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    check_replaceable(target)
     handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")  # exclusively, with mode 0600
     temporary = Path(name)
     try:
@@ -32,14 +29,22 @@ def replacing(path: Path, *, private: bool = False) -> Iterator[BinaryIO]:
             yield file
             file.flush()
             if sys.platform != "win32" and not private:
-                os.fchmod(handle, target.stat().st_mode if target.exists() else _usual_mode())
+                os.fchmod(handle, target.stat().st_mode if target.exists() else usual_mode())
             os.fsync(handle)
         temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)
 
 
-def _usual_mode() -> int:
+def check_replaceable(target: Path) -> None:
+    """Raise OSError if something is there that is no file, or may not be written."""
+    if target.exists() and not target.is_file():
+        raise FileExistsError(errno.EEXIST, "something else has that name")
+    if target.exists() and not os.access(target, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+
+def usual_mode() -> int:
     """The permissions that a new file gets here."""
     mask = os.umask(0o077)  # it can only be read by setting it
     os.umask(mask)

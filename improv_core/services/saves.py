@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
-from collections.abc import AsyncIterator, Iterator
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,12 +38,6 @@ def read_saved(path: Path) -> Saved:
         return Saved(read_program(path), "", times)
     except ReadError as problem:
         return Saved(None, str(problem), times)
-
-
-def changed_at(path: Path) -> int:
-    """Unix time of the latest save, in nanoseconds."""
-    # On Windows, st_ctime is the time of creation; elsewhere, only it tells when a file was moved to this place.
-    return max((each.st_mtime_ns if os.name == "nt" else each.st_ctime_ns for each in _states(path)), default=0)
 
 
 def _states(path: Path) -> Iterator[os.stat_result]:
@@ -80,12 +75,15 @@ async def changes(folder: Path) -> AsyncIterator[object]:
         yield None
 
 
-async def settle(path: Path) -> Saved:
+async def settle(
+    path: Path,
+    clock: Callable[[], float] = time.monotonic,
+    sleep: Callable[[float], Awaitable[None]] = asyncio.sleep,
+) -> Saved:
     """A program once it no longer changes: half of one may be a program too, and not every editor saves in one step."""
-    clock = asyncio.get_running_loop().time
     latest, since = read_saved(path), clock()
     while clock() - since < _settling(latest.text):
-        await asyncio.sleep(SETTLING)
+        await sleep(SETTLING)
         if (now := read_saved(path)) != latest:
             latest, since = now, clock()
     return latest

@@ -14,7 +14,7 @@ from statistics import median
 from typing import Literal, TypedDict, get_args
 
 from improv_core.score.fits import fits, hints_of
-from improv_core.stage.protocol import Sent
+from improv_core.stage.messages import Sent
 
 
 class Save(TypedDict):
@@ -25,7 +25,7 @@ class Save(TypedDict):
     errors: int
 
 
-class Error(TypedDict):
+class ErrorEvent(TypedDict):
     """An error of a program that was saved; `line` counts from 1."""
 
     event: Literal["error"]
@@ -34,7 +34,7 @@ class Error(TypedDict):
     line: int
 
 
-class Play(TypedDict):
+class PlayEvent(TypedDict):
     """A program plays, because somebody saved it or used a command."""
 
     event: Literal["play"]
@@ -50,7 +50,7 @@ class Moved(TypedDict):
     meters: Mapping[str, float]
 
 
-Event = Save | Error | Play | Moved
+Event = Save | ErrorEvent | PlayEvent | Moved
 
 
 @dataclass(frozen=True, slots=True)

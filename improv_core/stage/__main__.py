@@ -13,8 +13,9 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import cast
 
 if __name__ == "__main__":
     # Python puts the folder it runs first on the path, where our modules would hide others of the same name;
@@ -24,9 +25,13 @@ if __name__ == "__main__":
     sys.path.append(str(here.parent.parent))
 
 from improv_core.score.motion import Twist
-from improv_core.stage.loop import EARLY, Arrival, End, Opened, one_line, run
-from improv_core.stage.pipes import Outbox, read_arrivals, write_messages
-from improv_core.stage.protocol import VERSION, FromStage, PageRequest, Ready
+from improv_core.stage.arrivals import Arrival, End
+from improv_core.stage.asleep import asleep
+from improv_core.stage.commands import COMMANDS, Conduct, PageRequest
+from improv_core.stage.loop import EARLY, Opened, one_line, run
+from improv_core.stage.messages import STOP_PIPE, VERSION, FromStage, Ready
+from improv_core.stage.parent import Parent
+from improv_core.stage.pipes import Outbox, read_arrivals, read_stops, write_messages
 from improv_core.stage.sinks import Sink
 from improv_core.stage.urgent_queue import UrgentQueue
 
@@ -38,34 +43,39 @@ Tell = Callable[[FromStage], None]
 
 def main() -> int:
     """Play what standard input asks for until it ends. Exit code 1 after a failure, 2 if the sink can't be had."""
-    options = _options()
+    options = options_in(sys.argv[1:])
     sys.setswitchinterval(SWITCH_INTERVAL)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
     outbox = Outbox()
+    pipe = os.environ.pop(STOP_PIPE, None)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: inbox.put(End()))
     writer = threading.Thread(target=write_messages, args=(outbox,), daemon=True)
     writer.start()
     try:
-        opened, ready = _open(options, outbox.put, inbox.put)
+        opened, ready = open_sink(options, outbox.put, inbox.put, os.environ.get("IMPROV_PAGE_TOKEN"))
     except Exception as error:  # whatever a sink's libraries raise, the one line that says so must get out
         outbox.put({"type": "error", "message": one_line(error)})
         code = 2
     else:
         if options.report_sent:
-            _report_sent(opened.sink, outbox.put)
-        threading.Thread(target=read_arrivals, args=(inbox,), daemon=True).start()
+            report_sent(opened.sink, outbox.put)
+        parent = Parent()
+        if pipe:  # then only what comes there shows that the parent lives
+            threading.Thread(target=read_stops, args=(int(pipe), inbox, parent), daemon=True).start()
+        threading.Thread(target=read_arrivals, args=(inbox, None if pipe else parent), daemon=True).start()
         # Collections of garbage over all that has been imported would make commands late.
         gc.freeze()
         gc.set_threshold(50_000, 20, 100)
         outbox.put(ready)
-        code = run(opened, inbox, _SystemClock())
+        code = run(opened, inbox, SystemClock(), parent)
     outbox.put(None)
     writer.join(timeout=1)  # a parent that no longer reads must not keep us alive
     return code
 
 
-def _options() -> argparse.Namespace:
+def options_in(arguments: Sequence[str]) -> argparse.Namespace:
+    """What the arguments of the command line ask for."""
     parser = argparse.ArgumentParser(prog="improv stage")
     parser.add_argument("--sink", choices=["simulator", "ros"], required=True)
     parser.add_argument("--port", type=int, default=0, help="the page's port; 0 for any free one")
@@ -77,21 +87,34 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--report-sent", action="store_true", help="tell of every velocity that is sent")
     parser.add_argument("--node", help="the name of the node in ROS 2, if it is not to be unique")
     parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help="ROS's own arguments, to the end")
-    return parser.parse_args()
+    return parser.parse_args(arguments)
 
 
-def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None]) -> tuple[Opened, Ready]:
-    """The sink that was asked for, and what to say once it is ready."""
+def open_sink(
+    options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None], token: str | None
+) -> tuple[Opened, Ready]:
+    """The sink that was asked for, and what to say once it is ready. `token` opens the simulator's page.
+
+    The token is no option: all users of the machine can read the arguments of a process.
+    """
     if options.sink == "ros":
         from improv_core.stage.sinks.ros import Ros
 
         def ask(command: PageRequest) -> None:
-            if command["type"] == "hush" or command["type"] == "pause" or command["type"] == "speed":
-                hear(command)  # now, even if the parent hangs, or isn't told before we are ready
+            if COMMANDS[command["type"]].at_once:
+                hear(cast(Conduct, command))  # now, even if the parent hangs, or isn't told before we are ready
             put({"type": "request", "command": command})
 
         arguments = ["--ros-args", *options.ros_args] if options.ros_args else []
-        ros = Ros(options.discovery, not options.no_standby, hear, ask, options.node, arguments)
+        ros = Ros(
+            options.discovery,
+            not options.no_standby,
+            hear,
+            ask,
+            options.node,
+            arguments,
+            lambda line: tell_both({"type": "warning", "message": line}),
+        )
 
         def tell_both(message: FromStage) -> None:
             # A speed that was set before the first score is no news: the parent would take it for the end of a score.
@@ -100,7 +123,7 @@ def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None
                 put(message)
 
         ready: Ready = {"type": "ready", "protocol": VERSION, "sink": ros.description, "real": True}
-        return Opened(ros, tell_both, ros.announce), ready
+        return Opened(ros, tell_both, ros.announce, guard=ros.guard, owed=ros.owed), ready
 
     from improv_core.stage.sinks.simulator import Simulator
     from improv_core.stage.viewer.server import Viewer
@@ -112,8 +135,7 @@ def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None
             simulator.snapshot,
             lambda command: put({"type": "request", "command": command}),
             takes_start_poses=options.takes_start_poses,
-            # Not an argument: those can be read by every user of the machine.
-            token=os.environ.get("IMPROV_PAGE_TOKEN"),
+            token=token,
         )
     except OSError as error:
         if error.errno not in (errno.EADDRINUSE, errno.EACCES):
@@ -126,12 +148,15 @@ def _open(options: argparse.Namespace, put: Tell, hear: Callable[[Arrival], None
         put(message)
 
     ready = {"type": "ready", "protocol": VERSION, "sink": simulator.name, "real": False, "page": viewer.address}
-    return Opened(simulator, tell, viewer.show, viewer.publish), ready
+    return Opened(simulator, tell, viewer.show, viewer.publish, leave=viewer.close), ready
 
 
-class _SystemClock:
+class SystemClock:
+    """The clocks of the machine."""
+
     now = staticmethod(time.monotonic)
     wall = staticmethod(time.time)
+    asleep = staticmethod(asleep)
 
     def wait_until(self, now: float) -> None:
         while (left := now - time.monotonic()) > 0:
@@ -139,7 +164,7 @@ class _SystemClock:
                 time.sleep(left - EARLY)
 
 
-def _report_sent(sink: Sink, put: Tell) -> None:
+def report_sent(sink: Sink, put: Tell) -> None:
     """Have a sink tell of everything it sends, also by itself; the time is taken just before."""
     send = sink.send
 

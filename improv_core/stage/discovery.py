@@ -31,9 +31,9 @@ def limited(env: Mapping[str, str], setting: str | None = None) -> dict[str, str
     # Set but empty, RANGE would mean the subnet (rcl, discovery_options.c).
     made = {**env, RANGE: env.get(RANGE) or setting or "LOCALHOST"}
     if _release(env) in BEFORE_RANGES and made[RANGE] not in ("SUBNET", "SYSTEM_DEFAULT"):
-        made[LOCALHOST_ONLY] = "1"  # even if it is 0: sourcing Humble sets that, without anybody asking for it
+        made[LOCALHOST_ONLY] = "1"  # even if it is 0: sourcing Humble sets that, though nobody asked for it
     if server(env) and not env.get(SUPER_CLIENT):
-        made[SUPER_CLIENT] = "TRUE"  # otherwise the server doesn't tell who else is there, and what they listen for
+        made[SUPER_CLIENT] = "TRUE"  # otherwise, the server doesn't say who else is there and what they listen to
     return made
 
 

@@ -5,9 +5,15 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
-from typing import Generic, TypeVar
+from typing import Generic, Literal, TypedDict, TypeVar
 
 Message = TypeVar("Message")
+
+
+class Alive(TypedDict):
+    """The process that sends it lives."""
+
+    type: Literal["alive"]
 
 
 class Lines(Generic[Message]):
@@ -19,7 +25,7 @@ class Lines(Generic[Message]):
         self.ended = False
 
     def read(self) -> Iterator[Message]:
-        """All that is there."""
+        """All messages that have arrived."""
         while not self.ended:
             try:
                 data = os.read(0, 65_536)

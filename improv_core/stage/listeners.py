@@ -36,7 +36,7 @@ class Listeners:
         self._awaited: set[str] = set()  # robots that beat 0 waits for, because nothing listens for them yet
         self._heard: set[str] = set()  # robots that have listened since the score began
         self.away: set[str] = set()
-        """Robots that listened, and no longer do."""
+        """Robots that once listened and no longer do."""
         self.standing: set[str] = set()
         """Robots that were away, and stand until the next play."""
         self.next_look = math.inf

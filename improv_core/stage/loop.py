@@ -1,79 +1,43 @@
-"""A stage's main loop: handles messages as they arrive and plays in between. It only uses the clock it is given."""
+"""A stage's main loop: handles messages as they arrive, and plays in between. It only uses the clock it is given."""
 
 from __future__ import annotations
 
 import math
 import queue
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 from improv_core.plain import message as in_plain_text
 from improv_core.score.profiles import beside_robots
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
+from improv_core.stage.arrivals import Arrival, End, First, Lost, Ordered, Play, Unreadable
+from improv_core.stage.asleep import NOTICED
+from improv_core.stage.commands import Hush, is_stop
+from improv_core.stage.in_order import InOrder
 from improv_core.stage.interlocks import GAMEPAD
-from improv_core.stage.player import Player
-from improv_core.stage.protocol import (
+from improv_core.stage.messages import (
     DEADMAN_LIMIT,
     END_LIMIT,
-    LOADING_LIMIT,
     SILENCE_LIMIT,
     Decided,
     FromStage,
-    Load,
     Sensed,
     Stopped,
     ToPages,
     ToStage,
 )
+from improv_core.stage.parent import Parent
+from improv_core.stage.player import Player
 from improv_core.stage.sensing import foreseen
-from improv_core.stage.sinks import Edge, RawPoses, Sink
+from improv_core.stage.sinks import Alarm, Edge, RawPoses, Sink
 
 EARLY = 0.0004
 """Seconds by which a stage with real robots wakes up before a setpoint is due, since the system wakes it 0.2 ms late.
 A repeat doesn't need that."""
-
-
-@dataclass(frozen=True, slots=True)
-class Play:
-    """A `load` message whose score has been read."""
-
-    load: Load
-    score: Score
-
-
-@dataclass(frozen=True, slots=True)
-class Unreadable:
-    """A line that is not a valid message, or whose score can't be read: why, and whether it was a score."""
-
-    problem: str
-    is_score: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Lost:
-    """A score of this generation that builds on one that has not been read."""
-
-    generation: int
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """A long line is arriving. Pings after it wait until it has been read."""
-
-
-@dataclass(frozen=True, slots=True)
-class End:
-    """Standard input has ended or, because of a problem, can't be read; or a signal asks the stage to end."""
-
-    problem: str = ""
-
-
-Arrival = ToStage | Play | Unreadable | Lost | Reading | Edge | RawPoses | End
-"""What may arrive while a stage plays."""
 
 
 class Inbox(Protocol):
@@ -84,40 +48,60 @@ class Inbox(Protocol):
 
 
 class Clock(Protocol):
-    """The time, in seconds: `now` is monotonic, `wall` is Unix time."""
+    """The time, in seconds: `now` is monotonic and stands still while the machine sleeps, `wall` is Unix time."""
 
     def now(self) -> float: ...
 
     def wall(self) -> float: ...
 
+    def asleep(self) -> float:
+        """How long the machine has slept since it was started."""
+
     def wait_until(self, now: float) -> None:
         """Return at this monotonic time, as precisely as the system can."""
 
 
+class ZerosToPay(Protocol):
+    """Zeros that robots may not have heard."""
+
+    @property
+    def due(self) -> float:
+        """When `pay` is due, in monotonic seconds; infinite if nothing is owed."""
+
+    def pay(self, now: float) -> None:
+        """Send them again, or find out that they were heard."""
+
+
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A sink, and functions that send a message to the parent, show a score on pages, and pass on what is for them."""
+    """A sink, and functions that send a message to the parent, show a score on pages, pass on what is for them, listen
+    for the release of emergency stops that are on, and end the connections to pages, after all else."""
 
     sink: Sink
     tell: Callable[[FromStage], None]
     show: Callable[[Score, int], None] = lambda score, generation: None
-    present: Callable[[ToPages], None] = lambda message: None
+    present: Callable[[ToPages | Hush], None] = lambda message: None
+    guard: Callable[[Collection[str]], None] = lambda topics: None
+    owed: ZerosToPay | None = None
+    leave: Callable[[], None] = lambda: None
 
 
-def run(opened: Opened, inbox: Inbox, clock: Clock) -> int:
+def run(opened: Opened, inbox: Inbox, clock: Clock, parent: Parent) -> int:
     """Play what arrives until the end. Robots are stopped, whatever ends it. Returns exit code 1 after a failure."""
-    loop = _Loop(opened, clock)
+    loop = _Loop(opened, clock, parent)
     last: Stopped = {"type": "stopped"}
     try:
         while True:
             now = clock.now()
             deadline = loop.deadline(now)
             early = EARLY if opened.sink.real and loop.player.is_exact else 0.0
+            arrival = None
             try:
                 arrival = inbox.get(timeout=max(deadline - early - now, 0) if deadline < math.inf else None)
             except queue.Empty:
                 clock.wait_until(deadline)
-            else:
+            loop.wake(clock.now(), clock.asleep())
+            if arrival is not None:
                 if isinstance(arrival, End):
                     if not arrival.problem:
                         return 0
@@ -144,49 +128,76 @@ def one_line(error: BaseException) -> str:
 
 
 class _Loop:
-    def __init__(self, opened: Opened, clock: Clock) -> None:
+    def __init__(self, opened: Opened, clock: Clock, parent: Parent) -> None:
         self._opened = opened
         self._clock = clock
+        self._parent = parent
+        self._asleep = clock.asleep()
         self.failed = False
         """From then on only the last message is sent, since we don't know whether all robots have stopped."""
         self.player = Player(opened.sink, self._tell, clock.wall)
-        self._hangs_from = math.inf  # when the parent counts as hung, if it has ever pinged
+        self._may_move = False  # whether real robots move, or may do so without being asked
+        self._in_order = InOrder(opened.sink.meet, clock.now)
         self._held_until = math.inf  # when a deadman button at the page, if it is held, counts as released
         self._keys: dict[str, float] = {}  # keys of senses that are held, and when they count as let go
         self._shown = 0, 0  # the generation and scene that are shown with the beats at which their parts begin
 
     def deadline(self, now: float) -> float:
         """The time at which `advance` must be called if nothing arrives."""
-        deadline = self.player.deadline(now)
+        deadline = now if self._in_order.is_busy else self.player.deadline(now)
         keys = min(self._keys.values(), default=math.inf)
-        return min(self._hangs_from, self._held_until, keys, math.inf if deadline is None else deadline)
+        owed = self._opened.owed.due if self._opened.owed else math.inf
+        silent = self._parent.deadline if self._may_move else math.inf
+        return min(silent, self._held_until, keys, owed, math.inf if deadline is None else deadline)
+
+    def wake(self, now: float, asleep: float) -> None:
+        """Stop real robots if the machine has slept: nobody knows where they are now, or who is near them."""
+        slept, self._asleep = asleep - self._asleep, max(asleep, self._asleep)
+        if slept > NOTICED and self._may_move:
+            self._halt(f"the machine was asleep for {slept:.0f} s, so all robots were stopped: save to play again", now)
 
     def advance(self, now: float) -> None:
         """Do everything that is due."""
-        if now >= self._hangs_from:
-            self._hangs_from = math.inf
-            if self.player.state in ("playing", "waiting"):
-                self.player.hush(now)
-                stalled = f"Improv was suspended or hung for {SILENCE_LIMIT} s"
-                line = f"{stalled}, so all robots were stopped: save to play again"
-                self._tell({"type": "error", "message": line})
+        if self._may_move and self._parent.is_silent(now):
+            stalled = f"Improv was suspended or hung for {SILENCE_LIMIT} s"
+            self._halt(f"{stalled}, so all robots were stopped: save to play again", now)
         if now >= self._held_until:
-            self._hold(None, now)
+            self.hold(None, now)
         for key in [key for key, until in self._keys.items() if now >= until]:
-            self._hold_key(key, False, now)
-        self.player.advance(now)
+            self.hold_key(key, False, now)
+        due = self.player.deadline(now) if self._in_order.is_busy else now
+        if due is not None and now >= due:
+            self.player.advance(now)
+        if self._opened.owed and now >= self._opened.owed.due:
+            self._opened.owed.pay(now)
+        self._do_next()
 
-    def take(self, arrival: ToStage | Play | Unreadable | Lost | Reading | Edge | RawPoses, now: float) -> None:
+    def take(self, arrival: Ordered | First | Edge | RawPoses | Alarm, now: float) -> None:
         """Handle an arrival. An exception ends the stage, which stops the robots."""
-        pinged = isinstance(arrival, dict) and arrival["type"] == "ping"
         if isinstance(arrival, Edge):
             self.player.sense(arrival, now)
-            return
-        if isinstance(arrival, RawPoses):
+        elif isinstance(arrival, RawPoses):
             self.player.measure(arrival.poses, now)
-            return
-        if self._opened.sink.real and (pinged or self._hangs_from < math.inf):
-            self._hangs_from = now + (LOADING_LIMIT if isinstance(arrival, Reading) else SILENCE_LIMIT)
+        elif isinstance(arrival, Alarm):
+            if self._may_move:
+                self._halt(arrival.message, now)
+        elif isinstance(arrival, First):
+            self._in_order.overtaking = self._in_order.overtaking.hear(arrival.message["type"], arrival.number)
+            self._obey(arrival.message, now)
+            self._do_next()  # what came by standard input may have waited for it
+        elif isinstance(arrival, dict) and is_stop(arrival):
+            self._in_order.stop()
+            self._do(arrival, now)
+        else:
+            self._in_order.add(arrival)
+            self._do_next()
+
+    def _do_next(self) -> None:
+        """Do as much as possible of what arrived on standard input."""
+        while (arrival := self._in_order.next()) is not None:
+            self._do(arrival, self._clock.now())
+
+    def _do(self, arrival: Ordered, now: float) -> None:
         if isinstance(arrival, Play):
             self._load(arrival, now)
         elif isinstance(arrival, Unreadable):
@@ -195,7 +206,7 @@ class _Loop:
                 self.player.hush(now)
         elif isinstance(arrival, Lost):
             self._tell({"type": "lacks", "generation": arrival.generation})
-        elif not isinstance(arrival, Reading):
+        else:
             self._obey(arrival, now)
 
     def stop(self) -> None:
@@ -210,10 +221,18 @@ class _Loop:
             with suppress(Exception):
                 player.advance(clock.now())
 
+    def _halt(self, line: str, now: float) -> None:
+        """Stop all robots, and say why. Nothing that the parent has sent until now may move them."""
+        self.player.hush(now)
+        self._in_order.overtaking = self._in_order.overtaking.lose()
+        self._tell({"type": "error", "message": line})
+
     def _tell(self, message: FromStage) -> None:
         if self.failed:
             return
         if message["type"] == "transport":
+            waits = message["state"] == "paused" and "waits_for" in message
+            self._may_move = self._opened.sink.real and (message["state"] in ("playing", "waiting") or waits)
             shown = message["generation"], message.get("scene", {"index": 0})["index"]
             if "begins" in message and shown != self._shown:
                 self._shown = shown
@@ -222,6 +241,9 @@ class _Loop:
 
     def _load(self, asked: Play, now: float) -> None:
         load, score = asked.load, asked.score
+        if self._opened.sink.real and load.get("asleep", math.inf) < self._asleep - NOTICED:
+            self._halt("the machine was asleep since somebody asked for this program: save to play it", now)
+            return
         if "entry" in load:  # real robots lead
             parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}
             score = replace(score, parts=parts)
@@ -230,7 +252,7 @@ class _Loop:
         at = self._as_of(load.get("at"), now)
         bar = load.get("beats_per_bar", BEATS_PER_BAR)
         senses = [foreseen(each) for each in load["senses"]] if "senses" in load else None
-        self.player.load(score, load["generation"], load["when"], at, load.get("entry"), bar, senses)
+        self.player.load(score, load["generation"], load["when"], at, load.get("entry"), bar, senses, load.get("stops"))
 
     def _obey(self, message: ToStage, now: float) -> None:
         if message["type"] == "ping":
@@ -247,34 +269,24 @@ class _Loop:
         if message["type"] == "sensed" or message["type"] == "decided":
             self._follow(message, now)
             return
-        player, at = self.player, self._as_of(message.get("at"), now)
-        if message["type"] == "hush":
-            player.hush(now)
-        elif message["type"] == "pause":
-            player.pause(at)
-        elif message["type"] == "resume":
-            player.resume(at)
-        elif message["type"] == "seek":
-            player.seek(message["beat"], at)
-        elif message["type"] == "speed":
-            player.set_speed(message["factor"], at)
-        elif message["type"] == "silence":
-            player.set_silent(message["muted"], message["soloed"], at)
-        elif message["type"] == "held" or message["type"] == "released":
-            self._hold(message["type"] == "held", now)
-        elif message["type"] == "cue":
-            player.cue(at)
-        elif message["type"] == "key":
-            self._hold_key(message["key"], message["held"], now)
-        elif message["type"] == "force":
-            player.force(RobotSense(message["robot"], message["sense"]), message["value"], at)
+        if message["type"] == "pressed":
+            self.player.stops = self.player.stops.told(message)
+            self._opened.guard(self.player.stops.on)
+            return
+        OBEYED[message["type"]](self, message, self._as_of(message.get("at"), now), now)
 
-    def _hold(self, held: bool | None, now: float) -> None:
+    def hush(self, message: Hush, now: float) -> None:
+        """Stop all robots, and let the page know whose stop that was."""
+        self.player.hush(now)
+        if "mark" in message:
+            self._opened.present(message)
+
+    def hold(self, held: bool | None, now: float) -> None:
         """The deadman button at the page is held or released; None if nothing is heard of it."""
         self._held_until = now + DEADMAN_LIMIT if held else math.inf
         self.player.sense(Edge(GAMEPAD, held, now), now)
 
-    def _hold_key(self, key: str, held: bool, now: float) -> None:
+    def hold_key(self, key: str, held: bool, now: float) -> None:
         """A key is held for a sense, or let go, or nothing more is heard of it."""
         changes = held != (key in self._keys)
         if held:
@@ -293,3 +305,21 @@ class _Loop:
     def _as_of(self, at: float | None, now: float) -> float:
         """The effective time of a request. Setpoints that have been sent since then can't be taken back."""
         return max(min(now if at is None else at, now), self.player.reached)
+
+
+OBEYED: Mapping[str, Callable[[_Loop, Any, float, float], None]] = {
+    "hush": lambda loop, message, at, now: loop.hush(message, now),
+    "pause": lambda loop, _, at, now: loop.player.pause(at),
+    "resume": lambda loop, _, at, now: loop.player.resume(at),
+    "seek": lambda loop, message, at, now: loop.player.seek(message["beat"], at),
+    "speed": lambda loop, message, at, now: loop.player.set_speed(message["factor"], at),
+    "silence": lambda loop, message, at, now: loop.player.set_silent(message["muted"], message["soloed"], at),
+    "held": lambda loop, _, at, now: loop.hold(True, now),
+    "released": lambda loop, _, at, now: loop.hold(False, now),
+    "cue": lambda loop, _, at, now: loop.player.cue(at),
+    "key": lambda loop, message, at, now: loop.hold_key(message["key"], message["held"], now),
+    "force": lambda loop, message, at, now: loop.player.force(
+        RobotSense(message["robot"], message["sense"]), message["value"], at
+    ),
+}
+"""What a stage does about each command. `at` is the time at which it takes effect, `now` the present, in seconds."""

@@ -15,12 +15,12 @@ from improv_core.score.following import OLDEST, accelerated, before_stopping, co
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import DEFAULT, Profile, beside_robots
 from improv_core.score.score import Part
-from improv_core.stage.protocol import SIMULATED
+from improv_core.stage.messages import SIMULATED
 from improv_core.stage.sinks import RawPose
 from improv_core.stage.sinks.dynamics import motors_of
 
 RECENT = 0.2
-"""Seconds: a pose this recent still tells where a robot stands when its frame is aligned."""
+"""Seconds: a pose this recent still shows where a robot stands when its frame is aligned."""
 LEGS_KEPT = 1000
 """Changes of velocity that are remembered until a pose from after them arrives."""
 JUMP, JUMP_TURN = 0.1, 0.3

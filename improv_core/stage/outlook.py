@@ -14,10 +14,10 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import near
 from improv_core.score.path import pose_at
 from improv_core.score.score import Score
-from improv_core.stage.protocol import Entry, Measured, SceneJson, Sensed, TransportMessage, beat_at, is_silent
+from improv_core.stage.messages import Measured, SceneJson, Sensed, Takeover, TransportMessage, beat_at, is_silent
 from improv_core.stage.swap import Before, Swap, edited, joined
 from improv_core.stage.viewer.lookahead import MOST_SENSED, window
-from improv_core.stage.viewer.messages import Stretch
+from improv_core.stage.viewer.messages import RobotWindow
 
 AHEAD = 30.0
 """Seconds that a path reaches ahead."""
@@ -55,9 +55,9 @@ class Outlook:
 
     def __init__(self) -> None:
         self._met: dict[int, Score] = {}
-        self._begun: Score | None = None  # as it took over, before scenes began that could not be foreseen
+        self._begun: Score | None = None  # as it took over, before scenes began at beats that were not known in advance
         self._sensed: deque[Sensed] = deque(maxlen=MOST_SENSED)
-        self._stretches: Mapping[str, Stretch] = {}
+        self._stretches: Mapping[str, RobotWindow] = {}
         self._frames: dict[str, Frame] = {}
         self.score: Score | None = None
         """The score that plays, with the beats and the poses at which its parts began."""
@@ -155,7 +155,7 @@ class Outlook:
     def _score_of(self, message: TransportMessage) -> Score:
         """The score that a message is about, with the beats and the poses at which its parts began."""
         generation, before, old = message["generation"], self.transport, self.score
-        entry: Entry = {"beat": message["beat"], "monotonic": message["monotonic"]}
+        entry: Takeover = {"beat": message["beat"], "monotonic": message["monotonic"]}
         if "begins" in message:
             entry["begins"] = message["begins"]
         if "scene" in message:
@@ -207,4 +207,4 @@ class Outlook:
 _IN_WORLD = Frame(WORLD, Pose())
 _FIRST_SCENE: SceneJson = {"index": 0, "begins": 0.0}
 _GOES_ON = ("waiting", "playing", "paused")
-"""States in which something is yet to be performed."""
+"""States in which there is still something to perform."""

@@ -5,24 +5,28 @@ from __future__ import annotations
 import json
 import queue
 import sys
+import time
 
-from improv_core.score.score_json import LackingError, Read, from_json
-from improv_core.stage.loop import Arrival, End, Lost, Play, Reading, Unreadable, one_line
-from improv_core.stage.protocol import FromStage, ProtocolError, read_to_stage
+from improv_core.score.score_json import LackingError, RowsRead, from_json
+from improv_core.stage.arrivals import Arrival, End, First, Lost, Play, Unreadable
+from improv_core.stage.json_pieces import LONG
+from improv_core.stage.loop import one_line
+from improv_core.stage.messages import FromStage, after, read_first, read_to_stage
+from improv_core.stage.parent import Parent
 from improv_core.stage.setpoints import setpoints
+from improv_core.stage.typed_lines import ProtocolError
 from improv_core.stage.urgent_queue import UrgentQueue
 
-LONG = 10_000
-"""A line with more bytes than this takes a while to read."""
 LONGEST = 64_000_000
 """The most bytes of a line that is read: four times as many as the score of a program of 100,000 lines takes."""
 TOO_LONG = Unreadable(f"this program can't be played: it is longer than {LONGEST // 1_000_000} MB", is_score=True)
 
 
-def read_arrivals(inbox: UrgentQueue[Arrival]) -> None:
-    """Put what each line of standard input says into the inbox. The end of the input, even in the middle of a line,
-    ends the stage, and so does any exception here: a stage that no longer listens could not be told to stop."""
-    problem, read = "", Read()
+def read_arrivals(inbox: UrgentQueue[Arrival], parent: Parent | None) -> None:
+    """Put what each line of standard input says into the inbox, and note that the `parent` speaks, unless it does so on
+    a channel of its own. The end of the input, even in the middle of a line, ends the stage, and so does any exception
+    here: a stage that no longer listens could not be told to stop."""
+    problem, read = "", RowsRead()
     try:
         # Not sys.stdin: when Python ends, it waits for the lock of that file, which a reading thread never releases.
         with open(0, "rb", closefd=False) as stream:
@@ -32,16 +36,38 @@ def read_arrivals(inbox: UrgentQueue[Arrival]) -> None:
                         pass
                     inbox.put(TOO_LONG)
                     continue
-                if len(line) > LONG:
-                    inbox.put(Reading())
-                inbox.put(arrival(line, read))
+                if parent and len(line) > LONG:
+                    parent.reading(time.monotonic())
+                said = arrival(line, read)
+                if parent:
+                    parent.speaks(time.monotonic(), pings=isinstance(said, dict) and said["type"] == "ping")
+                inbox.put(said)
     except BaseException as error:
-        problem = f"the stage can't read what it is sent: {one_line(error)}"
+        problem = f"the stage can't read its input: {one_line(error)}"
     finally:
         inbox.put(End(problem))
 
 
-def arrival(line: bytes, read: Read) -> Arrival:
+def read_stops(pipe: int, inbox: UrgentQueue[Arrival], parent: Parent) -> None:
+    """Put the stops, pauses, and pings that come on a channel of their own into the inbox, ahead of all that waits, and
+    note that the parent speaks.
+
+    Its end ends the stage at once, even if standard input has yet to bring a long score.
+    """
+    problem = ""
+    try:
+        with open(pipe, "rb", closefd=False) as stream:
+            for line in stream:
+                first = First(*read_first(line))
+                parent.speaks(time.monotonic(), pings=first.message["type"] == "ping")
+                inbox.put_first(first)
+    except BaseException as error:
+        problem = f"the stage can't read stops: {one_line(error)}"
+    finally:
+        inbox.put_first(End(problem))
+
+
+def arrival(line: bytes, read: RowsRead) -> Arrival:
     """What a line says. `read` is what earlier lines have brought.
 
     Scores are read and tried here, on the thread that reads lines, so that playback continues meanwhile.
@@ -62,7 +88,7 @@ def arrival(line: bytes, read: Read) -> Arrival:
                     next(setpoints(part.profile, scene, score.tempo), None)
         return Play(message, score)
     except LackingError:
-        return Lost(message["generation"])
+        return Lost(message["generation"], after(message))
     except Exception as error:  # whatever it is, robots must not keep moving as if nothing had been requested
         return Unreadable(f"this program can't be played: {one_line(error)}", is_score=True)
 

@@ -21,10 +21,10 @@ if __name__ == "__main__":
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
     sys.path.append(str(here.parent.parent))
 
-from improv_core.score.score_json import Read, from_json
+from improv_core.score.score_json import RowsRead, from_json
 from improv_core.stage.lines import Lines
 from improv_core.stage.outlook import Outlook
-from improv_core.stage.protocol import Health, ToPublisher
+from improv_core.stage.publisher_messages import Health, ToPublisher
 
 if TYPE_CHECKING:
     from improv_core.stage.sinks.ros_publications import Publications
@@ -49,7 +49,7 @@ def main() -> int:
         gc.freeze()
         _publish(publications)
     except Exception as error:  # whatever rclpy raises
-        os.write(1, " ".join(f"{type(error).__name__}: {error}".split()).encode())  # the last line, and without an end
+        os.write(1, " ".join(f"{type(error).__name__}: {error}".split()).encode())  # the last line, without a line end
         return 1
     publications.close()
     return 0
@@ -57,7 +57,7 @@ def main() -> int:
 
 def _publish(publications: Publications) -> None:
     lines: Lines[ToPublisher] = Lines()
-    outlook, read = Outlook(), Read()
+    outlook, read = Outlook(), RowsRead()
     health: Health = {"type": "health", "late": 0.0, "missing": {}, "clipped": []}
     due = 0.0  # when all is published again
     while not lines.ended:

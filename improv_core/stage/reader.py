@@ -26,8 +26,9 @@ if __name__ == "__main__":
     sys.path.append(str(here.parent.parent))
 
 from improv_core.score.senses import RobotSense, Topic, source_from_json
+from improv_core.stage.fields import to_pose_json
 from improv_core.stage.lines import Lines
-from improv_core.stage.protocol import FromReader, MeasuredPose, ToReader, to_pose_json
+from improv_core.stage.reader_messages import FromReader, MeasuredPose, ToReader
 from improv_core.stage.sinks import Edge, RawPose
 
 NICENESS = 5
@@ -43,7 +44,7 @@ def main() -> int:
     os.nice(NICENESS)
     from improv_core.stage.sinks.ros_subscriptions import Subscriptions
 
-    senses = Senses(time.monotonic())
+    senses = HeardSenses(time.monotonic())
 
     def hear(topic: Topic, value: bool | None) -> None:
         _tell_edges(senses.take(topic, value, time.monotonic()))
@@ -67,8 +68,8 @@ def main() -> int:
     return 0
 
 
-class Senses:
-    """Makes edges from what is heard of topics and when (seconds), and from silence. It never reads a clock."""
+class HeardSenses:
+    """Makes edges from what is heard on topics and when (in seconds), and from silence. It never reads a clock."""
 
     def __init__(self, now: float) -> None:
         self._read: dict[Topic, dict[RobotSense, None]] = {}
@@ -94,7 +95,7 @@ class Senses:
                 yield Edge(sense, value, now)
 
     def take(self, topic: Topic, value: bool | None, now: float) -> Iterator[Edge]:
-        """A message came; None if it says nothing."""
+        """Take a message's value; None if it says nothing."""
         if value is not None:
             yield from self._turn(topic, _Known(value, now), now)
 
@@ -102,7 +103,7 @@ class Senses:
         """Find what has fallen silent. A topic without a timeout is silent while nobody publishes on it."""
         late, self._looked = now > self._looked + 2 * LOOK, now
         if late:
-            return  # this process itself stalled, and what came meanwhile has yet to be taken
+            return  # this process itself stalled, and has not yet taken what came meanwhile
         for topic, (value, at) in list(self._known.items()):
             if topic.timeout:
                 if value is not None and now >= at + topic.timeout:

@@ -1,4 +1,4 @@
-"""What a sensor's message says of a sense. Standard library only: messages are whatever has their fields.
+"""What a sensor's message says about a sense. Standard library only: messages are whatever has their fields.
 
 Readings of distances follow REP 117: NaN is no reading, -inf is too close to measure, and inf is nothing in sight.
 """

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from improv_core.score.movement import Exact, near
 from improv_core.score.senses import CUE, BuiltIn, Key, RobotSense, Senses
-from improv_core.stage.protocol import Sensed
+from improv_core.stage.messages import Sensed
 
 
 class Foreseen(NamedTuple):
@@ -25,13 +25,15 @@ def foreseen(sensed: Sensed) -> Foreseen:
 
 
 class Sensing:
-    """The state of all senses, of topics that people switch, and the edges that were announced."""
+    """The state of all senses and of deadman buttons, and the edges that were announced."""
 
     def __init__(self) -> None:
-        self._latest: dict[str | RobotSense, bool | None] = {}
+        self._latest: dict[RobotSense, bool | None] = {}
         self._forced: dict[RobotSense, bool] = {}
         self._keys: set[str] = set()  # that are held
         self._announced: deque[Foreseen] = deque()  # in their order
+        self.held: frozenset[str] = frozenset()
+        """The deadman buttons that are held."""
         self.cued = False
         """Whether the cue is being given."""
         self.follows = False
@@ -43,7 +45,7 @@ class Sensing:
         """The performance starts over. A stage that follows forgets what robots sensed."""
         self.follows, self.replays = follows, replays
         if follows:
-            self._latest = {what: value for what, value in self._latest.items() if not isinstance(what, RobotSense)}
+            self._latest = {}
 
     def value(self, what: RobotSense, senses: Senses) -> bool | None:
         """What a robot that has these senses senses now; None if that is not known."""
@@ -56,13 +58,17 @@ class Sensing:
             return source.key in self._keys
         return self._latest.get(what)
 
-    def latest(self, what: str | RobotSense) -> bool | None:
+    def latest(self, what: RobotSense) -> bool | None:
         """The value of the latest edge; None if there was none, or if it meant silence."""
         return self._latest.get(what)
 
-    def take(self, what: str | RobotSense, value: bool | None) -> None:
+    def take(self, what: RobotSense, value: bool | None) -> None:
         """Take an edge."""
         self._latest[what] = value
+
+    def hold(self, button: str, held: bool | None) -> None:
+        """Somebody holds or releases a deadman button; silence counts as released."""
+        self.held = self.held | {button} if held else self.held - {button}
 
     def hold_key(self, key: str, held: bool) -> None:
         """Somebody holds or releases a key."""

@@ -46,7 +46,7 @@ class SetpointQueue:
         self.repeats.restart()
 
     def begin(self, robots: Collection[str]) -> None:
-        """Get ready for other setpoints of these robots."""
+        """Get ready for new setpoints of these robots."""
         self.drop(robots)
         for robot in robots:
             self._zeros_left[robot] = LAST_ZEROS if self._is_silent(robot) else 0
@@ -78,7 +78,7 @@ class SetpointQueue:
         heappush(self._queue, _Due(at, robot, None, True, iter(()), 0.0))
 
     def hold(self, robot: str, moving: Twist, rate: float, at: float) -> None:
-        """Send a robot a velocity if it is another one, and repeat it at `rate` Hz."""
+        """Send a robot a velocity if it is a new one, and repeat it at `rate` Hz."""
         if moving != self._wanted.get(robot):
             self._send(robot, moving, at)
             self.repeats.hold(robot, rate, at)

@@ -7,6 +7,7 @@ Started by the stage, with its own interpreter, as `python …/improv_core/stage
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import select
@@ -26,49 +27,70 @@ if __name__ == "__main__":
 
 from improv_core.score.motion import STILL
 from improv_core.stage.lines import Lines
-from improv_core.stage.protocol import ToStandby
+from improv_core.stage.owed import UNCONFIRMED, TopicFacts, look, owe
 from improv_core.stage.setpoints import LAST_ZEROS, LINGER
 from improv_core.stage.sinks.cdr import frame_field, stamped, twist_message
+from improv_core.stage.standby_messages import FromStandby, ToStandby
 
 LOOK = 0.12
 """Seconds without a sign of life after which to look whether a stage that moves robots was halted: a little more than
 there are between two of them, so that a stage that is well is not looked at."""
 FIND = 0.02
 """Seconds between two looks whether listeners of new publishers have been found."""
+FIND_LIMIT = 10.0
+"""Seconds to look for them: robots may not be there at all."""
+ALIVE_PERIOD = 0.1
+"""Seconds between two signs of life while there is much to do."""
 ZERO_PERIOD = 0.05
 """Seconds between two zeros."""
 DISCOVERY_LIMIT = 3.0
 """Seconds to keep sending zeros where nobody listens: a standby as young as its stage may not have found the robot."""
 
 
-class Watch:
+END_LIMIT = 2.0
+"""Seconds that a stage may take to end after its last message."""
+
+
+class ParentWatch:
     """Decides when a stage has to be replaced, from its messages and the times (seconds) at which they came."""
 
     def __init__(self, now: float) -> None:
         self.moved: dict[str, str] = {}
         """The topics on which robots were told to move since all last stood, and the frames of their velocities."""
+        self.owed: dict[str, str] = {}
+        """The topics on which robots may not have heard that they were told to stop, and the same frames: nobody else
+        knows of them once the stage is gone."""
         self.ended = False
         """Whether the stage has said goodbye: all robots stand."""
         self._looked = now
         self._hung = math.inf
 
     def take(self, message: ToStandby, now: float) -> None:
-        """Take a message of the stage's; those about publishers are not for us."""
+        """Take a message from the stage; those about publishers are not for us."""
         if message["type"] == "moves":
             self.moved[message["topic"]] = message["frame"]
+            self.owed.pop(message["topic"], None)
         elif message["type"] == "stands":
+            self.owed |= self.moved
             self.moved.clear()
+        elif message["type"] == "owes":
+            self.owed[message["topic"]] = message["frame"]
+        elif message["type"] == "paid":
+            for topics in (self.owed, self.moved):
+                topics.pop(message["topic"], None)
         elif message["type"] == "end":
             self.ended = True
         if message["type"] == "moves" or message["type"] == "pulse":
             self._looked, self._hung = now, now + message["patience"]
 
     def must_stop(self, now: float, gone: bool, halted: bool) -> bool:
-        """Whether robots move that the stage can no longer stop; all that it has said has been taken before."""
+        """Whether robots move that the stage can no longer stop, or it can't tell them again that they were stopped;
+        all that it has said has been taken before. What is owed by one that is gone needs no stop."""
         if now > self._looked + 2 * LOOK:
-            self._hung += now - self._looked  # we ourselves stood still, which says nothing of the stage
+            self._hung += now - self._looked  # we ourselves stalled, which says nothing about the stage
         self._looked = now
-        return bool(self.moved) and not self.ended and (gone or halted or now > self._hung)
+        fails = halted or (bool(self.moved) and (gone or now > self._hung))
+        return fails and bool(self.moved or self.owed) and not self.ended
 
 
 def main() -> int:
@@ -77,28 +99,43 @@ def main() -> int:
         signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
     stage = _Stage(os.getppid())
     publishers = _Publishers(sys.argv[1], sys.argv[2:])
-    watch = Watch(time.monotonic())
+    watch = ParentWatch(time.monotonic())
     lines: Lines[ToStandby] = Lines()
-    os.write(1, b"ready\n")
+    said = _tell_alive()
     while not watch.ended:
-        gone, silent = stage.wait(FIND if publishers.new else LOOK if watch.moved else None)
+        gone, silent = stage.wait(FIND if publishers.new else LOOK if watch.moved or watch.owed else None)
         now = time.monotonic()
-        with suppress(OSError):  # the stage is gone, which is seen below
-            for topic in publishers.found(now):
-                os.write(1, topic.encode() + b"\n")
+        for topic, kind in publishers.found(now):
+            _tell({"type": "found", "topic": topic, "kind": kind})
         for message in lines.read():
             watch.take(message, now)
             publishers.take(message)
+            if message["type"] == "pulse" or time.monotonic() > said + ALIVE_PERIOD:
+                said = _tell_alive()
         gone = gone or lines.ended
         if watch.must_stop(now, gone, silent and stage.is_halted()):
-            if not gone:  # one that has closed our input sends nothing any more, and may have last words
+            if not gone:  # one that has closed our input sends nothing anymore, and may have last words
                 stage.kill()  # it could come back and continue to send
             publishers.stop(watch.moved)
         elif not gone:
             continue
         break
+    if owed := {**watch.owed, **watch.moved}:
+        stage.wait_for_end(END_LIMIT)  # its node must not be taken for somebody else's who moves robots now
+        publishers.pay(owed)
     publishers.close()
     return 0
+
+
+def _tell(message: FromStandby) -> None:
+    with suppress(OSError):  # the stage is gone, which is seen elsewhere
+        os.write(1, json.dumps(message).encode() + b"\n")
+
+
+def _tell_alive() -> float:
+    """Give a sign of life; returns when that was."""
+    _tell({"type": "alive"})
+    return time.monotonic()
 
 
 class _Stage:
@@ -117,6 +154,12 @@ class _Stage:
         """Until it says something or ends: whether it has ended, and whether nothing came in time."""
         events = self._poll.poll(None if seconds is None else seconds * 1000)
         return any(fd == self._fd for fd, _ in events) or os.getppid() != self._pid, not events
+
+    def wait_for_end(self, seconds: float) -> None:
+        """Wait until it has ended, no matter what it says."""
+        with suppress(KeyError):
+            self._poll.unregister(0)
+        self._poll.poll(seconds * 1000)
 
     def is_halted(self) -> bool:
         """Whether it was sent SIGSTOP, or is traced. False if there is no /proc."""
@@ -144,11 +187,11 @@ class _Publishers:
         self.new: dict[tuple[str, str], float] = {}
         """Publishers that have found no listener yet, and until when to look."""
 
-    def found(self, now: float) -> Iterator[str]:
-        """The topics of new publishers that have found a listener."""
+    def found(self, now: float) -> Iterator[tuple[str, str]]:
+        """The topics and kinds of new publishers that have found a listener."""
         for key, until in list(self.new.items()):
             if found := self._made[key][0].get_subscription_count() > 0:
-                yield key[0]
+                yield key
             if found or now > until:
                 del self.new[key]
 
@@ -159,7 +202,7 @@ class _Publishers:
             topic, kind = message["topic"], message["kind"]
             made = self._nodes.advertise(getattr(geometry_msgs.msg, kind), topic, message["second"])
             self._made[topic, kind] = made
-            self.new[topic, kind] = time.monotonic() + DISCOVERY_LIMIT
+            self.new[topic, kind] = time.monotonic() + FIND_LIMIT
         elif message["type"] == "withdraw":
             _, destroy = self._made.pop((message["topic"], message["kind"]))
             self.new.pop((message["topic"], message["kind"]), None)
@@ -171,18 +214,60 @@ class _Publishers:
         A publisher that fails does not keep the others from it.
         """
         left = {(topic, kind): LAST_ZEROS for topic, kind in self._made if topic in topics}
-        zero, clock = twist_message(STILL), self._nodes.first.get_clock()
         end = time.monotonic() + DISCOVERY_LIMIT
         while left and time.monotonic() < end:
             for topic, kind in list(left):
                 publisher, _ = self._made[topic, kind]
                 with suppress(Exception):  # whatever rclpy raises
-                    frame, now = frame_field(topics[topic]), clock.now().nanoseconds
-                    publisher.publish(stamped(zero, now, frame) if kind == "TwistStamped" else zero)
+                    self._send_zero(publisher, kind, topics[topic])
                     left[topic, kind] -= publisher.get_subscription_count() > 0
             left = {key: count for key, count in left.items() if count}
             time.sleep(ZERO_PERIOD)
         time.sleep(LINGER)
+
+    def pay(self, topics: Mapping[str, str]) -> None:
+        """Send zeros that are owed on these topics, in their frames, until they are heard, for `UNCONFIRMED` at most:
+        nobody can be told anymore."""
+        made = {
+            topic: {kind: self._made[name, kind][0] for name, kind in self._made if name == topic} for topic in topics
+        }
+        for topic in topics:  # at once: listeners have confirmed all that we have sent as long as that is nothing
+            self._send_zeros(made[topic], topics[topic])
+        now = time.monotonic()
+        owed = {topic: owe(now, self._facts(topic, made[topic]).listeners, listened=True) for topic in topics}
+        end = now + UNCONFIRMED
+        while owed and now < end:
+            for topic in [topic for topic, each in owed.items() if each.due <= now]:
+                found = look(owed.pop(topic), now, self._facts(topic, made[topic]))
+                if found.sends:
+                    self._send_zeros(made[topic], topics[topic])
+                if found.owed:
+                    owed[topic] = found.owed
+            time.sleep(ZERO_PERIOD)
+            now = time.monotonic()
+
+    def _facts(self, topic: str, publishers: Mapping[str, Any]) -> TopicFacts:
+        from improv_core.stage.sinks.ros_nodes import is_harmless
+        from improv_core.stage.sinks.ros_topic import confirms, has_confirmed
+
+        node, made = self._nodes.first, publishers.values()
+        infos = node.get_publishers_info_by_topic(topic)
+        names = {f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos} - {*self._nodes.names}
+        return TopicFacts(
+            sum(publisher.get_subscription_count() for publisher in made),
+            confirms(node, topic, publishers),
+            all(map(has_confirmed, made)),
+            frozenset(name for name in names if not is_harmless(name)),
+        )
+
+    def _send_zeros(self, publishers: Mapping[str, Any], frame: str) -> None:
+        for kind, publisher in publishers.items():
+            with suppress(Exception):  # whatever rclpy raises: the others need theirs
+                self._send_zero(publisher, kind, frame)
+
+    def _send_zero(self, publisher: Any, kind: str, frame: str) -> None:
+        zero, now = twist_message(STILL), self._nodes.first.get_clock().now().nanoseconds
+        publisher.publish(stamped(zero, now, frame_field(frame)) if kind == "TwistStamped" else zero)
 
     def close(self) -> None:
         self._nodes.close()

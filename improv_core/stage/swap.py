@@ -11,7 +11,7 @@ from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import UNNUMBERED, Part, Score
 from improv_core.score.transport import Switch, Transport
-from improv_core.stage.protocol import Entry
+from improv_core.stage.messages import Takeover
 
 SAME_MOMENT = 0.001
 """Seconds by which two stages may differ in when a beat is."""
@@ -29,14 +29,14 @@ class Swap:
     when: Switch
     beats_per_bar: int
     at: float
-    entry: Entry | None
+    entry: Takeover | None
 
     def beat(self, transport: Transport) -> Exact:
         """The beat at which it takes over from a score that plays."""
         return near(self.entry["beat"]) if self.entry else transport.beat(transport.clock(self.at), ENDLESS)
 
     def shifts(self, transport: Transport) -> bool:
-        """Whether the stage that leads counts its beats from another moment than this transport."""
+        """Whether the leading stage counts its beats from another moment than this transport does."""
         if not self.entry:
             return False
         ours = transport.clock(transport.end(near(self.entry["beat"])))
@@ -71,8 +71,8 @@ def entering(score: Score, before: Before) -> set[str]:
     return {robot for robot, part in score.parts.items() if not _plays_on(part, before)}
 
 
-def joined(score: Score, entry: Entry) -> Score:
-    """A score as another stage plays it already."""
+def joined(score: Score, entry: Takeover) -> Score:
+    """A score as another stage already plays it."""
     begins = entry.get("begins", {})
     scene, since = _scene_of(entry)
     parts = {name: replace(part, begins=near(begins.get(name, 0))) for name, part in score.parts.items()}
@@ -80,11 +80,11 @@ def joined(score: Score, entry: Entry) -> Score:
 
 
 def never_ends(score: Score) -> bool:
-    """Whether a score never ends, whatever is sensed."""
+    """Whether a score never ends, no matter what is sensed."""
     return any(lengths(part.scenes[-1]).shortest == ENDLESS for part in score.parts.values() if part.scenes)
 
 
-def _scene_of(entry: Entry) -> tuple[int, Exact]:
+def _scene_of(entry: Takeover) -> tuple[int, Exact]:
     """The scene with which a score took over, and the beat at which it began."""
     scene = entry.get("scene")
     return (scene["index"], near(scene["begins"])) if scene else (0, 0)
@@ -94,14 +94,14 @@ def _scene_after(swap: Swap, beat: Exact, before: Before) -> tuple[int, Exact]:
     """The scene with which a score takes over, and the beat at which it began. After the end, all begins again."""
     if swap.entry:
         return _scene_of(swap.entry)
-    if before.is_over:
+    if before.is_over or not before.score.scene_begins:
         return 0, beat
     scene = min(before.scene, max(swap.score.scenes - 1, 0))
     return scene, before.score.scene_begins[scene - before.score.scene] if scene == before.scene else beat
 
 
 def _begins(part: Part, swap: Swap, scene: int, beat: Exact, before: Before) -> Exact:
-    """The beat at which a part of a score began that takes over with a scene at a beat."""
+    """The beat at which a part began, in a score that takes over with a scene at a beat."""
     if swap.entry:
         return near(swap.entry.get("begins", {}).get(part.robot, 0))
     return before.score.begins(part.robot, scene) if not before.is_over and _is_alike(part, scene, before) else beat
@@ -122,11 +122,11 @@ def _edited_part(part: Part, beat: Exact, before: Before) -> Part:
 
 
 def _plays_on(part: Part, before: Before) -> bool:
-    """Whether a part of an edited score is the one that its robot plays already."""
+    """Whether a part of an edited score is the one that its robot already plays."""
     return _is_alike(part, part.scene, before) and before.score.begins(part.robot, before.scene) == part.begins
 
 
 def _is_alike(part: Part, scene: int, before: Before) -> bool:
-    """Whether a part moves its robot in a scene as it is moved already."""
+    """Whether a part moves its robot in a scene in the same way as what it already plays."""
     old = before.score.parts.get(part.robot)
     return old is not None and scene == before.scene and old.edition(scene) == part.edition(scene) != UNNUMBERED

@@ -23,7 +23,7 @@ def issue(token: str, *, own: bool = False) -> str:
 
 
 class Tickets:
-    """The tickets of a server. Those from before it started count as used, because nobody remembers them."""
+    """The tickets of a server. Those from before it started count as used, because nothing remembers them."""
 
     def __init__(self, token: str) -> None:
         self._token = token

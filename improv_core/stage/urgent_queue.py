@@ -8,26 +8,25 @@ from collections.abc import Mapping
 from typing import Any, Generic, TypeVar
 
 from improv_core.score.senses import RobotSense
+from improv_core.stage.commands import COMMANDS
 from improv_core.stage.sinks import Edge
 
-OVERTAKEN = frozenset(
-    {
-        *("pause", "resume", "seek", "speed", "silence", "held", "cue", "key", "force"),
-        *("sensed", "decided", "measured", "program", "source", "answer"),
-    }
-)
-"""What urgent messages overtake. They never overtake a score, so a stop can't be undone by a score sent before it."""
-URGENT = {
-    "hush": frozenset({"pause", "resume", "seek", "restart", "cue"}),
-    "released": frozenset({"held"}),
-    "ping": frozenset[str](),
-}
+URGENT = {row.name: row.voids for row in COMMANDS.values() if row.overtakes} | {"ping": frozenset[str]()}
 """Each urgent message, and what it makes void: requests that were made before it and must not be obeyed after it."""
+OVERTAKEN = COMMANDS.keys() - URGENT.keys() | {"sensed", "decided", "measured", "program", "source", "answer"}
+"""What urgent messages overtake. They never overtake a score, so a stop can't be undone by a score sent before it."""
 
 MOST_SENSED = 1_000
 """Edges of robots' senses that may wait. If sensors flood, only the latest edges of each sense to each value count."""
 
 Item = TypeVar("Item")
+
+
+class _First(Generic[Item]):
+    """An item that overtakes all others."""
+
+    def __init__(self, item: Item) -> None:
+        self.item = item
 
 
 class UrgentQueue(Generic[Item]):
@@ -38,26 +37,35 @@ class UrgentQueue(Generic[Item]):
     """
 
     def __init__(self) -> None:
-        self._arriving: queue.SimpleQueue[Item] = queue.SimpleQueue()  # safe in a signal handler
+        self._arriving: queue.SimpleQueue[Item | _First[Item]] = queue.SimpleQueue()  # safe in a signal handler
+        self._first: deque[Item] = deque()
         self._edges: deque[Item] = deque()
         self._sensed: deque[Any] = deque()
         self._took_sensed = False  # last
         self._waiting: deque[Item] = deque()  # belongs to the thread that gets
 
     def put(self, item: Item) -> None:
-        """Add an item, behind all others unless it is urgent."""
+        """Add an item, after all others unless it is urgent."""
         self._arriving.put(item)
+
+    def put_first(self, item: Item) -> None:
+        """Add an item that overtakes all others, except those that were put first before it."""
+        self._arriving.put(_First(item))
 
     def get(self, *, timeout: float | None = None) -> Item:
         """The next item. Raises queue.Empty after `timeout` seconds without one (None: never)."""
         while not self._arriving.empty():
             item = self._arriving.get_nowait()
-            if not isinstance(item, Edge):
+            if isinstance(item, _First):
+                self._first.append(item.item)
+            elif not isinstance(item, Edge):
                 self._arrange(item)
             elif isinstance(item.what, RobotSense):
                 self._sensed.append(item)
             else:
                 self._edges.append(item)
+        if self._first:
+            return self._first.popleft()
         if self._edges:
             return self._edges.popleft()
         if self._sensed and not (self._waiting and (self._took_sensed or _kind(self._waiting[0]) == "hush")):
@@ -68,7 +76,10 @@ class UrgentQueue(Generic[Item]):
             taken: Item = self._sensed.popleft()
             return taken
         self._took_sensed = False
-        return self._waiting.popleft() if self._waiting else self._arriving.get(timeout=timeout)
+        if self._waiting:
+            return self._waiting.popleft()
+        item = self._arriving.get(timeout=timeout)
+        return item.item if isinstance(item, _First) else item
 
     def _arrange(self, item: Item) -> None:
         overtaken: deque[Item] = deque()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -11,16 +11,30 @@ from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
 
 
+class StopButton(NamedTuple):
+    """An emergency stop, by its topic."""
+
+    topic: str
+
+
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A change in what people or robots do. `what` is a topic, a button on one, or a robot's sense; None is silence.
+    """A change in what people or robots do. `what` is a deadman button, an emergency stop that is pressed or released,
+    or a robot's sense; None is silence.
 
     `at` is when it came, in monotonic seconds; for a sense of a simulated robot, in performance time.
     """
 
-    what: str | RobotSense
+    what: str | StopButton | RobotSense
     value: bool | None
     at: float
+
+
+@dataclass(frozen=True, slots=True)
+class Alarm:
+    """Real robots must not move on: `message` is one line that says that they were stopped, why, and what to do."""
+
+    message: str
 
 
 class RawPose(NamedTuple):
@@ -53,10 +67,10 @@ class Sink(Protocol):
     period: float | None
     """Seconds between calls of `advance` while something plays; None if it needs no calls."""
 
-    def meet(self, score: Score) -> None:
-        """Get to know the robots of a score that is about to be prepared: those that are new can then be told at once.
+    def meet(self, score: Score) -> Iterator[None]:
+        """Meet the robots of a score that is about to be prepared, so that new ones can be sent commands at once.
 
-        Nothing changes for the robots that play.
+        Each step takes a few milliseconds at most. Nothing changes for the robots that play.
         """
 
     def prepare(self, score: Score, restart: bool) -> None:
@@ -93,7 +107,7 @@ class Sink(Protocol):
         """Advance to performance time `to` (seconds since beat 0). Every twist up to then has been sent."""
 
     def sensed(self, asked: Collection[RobotSense], to: float) -> list[Edge]:
-        """Like `advance`, but a simulator stops when senses change that are asked for. Returns these edges, sorted;
+        """Like `advance`, but a simulator stops when senses that are asked for change. Returns these edges, sorted;
         none once it is at `to`. Real robots' sensors report by themselves."""
 
     def coasting(self) -> bool:

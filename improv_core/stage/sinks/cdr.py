@@ -34,7 +34,7 @@ def string_message(text: str) -> bytes:
 
 
 def string_of(message: bytes) -> str:
-    """The text of a `std_msgs/String`. Raises ValueError if it is none."""
+    """The text of a `std_msgs/String`. Raises ValueError if it is not one."""
     if message[: len(_HEADER)] != _HEADER or not message.endswith(b"\0"):
         raise ValueError("it is not a std_msgs/String")
     return message[len(_HEADER) + 4 : -1].decode()
@@ -60,7 +60,7 @@ def odometry_message(pose: Pose, time: int) -> bytes:
 
 
 def frame_in(message: bytes) -> str:
-    """The frame in a message that begins with a header. What is no text becomes replacement characters."""
+    """The frame in a message that begins with a header. Anything that is not text becomes replacement characters."""
     order = "<" if message[1] & 1 else ">"
     (length,) = struct.unpack_from(f"{order}I", message, len(_HEADER) + 8)  # after the stamp
     begin = len(_HEADER) + 12
@@ -70,7 +70,7 @@ def frame_in(message: bytes) -> str:
 def pose_in(message: bytes, texts: int) -> Pose | None:
     """The pose in a message that begins with a stamp and so many texts; None if it is no pose.
 
-    Of an odometry, nothing else has to be read: it has 72 numbers more. Without an orientation, all four of its numbers
+    Nothing else in an odometry has to be read: it has 72 numbers more. Without an orientation, all four of its numbers
     are 0.
     """
     order = "<" if message[1] & 1 else ">"

@@ -125,7 +125,7 @@ class Collisions:
         return bumps
 
     def take_contacts(self) -> tuple[set[str], set[str]]:
-        """The robots that drove into something or were driven into, and those that touched anything, since the last
+        """The robots that bumped into something or were bumped into, and those that touched anything, since the last
         call."""
         contacts = self._pressed, self._touching
         self._pressed, self._touching = set(), set()

@@ -139,7 +139,7 @@ def _advance(motion: Motion, to: float, motors: Motors | None) -> Motion:
 
 
 def _period(at: float) -> int:
-    """The period of noise that a time is in, also if a product has been rounded."""
+    """The period of noise that a time is in, even if a product has been rounded."""
     return math.floor(at / NOISE_PERIOD + 1e-6)
 
 

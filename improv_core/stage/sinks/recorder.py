@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import IO
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Score
 from improv_core.score.senses import RobotSense
-from improv_core.stage.protocol import Decided, Measured, Sensed, read_from_stage
+from improv_core.stage.messages import Decided, Measured, Sensed, read_from_stage
 from improv_core.stage.sinks import Edge
 from improv_core.stage.sinks.cdr import (
     SECOND,
@@ -122,8 +122,9 @@ class Recorder:
         """The time from the first command to the last."""
         return (self._times[1] - self._times[0]) / SECOND if self._times else 0.0
 
-    def meet(self, score: Score) -> None:
+    def meet(self, score: Score) -> Iterator[None]:
         """Does nothing: a recording has all that is sent."""
+        return iter(())
 
     def prepare(self, score: Score, restart: bool) -> None:
         for robot, part in score.parts.items():

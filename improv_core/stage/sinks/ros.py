@@ -6,7 +6,7 @@ import math
 import os
 import threading
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,20 +14,22 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import CUE, BuiltIn, RobotSense
 from improv_core.score.senses import Topic as SenseTopic
+from improv_core.stage.arrivals import End
 from improv_core.stage.discovery import described, limited
-from improv_core.stage.loop import End, one_line
-from improv_core.stage.protocol import LOADING_LIMIT, FromStage
+from improv_core.stage.loop import one_line
+from improv_core.stage.messages import FromStage
 from improv_core.stage.setpoints import LINGER
-from improv_core.stage.sinks import Edge, RawPoses
+from improv_core.stage.sinks import Alarm, Edge, RawPoses
 from improv_core.stage.sinks.cdr import frame_field, twist_message
 from improv_core.stage.sinks.ros_listening import Listening
 from improv_core.stage.sinks.ros_nodes import PUBLISHER, READER, STANDBY, Nodes, is_harmless, node_name, without_name
+from improv_core.stage.sinks.ros_owed import OwedZeros
 from improv_core.stage.sinks.ros_publishing import Publishing
-from improv_core.stage.sinks.ros_reader import Reader
+from improv_core.stage.sinks.ros_reader import RosReader
 from improv_core.stage.sinks.ros_requests import Ask, Requests
 from improv_core.stage.sinks.ros_reset import Resets
-from improv_core.stage.sinks.ros_standby import Standby
-from improv_core.stage.sinks.ros_topic import Now, Topic
+from improv_core.stage.sinks.ros_standby import PULSE_PERIOD, Standby
+from improv_core.stage.sinks.ros_topic import Now, RosTopic
 
 REST = 0.005
 """Seconds between received messages: /clock may come a thousand times a second, but the latest one is enough."""
@@ -39,29 +41,32 @@ class Ros:
     """A sink that publishes `geometry_msgs/Twist` or `TwistStamped`, within the limits of each robot's profile.
 
     `discovery` is how far it looks for robots if the environment does not set that (stage/discovery.py). `hear` gets
-    edges and poses, and the end if no more can be received, and `ask` what somebody in ROS 2 asks for, from a thread of
-    their own. `node` is the name of its node, if it is to have one that is not unique; `arguments` are ROS's own.
-    Raises ImportError without rclpy, and what rclpy raises if the arguments are wrong.
+    edges, poses, and alarms, and the end if no more can be received, and `ask` what somebody in ROS 2 asks for, from
+    threads of their own; `tell` gets lines for people. `node` is the name of its node, if it is to have one that is not
+    unique; `arguments` are ROS's own. Raises ImportError without rclpy, and what rclpy raises if the arguments are
+    wrong.
     """
 
     name: str = "ROS 2"
     real: bool = True
-    period: float | None = None
+    period: float | None = PULSE_PERIOD
 
     def __init__(
         self,
         discovery: str | None,
         standby: bool,
-        hear: Callable[[Edge | RawPoses | End], None],
+        hear: Callable[[Edge | RawPoses | Alarm | End], None],
         ask: Ask,
         node: str | None = None,
         arguments: Sequence[str] = (),
+        tell: Callable[[str], None] = lambda line: None,
         now: Now = time.monotonic,
     ) -> None:
         os.environ.update(limited(os.environ, discovery))
         os.environ["RCUTILS_LOGGING_USE_STDOUT"] = "0"  # which is for messages, here and in our helper processes
         name, arguments = without_name(arguments)
-        self._standby = Standby(node_name() + STANDBY, arguments, now, standby)  # first: it starts while we do
+        # First: it starts while we do.
+        self._standby = Standby(node_name() + STANDBY, arguments, now, standby, lambda line: hear(Alarm(line)))
         from rclpy.executors import SingleThreadedExecutor
 
         self._nodes = Nodes(name or node or node_name(), arguments)
@@ -77,10 +82,13 @@ class Ros:
         self._now = now
         self._resets = Resets(self._node, now)
         self._listening = Listening(self._node, hear, now)
-        self._reader = Reader(node_name() + READER, hear, now)
+        self._reader = RosReader(node_name() + READER, hear, now)
         self._publishing = Publishing(node_name() + PUBLISHER, arguments, now)
+        self.owed = OwedZeros(self._send_zero, self._others, self._standby.paid, tell, now)
+        """The zeros that robots may not have heard."""
         self._robots: dict[str, _Robot] = {}
-        self._topics: dict[str, Topic] = {}
+        self._topics: dict[str, RosTopic] = {}
+        self._met: set[str] = set()  # topics of which no robot has been prepared
         self._cast: list[str] = []
         self._uses_sim_time = False
         self._standby.wait()
@@ -103,9 +111,14 @@ class Ros:
         """Show a score, before it plays, to others in ROS 2."""
         self._publishing.take(score, generation)
 
-    def meet(self, score: Score) -> None:
+    def meet(self, score: Score) -> Iterator[None]:
         """Create publishers for new topics, so that listeners are found before the score begins."""
-        self._advertise_new(score, at_once=True)
+        for part in score.parts.values():
+            if part.topic not in self._topics:
+                self._advertise_new(part, at_once=True)
+                self._met.add(part.topic)
+                self._standby.live()
+                yield
 
     def prepare(self, score: Score, restart: bool) -> None:
         """Create publishers for new topics. Existing ones are kept, since discovery can take seconds.
@@ -113,7 +126,6 @@ class Ros:
         With `restart`, robots that have a reset service are stopped, and the service is called.
         """
         self._standby.renew()
-        self._standby.live(LOADING_LIMIT)
         self._listening.take(score.safety)
         parts = score.parts
         self._publishing.health.keep(parts.keys())
@@ -122,10 +134,16 @@ class Ros:
         self._reader.read(_read_from_topics(parts), {name: part.odom for name, part in parts.items() if part.odom})
         self._cast = list(parts)
         self._use_sim_time(any(part.use_sim_time for part in parts.values()))
-        self._advertise_new(score, at_once=not restart)
         for robot, part in parts.items():
+            self._advertise_new(part, at_once=not restart)
+            if restart and part.topic in self._met:
+                self._topics[part.topic].unsettle()
             self._topics[part.topic].take(part.profile.message)
             self._robots[robot] = _Robot(part, self._topics[part.topic], frame_field(part.frame))
+            if not part.scenes:  # it only has to stop, since an earlier stage may have moved it
+                self._standby.owes(part.topic, part.frame)
+                self.owed.inherits(robot, self._topics[part.topic], part.frame)
+        self._met.clear()
         if restart:
             self._standby_until = self._now() + STANDBY_LIMIT
             reset = [(part.reset, robot, self._topics[part.topic]) for robot, part in parts.items() if part.reset]
@@ -133,17 +151,21 @@ class Ros:
                 self.send(robot, STILL, 0.0)
             self._resets.begin(reset)
 
+    def guard(self, topics: Collection[str]) -> None:
+        """Listen for the release of these emergency stops, which are on, whether or not a score names them."""
+        self._listening.guard(topics)
+
     def resetting(self) -> bool:
-        # All are to be asked.
+        # All of them have to be asked.
         waits = [self._resets.under_way(), self._listening.under_way(), self._awaits_standby()]
         return any([*waits, self._reader.under_way()])
 
     def _awaits_standby(self) -> bool:
-        """Whether the standby has yet to find a listener that we have found; it gets a few seconds."""
+        """Whether the standby has yet to start, or to find a listener that we have found; it gets a few seconds."""
         if self._now() >= self._standby_until:
             return False
-        unfound = self._standby.unfound(self._robots[robot].topic.name for robot in self._cast)
-        return any(self._topics[topic].missing() is None for topic in unfound)
+        self._standby.look()
+        return not self._standby.is_ready({self._robots[robot].topic.name for robot in self._cast})
 
     def missing(self, robots: Collection[str] | None = None) -> dict[str, str]:
         found = {}
@@ -170,9 +192,7 @@ class Ros:
         clocked = not self._clock.ros_time_is_active and self._node.count_publishers("/clock")
         for robot in asked:
             topic = self._topic(robot)
-            if others := [
-                name for name in topic.others(self._nodes.names, self._standby.works) if not is_harmless(name)
-            ]:
+            if others := self._others(topic):
                 found[robot] = (
                     f"other nodes also publish to {topic.name}: {', '.join(others)}; "
                     "robots obey all of them: stop the others or use twist_mux"
@@ -194,9 +214,11 @@ class Ros:
         known.moves_since = None if stands else known.moves_since or self._now()
         if not stands:
             self._standby.moves(known.topic.name, known.part.frame)
+            self.owed.moves(known.topic)
         known.topic.publish(message, self._clock, known.frame)
         if stands:
             self._standby.stands(known.topic.name)
+            self.owed.stands(robot, known.topic, known.part.frame)
         self._publishing.sent(robot, at, known.is_clipped)
 
     def place(self, poses: Mapping[str, Pose]) -> None:
@@ -239,16 +261,14 @@ class Ros:
             if not self._closing.is_set():
                 self._hear(End(f"a message from ROS 2 can't be handled ({one_line(error)})"))
 
-    def _advertise_new(self, score: Score, *, at_once: bool) -> None:
-        new = {part.topic: part.profile.message for part in score.parts.values() if part.topic not in self._topics}
-        if new:
-            self._standby.live(LOADING_LIMIT)
-        for topic, message in new.items():
-            self._topics[topic] = Topic(topic, message, self._node, self._advertise, self._now, at_once)
+    def _advertise_new(self, part: Part, *, at_once: bool) -> None:
+        if part.topic not in self._topics:
+            message = part.profile.message
+            self._topics[part.topic] = RosTopic(part.topic, message, self._node, self._advertise, self._now, at_once)
 
     def _advertise(self, kind: Any, topic: str, second: bool) -> tuple[Any, Callable[[], None]]:
         publisher, destroy = self._nodes.advertise(kind, topic, second)
-        self._standby.publish(topic, kind.__name__, second)
+        self._standby.publish(topic, kind.__name__, second, publisher.get_subscription_count)
 
         def withdraw() -> None:
             destroy()
@@ -260,7 +280,7 @@ class Ros:
         """Why a sense of a robot is silent, as far as is known; None if there is none."""
         for sense, source in self._robots[robot].part.senses.items():
             if isinstance(source, BuiltIn) and sense != CUE:
-                return f"no topic says when `{sense}` is true of real robots: add [senses.{sense}] to improv.toml"
+                return f"no topic provides `{sense}` for real robots: add [senses.{sense}] to improv.toml"
             if isinstance(source, SenseTopic) and self._reader.is_silent(RobotSense(robot, sense)):
                 problem = self._reader.unread.get(source.topic) or self._unheard(source)
                 return f"{problem}, so {robot} stands still where it reads `{sense}`"
@@ -283,7 +303,14 @@ class Ros:
         silent = "no poses arrive" if self._node.count_publishers(topic) else "nobody publishes"
         return f"{self._reader.unread.get(topic) or f'{silent} on {topic}'}: {robot}'s real position is unknown"
 
-    def _topic(self, robot: str) -> Topic:
+    def _others(self, topic: RosTopic) -> list[str]:
+        """The nodes that also publish on a topic, except ours and those that send nothing."""
+        return [name for name in topic.others(self._nodes.names, self._standby.works) if not is_harmless(name)]
+
+    def _send_zero(self, topic: RosTopic, message: bytes, frame: bytes) -> None:
+        topic.publish(message, self._clock, frame)
+
+    def _topic(self, robot: str) -> RosTopic:
         return self._robots[robot].topic
 
     def _use_sim_time(self, wanted: bool) -> None:
@@ -308,7 +335,7 @@ class _Robot:
     """A robot of the latest score that has it, and the latest twist it was sent. Most are sent again and again."""
 
     part: Part
-    topic: Topic
+    topic: RosTopic
     frame: bytes
     twist: Twist | None = None
     message: bytes = b""
@@ -316,7 +343,7 @@ class _Robot:
     moves_since: float | None = None
 
     def message_of(self, twist: Twist) -> bytes:
-        """The serialized Twist, as the profile has it told. Raises ValueError if a number is not finite."""
+        """The serialized Twist, calibrated and limited by the profile. Raises ValueError if a number is not finite."""
         if twist is not self.twist:
             if not all(map(math.isfinite, (twist.x, twist.y, twist.z, twist.yaw))):
                 raise ValueError(f"{self.part.robot} was given a speed that is not a finite number")

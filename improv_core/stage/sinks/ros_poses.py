@@ -25,7 +25,7 @@ LONGEST_WAIT = SECOND
 """Nanoseconds that a message may have waited for us. Beyond it, the clocks don't agree."""
 
 
-class Poses:
+class RosPoses:
     """Subscribes to the topics of robots' poses as soon as somebody publishes on them.
 
     `node` is used by no executor, so nothing is done for messages that nobody takes. `unread` gets a topic that can't
@@ -71,7 +71,7 @@ class Poses:
             self._node.destroy_node()
 
     def _look(self, topic: str) -> None:
-        """Subscribe to a topic if it is known by now what is published on it."""
+        """Subscribe to a topic if it is known by now which type of pose is published on it."""
         kinds = {info.topic_type.replace("/msg/", "/") for info in self._node.get_publishers_info_by_topic(topic)}
         if kind := next((kind for kind in TEXTS if kind in kinds), None):
             try:
@@ -80,7 +80,7 @@ class Poses:
             except ImportError:
                 package, _, _ = kind.partition("/")
                 line = f"{sys.executable} can't import {package}, so {topic} can't be read: install {package}"
-            except Exception as error:  # rclpy raises many things, such as for a topic with another type of ours
+            except Exception as error:  # rclpy raises many exceptions, such as for a topic on which we use another type
                 line = f"{topic} can't be read as {kind}: {error}"
         elif kinds:
             line = f"{topic} carries {', '.join(sorted(kinds))}, not {', '.join(TEXTS)}"

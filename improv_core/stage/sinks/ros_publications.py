@@ -10,12 +10,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from improv_core.score.motion import Pose
+from improv_core.stage.messages import TransportMessage, is_silent
 from improv_core.stage.outlook import Outlook
-from improv_core.stage.protocol import Health, TransportMessage, is_silent
+from improv_core.stage.publisher_messages import Health
 from improv_core.stage.sinks.ros_nodes import Nodes
 
 LATE = 0.05
-"""Seconds from which on late commands are a warning: by then the next one is due, at the default rate."""
+"""Seconds of delay from which commands cause a warning: by then, the next one is due at the default rate."""
 TEXT_HEIGHT, ABOVE = 0.15, 0.4
 """Meters: the size of a marker's text, and how high it is above its robot."""
 LONGEST_NAME = 200
@@ -49,7 +50,7 @@ class Publications:
         self._uses_sim_time = False
 
     def spin(self) -> None:
-        """Take the time on /clock, if that is the time to use."""
+        """Take the time from /clock, if that is the time to use."""
         self._executor.spin_once(timeout_sec=0)
 
     def log(self, severity: str, line: str) -> None:
@@ -146,7 +147,7 @@ class Publications:
 
 
 _POSITION = ("state", "beats", "tempo", "speed", "generation", "muted", "soloed", "waits_for")
-"""What others are told of the transport, besides the beat."""
+"""What others are told about the transport, besides the beat."""
 
 
 class Diagnosis(NamedTuple):
@@ -159,7 +160,7 @@ class Diagnosis(NamedTuple):
 
 
 def diagnose(outlook: Outlook, health: Health, now: float) -> Iterator[Diagnosis]:
-    """How well all plays, and each robot."""
+    """How well everything plays, and each robot."""
     transport, score = outlook.transport, outlook.score
     if not transport or not score:
         return

@@ -14,8 +14,9 @@ from dataclasses import dataclass, field
 
 from improv_core.plain import message as in_plain_text
 from improv_core.score.score import Score
-from improv_core.score.score_json import Written, to_json
-from improv_core.stage.protocol import FOLDER, FromStage, Health, ToPublisher
+from improv_core.score.score_json import RowsWritten, to_json
+from improv_core.stage.messages import FOLDER, FromStage
+from improv_core.stage.publisher_messages import Health, ToPublisher
 
 HEALTH_PERIOD = 1.0
 """Seconds between two reports of how well robots are served; REP 107 has diagnostics once a second."""
@@ -190,7 +191,7 @@ class _Process:
         """Write everything from the queue; returns why the process ended too early."""
         assert process.stdin
         assert process.stdout
-        written = Written()
+        written = RowsWritten()
         try:
             while (item := self._queue.get()) is not None:
                 message: ToPublisher

@@ -16,19 +16,24 @@ from dataclasses import asdict
 from improv_core.plain import message as in_plain_text
 from improv_core.score.motion import Pose
 from improv_core.score.senses import RobotSense, Topic
-from improv_core.stage.protocol import FOLDER, FromReader, MeasuredPoses, SenseToRead, ToReader
+from improv_core.stage.messages import FOLDER
+from improv_core.stage.reader_messages import FromReader, MeasuredPoses, SenseToRead, ToReader
 from improv_core.stage.sinks import Edge, RawPose, RawPoses
 
 START_LIMIT = 10.0
 """Seconds until a new process must show signs of life; on a quiet machine it takes half a second."""
+SILENT_LIMIT = 0.3
+"""Seconds without a sign of life after which nothing it has said counts anymore. There are twenty of them a second."""
 ALIVE_LIMIT = 1.0
 """Seconds without a sign of life after which the process counts as hung."""
+SURE = 3
+"""Signs of life after which what it says counts again: by then, it has taken what came while it stalled."""
 FIND_LIMIT = 5.0
 """Seconds that beat 0 waits for senses that are still silent, from when they were first asked for."""
 AGAIN = 1.0
 """Seconds until a process that has failed is replaced: one that fails at once must not keep the machine busy."""
 WAIT = 0.1
-"""Seconds to wait at a time."""
+"""Seconds to wait at a time. Seconds without a sign of life are counted in these."""
 END_LIMIT = 2.0
 """Seconds it may take to exit."""
 POSE_LIMIT = 0.4
@@ -39,7 +44,7 @@ LONGEST_USUAL = 1.0
 """Seconds between two poses: localization that sends one only after a robot has moved counts as no rarer."""
 
 
-class Reader:
+class RosReader:
     """Has another process read senses and poses, starts it for the first of them, and passes on edges and poses on a
     thread of its own.
 
@@ -56,7 +61,9 @@ class Reader:
         """Topics that can't be read, and why."""
         self._sources: Mapping[RobotSense, Topic] = {}
         self._asked = -math.inf  # when the latest sense was asked for
-        self._values: dict[RobotSense, bool | None] = {}
+        self._said: dict[RobotSense, bool | None] = {}  # by the process
+        self._values: dict[RobotSense, bool | None] = {}  # that count
+        self._doubts = 0  # how many signs of life are missing until what it says counts again
         self._odometry: Mapping[str, str] = {}
         self._alive = -math.inf  # when the process last showed signs of life
         self._posed: dict[str, tuple[float, float]] = {}  # when each robot's latest pose came, and how often they do
@@ -112,6 +119,7 @@ class Reader:
                 process.kill()
                 process.wait()
             self._fall_silent()
+            self._said, self._doubts = {}, 0
             self.problem = f"the process that reads sensors {what}: another one starts"
             self._closing.wait(AGAIN)
 
@@ -131,7 +139,10 @@ class Reader:
             with suppress(OSError):  # it is full, or the process has ended, which is seen below
                 unsent = unsent[os.write(process.stdin.fileno(), unsent) :]
             if not poll.poll(WAIT * 1000):
-                waited += WAIT  # not by a clock, so that nothing is said against it while we ourselves stand still
+                waited += WAIT  # not by a clock, so that the process isn't blamed while we ourselves stall
+                if waited >= SILENT_LIMIT and limit == ALIVE_LIMIT:
+                    self._doubts = SURE
+                    self._fall_silent()
                 if waited >= limit:
                     return f"was silent for {limit} s"
                 continue
@@ -149,9 +160,17 @@ class Reader:
 
     def _take(self, message: FromReader) -> None:
         if message["type"] == "edge":
-            self._turn(RobotSense(message["robot"], message["sense"]), message["value"], message["at"])
+            sense = RobotSense(message["robot"], message["sense"])
+            self._said[sense] = message["value"]
+            if not self._doubts:
+                self._turn(sense, message["value"], message["at"])
         elif message["type"] == "alive":
             self._alive = self._clock()
+            if self._doubts:
+                self._doubts -= 1
+                if not self._doubts:
+                    for sense, value in self._said.items():
+                        self._turn(sense, value, self._alive)
         elif message["type"] == "poses":
             self._measure(message)
         elif message["type"] == "unread":

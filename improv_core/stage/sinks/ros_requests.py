@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from improv_core.stage.protocol import FASTEST, SLOWEST, FromStage, Hush, PageRequest, Pause, State
+from improv_core.stage.commands import Hush, PageRequest, Pause
+from improv_core.stage.fields import FASTEST, SLOWEST
+from improv_core.stage.messages import FromStage, State
 
 Ask = Callable[[PageRequest], None]
 """Passes on a request; may be called from any thread."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from improv_core.stage.sinks.ros_topic import SETTLE, Now, Topic
+from improv_core.stage.sinks.ros_topic import SETTLE, Now, RosTopic
 
 LIMIT = 0.5
 """Seconds that beat 0 waits until a service is found, and then for its response."""
@@ -19,7 +19,7 @@ class _Call:
     service: str
     client: Any
     robots: list[str]
-    topics: list[Topic]
+    topics: list[RosTopic]
     ends: float
     answer: Any = None
     done: bool = False
@@ -53,7 +53,7 @@ class Resets:
         self._clients: dict[str, Any] = {}
         self._calls: list[_Call] = []
 
-    def begin(self, services: Iterable[tuple[str, str, Topic]]) -> None:
+    def begin(self, services: Iterable[tuple[str, str, RosTopic]]) -> None:
         """Call each service in these (service, robot, topic) once. The robots must have been told to stop."""
         calls: dict[str, _Call] = {}
         for service, robot, topic in services:

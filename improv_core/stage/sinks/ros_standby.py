@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import json
 import os
+import queue
 import select
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Sequence
+import threading
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
+from typing import NamedTuple
 
-from improv_core.stage.protocol import FOLDER, HANG_LIMIT, ToStandby
+from improv_core.stage.messages import FOLDER, HANG_LIMIT, LOADING_LIMIT
+from improv_core.stage.relief import READY_LIMIT, START_LIMIT, Relief
+from improv_core.stage.standby_messages import FromStandby, ToStandby
 
 PULSE_PERIOD = 0.1
 """Seconds between two signs of life while robots move."""
 PATIENCE = HANG_LIMIT + PULSE_PERIOD
 """Seconds without a sign of life after which the stage counts as hung. The parent comes first, since it says so."""
-START_LIMIT = 5.0
-"""Seconds to wait until it has started; on a quiet machine it takes half a second."""
+AGAIN = 0.5
+"""Seconds until another one is started in place of one that has failed to: it must not keep the machine busy."""
 PIPE_SIZE = 1 << 20
 """Bytes that may wait for the standby. What it is told about 1,000 robots doesn't fit into a usual pipe."""
 END_LIMIT = 2.0
@@ -29,108 +34,228 @@ class Standby:
 
     It publishes with the same arguments of ROS (`--ros-args …`) as the stage, so that remapping holds for it too.
 
-    Once it has started, nothing waits for it: one that doesn't read its input has failed, and `problem` says so.
+    Nothing waits for it, except until it has first started. One that is lost while robots move, or before they do, is
+    replaced on another thread, and `problem` says so. If none is ready for too long, `alarm` gets a line that says that
+    robots must not move on. Apart from that thread, use it from one thread only.
     """
 
-    def __init__(self, node: str, arguments: Sequence[str], clock: Callable[[], float], wanted: bool) -> None:
+    def __init__(
+        self,
+        node: str,
+        arguments: Sequence[str],
+        clock: Callable[[], float],
+        wanted: bool,
+        alarm: Callable[[str], None],
+    ) -> None:
         self._command = [sys.executable, str(FOLDER / "standby.py"), node, *arguments]
         self._clock = clock
+        self._wanted = wanted
+        self._alarm = alarm
         self.problem: str | None = None
-        """What is wrong with the standby, in one line."""
-        self._publishers: dict[tuple[str, str], bool] = {}  # topic and kind: whether the second node has it
+        """What was wrong with the standby lately, in one line."""
+        self._publishers: dict[tuple[str, str], _Publisher] = {}  # by topic and kind
         self._moving: dict[str, str] = {}  # topics and the frames of velocities on them
+        self._owed: dict[str, str] = {}  # the same for robots that may not have heard that they were told to stop
         self._pulse = 0.0  # when the next sign of life is due
-        self._found: set[str] = set()  # topics on which it has found a listener
+        self._relief = Relief(clock())
+        self._found: set[tuple[str, str]] = set()  # publishers for which it has found a listener
+        self._has_spoken = False
+        self._unsent = self._unread = b""
+        self._closing = threading.Event()
+        self._new: queue.SimpleQueue[subprocess.Popen[bytes] | OSError] = queue.SimpleQueue()
+        self._starting: threading.Thread | None = None
         self._process = _start(self._command) if wanted else None
 
     @property
     def works(self) -> bool:
-        """Whether there is one, as far as is known."""
-        return self._process is not None and self.problem is None
+        """Whether there is a standby, as far as is known."""
+        return self._process is not None
 
     def wait(self) -> None:
         """Wait until it has started, which takes the processor that robots will need."""
         if self._process and self._process.stdout:
             select.select([self._process.stdout], [], [], START_LIMIT)
 
-    def unfound(self, topics: Iterable[str]) -> set[str]:
-        """The topics on which it has yet to find a listener: it can't stop robots there at once."""
-        if not self._process or not self._process.stdout or self.problem:
-            return set()
-        with suppress(BlockingIOError):
-            self._found.update(os.read(self._process.stdout.fileno(), 65_536).decode().split("\n"))
-        return set(topics) - self._found
+    def is_ready(self, topics: Collection[str]) -> bool:
+        """Whether it could stop robots on these topics at once, or need not: it has found a listener wherever we
+        have."""
+        if not self._wanted:
+            return True
+        if not self._process or not self._has_spoken:
+            return False
+        unfound = self._publishers.keys() - self._found
+        return not any(key[0] in topics and self._publishers[key].listeners() > 0 for key in unfound)
 
     def renew(self) -> None:
-        """Start another one if it has failed."""
-        if not self._process or (self._process.poll() is None and not self.problem):
-            return
-        self._process.kill()
-        self._process.wait()
-        self._process, self.problem = _start(self._command), None
-        self._found.clear()
-        for (topic, kind), second in self._publishers.items():
-            self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
-        for topic, frame in self._moving.items():
-            self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
+        """Find out whether the standby is alive, because a score is about to begin."""
+        if self.is_ready(()):
+            self.problem = None
+        self._ask(LOADING_LIMIT)
 
-    def publish(self, topic: str, kind: str, second: bool) -> None:
-        """The stage has created a publisher of a message type on a topic, on its second node or not."""
-        self._publishers[topic, kind] = second
-        self._found.discard(topic)  # it has another publisher to match there
+    def look(self) -> None:
+        """Take what it has said, replace it if it is lost, and raise the alarm if robots move without one."""
+        if not self._wanted:
+            return
+        now = self._clock()
+        self._adopt(now)
+        ended = not self._hear()
+        self._relief.look(now)
+        if self._process and (ended or self._relief.is_lost()):
+            self._replace("has ended" if ended else "does not answer")
+        if self._relief.must_stop(bool(self._moving), self.is_ready(self._moving)):
+            self._alarm(
+                f"no standby process was ready to stop the robots for {READY_LIMIT:g} s, so all were stopped: "
+                "save to play again, or turn off `ros.standby`"
+            )
+
+    def publish(self, topic: str, kind: str, second: bool, listeners: Callable[[], int]) -> None:
+        """The stage has created a publisher of a message type on a topic, on its second node or not. `listeners`
+        counts those that it has found."""
+        self._publishers[topic, kind] = _Publisher(second, listeners)
+        self._found.discard((topic, kind))
         self._tell({"type": "publish", "topic": topic, "kind": kind, "second": second})
 
     def withdraw(self, topic: str, kind: str) -> None:
-        """The stage has destroyed this publisher."""
+        """Note that the stage has destroyed this publisher."""
         del self._publishers[topic, kind]
         self._tell({"type": "withdraw", "topic": topic, "kind": kind})
 
     def moves(self, topic: str, frame: str) -> None:
-        """The robot on a topic is about to be told to move, by velocities in a frame."""
+        """Note that the robot on a topic is about to be told to move, by velocities in a frame."""
         if self._moving.get(topic) != frame:
             self._moving[topic] = frame
+            self._owed.pop(topic, None)
             self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
-            self._pulse = self._clock() + PULSE_PERIOD
 
     def stands(self, topic: str) -> None:
-        """The robot on a topic has been told to stop."""
+        """Note that the robot on a topic has been told to stop."""
         if topic in self._moving:
-            del self._moving[topic]
+            self._owed[topic] = self._moving.pop(topic)
             if not self._moving:
                 self._tell({"type": "stands"})
 
+    def owes(self, topic: str, frame: str) -> None:
+        """Note that the robot on a topic is told to stop, since an earlier stage may have moved it."""
+        self._owed[topic] = frame
+        self._tell({"type": "owes", "topic": topic, "frame": frame})
+
+    def paid(self, topic: str) -> None:
+        """The robot on a topic has heard that it was told to stop, or zeros are no longer sent for another reason."""
+        self._owed.pop(topic, None)
+        self._tell({"type": "paid", "topic": topic})
+
     def live(self, patience: float = PATIENCE) -> None:
         """A sign of life, at most once per `PULSE_PERIOD`, or at once if it needs more patience than usual."""
-        now = self._clock()
-        if self._moving and (now >= self._pulse or patience != PATIENCE):
-            self._tell({"type": "pulse", "patience": patience})
-            self._pulse = now + PULSE_PERIOD
+        if self._moving and (self._clock() >= self._pulse or patience != PATIENCE):
+            self._ask(patience)
 
     def close(self) -> None:
-        """End the process. If robots still move because the stage could not stop them, it tries that first."""
+        """End the process. If robots still move because the stage could not stop them, it tries that first. It stays
+        for a while if robots may not have heard that they were stopped: nobody waits for that."""
+        self._closing.set()
+        if self._starting:
+            self._starting.join(END_LIMIT)
+            self._adopt(self._clock())
         if not self._moving:
             self._tell({"type": "end"})
         if self._process and self._process.stdin:
             self._process.stdin.close()
+            if self._owed and self.works:
+                return
             try:
                 self._process.wait(END_LIMIT)
             except subprocess.TimeoutExpired:
                 self._process.kill()
 
+    def _ask(self, patience: float) -> None:
+        """Give a sign of life, ask for one, and look whether earlier ones were answered."""
+        self._tell({"type": "pulse", "patience": patience})
+        now = self._clock()
+        self._pulse = now + PULSE_PERIOD
+        self.look()
+        self._relief.asks(now)
+
     def _tell(self, message: ToStandby) -> None:
-        if not self.works:
-            return
+        if self._process:
+            self._unsent += json.dumps(message).encode() + b"\n"
+            self._write()
+
+    def _write(self) -> None:
         assert self._process
         assert self._process.stdin
+        with suppress(OSError):  # it is full, or the process has ended: both are noticed by its silence
+            while self._unsent:
+                self._unsent = self._unsent[os.write(self._process.stdin.fileno(), self._unsent) :]
+
+    def _hear(self) -> bool:
+        """Take what it has said. Returns whether it may still say something."""
+        if not self._process:
+            return True
+        assert self._process.stdout
+        self._write()
         try:
-            # Lines this short are written completely or not at all, even if the pipe is full.
-            os.write(self._process.stdin.fileno(), json.dumps(message).encode() + b"\n")
+            while data := os.read(self._process.stdout.fileno(), 65_536):
+                *lines, self._unread = (self._unread + data).split(b"\n")
+                for line in lines:
+                    self._take(line)
+        except BlockingIOError:
+            return True
+        return False
+
+    def _take(self, line: bytes) -> None:
+        with suppress(ValueError, LookupError, TypeError):  # some library has printed something
+            message: FromStandby = json.loads(line)
+            if message["type"] == "found":
+                self._found.add((message["topic"], message["kind"]))
+            self._has_spoken = True
+            self._relief.hears()
+
+    def _adopt(self, now: float) -> None:
+        """Use a process that has been started in place of one that was lost: tell it all that the other one knew."""
+        if self._process or self._new.empty():
+            return
+        new = self._new.get()
+        if isinstance(new, OSError):
+            self._replace(f"can't start ({new})")
+            return
+        self._process = new
+        self._relief.starts(now)
+        for (topic, kind), publisher in self._publishers.items():
+            self._tell({"type": "publish", "topic": topic, "kind": kind, "second": publisher.second})
+        for topic, frame in self._moving.items():
+            self._tell({"type": "moves", "topic": topic, "frame": frame, "patience": PATIENCE})
+        for topic, frame in self._owed.items():
+            self._tell({"type": "owes", "topic": topic, "frame": frame})
+
+    def _replace(self, what: str) -> None:
+        """Kill the process, which could wake up again, and start another one, on a thread: robots don't wait for it."""
+        again = bool(self.problem) and not self._has_spoken  # the last one failed too
+        self.problem = f"the standby process {what}: another one starts"
+        old, self._process = self._process, None
+        self._found.clear()
+        self._has_spoken, self._unsent, self._unread = False, b"", b""
+        arguments = old, AGAIN if again else 0.0
+        self._starting = threading.Thread(target=self._start_another, args=arguments, daemon=True)
+        self._starting.start()
+
+    def _start_another(self, old: subprocess.Popen[bytes] | None, after: float) -> None:
+        if old:
+            old.kill()
+            old.wait()
+            for stream in (old.stdin, old.stdout):
+                if stream:
+                    stream.close()
+        if self._closing.wait(after):
+            return
+        try:
+            self._new.put(_start(self._command))
         except OSError as error:
-            what = "has ended" if isinstance(error, BrokenPipeError) else "does not respond"
-            self.problem = (
-                f"the standby process {what}, so if the stage dies, robots keep moving until a new stage finds them: "
-                "the next play starts another standby"
-            )
+            self._new.put(error)
+
+
+class _Publisher(NamedTuple):
+    second: bool
+    listeners: Callable[[], int]
 
 
 def _start(command: Sequence[str]) -> subprocess.Popen[bytes]:
@@ -148,5 +273,6 @@ def _start(command: Sequence[str]) -> subprocess.Popen[bytes]:
     with suppress(ImportError, AttributeError, OSError):  # not Linux
         import fcntl
 
-        fcntl.fcntl(process.stdin, fcntl.F_SETPIPE_SZ, PIPE_SIZE)
+        for stream in (process.stdin, process.stdout):
+            fcntl.fcntl(stream, fcntl.F_SETPIPE_SZ, PIPE_SIZE)
     return process

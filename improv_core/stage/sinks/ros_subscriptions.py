@@ -11,7 +11,7 @@ from typing import Any
 from improv_core.score.senses import Message, Topic
 from improv_core.stage.readings import holds
 from improv_core.stage.sinks.ros_nodes import Nodes, subscribe
-from improv_core.stage.sinks.ros_poses import Poses
+from improv_core.stage.sinks.ros_poses import RosPoses
 
 Hear = Callable[[Topic, bool | None], None]
 
@@ -29,7 +29,7 @@ class Subscriptions:
         self._node = self._nodes.first
         self._executor = _executor(self._node.context)
         self._executor.add_node(self._node)
-        self.poses = Poses(self._node_without_executor, unread)
+        self.poses = RosPoses(self._node_without_executor, unread)
         """The poses of robots, which are taken, not passed on."""
         self._made: dict[tuple[str, Message], Any] = {}
         self._heard: dict[tuple[str, Message], list[Topic]] = {}
@@ -46,7 +46,7 @@ class Subscriptions:
             self._made[name, message] = self._subscribe(name, message)
 
     def spin(self, seconds: float) -> None:
-        """Take what arrives, for so long."""
+        """Take what arrives within this many seconds."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             self._executor.spin_once(timeout_sec=left)
@@ -69,7 +69,7 @@ class Subscriptions:
         return rclpy.create_node(name, context=self._node.context, **options)
 
     def _subscribe(self, name: str, message: Message) -> Any:
-        """A subscription; None if there can be none."""
+        """A subscription; None if that is impossible."""
         package, _, kind = message.partition("/")
 
         def take(received: Any) -> None:
@@ -83,7 +83,7 @@ class Subscriptions:
             return subscribe(self._node, found, name, take, qos_profile_sensor_data)
         except ImportError:
             self._unread(name, f"{sys.executable} can't import {package}, so {name} can't be read: install {package}")
-        except Exception as error:  # rclpy raises many things, such as for a topic with another type of ours
+        except Exception as error:  # rclpy raises many exceptions, such as for a topic on which we use another type
             self._unread(name, f"{name} can't be read as {message}: {error}")
         return None
 

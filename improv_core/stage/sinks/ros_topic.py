@@ -22,7 +22,21 @@ Advertise = Callable[[Any, str, bool], tuple[Any, Callable[[], None]]]
 """Creates a publisher of a type on a topic, on the second node or not. Returns it and a function that destroys it."""
 
 
-class Topic:
+def has_confirmed(publisher: Any) -> bool:
+    """Whether a publisher's reliable listeners have confirmed everything. They do so late: when they are asked to."""
+    from rclpy.duration import Duration
+
+    return bool(publisher.wait_for_all_acked(Duration()))  # without waiting
+
+
+def confirms(node: Any, topic: str, kinds: Collection[str]) -> bool:
+    """Whether all listeners of these types confirm what they hear: they are reliable, and their publishers too."""
+    ends = [*node.get_subscriptions_info_by_topic(topic), *node.get_publishers_info_by_topic(topic)]
+    types = {TYPES[kind] for kind in kinds}
+    return all(end.qos_profile.reliability.name == "RELIABLE" for end in ends if end.topic_type in types)
+
+
+class RosTopic:
     """A topic and its publishers: of the fixed type, or with "auto" of each type that a listener expects.
 
     `node` sees the graph. `advertise` creates a publisher, on the second node if asked to: one node can't publish two
@@ -37,9 +51,11 @@ class Topic:
         self._advertise = advertise
         self._now = now
         self._publishers: dict[str, _Publisher] = {}
-        self._leaving: dict[str, tuple[_Publisher, float]] = {}  # and since when they send no more
+        self._leaving: dict[str, tuple[_Publisher, float]] = {}  # and since when they have sent nothing
         self._message = message
         self._finding = math.inf  # since when listeners of a type of ours are not matched
+        self.was_heard = False
+        """Whether it has ever had a listener."""
         self._serve({message if message in TYPES else "Twist"}, -math.inf if at_once else now())
 
     @property
@@ -66,6 +82,7 @@ class Topic:
         """
         self._destroy_left()
         counts = [publisher.count() for publisher in self._publishers.values()]
+        self.was_heard = self.was_heard or any(counts)
         listeners = self._node.count_subscribers(self._seen_as)
         wanted: set[str] = set()
         if listeners and (listeners != sum(counts) or 0 in counts):
@@ -86,6 +103,18 @@ class Topic:
         if self._now() < self._finding + FIND_LIMIT:
             return self._incompatible() or ""
         return self._incompatible() or f"the listener on {self._seen_as} can't be reached: check the network"
+
+    def count_listeners(self) -> int:
+        """How many listeners our publishers are matched with."""
+        return sum(publisher.count() for publisher in self._publishers.values())
+
+    def has_confirmed(self) -> bool:
+        """Whether all reliable listeners have confirmed everything. They do so late: when they are asked to."""
+        return all(publisher.has_confirmed() for publisher in self._publishers.values())
+
+    def confirms(self) -> bool:
+        """Whether all listeners confirm what they hear: they are reliable, and our publishers too."""
+        return confirms(self._node, self.name, self._publishers)
 
     def others(self, own: Collection[str], standby: bool) -> list[str]:
         """The nodes that also publish here, except our `own`. A `standby` has as many publishers as we have."""
@@ -127,7 +156,7 @@ class Topic:
             self._publishers[kind] = _Publisher(self._advertise, kind, self.name, second, unheard)
 
     def _destroy_left(self) -> None:
-        """Destroy publishers that nobody wants any more: `ros2 topic echo` refuses a topic with two types."""
+        """Destroy publishers that nobody needs anymore: `ros2 topic echo` refuses a topic with two types."""
         for kind, (publisher, since) in list(self._leaving.items()):
             if self._now() >= since + LINGER:
                 del self._leaving[kind]
@@ -150,6 +179,9 @@ class _Publisher:
         if not self.count():
             self.unheard = now
         return now >= self.unheard + SETTLE
+
+    def has_confirmed(self) -> bool:
+        return has_confirmed(self._publisher)
 
     def publish(self, message: bytes, clock: Any, frame: bytes) -> None:
         self._publisher.publish(stamped(message, clock.now().nanoseconds, frame) if self._is_stamped else message)

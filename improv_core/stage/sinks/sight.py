@@ -96,7 +96,7 @@ def _hit(center: complex, radius: float) -> float:
 def _crossing(one: complex, other: complex, ray: complex) -> float:
     """How far from 0 a ray crosses a line; infinite if it does not."""
     one, other = one * ray.conjugate(), other * ray.conjugate()
-    if one.imag * other.imag > 0 or one.imag == other.imag:
+    if min(one.imag, other.imag) > 0 or max(one.imag, other.imag) < 0 or one.imag == other.imag:
         return math.inf
     at = one.real + (other.real - one.real) * one.imag / (one.imag - other.imag)
     return at if at >= 0 else math.inf

@@ -14,7 +14,7 @@ from improv_core.stage.sinks.trails import Trail
 
 
 @dataclass(slots=True)
-class Robot:
+class SimulatedRobot:
     """A robot as of its latest change, and its setpoints from then on."""
 
     part: Part

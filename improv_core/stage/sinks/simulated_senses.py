@@ -10,7 +10,7 @@ from improv_core.score.world import World
 from improv_core.stage.sinks import Edge
 from improv_core.stage.sinks.collisions import OVERLAP
 from improv_core.stage.sinks.sight import Scene, is_in_the_way, nearest, scene
-from improv_core.stage.sinks.simulated_robot import Robot
+from improv_core.stage.sinks.simulated_robot import SimulatedRobot
 
 
 class _Nearby(NamedTuple):
@@ -23,10 +23,10 @@ class _Nearby(NamedTuple):
 _NOTHING = _Nearby(Scene(), ())
 
 
-class Senses:
+class SimulatedSenses:
     """Knows which senses are asked for, and finds what changes. Nothing is computed for others."""
 
-    def __init__(self, world: World, robots: Mapping[str, Robot]) -> None:
+    def __init__(self, world: World, robots: Mapping[str, SimulatedRobot]) -> None:
         self._scene = scene(world)
         self._robots = robots
         self._values: dict[RobotSense, bool] = {}  # of what is asked for

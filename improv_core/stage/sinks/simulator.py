@@ -16,8 +16,8 @@ from improv_core.score.world import World
 from improv_core.stage.sinks import Edge
 from improv_core.stage.sinks.collisions import Bump, Collisions, Disc, Pushed
 from improv_core.stage.sinks.dynamics import STEPS_PER_SECOND, Motion, Motors, motors_of, moving
-from improv_core.stage.sinks.simulated_robot import Robot
-from improv_core.stage.sinks.simulated_senses import Senses
+from improv_core.stage.sinks.simulated_robot import SimulatedRobot
+from improv_core.stage.sinks.simulated_senses import SimulatedSenses
 from improv_core.stage.sinks.trails import Trail
 
 LOOK = 24
@@ -67,8 +67,8 @@ class Simulator:
     def _clear(self, world: World) -> None:
         self._world = world
         self._collisions = Collisions(world)
-        self._robots: dict[str, Robot] = {}
-        self._senses = Senses(world, self._robots)
+        self._robots: dict[str, SimulatedRobot] = {}
+        self._senses = SimulatedSenses(world, self._robots)
         self._awake: list[str] = []  # robots near something
         self._fastest = 0.0  # m/s, of all setpoints so far
         self._faster: deque[tuple[float, float]] = deque()  # when that increases, and to what
@@ -78,8 +78,9 @@ class Simulator:
         self._bumps: deque[Bump] = deque(maxlen=BUMPS_KEPT)
         self._met: dict[str, dict[str, None]] = {}
 
-    def meet(self, score: Score) -> None:
+    def meet(self, score: Score) -> Iterator[None]:
         """Does nothing: simulated robots can be told at once."""
+        return iter(())
 
     def prepare(self, score: Score, restart: bool) -> None:
         """Put new robots at their start poses. With `restart`, start everything over at time 0.
@@ -93,7 +94,7 @@ class Simulator:
                 self._placed += 1
             elif score.world != self._world:
                 self._world, self._collisions = score.world, Collisions(score.world)
-                self._senses = Senses(score.world, self._robots)
+                self._senses = SimulatedSenses(score.world, self._robots)
             for name, part in score.parts.items():
                 self._cast(name, part)
             self._look_soon()
@@ -107,7 +108,7 @@ class Simulator:
     def warnings(self, robots: Collection[str] | None = None) -> dict[str, str]:
         """Who has bumped into whom so far, listed under the robot whose name comes first."""
         return {
-            name: f"{name} bumped into {_listed(met)}: start them farther apart or change their paths"
+            name: f"{name} bumped into {_listed(met)}: {_advice(met)}"
             for name in (self._met if robots is None else robots)
             if (met := self._met.get(name))
         }
@@ -205,7 +206,9 @@ class Simulator:
         if known:
             known.part, known.disc, known.motors = part, disc, motors
         else:
-            self._robots[name] = Robot(part, disc, motors, Motion(self._now, part.start), Trail(self._now, part.start))
+            self._robots[name] = SimulatedRobot(
+                part, disc, motors, Motion(self._now, part.start), Trail(self._now, part.start)
+            )
 
     def _next_rise(self) -> int:
         """The step in which a robot becomes faster than all robots so far."""
@@ -250,7 +253,7 @@ class Simulator:
         for bump in self._collisions.take_bumps():
             self._bumps.append(bump)
             first, *others = bump.robots
-            self._met.setdefault(first, {}).update(dict.fromkeys(others or ["an obstacle"]))
+            self._met.setdefault(first, {}).update(dict.fromkeys(others or [_OBSTACLE]))
         pressed, touching = self._collisions.take_contacts()
         for name in self._awake:
             robot = self._robots[name]
@@ -327,6 +330,15 @@ def _pairs(cells: Mapping[tuple[int, int], list[str]]) -> Iterator[tuple[str, st
             for other in cells.get(beside, ()):
                 for one in names:
                     yield one, other
+
+
+_OBSTACLE = "an obstacle"
+
+
+def _advice(met: Collection[str]) -> str:
+    if _OBSTACLE not in met:
+        return "start them farther apart or change their paths"
+    return "change its start or its path" if len(met) == 1 else "change their starts or their paths"
 
 
 def _listed(names: Collection[str]) -> str:

@@ -13,8 +13,8 @@ SHARPEST = 1.0
 """Radians that a robot may turn between two places. Below half a turn, there is only one arc between two poses."""
 
 
-class Place(NamedTuple):
-    """Where a robot was, in meters and radians, so many seconds after beat 0."""
+class TimedPose(NamedTuple):
+    """Where a robot was, in meters and radians, `at` seconds after beat 0."""
 
     at: float
     x: float
@@ -31,12 +31,12 @@ class Trail:
 
     def __init__(self, at: float, pose: Pose) -> None:
         self.until = -math.inf
-        self.places: list[Place] = []
+        self.places: list[TimedPose] = []
         self.add(at, pose)
 
     def add(self, at: float, pose: Pose) -> None:
         """Add where the robot is. While it stands, nothing is added between its arrival and its departure."""
-        here = Place(at, pose.x, pose.y, pose.heading)
+        here = TimedPose(at, pose.x, pose.y, pose.heading)
         stood = len(self.places) > 1 and self.places[-1][1:] == self.places[-2][1:] == here[1:]
         if at > self.until and not stood:
             self.places.append(here)

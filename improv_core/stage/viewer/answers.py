@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
-from improv_core.stage.protocol import Sensed
+from improv_core.stage.messages import Sensed
 from improv_core.stage.viewer.lookahead import MOST_MOMENTS, window
 from improv_core.stage.viewer.messages import AskWindow, Window
 

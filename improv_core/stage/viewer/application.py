@@ -12,12 +12,13 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from improv_core.stage.protocol import PageRequest, Watched
+from improv_core.stage.commands import COMMANDS, Editing, PageRequest, Watched
 from improv_core.stage.tickets import Tickets
 from improv_core.stage.viewer.connections import SILENT_LIMIT, Connections
+from improv_core.stage.viewer.page_stops import Order, PageStops
 from improv_core.stage.viewer.peer import user_of
-from improv_core.stage.viewer.requests import read
-from improv_core.stage.viewer.throttle import Throttle
+from improv_core.stage.viewer.requests import read, read_count, read_page
+from improv_core.stage.viewer.throttle import Flood, Throttle
 
 if TYPE_CHECKING:
     import socket
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from aiohttp.typedefs import Handler, Middleware
 
     from improv_core.stage.viewer.answers import Answers
-    from improv_core.stage.viewer.outbox import Outbox
+    from improv_core.stage.viewer.outbox import PageOutbox
     from improv_core.stage.viewer.pages import Pages
 
 HOST = "127.0.0.1"
@@ -36,6 +37,8 @@ PARTING = 0.25
 MAX_PAGES = 64
 MAX_MESSAGE = 1024 * 1024
 """Bytes of a message from a page: enough for the longest text, however JSON writes it."""
+CONFIRM_LIMIT = 1.0
+"""Seconds that a stop may wait to be confirmed, until the page is told that it has only arrived."""
 WATCHED: Watched = {"type": "watched"}
 FOLDER = Path(__file__).parent / "page"
 NO_TOKEN = '<meta id="token" name="improv-token" content="">'
@@ -44,8 +47,9 @@ CONTENT_TYPES = {".css": "text/css", ".js": "text/javascript"}
 
 # Only VS Code shows the page in a frame. Every frame around the page has to be among these. On a desktop, that is the
 # window (vscode-file:) and the webview (vscode-webview:). In a browser, it is code-server or `code serve-web` on this
-# machine, on any port, and webviews from VS Code's CDN, where each has a host of its own. In a frame of any other
-# website on this machine, the page has no token, because only the tab in which a ticket was redeemed has it.
+# machine, on any port, and webviews from VS Code's CDN, where each has a host of its own. Any other
+# server on this machine may frame the page, too, but without a ticket: then the page has no token, because in a frame
+# it uses only one from a ticket that this very load has redeemed.
 FRAMES = f"http://{HOST}:* http://localhost:* vscode-file: vscode-webview: https://*.vscode-cdn.net"
 HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
@@ -58,7 +62,7 @@ HEADERS = {
 
 
 class Application:
-    """Serves the page on a socket: with the token if the URL has a valid ticket. All but its files requires the token.
+    """Serves the page on a socket: with the token if the URL has a valid ticket. All but the page's files need it.
 
     `command` gets each command from a page, and `WATCHED` when one is opened.
     """
@@ -72,10 +76,19 @@ class Application:
         self._answers = answers
         self._command = command
         self._throttle = Throttle(command, lambda delay, do: asyncio.get_running_loop().call_later(delay, do))
-        self._open: dict[Outbox, web.Request] = {}
+        self._stops = PageStops()
+        self._confirmed = asyncio.Event()  # set, and replaced, whenever a stop was confirmed
+        self._open: dict[PageOutbox, web.Request] = {}
         self._index = (FOLDER / "index.html").read_text(encoding="utf-8")
         assert self._index.count(NO_TOKEN) == 1
         self._files = _files()
+
+    def confirm(self, mark: str) -> None:
+        """Note that the stop with this mark has been obeyed, so its page can be told."""
+        page, _, number = mark.rpartition(" ")
+        self._stops.confirm(page, int(number))
+        self._confirmed.set()
+        self._confirmed = asyncio.Event()
 
     async def serve(self, listening: socket.socket, stop: asyncio.Event) -> None:
         """Serve until `stop` is set; then pages get what still waits for them, and are disconnected."""
@@ -93,8 +106,7 @@ class Application:
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._pages.emptied(), PARTING)
         for request in self._open.values():
-            if request.transport is not None:
-                request.transport.abort()  # closing politely would wait for pages that no longer listen
+            _abort(request)  # closing politely would wait for pages that no longer listen
         await runner.cleanup()
 
     def _application(self) -> web.Application:
@@ -106,6 +118,7 @@ class Application:
         application.router.add_get("/token", self._accept_token)
         application.router.add_get("/path.svg", self._show_path)
         application.router.add_get("/live", self._live)
+        application.router.add_post("/stop", self._stop)
         for path in self._files:
             application.router.add_get(path, self._show_file)
         return application
@@ -158,6 +171,28 @@ class Application:
             raise web.HTTPNotFound
         return web.Response(text=picture, content_type="image/svg+xml")
 
+    async def _stop(self, request: web.Request) -> web.Response:
+        """A stop, over a connection of its own: 204 once it has been obeyed, 202 if it has only arrived."""
+        from aiohttp import web
+
+        self._check_token(request)
+        _check_origin(request)
+        page, number = read_page(request.query.get("page")), read_count(request.query.get("number"))
+        if not page or number is None:
+            raise web.HTTPBadRequest
+        if self._stops.arrive(page, number):
+            self._pass_stop(page, number)
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._is_confirmed(page, number), CONFIRM_LIMIT)
+        return web.Response(status=204 if self._stops.is_confirmed(page, number) else 202)
+
+    async def _is_confirmed(self, page: str, number: int) -> None:
+        while not self._stops.is_confirmed(page, number):
+            await self._confirmed.wait()
+
+    def _pass_stop(self, page: str, number: int) -> None:
+        self._throttle.take({"type": "hush", "mark": f"{page} {number}"})
+
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
         from aiohttp import WSMsgType, web
 
@@ -169,14 +204,19 @@ class Application:
         page = web.WebSocketResponse(heartbeat=20, compress=False, max_msg_size=MAX_MESSAGE, writer_limit=0)
         outbox = self._pages.join()
         self._open[outbox] = request
+        name, flood = read_page(request.query.get("page")), Flood()
+        order = Order(self._stops, name)
         tasks: list[asyncio.Task[None]] = []
         try:
             await page.prepare(request)
             tasks = [asyncio.create_task(outbox.empty_into(page)), asyncio.create_task(self._answer(outbox))]
             self._command(WATCHED)
             async for message in page:
+                if flood.counts(asyncio.get_running_loop().time()):
+                    _abort(request)  # what it has sent so far counts, and what waits behind that is dropped
+                    break
                 if message.type is WSMsgType.TEXT:
-                    self._receive(message.data, outbox)
+                    self._receive(message.data, outbox, name, order)
         finally:
             for task in tasks:
                 task.cancel()
@@ -184,11 +224,14 @@ class Application:
             self._pages.leave(outbox)
         return page
 
-    def _receive(self, text: str, outbox: Outbox) -> None:
+    def _receive(self, text: str, outbox: PageOutbox, name: str, order: Order) -> None:
         request = read(text)
-        if request is None:
+        if request is None or (order.lags and request["type"] in COMMANDS["hush"].voids):
             return
-        if request["type"] == "window":
+        if request["type"] == "stop":
+            if order.stop(request["number"]):
+                self._pass_stop(name, request["number"])
+        elif request["type"] == "window":
             outbox.ask(request)
         elif (
             request["type"] == "analyze"
@@ -196,11 +239,14 @@ class Application:
             or request["type"] == "explain"
             or request["type"] == "write"
         ):
-            self._throttle.take({"type": "editing", "page": outbox.number, "ask": request})
+            editing: Editing = {"type": "editing", "page": outbox.number, "ask": request}
+            if order.lags:
+                editing["overtaken"] = True
+            self._throttle.take(editing)
         else:
             self._throttle.take(request)
 
-    async def _answer(self, outbox: Outbox) -> None:
+    async def _answer(self, outbox: PageOutbox) -> None:
         """Answer the latest question of a page, forever."""
         while True:
             question = await outbox.asked()
@@ -222,6 +268,11 @@ def _files() -> Mapping[str, bytes]:
 
 async def _harden(request: web.Request, response: web.StreamResponse) -> None:
     response.headers.update(HEADERS)
+
+
+def _abort(request: web.Request) -> None:
+    if request.transport is not None:
+        request.transport.abort()
 
 
 def _user_of(request: web.Request) -> int | None:

@@ -25,7 +25,7 @@ class Connections:
         self._busy: set[RequestHandler] = set()
 
     def connect(self) -> asyncio.BaseProtocol:
-        """What speaks on a new connection."""
+        """What handles a new connection."""
         idle = [each for each in self._server.connections if self._is_idle(each)]
         if len(idle) + len(self._busy) >= MAX_CONNECTIONS and idle:
             _abort(idle[0])

@@ -15,8 +15,8 @@ from improv_core.score.performer import Performer
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.walk import walk
-from improv_core.stage.protocol import Sensed
-from improv_core.stage.viewer.messages import ShownScore, Stretch
+from improv_core.stage.messages import Sensed
+from improv_core.stage.viewer.messages import RobotWindow, ShownScore
 
 MOST_MOMENTS = 20_000
 """Moments of all robots together in one window."""
@@ -57,7 +57,7 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
     }
 
 
-def window(score: Score, start: float, end: float, sensed: Sequence[Sensed] = ()) -> dict[str, Stretch]:
+def window(score: Score, start: float, end: float, sensed: Sequence[Sensed] = ()) -> dict[str, RobotWindow]:
     """What each robot does from beat `start` to beat `end`, up to `MOST_MOMENTS`.
 
     `pose` is the robot's ideal pose at `start` (x, y, z, heading), or None if that can't be known. `moments` are lists
@@ -70,12 +70,12 @@ def window(score: Score, start: float, end: float, sensed: Sequence[Sensed] = ()
     return {
         name: _performed(score, part, begin, end, most, [each for each in sensed if each["robot"] == name])
         if part.senses
-        else _stretch(score, part, begin, end, most)
+        else _window(score, part, begin, end, most)
         for name, part in score.parts.items()
     }
 
 
-def _performed(score: Score, part: Part, begin: Exact, end: float, most: int, sensed: Sequence[Sensed]) -> Stretch:
+def _performed(score: Score, part: Part, begin: Exact, end: float, most: int, sensed: Sequence[Sensed]) -> RobotWindow:
     """A stretch of a part that depends on senses: what they decided is performed again, from where it began."""
     performer = Performer(part.movement, part.begins)
     values: defaultdict[str, bool | None] = defaultdict(bool)
@@ -108,7 +108,7 @@ def _performed(score: Score, part: Part, begin: Exact, end: float, most: int, se
     return {"pose": list(astuple(first or pose)), "moments": moments, "until": float(performer.beat)}
 
 
-def _stretch(score: Score, part: Part, begin: Exact, end: float, most: int) -> Stretch:
+def _window(score: Score, part: Part, begin: Exact, end: float, most: int) -> RobotWindow:
     moments: list[list[Any]] = []
     until = float(begin)
     for moment in walk(part.movement, max(begin - part.begins, 0)) if begin < part.ends else ():

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from improv_core.score.motion import Pose
-from improv_core.stage.protocol import SIMULATED, MeasuredRobot, PoseJson
+from improv_core.stage.fields import PoseJson
+from improv_core.stage.messages import SIMULATED, MeasuredRobot
 
 MOST_PLACES = 20_000
 """Places kept of one robot: a quarter of an hour."""

@@ -1,4 +1,4 @@
-"""The messages between the page and its server that nobody else gets (docs/protocol.md). Standard library only.
+"""The messages that only the page and its server exchange (docs/protocol.md). Standard library only.
 
 `page/messages.js` checks those that arrive at the page, and `requests.py` those that arrive at its server.
 """
@@ -8,20 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypedDict
 
-from improv_core.stage.protocol import (
-    AskEditor,
-    Conduct,
-    Decided,
-    EditorAnswer,
-    Form,
-    Place,
-    Program,
-    Restart,
-    Sensed,
-    Source,
-    Stopped,
-    TransportMessage,
-)
+from improv_core.stage.commands import Conduct, Form, PlaceRobots, Restart
+from improv_core.stage.editing import AskEditor, EditorAnswer, ProgramSource
+from improv_core.stage.fields import Beat, Count
+from improv_core.stage.messages import Decided, ProgramMessage, Sensed, Stopped, TransportMessage
 
 
 class DrawnRobot(TypedDict):
@@ -53,7 +43,10 @@ how often its source was aligned; 1 if that was the simulator, otherwise 0; and 
 
 
 class DrawnTrails(TypedDict):
+    """`placed` is as in `poses`: trails and poses with different ones don't belong together."""
+
     type: Literal["trails"]
+    placed: int
     robots: Mapping[str, DrawnTrail]
 
 
@@ -80,7 +73,7 @@ class ShownRobot(TypedDict):
     near: float
 
 
-class Deadman(TypedDict):
+class ShownDeadman(TypedDict):
     """The button of a gamepad that somebody has to hold while robots move."""
 
     button: int
@@ -101,7 +94,7 @@ class ShownScore(TypedDict):
     words: Mapping[str, Sequence[float]]
     robots: Mapping[str, ShownRobot]
     takes_start_poses: bool
-    deadman: Deadman | None
+    deadman: ShownDeadman | None
 
 
 class BumpJson(TypedDict):
@@ -117,7 +110,7 @@ class Bumps(TypedDict):
     bumps: Sequence[BumpJson]
 
 
-class Stretch(TypedDict):
+class RobotWindow(TypedDict):
     """What one robot does up to beat `until`: its ideal pose at the beginning, and its moments."""
 
     pose: Sequence[float] | None
@@ -125,9 +118,16 @@ class Stretch(TypedDict):
     until: float
 
 
+class PageStop(TypedDict):
+    """A stop of this page, which counts them, at its place among the page's other requests."""
+
+    type: Literal["stop"]
+    number: Count
+
+
 AskWindow = TypedDict(
     "AskWindow",
-    {"type": Literal["window"], "generation": float, "from": float, "to": float},
+    {"type": Literal["window"], "generation": Beat, "from": Beat, "to": Beat},
 )
 Window = TypedDict(
     "Window",
@@ -136,7 +136,7 @@ Window = TypedDict(
         "generation": int,
         "from": float,
         "to": float,
-        "robots": Mapping[str, Stretch],
+        "robots": Mapping[str, RobotWindow],
     },
 )
 
@@ -147,13 +147,13 @@ ToPage = (
     | DrawnMeasured
     | TransportMessage
     | Stopped
-    | Program
+    | ProgramMessage
     | ShownScore
     | Bumps
     | Window
     | Sensed
     | Decided
-    | Source
+    | ProgramSource
     | EditorAnswer
 )
-FromPage = Conduct | Restart | Place | Form | AskWindow | AskEditor
+FromPage = PageStop | Conduct | Restart | PlaceRobots | Form | AskWindow | AskEditor

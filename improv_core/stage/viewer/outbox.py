@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from improv_core.stage.viewer.messages import AskWindow, BumpJson, Bumps, DrawnTrail, DrawnTrails
+from improv_core.stage.viewer.messages import AskWindow, BumpJson, Bumps, DrawnMeasured, DrawnTrail, DrawnTrails
 
 if TYPE_CHECKING:
     from aiohttp import web
@@ -27,7 +27,7 @@ class Lengthening(Protocol):
     def places(self) -> Sequence[Sequence[float]]: ...
 
 
-class Outbox:
+class PageOutbox:
     """The latest message of each kind, all bumps and trails, and the latest question that the page has asked.
 
     `number` is the page's own.
@@ -38,6 +38,7 @@ class Outbox:
         self._waiting: dict[str, str] = {}
         self._bumps: deque[Bump] = deque(maxlen=MOST_BUMPS)
         self._trails: dict[TrailKind, Mapping[str, Lengthening]] = {}
+        self._placed = 0
         self._sent: dict[tuple[TrailKind, str], tuple[Lengthening, int]] = {}  # how many places of which trail
         self._filled = asyncio.Event()
         self._empty = asyncio.Event()
@@ -56,10 +57,15 @@ class Outbox:
         self._bumps.extend(bumps)
         self.put("bumps", "")
 
-    def show_trails(self, kind: TrailKind, trails: Mapping[str, Lengthening]) -> None:
-        """Send what the page lacks of these trails."""
-        self._trails[kind] = trails
-        self.put(kind, "")
+    def show_trails(self, trails: Mapping[str, Lengthening], placed: int) -> None:
+        """Send what the page lacks of where robots have been; `placed` is that of the snapshot."""
+        self._trails["trails"], self._placed = trails, placed
+        self.put("trails", "")
+
+    def show_measured(self, trails: Mapping[str, Lengthening]) -> None:
+        """Send what the page lacks of where robots were measured."""
+        self._trails["measured"] = trails
+        self.put("measured", "")
 
     def ask(self, question: AskWindow) -> None:
         """Ask for a window, instead of one that nobody has looked at yet."""
@@ -99,7 +105,11 @@ class Outbox:
             self._sent[kind, name] = trail, begin + len(places)
             if places:
                 robots[name] = {"from": begin, "places": [[round(value, 4) for value in place] for place in places]}
-        message: DrawnTrails = {"type": kind, "robots": robots}
+        message: DrawnTrails | DrawnMeasured = (
+            {"type": "trails", "placed": self._placed, "robots": robots}
+            if kind == "trails"
+            else {"type": "measured", "robots": robots}
+        )
         return json.dumps(message, separators=(",", ":"))
 
     def _take_bumps(self) -> str:

@@ -8,10 +8,10 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from improv_core.stage.protocol import SIMULATED, Measured
+from improv_core.stage.messages import SIMULATED, Measured
 from improv_core.stage.viewer.measured import MeasuredTrail, measured_place
 from improv_core.stage.viewer.messages import DrawnPoses, DrawnRobot, DrawnRobots
-from improv_core.stage.viewer.outbox import Outbox, bumps_message
+from improv_core.stage.viewer.outbox import PageOutbox, bumps_message
 
 if TYPE_CHECKING:
     from improv_core.stage.sinks.collisions import Bump
@@ -26,37 +26,38 @@ class Pages:
 
     def __init__(self, snapshot: Callable[[], Snapshot]) -> None:
         self._snapshot = snapshot
-        self._outboxes: set[Outbox] = set()
+        self._outboxes: set[PageOutbox] = set()
         self._joined = 0  # pages so far
         self._watched = asyncio.Event()
         self._latest: dict[str, str] = {}
         self._drawn: dict[str, object] = {}
         self._bumps: tuple[Bump, ...] = ()
         self._trails: dict[str, tuple[Trail, int]] = {}  # with their lengths
+        self._placed = 0
         self._measured: dict[str, MeasuredTrail] = {}
         self._problem = ""
 
     def __len__(self) -> int:
         return len(self._outboxes)
 
-    def join(self) -> Outbox:
+    def join(self) -> PageOutbox:
         """A new page's outbox, filled with everything that the other pages know."""
         self._draw()
         self._joined += 1
-        outbox = Outbox(self._joined)
+        outbox = PageOutbox(self._joined)
         for kind, text in self._latest.items():
             outbox.put(kind, text)
         if self._bumps:
             outbox.put("past", bumps_message(self._bumps, past=True))
         if self._trails:
-            outbox.show_trails("trails", {name: trail for name, (trail, _) in self._trails.items()})
+            outbox.show_trails({name: trail for name, (trail, _) in self._trails.items()}, self._placed)
         if self._measured:
-            outbox.show_trails("measured", self._measured)
+            outbox.show_measured(self._measured)
         self._outboxes.add(outbox)
         self._watched.set()
         return outbox
 
-    def leave(self, outbox: Outbox) -> None:
+    def leave(self, outbox: PageOutbox) -> None:
         """Forget a page that was closed."""
         self._outboxes.remove(outbox)
         if not self._outboxes:
@@ -69,7 +70,7 @@ class Pages:
             outbox.put(kind, text)
 
     def measure(self, message: Measured) -> None:
-        """Show where robots really were. What is only simulated of a robot gives way to what is measured."""
+        """Show where robots really were. Measured poses of a robot replace simulated ones."""
         for name, each in message["robots"].items():
             trail, simulated = self._measured.get(name), each["source"] == SIMULATED
             if not trail or trail.simulated > simulated:
@@ -79,10 +80,10 @@ class Pages:
             trail.places.append(measured_place(each))
             self._measured[name] = trail.renewed()
         for outbox in self._outboxes:
-            outbox.show_trails("measured", self._measured)
+            outbox.show_measured(self._measured)
 
     def forget_measured(self) -> None:
-        """Another performance begins."""
+        """Note that another performance begins."""
         self._measured = {}
 
     def answer(self, page: int, kind: str, text: str) -> None:
@@ -132,10 +133,10 @@ class Pages:
             self.put("poses", json.dumps(message, separators=(",", ":")))
         self._drawn = {"robots": robots, "poses": poses}
         trails = {name: (trail, len(trail.places)) for name, trail in snapshot.trails.items()}
-        if trails != self._trails:
-            self._trails = trails
+        if (trails, snapshot.placed) != (self._trails, self._placed):
+            self._trails, self._placed = trails, snapshot.placed
             for outbox in self._outboxes:
-                outbox.show_trails("trails", snapshot.trails)
+                outbox.show_trails(snapshot.trails, snapshot.placed)
         known = set(map(id, self._bumps))  # a dance that is played again may have equal bumps
         new = [bump for bump in snapshot.bumps if id(bump) not in known]
         self._bumps = snapshot.bumps

@@ -5,19 +5,33 @@ from __future__ import annotations
 from pathlib import Path
 from socket import inet_aton
 
-TABLE = Path("/proc/net/tcp")
-"""Linux's table of TCP connections over IPv4."""
+TABLES = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
+"""Linux's tables of TCP connections, over IPv4 and over IPv6."""
+MAPPED = "0000000000000000FFFF0000"
+"""How an address of IPv6 begins that stands for one of IPv4: ::ffff:127.0.0.1 connects to 127.0.0.1."""
+ESTABLISHED = "01"
+NOBODY = -1
+"""The system tells who is connected, and this connection is nobody's."""
 
 
 def user_of(peer: tuple[str, int], own: tuple[str, int]) -> int | None:
-    """The number of the user who connected from `peer` to `own`; None if the system does not tell."""
+    """The number of the user who connected from `peer` to `own`; `NOBODY` if there is none, and None if the system does
+    not tell."""
     wanted = [_in_hex(peer), _in_hex(own)]
-    try:
-        rows = [row.split() for row in TABLE.read_text(encoding="ascii").splitlines()]
-    except OSError:
-        return None
-    # Columns: number, the connection's own address, the other one's, state, queues, timer, retransmits, user.
-    return next((int(row[7]) for row in rows if row[1:3] == wanted), None)
+    mapped = [MAPPED + address for address in wanted]
+    told = False
+    for table in TABLES:
+        try:
+            rows = [row.split() for row in table.read_text(encoding="ascii").splitlines()[1:]]
+        except OSError:
+            continue
+        told = told or bool(rows)
+        # Columns: number, the connection's own address, the other one's, state, queues, timer, retransmits, user. One
+        # that its process has closed is listed as root's.
+        for row in rows:
+            if row[1:3] in (wanted, mapped) and row[3] == ESTABLISHED:
+                return int(row[7])
+    return NOBODY if told else None
 
 
 def _in_hex(address: tuple[str, int]) -> str:

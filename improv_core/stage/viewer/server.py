@@ -14,7 +14,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from improv_core.score.score import Score
-from improv_core.stage.protocol import Decided, PageRequest, Sensed, Stopped, ToPages, TransportMessage, Watched
+from improv_core.stage.commands import Hush, PageRequest, Watched
+from improv_core.stage.messages import Decided, Sensed, Stopped, ToPages, TransportMessage
 from improv_core.stage.viewer.answers import Answers, Shown
 from improv_core.stage.viewer.application import HOST, Application
 from improv_core.stage.viewer.lookahead import MOST_SENSED, about
@@ -52,8 +53,8 @@ class Viewer:
         self._restarted = 0
         self._stop = asyncio.Event()
         self._loop = asyncio.new_event_loop()
-        application = Application(self._token, self._pages, self._answers, command)
-        self._thread = threading.Thread(target=self._run, args=(application,), name="improv-viewer", daemon=True)
+        self._application = Application(self._token, self._pages, self._answers, command)
+        self._thread = threading.Thread(target=self._run, name="improv-viewer", daemon=True)
         self._thread.start()
         atexit.register(self.close)  # a page should know whether a performance is over or was cut off
 
@@ -62,11 +63,14 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | ToPages | ShownScore | Sensed | Decided) -> None:
+    def publish(self, message: TransportMessage | Stopped | ToPages | Hush | ShownScore | Sensed | Decided) -> None:
         """Send a message to every page, and to later ones until another of its type, about the same, replaces it.
 
-        An answer goes to the page that has asked.
+        An answer goes to the page that has asked, and a stop that was obeyed to the one that asked for it.
         """
+        if message["type"] == "hush":
+            self._soon(self._application.confirm, message["mark"])
+            return
         if message["type"] == "answer":
             answer = message["answer"]
             self._soon(self._pages.answer, message["page"], answer["type"], json.dumps(answer))
@@ -109,16 +113,16 @@ class Viewer:
         with suppress(RuntimeError):  # already closed
             self._loop.call_soon_threadsafe(what, *values)
 
-    def _run(self, application: Application) -> None:
+    def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
         try:
-            self._loop.run_until_complete(self._serve(application))
+            self._loop.run_until_complete(self._serve())
         finally:
             self._loop.close()
 
-    async def _serve(self, application: Application) -> None:
+    async def _serve(self) -> None:
         watching = asyncio.create_task(self._pages.watch())
         try:
-            await application.serve(self._socket, self._stop)
+            await self._application.serve(self._socket, self._stop)
         finally:
             watching.cancel()

@@ -1,38 +1,29 @@
 // @ts-check
-// The WebSocket to the server, opened again whenever it closes.
+// The WebSocket to the server, opened again whenever it closes. Stops also go over a connection of their own.
 
 import { read } from "./messages.js"
+import { Stops } from "./stops.js"
 import { withToken } from "./token.js"
 
 /** @import { Message } from "./messages.js" */
-/** @typedef {{ x: number, y: number, heading: number }} StartPose in meters and degrees */
-/**
- * @typedef {{ type: "hush" | "pause" | "resume" | "restart" | "held" | "released" | "cue" }
- *   | { type: "seek", beat: number }
- *   | { type: "speed", factor: number }
- *   | { type: "silence", muted: string[], soloed: string[] }
- *   | { type: "key", key: string, held: boolean }
- *   | { type: "force", robot: string, sense: string, value: boolean | null }
- *   | { type: "place", start_poses: Record<string, StartPose> }
- *   | { type: "form", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" }
- *   | { type: "analyze", number: number, text: string }
- *   | { type: "complete" | "explain", number: number, offset: number }
- *   | { type: "write", number: number, text: string, revision: string }
- *   | { type: "window", generation: number, from: number, to: number }} Request what a page may ask for
- */
+/** @import { Request } from "./requests.js" */
+/** @typedef {Request | { type: "stop", number: number }} Sent */
 
 const FIRST_DELAY = 250
 const LONGEST_DELAY = 3000
 
 /**
- * Keeps a connection. `onChange` gets "refused" if the server expects another token. Returns a function that sends a
- * request, or does nothing while there is no connection.
+ * Keeps a connection. `onChange` gets "refused" if the server expects another token. `onStop` gets whether a stop has
+ * been waiting for a while to be confirmed. Returns a function that sends a request; while there is no connection, it
+ * sends only stops, until one is confirmed.
  * @param {(message: Message) => void} onMessage
  * @param {(now: "open" | "lost" | "refused") => void} onChange
+ * @param {(waits: boolean) => void} onStop
  * @returns {(request: Request) => void}
  */
-export function connect(onMessage, onChange) {
-  const address = withToken("live")
+export function connect(onMessage, onChange, onStop) {
+  const stops = new Stops(onStop)
+  const address = withToken("live", { page: stops.page })
   address.protocol = address.protocol.replace("http", "ws")
   /** @type {WebSocket} */
   let socket
@@ -42,10 +33,13 @@ export function connect(onMessage, onChange) {
     socket = new WebSocket(address)
     socket.onopen = () => {
       delay = FIRST_DELAY
+      stops.begin()
+      if (stops.waiting) put({ type: "stop", number: stops.waiting })
       onChange("open")
     }
     socket.onmessage = (event) => {
       const message = read(event.data)
+      if (message?.type === "stopped" && !message.message) stops.end()
       if (message) onMessage(message)
     }
     socket.onclose = async () => {
@@ -54,12 +48,18 @@ export function connect(onMessage, onChange) {
       delay = Math.min(delay * 1.5, LONGEST_DELAY)
       // A refused handshake looks like no server at all; an ordinary request tells them apart.
       const answer = await fetch(withToken("token"), { method: "HEAD" }).catch(() => null)
-      if (answer?.status === 403) onChange("refused")
+      if (answer?.status === 403) {
+        stops.end()
+        onChange("refused")
+      }
     }
   }
 
-  open()
-  return (request) => {
+  /** @param {Sent} request */
+  function put(request) {
     if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request))
   }
+
+  open()
+  return (request) => put(request.type === "hush" ? { type: "stop", number: stops.press() } : request)
 }

@@ -2,13 +2,14 @@
 // The bar: what plays, and the buttons that control it.
 
 import { find } from "./elements.js"
+import { LIMITS } from "./requests.js"
 
 /** @import { Clock } from "./clock.js" */
-/** @import { Request } from "./connection.js" */
+/** @import { Request } from "./requests.js" */
 /** @import { Connection } from "./notices.js" */
 
-
-const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 2, 3, 4]
+const [SLOWEST, FASTEST] = LIMITS.speed.factor
+const SPEEDS = [SLOWEST, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 2, 3, FASTEST]
 const SOON = 400 // milliseconds in which another step starts from the target of the last one
 const WORDS = { playing: "playing", paused: "paused", waiting: "waiting", stopped: "stopped", ended: "finished" }
 
@@ -43,22 +44,28 @@ export class Controls {
     this.#send({ type: "hush" })
   }
 
+  /** What it did, if anything, as for all that a key can do. */
   playOrPause() {
     const { state, generation } = this.#clock.transport
-    if (state !== "playing" && this.writes?.()) return
+    if (state !== "playing" && this.writes?.()) return "save and play"
     if (!generation || state === "waiting") return
     if (state === "playing") this.#send({ type: "pause" })
     else this.#send({ type: state === "paused" ? "resume" : "restart" })
+    return state === "playing" ? "pause" : "play"
   }
 
   restart() {
-    if (this.#clock.transport.generation) this.#send({ type: "restart" })
+    if (!this.#clock.transport.generation) return
+    this.#send({ type: "restart" })
+    return "restart"
   }
 
   /** Pauses at the next whole beat. */
   step() {
+    if (!this.#clock.transport.generation) return
     if (this.#clock.playing) this.#send({ type: "pause" })
     this.seekBy(1)
+    return "next beat"
   }
 
   /**
@@ -81,16 +88,18 @@ export class Controls {
   }
 
   slower() {
-    this.#setSpeed(SPEEDS.findLast((speed) => speed < this.#clock.transport.speed))
+    return this.#setSpeed(SPEEDS.findLast((speed) => speed < this.#clock.transport.speed))
   }
 
   faster() {
-    this.#setSpeed(SPEEDS.find((speed) => speed > this.#clock.transport.speed))
+    return this.#setSpeed(SPEEDS.find((speed) => speed > this.#clock.transport.speed))
   }
 
   /** @param {number | undefined} factor */
   #setSpeed(factor) {
-    if (factor) this.#send({ type: "speed", factor })
+    if (!factor) return
+    this.#send({ type: "speed", factor })
+    return `speed ${factor}×`
   }
 
   /**
@@ -103,7 +112,7 @@ export class Controls {
     const played = generation > 0
     document.body.dataset.state = state
     const playing = state === "playing"
-    find("state-word").textContent = open || connection === "over" ? (played ? WORDS[state] : "ready") : "offline"
+    find("state-word").textContent = open || (connection === "over" && played) ? (played ? WORDS[state] : "ready") : "offline"
     find("beat").hidden = !played
     find("beat-end").textContent = beats === null ? "· ∞" : `/ ${whole(this.#clock.lastBeat)}`
     find("tempo").textContent = played ? `${round(tempo)} beats/min` : ""
@@ -112,7 +121,7 @@ export class Controls {
     find("play").title = `${playing ? "Pause" : "Play"} (K)`
     find("normal").textContent = `${round(speed)}×`
     find("normal").setAttribute("aria-label", `Speed ${round(speed)}, back to normal`)
-    find("stop").setAttribute("aria-disabled", String(!open))
+    find("stop").setAttribute("aria-disabled", String(!open && connection !== "lost")) // it is sent until it arrives
     for (const id of ["play", "restart", "step", "slower", "normal", "faster"]) {
       const ready = played || (id === "play" && this.writes !== null)
       find(id).setAttribute("aria-disabled", String(!open || !ready || (id === "play" && state === "waiting")))

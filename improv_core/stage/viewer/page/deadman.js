@@ -3,7 +3,7 @@
 
 import { find } from "./elements.js"
 
-/** @import { Request } from "./connection.js" */
+/** @import { Request } from "./requests.js" */
 
 const PERIOD = 100 // milliseconds between two messages that the button is held
 

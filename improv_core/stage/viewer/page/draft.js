@@ -3,7 +3,8 @@
 // the browser, so that no text is lost: unsaved text, and the one of two versions that was not chosen.
 
 /** @typedef {{ path: string, text: string, revision: string }} Source a version of the file */
-/** @typedef {{ path: string, text: string, revision: string, other: string | null, time: number }} Kept */
+/** @typedef {{ text: string, time: number }} Other a text that was put aside, and when, in milliseconds since 1970 */
+/** @typedef {{ path: string, text: string, revision: string, others: Other[], time: number }} Kept */
 
 const KEY = "improv.draft."
 const TAB = "improv.tab"
@@ -14,8 +15,8 @@ export class Draft {
   base
   /** @type {Source | null} */
   changed = null // what another program has put into the file since then
-  /** @type {string | null} */
-  other = null // a text that somebody may want back
+  /** @type {Other[]} */
+  #others = [] // texts that somebody may want back, until somebody drops them
   isKept = true // whether the browser keeps texts
 
   /** @param {Source} source what the file holds when the page is opened */
@@ -27,7 +28,7 @@ export class Draft {
   begin() {
     const kept = read(this.#key)
     const own = kept?.path === this.base.path ? kept : null
-    this.other = own ? own.other : adopted(this.base)
+    this.#others = own ? own.others : adopted(this.base)
     if (!own || own.text === this.base.text) return this.base.text
     if (own.revision !== this.base.revision) {
       this.changed = this.base
@@ -71,15 +72,34 @@ export class Draft {
     if (!this.changed) return text
     this.base = this.changed
     this.changed = null
-    this.other = which === "file" ? text : this.base.text
+    this.#others.push({ text: which === "file" ? text : this.base.text, time: Date.now() })
     return which === "file" ? this.base.text : text
   }
 
-  /** The other text, for which this one is kept. @param {string} text */
+  /** The text that can be had instead of this one, if there is one. @param {string} text */
+  other(text) {
+    return this.#others.findLast((each) => each.text !== text) ?? null
+  }
+
+  /** The other text. Both are kept, and this one's turn comes last. @param {string} text */
   swap(text) {
-    const other = this.other ?? text
-    this.other = text
-    return other
+    const other = this.other(text)
+    if (!other) return text
+    const own = this.#others.find((each) => each.text === text) ?? { text, time: Date.now() }
+    this.#others = [own, ...this.#others.filter((each) => each.text !== text)]
+    return other.text
+  }
+
+  /** Drops the other text. @param {string} text that stays */
+  drop(text) {
+    const other = this.other(text)
+    this.#others = this.#others.filter((each) => each !== other && each.text !== text)
+  }
+
+  /** This text is in the file now, as revision. @param {string} text @param {string} revision */
+  wrote(text, revision) {
+    this.base = { ...this.base, text, revision }
+    this.#others = this.#others.filter((each) => each.text !== text)
   }
 
   /**
@@ -87,13 +107,12 @@ export class Draft {
    * @param {string} text
    */
   keep(text) {
-    if (this.other === text) this.other = null
     try {
-      if (this.isSaved(text) && this.other === null) localStorage.removeItem(this.#key)
+      if (this.isSaved(text) && !this.#others.length) localStorage.removeItem(this.#key)
       else {
         const { path, revision } = this.base
         /** @type {Kept} */
-        const kept = { path, text, revision, other: this.other, time: Date.now() }
+        const kept = { path, text, revision, others: this.#others, time: Date.now() }
         localStorage.setItem(this.#key, JSON.stringify(kept))
       }
       this.isKept = true
@@ -115,21 +134,23 @@ function tab() {
 }
 
 /**
- * The latest text that another tab has left unsaved. From now on, this tab keeps it; a tab that still has it keeps it too.
+ * The latest text that another tab has left unsaved, and what was put aside there. From now on, this tab keeps it; a tab that still has it keeps it too.
  * @param {Source} source
+ * @returns {Other[]}
  */
 function adopted({ path, text }) {
   try {
     const found = Object.keys(localStorage)
       .filter((key) => key.startsWith(KEY))
       .map((key) => ({ key, kept: read(key) }))
-      .filter(({ kept }) => kept?.path === path && kept.text !== text)
+      .filter(({ kept }) => kept?.path === path && (kept.text !== text || kept.others.length))
       .sort((one, two) => (two.kept?.time ?? 0) - (one.kept?.time ?? 0))[0]
-    if (!found?.kept) return null
+    if (!found?.kept) return []
     localStorage.removeItem(found.key)
-    return found.kept.text
+    const { others, ...own } = found.kept
+    return [...others, { text: own.text, time: own.time }].filter((each) => each.text !== text)
   } catch {
-    return null
+    return []
   }
 }
 
@@ -140,7 +161,9 @@ function adopted({ path, text }) {
 function read(key) {
   try {
     const kept = JSON.parse(localStorage.getItem(key) ?? "null")
-    return kept && typeof kept.text === "string" && typeof kept.revision === "string" ? kept : null
+    if (!kept || typeof kept.text !== "string" || typeof kept.revision !== "string") return null
+    const before = typeof kept.other === "string" ? [{ text: kept.other, time: kept.time }] : [] // earlier pages kept one
+    return { ...kept, others: kept.others ?? before }
   } catch {
     return null
   }

@@ -5,13 +5,13 @@
 import { apply, difference, moved } from "./edits.js"
 import { find, findA } from "./elements.js"
 import { Ink } from "./ink.js"
-import { list } from "./mistakes.js"
+import { list, listen } from "./mistakes.js"
 import { Offers } from "./offers.js"
 import { Points } from "./points.js"
 import { Saving } from "./saving.js"
 import { Tooltip } from "./tooltip.js"
 
-/** @import { Request } from "./connection.js" */
+/** @import { Request } from "./requests.js" */
 /** @import { Edit } from "./edits.js" */
 /** @import { Color } from "./ink.js" */
 /** @import { Messages } from "./messages.js" */
@@ -38,6 +38,7 @@ export class Editor {
   #colors = []
   /** @type {Mistake[]} */
   #mistakes = []
+  #count = 0 // of mistakes, also of those that the server has not sent
   /** @type {Mistake[]} */
   #shown = [] // of the mistakes
   /** @type {{ start: number, end: number, asked: boolean } | null} */
@@ -57,7 +58,8 @@ export class Editor {
     control.addEventListener("focus", () => (find("stop-key").textContent = "Esc")) // Space is a letter here
     control.addEventListener("blur", () => (find("stop-key").textContent = "Space"))
     for (const kind of ["blur", "pointerdown"]) control.addEventListener(kind, () => this.#endOffer())
-    find("paper").addEventListener("scroll", () => this.#endOffer())
+    find("paper").addEventListener("scroll", () => this.#moveOffer())
+    listen()
     // Errors, a bar, or a phone's keyboard may cover the line that is written.
     new ResizeObserver(() => document.activeElement === control && this.#reveal()).observe(find("paper"))
     this.saving = new Saving(send, {
@@ -199,7 +201,7 @@ export class Editor {
   }
 
   /** @param {Messages["analyzed"]} message */
-  #takeAnalysis({ number, colors, problems }) {
+  #takeAnalysis({ number, colors, problems, count }) {
     this.#asking = false
     if (number !== this.#number) {
       this.#analyze()
@@ -217,8 +219,9 @@ export class Editor {
     const inUnits = (span) => ({ ...span, start: this.#points.toUnits(span.start), end: this.#points.toUnits(span.end) })
     this.#mistakes = problems.map((problem) => ({
       ...inUnits(problem),
-      fixes: problem.fixes.map(({ title, edits }) => ({ title, edits: edits.map(inUnits) })),
+      fixes: problem.fixes.map((fix) => ({ ...fix, edits: fix.edits.map(inUnits) })),
     }))
+    this.#count = count
     clearTimeout(this.#calm)
     const rest = this.#edited + CALM - performance.now()
     if (rest <= 0) this.#showMistakes()
@@ -231,6 +234,8 @@ export class Editor {
     const number = this.#number
     list(
       this.#shown,
+      this.#count,
+      this.#text,
       (offset) => this.#go(offset),
       (edits) => number === this.#number && this.#replace(apply(this.#text, edits)),
     )
@@ -239,6 +244,7 @@ export class Editor {
 
   #draw() {
     this.#ink.show(this.#text, this.#colors, this.#shown.filter(({ file }) => !file))
+    find("sheet").style.setProperty("--digits", String(Math.max(String(this.#ink.lines).length, 2)))
     this.#control.scrollTop = 0
     this.#light()
   }
@@ -281,6 +287,15 @@ export class Editor {
     if (!words.length || (!offering.asked && (!begun || complete))) return this.#endOffer()
     this.#offering = { ...offering, start: from }
     this.#offers.show(words, this.#ink.place(from))
+  }
+
+  /** The text has scrolled: the words go along, as long as what they belong to is in view. */
+  #moveOffer() {
+    if (!this.#offering || !this.#offers.open) return
+    const { top, bottom } = find("paper").getBoundingClientRect()
+    const place = this.#ink.place(this.#offering.start)
+    if (place.bottom < top || place.top > bottom) this.#endOffer()
+    else this.#offers.move(place)
   }
 
   #endOffer() {

@@ -3,8 +3,9 @@
 
 import { find, findA } from "./elements.js"
 import { Offer } from "./offer.js"
+import { LIMITS } from "./requests.js"
 
-/** @import { Request } from "./connection.js" */
+/** @import { Request } from "./requests.js" */
 /** @import { Messages } from "./messages.js" */
 
 /** @type {Record<string, { shape: "line" | "circle" | "grid", facing: "in" | "out" }>} */
@@ -20,19 +21,27 @@ export class Formation {
   #distance = findA("formation-distance", HTMLInputElement)
   #offer
   #chosen = "" // of CHOICES
+  #send
+  /** Whether robots start there when it plays next. */
+  #plays = false
 
   /**
    * `send` offers a formation to the server.
    * @param {(request: Request) => void} send
    */
   constructor(send) {
-    this.#offer = new Offer("formation-offer", () => {
-      send({ type: "form", ...CHOICES[this.#chosen], distance: this.#distance.valueAsNumber })
-    })
+    this.#send = send
+    this.#offer = new Offer("formation-offer", () => this.#ask())
     for (const name of Object.keys(CHOICES)) {
-      find(`form-${name}`).addEventListener("click", () => this.#choose(this.#chosen === name ? "" : name))
+      find(`form-${name}`).addEventListener("click", () => this.#take(this.#chosen === name && !this.#plays ? "" : name))
     }
-    this.#distance.addEventListener("input", () => this.#choose(this.#chosen))
+    ;[this.#distance.min, this.#distance.max] = LIMITS.form.distance.map(String)
+    this.#distance.addEventListener("input", () => this.#take(this.#chosen))
+  }
+
+  /** From now on, robots start in the formation when it plays next. */
+  play() {
+    this.#plays = this.#offer.plays = true
   }
 
   /** @param {Messages["score"]} score */
@@ -42,6 +51,16 @@ export class Formation {
     if (widest > 0) this.#distance.min = String(widest)
     if (!this.#chosen && widest > 0) this.#distance.value = String(Number((WIDTHS * widest).toFixed(1)))
     this.#choose(this.#chosen)
+  }
+
+  /** Somebody has chosen. @param {string} name */
+  #take(name) {
+    this.#choose(name)
+    if (this.#plays && name && this.#distance.checkValidity()) this.#ask()
+  }
+
+  #ask() {
+    this.#send({ type: "form", ...CHOICES[this.#chosen], distance: this.#distance.valueAsNumber })
   }
 
   /** @param {string} name */

@@ -49,6 +49,10 @@ export class Ink {
     this.#starts = wanted.map(({ start }) => start)
   }
 
+  get lines() {
+    return this.#lines.length
+  }
+
   /**
    * Lights words, given by offset, in colors.
    * @param {Map<number, string>} places

@@ -5,20 +5,19 @@ import { find } from "./elements.js"
 
 /** @import { Messages } from "./messages.js" */
 
-const SHOWN = 4 // problems
-
 export class Invitation {
   #name = ""
   #folder = ""
 
   /** @param {Messages["program"]} message */
-  take({ name, folder, problems }) {
+  take({ name, folder, problems, count }) {
     this.#name = name
     this.#folder = folder
     find("problems").hidden = !problems.length
-    const count = problems.length === 1 ? "an error" : `${problems.length} errors`
-    find("problems-title").textContent = `${name} can't play: fix ${count} and save it again`
-    find("problems-list").replaceChildren(...problems.slice(0, SHOWN).map((problem) => row(problem, name)))
+    const errors = count === 1 ? "an error" : `${count} errors`
+    find("problems-title").textContent = `${name} can't play: fix ${errors} and save it again`
+    find("problems-list").replaceChildren(...problems.map((problem) => row(problem, name)))
+    if (problems.length < count) find("problems-list").append(Object.assign(document.createElement("li"), { textContent: `and ${count - problems.length} more` }))
   }
 
   /** What to call files that are saved, without an ending. */
@@ -56,12 +55,13 @@ export class Invitation {
  */
 function row({ file, line, word, message }, program) {
   const item = document.createElement("li")
-  const where = document.createElement("b")
-  where.textContent = [file !== program && file, line && `line ${line}`].filter(Boolean).join(", ")
-  const code = document.createElement("code")
-  code.textContent = word
-  if (where.textContent) item.append(where)
-  if (word) item.append(code)
-  item.append(message)
+  const details = document.createElement("details")
+  const summary = document.createElement("summary")
+  const where = [file !== program && file, line && `line ${line}`].filter(Boolean).join(", ")
+  if (where) summary.append(Object.assign(document.createElement("b"), { textContent: where }), " ")
+  summary.append(message)
+  details.append(summary)
+  if (word) details.append(Object.assign(document.createElement("code"), { textContent: word }))
+  item.append(details)
   return item
 }

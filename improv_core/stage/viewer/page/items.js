@@ -5,7 +5,9 @@
 /** @import { Stretch } from "./lookahead.js" */
 /** @import { Velocity } from "./path.js" */
 /** @typedef {Record<string, number[]>} Words the words that move robots: x, y, z, yaw */
-/** @typedef {{ word: string, sign: string, rests: boolean, at: number, names: { word: string, at: number }[] }} Voice */
+/** @typedef {Pick<Stretch, "start" | "end" | "velocity" | "words"> & { parts: Stretch[] }} Shape stretches of one word, at changing speeds */
+/** @typedef {{ word: string, sign: string, rests: boolean, axis?: Axis, at: number, names: { word: string, at: number }[] }} Voice */
+/** @typedef {"x" | "y" | "z" | "yaw"} Axis */
 /** @typedef {{ key: string, start: number, end: number, voices: Voice[], way: number }} Run */
 /** @typedef {{ start: number, text: string }} Label the names of phrases that begin at a beat */
 
@@ -22,7 +24,7 @@ export class Reader {
   #words
   /** @type {Map<number, number> | null} */
   #brackets = null
-  /** @type {WeakMap<Stretch, Voice[]>} */
+  /** @type {WeakMap<Pick<Stretch, "words" | "velocity">, Voice[]>} */
   #known = new WeakMap()
 
   /**
@@ -43,7 +45,7 @@ export class Reader {
   /**
    * The voices of a stretch: for each its word, and the names by which it is used. A stretch lists for each voice first
    * the names, then the word.
-   * @param {Stretch} stretch
+   * @param {Pick<Stretch, "words" | "velocity">} stretch
    */
   voices(stretch) {
     let voices = this.#known.get(stretch)
@@ -87,7 +89,7 @@ function drawn(velocity, here) {
   if (!axis) return { sign: REST, rests: true }
   const signs = axis === "yaw" && Math.abs(velocity.yaw) < 1 ? HALF_TURNS : SIGNS[axis]
   const mirrored = here[axis] * velocity[axis] < 0
-  return { sign: signs[velocity[axis] > 0 === mirrored ? 1 : 0], rests: false }
+  return { sign: signs[velocity[axis] > 0 === mirrored ? 1 : 0], rests: false, axis }
 }
 
 /**
@@ -109,27 +111,81 @@ function brackets(points) {
 }
 
 /**
- * Which stretches from index `first` up to `last` belong together: for each run with the same key (undefined: none)
- * its start, end and key. A run ends where its words start over, as in a repeat.
+ * The shapes of the stretches from index `first` up to `last`, whole: a ramp plays a word in many stretches, each at
+ * another speed. At the same speed, the word plays again.
  * @param {Stretch[]} stretches
  * @param {number} first
  * @param {number} last
+ */
+export function shapes(stretches, first, last) {
+  while (first > 0 && first < stretches.length && goesOn(stretches[first - 1], stretches[first])) first--
+  /** @type {Shape[]} */
+  const found = []
+  for (let i = first; i < stretches.length; i++) {
+    const shape = found.at(-1)
+    const stretch = stretches[i]
+    if (shape && goesOn(stretches[i - 1], stretch)) {
+      shape.parts.push(stretch)
+      shape.end = stretch.end
+    } else if (i >= last) break
+    else found.push({ start: stretch.start, end: stretch.end, velocity: stretch.velocity, words: stretch.words, parts: [stretch] })
+  }
+  return found
+}
+
+/**
+ * Whether the same words play on, at another speed.
+ * @param {Stretch} before
+ * @param {Stretch} now
+ */
+function goesOn(before, now) {
+  const same = before.words.length === now.words.length && now.words.every(([at], i) => at === before.words[i][0])
+  return same && AXES.some((axis) => Math.abs(now.velocity[axis] - before.velocity[axis]) > 1e-9)
+}
+
+/**
+ * The upper edge of a voice in a shape: beats, and how fast it is there, as part of its fastest. Between the middles of
+ * two steps it is straight.
+ * @param {Shape} shape
+ * @param {Pick<Voice, "axis">} voice
+ * @returns {[beat: number, high: number][]}
+ */
+export function outline({ start, end, parts }, { axis }) {
+  const speeds = parts.map(({ velocity }) => (axis ? Math.abs(velocity[axis]) : 1))
+  const most = Math.max(...speeds) || 1
+  const long = parts.map((part) => part.end - part.start)
+  /** @type {[number, number][]} */
+  const points = parts.flatMap((part, i) => {
+    const [left, right] = [i - 1, i + 1].map((other) => Math.min(long[i], long[other] ?? long[i]) / 2)
+    const high = speeds[i] / most
+    const [from, to] = [part.start + left, part.end - right]
+    return to - from > 1e-9 ? [[from, high], [to, high]] : [[from, high]]
+  })
+  const edge = (/** @type {number} */ beat, /** @type {number[]} */ [one, high], /** @type {number[]} */ [other, next] = [one, high]) =>
+    Math.min(Math.max(one === other ? high : high + ((next - high) / (other - one)) * (beat - one), 0), 1)
+  return [[start, edge(start, points[0], points[1])], ...points, [end, edge(end, points[points.length - 1], points[points.length - 2])]]
+}
+
+/**
+ * Which shapes belong together: for each run with the same key (undefined: none) its start, end and key. A run ends
+ * where its words start over, as in a repeat.
+ * @param {Shape[]} shapes
  * @param {Reader} reader
  * @param {(voices: Voice[]) => string | undefined} keyOf
  */
-export function runs(stretches, first, last, reader, keyOf) {
+export function runs(shapes, reader, keyOf) {
   /** @type {Run[]} */
   const found = []
   /** @type {Run | null} */
   let run = null
-  for (let i = first; i < last; i++) {
-    const voices = reader.voices(stretches[i])
+  for (const shape of shapes) {
+    const voices = reader.voices(shape)
     const key = voices.length ? keyOf(voices) : undefined
     const way = run && run.key === key ? direction(run.voices, voices) : 0
     if (run && way !== 0 && (run.way === 0 || run.way === way)) {
-      Object.assign(run, { end: stretches[i].end, voices, way })
+      Object.assign(run, { end: shape.end, voices, way })
     } else {
-      run = key === undefined ? null : { key, start: stretches[i].start, end: stretches[i].end, voices, way: 0 }
+      run = key === undefined ? null : { key, start: shape.start, end: shape.end, voices, way: 0 }
       if (run) found.push(run)
     }
   }

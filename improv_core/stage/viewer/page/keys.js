@@ -1,15 +1,24 @@
 // @ts-check
 // The keyboard. Space stops the robots wherever the focus is, unless a program is written there, and so does Escape
-// unless it closes something; other keys do nothing in input fields.
+// unless it closes something. Other keys work only where a person has put the focus on the stage or a control, so that
+// a text that is typed into the wrong window starts nothing.
+
+const CONTROLS = "#stage, #bar, #tools, #presenting, #senses, #timeline, .card"
 
 /**
- * Calls functions for keys: `keys` by `event.key`, `stop` for Space and Escape, `shifted` for arrows with Shift.
- * @param {(event: KeyboardEvent) => void} stop
- * @param {Record<string, () => void>} keys
- * @param {Record<string, () => void>} shifted
- * @param {() => boolean} lettersWork
+ * @typedef {object} Actions
+ * @property {(event: KeyboardEvent) => void} stop for Space and Escape
+ * @property {Record<string, () => string | void>} keys by `event.key`; each returns what it did, in a word or two
+ * @property {Record<string, () => void>} shifted arrows with Shift
+ * @property {() => boolean} lettersWork
+ * @property {(line: string) => void} say shows what a letter did, or why it did nothing
  */
-export function listen(stop, keys, shifted, lettersWork) {
+
+/**
+ * Calls functions for keys.
+ * @param {Actions} actions
+ */
+export function listen({ stop, keys, shifted, lettersWork, say }) {
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.isComposing || event.defaultPrevented) return
     const target = event.target instanceof Element ? event.target : document.body
@@ -19,14 +28,19 @@ export function listen(stop, keys, shifted, lettersWork) {
       if (!event.repeat) stop(event)
       return
     }
-    if (target.closest("input, select, textarea")) return
+    if (target.closest("input, select, textarea, .offer pre")) return
     const arrow = event.key.startsWith("Arrow")
-    const action = arrow && event.shiftKey ? shifted[event.key] : keys[event.key.length === 1 ? event.key.toLowerCase() : event.key]
-    if (!action || (event.key.length === 1 && !lettersWork())) return
-    if (arrow && !event.shiftKey && target.closest("#score-text, .offer pre")) return // the arrows scroll there
+    const letter = event.key.length === 1
+    const action = arrow && event.shiftKey ? shifted[event.key] : keys[letter ? event.key.toLowerCase() : event.key]
+    if (!action || (letter && !lettersWork())) return
+    if (!target.closest(CONTROLS)) {
+      if (letter && target === document.body) say("Keys work once you have clicked the stage")
+      return
+    }
     if (event.repeat && !arrow && !"+-".includes(event.key)) return
     event.preventDefault()
-    action()
+    const done = action()
+    if (letter && done) say(`${event.key.toUpperCase()}: ${done}`)
   })
 }
 

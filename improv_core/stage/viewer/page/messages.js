@@ -51,17 +51,18 @@ const problem = shape({
   line: count,
   severity: text,
   message: text,
-  fixes: listOf(shape({ title: text, edits: listOf(edit) })),
+  fixes: listOf(shape({ title: text, kind: text, edits: listOf(edit) })),
 })
 
 const MESSAGES = {
   robots: shape({ robots: mapOf(shape({ radius: number })) }),
-  trails: shape({ robots: mapOf(shape({ from: count, places: listOf(numbers(4)) })) }),
+  trails: shape({ placed: count, robots: mapOf(shape({ from: count, places: listOf(numbers(4)) })) }),
   measured: shape({ robots: mapOf(shape({ from: count, places: listOf(numbers(13)) })) }),
   program: shape({
     name: text,
     folder: text,
     problems: listOf(shape({ file: text, line: count, column: count, word: text, message: text })),
+    count,
   }),
   poses: shape({ at: number, placed: count, poses: listOf(numbers(4)) }),
   transport: shape({
@@ -122,8 +123,8 @@ const MESSAGES = {
   sensed: shape({ generation: count, robot: text, sense: text, value: nullOr(flag), beat: number }),
   decided: shape({ generation: count, robot: text, sources: listOf(word), held: flag, beat: number }),
   stopped: shape({ message: maybe(text) }),
-  source: shape({ path: text, text, revision: text }),
-  analyzed: shape({ number: count, colors: listOf(count), problems: listOf(problem) }),
+  source: shape({ path: text, text, revision: text, start_poses: mapOf(shape({ x: number, y: number, heading: number })) }),
+  analyzed: shape({ number: count, colors: listOf(count), problems: listOf(problem), count }),
   completed: shape({ number: count, start: count, end: count, words: listOf(shape({ word: text, about: text })) }),
   explained: shape({ number: count, start: count, end: count, text, picture: text }),
   written: shape({ number: count, revision: text, problem: text }),

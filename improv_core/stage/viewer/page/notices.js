@@ -9,18 +9,23 @@ import { find } from "./elements.js"
 /** @type {Partial<Record<Connection, string>>} */
 const NOTICES = {
   lost: "Disconnected. Trying again…",
-  refused: "This link has expired: it opens the page once. Open the page again from your editor or terminal.",
+  refused: 
+    "This address works only once. To open the page again, press o in the terminal where Improv runs, or open it from your editor.",
 }
+const UNCONFIRMED = "Stop is not confirmed yet. Trying again…"
 const OVER = "The performance is over. Play again from your editor or terminal."
+const EDITED = "Improv has ended. To continue, run improv edit in the terminal. This browser keeps text that isn't saved."
 
 export class Notices {
   #ending = "" // why the stage has ended, if it has
+  #notice = "" // about the connection
+  #waits = false // whether a stop is not confirmed
   /** @type {Connection} */
   connection = "opening"
 
   /** @param {Messages["stopped"]} message the last one of the stage */
   end({ message }) {
-    this.#ending = message ? `The stage has failed: ${message}. Play again.` : OVER
+    this.#ending = message ? `The stage has failed: ${message}. Play again.` : document.body.classList.contains("editing") ? EDITED : OVER
   }
 
   /** @param {"open" | "lost" | "refused"} now */
@@ -31,8 +36,22 @@ export class Notices {
     if (notice || this.connection !== "opening") this.announce(notice || "Connected again")
     this.connection = over ? "over" : now
     document.body.dataset.connection = this.connection
+    this.#notice = notice
+    this.#show()
+  }
+
+  /** @param {boolean} waits whether a stop that somebody has pressed has not been confirmed for a while */
+  waitForStop(waits) {
+    if (waits && !this.#waits) this.announce(UNCONFIRMED)
+    this.#waits = waits
+    this.#show()
+  }
+
+  #show() {
+    const notice = this.#waits ? UNCONFIRMED : this.#notice
     find("notice").hidden = !notice
     find("notice").textContent = notice
+    find("notice").classList.toggle("urgent", this.#waits)
   }
 
   /** @param {string} text for screen readers */

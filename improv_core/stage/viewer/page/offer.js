@@ -1,10 +1,15 @@
 // @ts-check
 // Lines for improv.toml that somebody may copy, or have the editor write. Nothing is written unless somebody asks.
 
+const COPY = "To start there, copy these lines into improv.toml."
+const PLAYS = "Robots start there when you next press Play or Restart. This is not kept: to keep it, copy these lines into improv.toml."
+
 import { find } from "./elements.js"
 
 export class Offer {
   #id
+  #writes = false
+  #plays = false
 
   /**
    * The elements have this id, and `-lines`, `-copy`, and `-write` after it.
@@ -28,7 +33,20 @@ export class Offer {
 
   /** @param {boolean} possible whether anybody takes what the page asks to write */
   set writes(possible) {
-    find(`${this.#id}-write`).hidden = !possible
+    this.#writes = possible
+    this.#explain()
+  }
+
+  /** @param {boolean} possible whether robots start there without any file */
+  set plays(possible) {
+    this.#plays = possible
+    this.#explain()
+  }
+
+  #explain() {
+    find(`${this.#id}-write`).hidden = !this.#writes
+    find(`${this.#id}-how`).hidden = this.#writes
+    find(`${this.#id}-how`).textContent = this.#plays ? PLAYS : COPY
   }
 
   async #copy() {

@@ -55,6 +55,11 @@ export class Offers {
     beside(this.#list, place)
   }
 
+  /** @param {{ left: number, top: number, bottom: number }} place of what is written already, now */
+  move(place) {
+    beside(this.#list, place)
+  }
+
   hide() {
     this.#list.hidden = true
     this.#owner.removeAttribute("aria-activedescendant")

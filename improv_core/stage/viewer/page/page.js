@@ -25,7 +25,10 @@ import { Timeline } from "./timeline.js"
 import { Trails } from "./trails.js"
 import { View } from "./view.js"
 
+/** @import { Request } from "./requests.js" */
 /** @import { Message, Messages } from "./messages.js" */
+
+const FOOT = 56 // pixels at the bottom of the stage for the scale and the tools
 
 const clock = new Clock()
 const motion = new Motion()
@@ -36,8 +39,13 @@ const cast = new Cast()
 const notices = new Notices()
 const stage = new Stage(findA("stage", HTMLCanvasElement))
 const invitation = new Invitation()
-const send = connect(take, change)
-const editor = new Editor(send)
+const send = connect(take, change, (waits) => notices.waitForStop(waits))
+/** Sends a request that may play, after the start poses that it is to play from. @param {Request} request */
+function play(request) {
+  if (request.type === "restart" || request.type === "write") startPoses.tell()
+  send(request)
+}
+const editor = new Editor(play)
 const score = new Score(find("score-text"))
 const lights = new Lights(
   { show: (message) => shownText().show(message), light: (places) => shownText().light(places) },
@@ -46,7 +54,7 @@ const lights = new Lights(
 const program = new Program(clock, send)
 const controls = new Controls(clock, (request) => {
   if (request.type === "hush" || request.type === "pause") editor.saving.halt()
-  send(request)
+  play(request)
 })
 const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
@@ -106,7 +114,9 @@ function takeProgram(message) {
 
 /** @param {Messages["source"]} message */
 function takeSource(message) {
+  startPoses.place(message.start_poses)
   if (!editor.takeSource(message)) return
+  formation.play()
   controls.writes = () => {
     const writes = !editor.isPlayed
     if (writes) editor.saving.write()
@@ -154,7 +164,7 @@ function takeTransport(message) {
     senses.restart()
     timeline.forgetMarks()
   }
-  if (jumped && !begins) trails.seek(message.beat)
+  if (jumped && !begins) trails.seek(message.beat, message.poses)
   if (program.takeTransport(message, jumped || message.state !== state)) showProgram()
   if (message.state === "stopped" || message.state === "paused") editor.saving.halt()
   if (begins || message.state !== state) notices.announce(controls.spoken())
@@ -239,13 +249,17 @@ function seconds() {
 
 function resize() {
   const hall = find("hall").getBoundingClientRect()
-  const card = find("start-poses").getBoundingClientRect() // must not cover the robots
-  const beside = card.width < hall.width / 2
-  const bottom = Math.max(find("tools").offsetHeight + 20, beside ? 0 : card.height)
+  const card = find("start-poses").getBoundingClientRect() // must not cover the rings
+  const beside = card.width <= hall.width * 0.6
+  const tools = find(panels.presenting ? "presenting" : "tools")
+  const foot = Math.max(tools.offsetHeight + 20, FOOT)
   const beat = panels.presenting ? find("status").getBoundingClientRect() : null // it lies on the stage
   const upright = hall.height > hall.width
-  const left = beat && !upright ? beat.width : beside ? card.width : 0
-  stage.resize({ top: beat && upright ? beat.height : 8, bottom, left })
+  const left = beat && !upright ? beat.width : card.width && beside ? card.right - hall.left : 0
+  const bottom = foot + (card.width && !beside ? hall.bottom - card.top : 0)
+  const stop = find("stop").getBoundingClientRect() // so does Stop, unless it lies on the program
+  const top = Math.max(8, beat && upright ? beat.height : 0, beat && stop.left < hall.right ? stop.bottom - hall.top : 0)
+  stage.resize({ top, bottom, left }, { foot, width: hall.width - left - tools.offsetWidth - 40 })
   timeline.resize()
   view.touch()
 }

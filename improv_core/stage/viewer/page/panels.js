@@ -15,7 +15,7 @@ import { find, findA } from "./elements.js"
  * @property {(text: string) => void} announce
  * @property {() => Promise<string | null>} getPicture the paths as SVG
  * @property {() => void} clearTrails
- * @property {() => void} cue
+ * @property {() => string | void} cue
  * @property {() => string} getStem what to call files that are saved, without an ending
  * @property {Controls} controls
  * @property {Camera} camera
@@ -27,12 +27,14 @@ const SMALL = matchMedia("(max-width: 720px), (max-height: 520px)")
 const CARDS = { help: "show-help", save: "save-button", "start-poses": "start-poses-button" }
 const PAN = 60 // pixels
 const ZOOM = 1.25
+const SHOWN = 2500 // milliseconds for which it is shown what a key did
 
 export class Panels {
   #page
   /** @type {(() => Promise<Blob>) | null} */
   #recording = null // ends a recording
   #writing = false // whether the program can be written
+  #saying = 0 // the timer that hides what a key did
   #trails = findA("trail", HTMLSelectElement)
   trail = Infinity // seconds
   ahead = true
@@ -44,14 +46,14 @@ export class Panels {
    */
   constructor(page) {
     this.#page = page
-    for (const name of ["timeline", "score"]) {
-      const wide = name === "timeline" ? !SMALL.matches : !SMALL.matches && innerWidth >= 1000
-      this.#open(name, settings.get(name, wide) && !SMALL.matches)
-      find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
-    }
+    this.#openUsual("score")
+    this.#openUsual("timeline")
+    for (const name of ["timeline", "score"]) find(`show-${name}`).addEventListener("click", () => this.#toggle(name))
     SMALL.addEventListener("change", () => {
       const extra = this.#writing ? "timeline" : "score"
-      if (SMALL.matches && !find("timeline").hidden) this.#open(extra, false)
+      if (!SMALL.matches) this.#openUsual(extra)
+      else if (!find("timeline").hidden) this.#open(extra, false)
+      this.#page.resize()
     })
     for (const [card, button] of Object.entries(CARDS)) {
       find(button).addEventListener("click", () => this.#turn(card))
@@ -63,6 +65,10 @@ export class Panels {
       "zoom-out": () => this.#zoom(1 / ZOOM),
       ahead: () => this.#turnAhead(),
       present: () => this.#turnPresent(),
+      "present-end": () => this.#turnPresent(),
+      "present-program": () => this.#turnPart("program"),
+      "present-beat": () => this.#turnPart("beat"),
+      "show-more": () => this.#showMore(find("show-more").getAttribute("aria-expanded") !== "true"),
       fit: () => this.#fit(),
       record: () => this.#record(),
       "save-svg": () => this.#save(".svg", (svg) => new Blob([svg], { type: "image/svg+xml" })),
@@ -72,6 +78,35 @@ export class Panels {
     this.#trails.addEventListener("change", () => this.#setTrail(Number(this.#trails.value)))
     this.#showTrail(Number(settings.get("trail", "Infinity")))
     this.#listen()
+  }
+
+  /**
+   * A button that turns a setting on and off, which is on until somebody turns it off. Returns whether it is on.
+   * @param {string} name
+   * @param {(on: boolean) => void} [changed]
+   */
+  #setting(name, changed = () => {}) {
+    const button = find(name)
+    const isOn = () => button.getAttribute("aria-pressed") === "true"
+    const show = (/** @type {boolean} */ on) => {
+      button.setAttribute("aria-pressed", String(on))
+      changed(on)
+    }
+    show(Boolean(settings.get(name, true)))
+    button.addEventListener("click", () => {
+      show(!isOn())
+      settings.set(name, isOn())
+    })
+    return isOn
+  }
+
+  /** Shows for a while what a key did. @param {string} line */
+  #say(line) {
+    find("did").textContent = line
+    find("did").hidden = false
+    this.#page.announce(line)
+    clearTimeout(this.#saying)
+    this.#saying = window.setTimeout(() => (find("did").hidden = true), SHOWN)
   }
 
   /** Ends the recording: the dance is over. */
@@ -93,12 +128,8 @@ export class Panels {
 
   #listen() {
     const { controls, clearTrails, cue, camera, touch } = this.#page
-    const letters = find("letters")
-    letters.setAttribute("aria-pressed", String(settings.get("letters", true)))
-    letters.addEventListener("click", () => {
-      letters.setAttribute("aria-pressed", String(letters.getAttribute("aria-pressed") !== "true"))
-      settings.set("letters", letters.getAttribute("aria-pressed") === "true")
-    })
+    const letters = this.#setting("letters")
+    this.#setting("numbers", (on) => document.body.classList.toggle("numbered", on))
     const pan = (/** @type {number} */ x, /** @type {number} */ y) => () => {
       camera.pan(x * PAN, y * PAN)
       this.showFit()
@@ -106,8 +137,12 @@ export class Panels {
     }
     const stop = (/** @type {KeyboardEvent} */ event) => {
       if (event.key !== "Escape" || !this.#card("help").open) controls.stop()
-      if (event.key === "Escape") for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
+      if (event.key !== "Escape") return
+      for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
+      this.#showMore(false)
     }
+    const unlessPresenting = (/** @type {() => string | void} */ action) => () => (this.presenting ? undefined : action())
+    /** @type {Record<string, () => string | void>} */
     const keys = {
       k: () => controls.playOrPause(),
       p: () => this.#turnPresent(),
@@ -119,19 +154,29 @@ export class Panels {
       "=": () => this.#zoom(ZOOM),
       "-": () => this.#zoom(1 / ZOOM),
       f: () => this.#fit(),
-      t: () => this.#setTrail(this.trail ? 0 : Infinity),
-      x: clearTrails,
+      t: unlessPresenting(() => this.#setTrail(this.trail ? 0 : Infinity)),
+      x: unlessPresenting(() => {
+        clearTrails()
+        return "trails cleared"
+      }),
       c: cue,
-      a: () => this.#turnAhead(),
-      l: () => this.#toggle("timeline"),
-      s: () => this.#toggle("score"),
-      "?": () => this.#turn("help"),
+      a: unlessPresenting(() => this.#turnAhead()),
+      l: unlessPresenting(() => this.#toggle("timeline")),
+      s: () => (this.presenting ? this.#turnPart("program") : this.#toggle("score")),
+      b: () => (this.presenting ? this.#turnPart("beat") : undefined),
+      "?": unlessPresenting(() => this.#turn("help")),
       ArrowLeft: () => controls.seekBy(-1),
       ArrowRight: () => controls.seekBy(1),
       Home: () => controls.seek(0),
     }
     const shifted = { ArrowLeft: pan(1, 0), ArrowRight: pan(-1, 0), ArrowUp: pan(0, 1), ArrowDown: pan(0, -1) }
-    listen(stop, keys, shifted, () => letters.getAttribute("aria-pressed") === "true")
+    listen({ stop, keys, shifted, lettersWork: letters, say: (line) => this.#say(line) })
+  }
+
+  /** Shows what there is room for, unless somebody has hidden it. @param {"timeline" | "score"} name */
+  #openUsual(name) {
+    const wide = name === "timeline" || innerWidth >= 1000
+    this.#open(name, settings.get(name, wide) && !SMALL.matches)
   }
 
   /**
@@ -139,7 +184,7 @@ export class Panels {
    * @param {boolean} open
    */
   #open(name, open) {
-    find(name).hidden = !open
+    find(name).hidden = !open && !(this.presenting && name === "score")
     find(`show-${name}`).setAttribute("aria-expanded", String(open))
   }
 
@@ -150,6 +195,12 @@ export class Panels {
     settings.set(name, open)
     if (open && SMALL.matches) this.#open(name === "score" ? "timeline" : "score", false) // there is room for one only
     this.#page.resize()
+    return `${name} ${open ? "shown" : "hidden"}`
+  }
+
+  /** @param {boolean} open whether the tools are shown that a narrow stage has no room for */
+  #showMore(open) {
+    find("show-more").setAttribute("aria-expanded", String(open))
   }
 
   /** @param {string} card */
@@ -162,8 +213,10 @@ export class Panels {
     if (this.#card(card).open) this.#shut(card)
     else {
       for (const other of Object.keys(CARDS)) if (this.#card(other).open) this.#shut(other)
+      this.#showMore(false)
       this.#card(card).show() // not modal, so that Stop stays reachable
       find(CARDS[card]).setAttribute("aria-expanded", "true")
+      if (card === "start-poses") this.#fit() // the rings have to be in view
     }
     this.#page.resize()
   }
@@ -171,8 +224,9 @@ export class Panels {
   /** @param {string} card */
   #shut(card) {
     this.#card(card).close()
-    find(CARDS[card]).setAttribute("aria-expanded", "false")
-    find(CARDS[card]).focus()
+    const button = find(CARDS[card])
+    button.setAttribute("aria-expanded", "false")
+    ;(button.checkVisibility() ? button : find("show-more")).focus()
     this.#page.resize()
   }
 
@@ -187,21 +241,37 @@ export class Panels {
     this.#showTrail(length)
     settings.set("trail", String(length))
     this.#page.touch()
+    return length ? "trails on" : "trails off"
   }
 
   #turnAhead() {
     this.ahead = !this.ahead
     find("ahead").setAttribute("aria-pressed", String(this.ahead))
     this.#page.touch()
+    return this.ahead ? "paths on" : "paths off"
   }
 
-  /** The stage and the beat alone, or everything again. Not the browser's full screen: there, Escape wouldn't reach us. */
+  /**
+   * The stage, the program, and the beat, or everything again. Not the browser's full screen: there, Escape wouldn't
+   * reach us.
+   */
   #turnPresent() {
     this.presenting = !this.presenting
     document.body.classList.toggle("presenting", this.presenting)
     find("present").setAttribute("aria-pressed", String(this.presenting))
+    this.#open("score", find("show-score").getAttribute("aria-expanded") === "true")
     for (const card of Object.keys(CARDS)) if (this.#card(card).open) this.#shut(card)
+    if (!document.activeElement?.checkVisibility()) find("stage").focus() // keys work on
     this.#page.resize()
+    return this.presenting ? "present" : "present ended"
+  }
+
+  /** Shows or hides a part of what is presented. @param {"program" | "beat"} part */
+  #turnPart(part) {
+    const hidden = document.body.classList.toggle(`without-${part}`)
+    find(`present-${part}`).setAttribute("aria-pressed", String(!hidden))
+    this.#page.resize()
+    return `${part} ${hidden ? "hidden" : "shown"}`
   }
 
   /** @param {number} factor */
@@ -210,12 +280,14 @@ export class Panels {
     this.#page.camera.zoom(factor)
     this.showFit()
     this.#page.touch()
+    return factor > 1 ? "zoom in" : "zoom out"
   }
 
   #fit() {
     this.#page.camera.fit()
     this.showFit()
     this.#page.touch()
+    return "fit"
   }
 
   /**

@@ -6,7 +6,7 @@ import { Lookahead } from "./lookahead.js"
 import { fetchPicture } from "./save.js"
 
 /** @import { Clock } from "./clock.js" */
-/** @import { Request } from "./connection.js" */
+/** @import { Request } from "./requests.js" */
 /** @import { Messages } from "./messages.js" */
 /** @import { Pose } from "./path.js" */
 

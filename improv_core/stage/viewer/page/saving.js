@@ -4,7 +4,7 @@
 import { Draft } from "./draft.js"
 import { find } from "./elements.js"
 
-/** @import { Request } from "./connection.js" */
+/** @import { Request } from "./requests.js" */
 /** @import { Messages } from "./messages.js" */
 /**
  * @typedef {object} Page
@@ -39,7 +39,7 @@ export class Saving {
     find("keep-mine").addEventListener("click", () => this.#choose("mine"))
     find("swap").addEventListener("click", () => this.#draft && page.replace(this.#draft.swap(page.getText())))
     find("forget").addEventListener("click", () => {
-      if (this.#draft) this.#draft.other = null
+      this.#draft?.drop(page.getText())
       this.show()
     })
     addEventListener("keydown", (event) => {
@@ -83,7 +83,7 @@ export class Saving {
   /** @param {Messages["written"]} message */
   takeWritten({ revision, problem }) {
     if (this.#writing !== null && this.#draft && !problem) {
-      this.#draft.base = { ...this.#draft.base, text: this.#writing, revision }
+      this.#draft.wrote(this.#writing, revision)
     }
     this.#writing = null
     this.#problem = problem
@@ -136,11 +136,12 @@ export class Saving {
     find("file-state").textContent = this.#problem || state
     find("file-state").classList.toggle("wrong", this.#problem !== "" || (!saved && !draft.isKept))
     find("write").setAttribute("aria-disabled", String(!this.#connected))
-    const { changed, other } = draft
-    find("versions").hidden = !changed && other === null
+    const { changed } = draft
+    const other = draft.other(this.#page.getText())
+    find("versions").hidden = !changed && !other
     find("versions-text").textContent = changed
       ? `Another program has changed ${find("file-name").textContent}, and your text is not saved. Choose one: the other is kept here.`
-      : "Another text is kept in this browser."
+      : `Another text, from ${when(other?.time ?? 0)}, is kept in this browser until you forget it.`
     for (const id of ["use-file", "keep-mine"]) find(id).hidden = !changed
     for (const id of ["swap", "forget"]) find(id).hidden = Boolean(changed)
   }
@@ -148,5 +149,14 @@ export class Saving {
   /** @param {"file" | "mine"} which */
   #choose(which) {
     if (this.#draft) this.#page.replace(this.#draft.choose(which, this.#page.getText()))
+    this.#problem = ""
+    this.show() // the text may be the same as before
   }
+}
+
+/** A time of today, or a day with its time. @param {number} time */
+function when(time) {
+  const then = new Date(time)
+  const today = then.toDateString() === new Date().toDateString()
+  return then.toLocaleString([], { ...(today ? {} : { dateStyle: "medium" }), timeStyle: "short" })
 }

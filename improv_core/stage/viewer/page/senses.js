@@ -5,7 +5,7 @@ import { find } from "./elements.js"
 
 /** @import { Robot } from "./cast.js" */
 /** @import { Clock } from "./clock.js" */
-/** @import { Request } from "./connection.js" */
+/** @import { Request } from "./requests.js" */
 /** @import { Messages } from "./messages.js" */
 /** @typedef {{ reach: number, start: number, end: number } | { reach: number, radius: number }} Field a sector, or what is straight ahead */
 
@@ -83,6 +83,7 @@ export class Senses {
     this.#send({ type: "cue" })
     find("cue").dataset.given = "true"
     setTimeout(() => (find("cue").dataset.given = "false"), GIVEN)
+    return "cue"
   }
 
   /**

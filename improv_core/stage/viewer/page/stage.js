@@ -18,8 +18,8 @@ import { picture, REACH } from "./robots.js"
 
 const LEAST_RADIUS = 0.034 // of the stage's shorter side,
 const CROWD = 8 // as long as there are no more robots; more of them are smaller
+const LEAST_STRIP = 48 // pixels for the scale
 const PAINTING = 3 // milliseconds of each frame
-const NARROW = 720 // pixels
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 
 export class Stage {
@@ -31,6 +31,7 @@ export class Stage {
   /** @type {ImageBitmap | null} */
   #shadow = null
   #ratio = 1
+  #strip = { foot: 0, width: 0 } // at the bottom, for the scale, in pixels
   camera = new Camera()
   colors = readColors()
 
@@ -48,10 +49,12 @@ export class Stage {
   }
 
   /**
-   * Fits the canvas to its room; `insets` are the covered pixels on each side.
+   * Fits the canvas to its room; `insets` are the covered pixels on each side, and `strip` is left for the scale.
    * @param {Camera["insets"]} insets
+   * @param {{ foot: number, width: number }} strip
    */
-  resize(insets) {
+  resize(insets, strip) {
+    this.#strip = strip
     const { clientWidth: width, clientHeight: height } = this.#canvas
     this.#ratio = Math.min(devicePixelRatio, 2)
     this.camera.size = { width, height }
@@ -235,13 +238,14 @@ export class Stage {
   }
 
   #drawScale() {
+    if (this.#strip.width < LEAST_STRIP) return
     const pen = this.#pen
     const { size, sight: view, insets } = this.camera
-    const meters = roundLength(64 / view.scale)
+    const meters = roundLength(Math.min(64, this.#strip.width / 2.5) / view.scale)
     const length = meters * view.scale
     const text = Math.min(Math.max(14, size.height * 0.022), 26)
-    const x = 20
-    const y = size.height - 18 - (size.width < NARROW ? insets.bottom - 8 : 0) // above the tools where they take the whole width
+    const x = 20 + insets.left
+    const y = size.height - 18 - (insets.bottom - this.#strip.foot)
     pen.beginPath()
     pen.moveTo(x, y - 7)
     pen.lineTo(x, y)

@@ -1,12 +1,13 @@
 // @ts-check
-// Where robots start: dragged on the stage or typed, then offered as lines for improv.toml.
+// Where robots start: dragged on the stage or typed, then offered as lines for improv.toml. In `improv edit`, they start
+// there when it plays next.
 
 import { find, findA } from "./elements.js"
 import { Offer } from "./offer.js"
 
 /** @import { Camera, Point } from "./camera.js" */
 /** @import { Robot } from "./cast.js" */
-/** @import { Request, StartPose } from "./connection.js" */
+/** @import { Request, StartPose } from "./requests.js" */
 /** @import { Messages } from "./messages.js" */
 
 
@@ -14,6 +15,7 @@ const NEAR = 24 // pixels to a ring
 const ARROW = 38 // pixels from the ring's middle to the arrow's tip
 const FINEST = 0.001 // meters and degrees, as they are written
 const FARTHEST = 1000 // meters along x and y
+const PAUSE = 150 // milliseconds without a change after which the server gets it
 const KEYS = /** @type {const} */ (["x", "y", "heading"])
 const FIELDS = { x: { most: FARTHEST, step: 0.1 }, y: { most: FARTHEST, step: 0.1 }, heading: { most: 360, step: 15 } }
 
@@ -21,12 +23,20 @@ export class StartPoses {
   #card = findA("start-poses", HTMLDialogElement)
   #offering
   #changed
+  #send
+  #plays = false // whether robots start here when it plays next
+  #telling = 0 // the timer that tells the server
+  /** @type {Point[]} */
+  #room = [] // where the rings were when one was grabbed: the view must not move under a hand
+  #held = false
   /** @type {Robot[]} */
   #cast = []
   /** @type {Map<string, StartPose>} */
   #poses = new Map()
   /** @type {Map<string, StartPose>} */
   #told = new Map() // according to the score
+  /** @type {Record<string, StartPose>} */
+  #placed = {} // according to the server, if they were moved on a page
   /** @type {string | null} */
   #chosen = null
 
@@ -36,7 +46,9 @@ export class StartPoses {
    * @param {() => void} changed
    */
   constructor(send, changed) {
+    this.#send = send
     this.#changed = changed
+    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => (this.#held = false))
     this.#offering = new Offer("start-poses-offer", () => {
       send({ type: "place", start_poses: Object.fromEntries(this.#moved()) }) // one edit of the file
     })
@@ -52,9 +64,28 @@ export class StartPoses {
     this.#cast = cast
     this.#offering.writes = score.takes_start_poses
     this.#told = new Map(Object.entries(score.robots).map(([name, { start_pose }]) => [name, degrees(start_pose)]))
-    this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(moved.get(name) ?? pose) }]))
+    this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(this.#placed[name] ?? moved.get(name) ?? pose) }]))
     find("start-poses-list").replaceChildren(...cast.map(({ name, color }) => this.#fields(name, color)))
     this.#offer()
+  }
+
+  /** Takes where robots start next because they were moved on a page that edits. @param {Record<string, StartPose>} placed */
+  place(placed) {
+    this.#plays = this.#offering.plays = true
+    if (this.#telling) return // there is something newer here
+    this.#placed = placed
+    for (const [name, pose] of this.#told) {
+      if (!this.#poses.has(name)) continue
+      this.#poses.set(name, rounded(placed[name] ?? pose))
+      this.#showFields(name)
+    }
+    this.#offer()
+  }
+
+  /** What has to be in view: the rings. */
+  get room() {
+    if (!this.#held) this.#room = this.rings.map(({ x, y }) => ({ x, y }))
+    return this.#room
   }
 
   /** The rings to draw on the stage: none unless the card is open. */
@@ -90,13 +121,14 @@ export class StartPoses {
     if (!best) return null
     const { name, part } = best
     this.#chosen = name
+    this.#held = true
     return (to) => {
       const pose = this.#pose(name)
       const world = camera.toWorld(to)
       if (part === "place") Object.assign(pose, { x: neat(within(world.x, FARTHEST), 0.05), y: neat(within(world.y, FARTHEST), 0.05) })
       else pose.heading = neat((Math.atan2(world.y - pose.y, world.x - pose.x) * 180) / Math.PI, 5)
       this.#showFields(name)
-      this.#offer()
+      this.#move()
     }
   }
 
@@ -110,8 +142,23 @@ export class StartPoses {
   #moved() {
     return [...this.#poses].filter(([name, pose]) => {
       const told = this.#told.get(name)
-      return told && KEYS.some((key) => Math.abs(pose[key] - told[key]) > 1e-9)
+      return told && (name in this.#placed || KEYS.some((key) => Math.abs(pose[key] - told[key]) > 1e-9))
     })
+  }
+
+  /** Somebody has moved a robot. */
+  #move() {
+    this.#offer()
+    clearTimeout(this.#telling)
+    if (this.#plays) this.#telling = window.setTimeout(() => this.tell(), PAUSE)
+  }
+
+  /** Tells the server at once where robots were moved, if it has yet to be told: somebody is about to play. */
+  tell() {
+    if (!this.#telling) return
+    clearTimeout(this.#telling)
+    this.#telling = 0
+    this.#send({ type: "place", start_poses: Object.fromEntries(this.#poses) }) // of all: one alone would leave its formation
   }
 
   #offer() {
@@ -145,7 +192,7 @@ export class StartPoses {
       })
       input.addEventListener("input", () => {
         if (input.checkValidity()) this.#pose(name)[key] = neat(Number(input.value), FINEST)
-        this.#offer()
+        this.#move()
       })
       input.addEventListener("keydown", (event) => {
         if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return
@@ -166,14 +213,19 @@ export class StartPoses {
     const set = find("start-poses-list").querySelector(`[data-robot="${CSS.escape(name)}"]`)
     for (const key of KEYS) {
       const input = set?.querySelector(`[data-key=${key}]`)
-      if (input instanceof HTMLInputElement) input.value = String(pose[key])
+      if (input instanceof HTMLInputElement && Number(input.value) !== pose[key]) input.value = String(pose[key])
     }
   }
 }
 
 /** @param {number[]} pose */
 function degrees([x, y, , heading]) {
-  return { x: neat(x, FINEST), y: neat(y, FINEST), heading: neat((heading * 180) / Math.PI, FINEST) }
+  return rounded({ x, y, heading: (heading * 180) / Math.PI })
+}
+
+/** @param {StartPose} pose */
+function rounded({ x, y, heading }) {
+  return { x: neat(x, FINEST), y: neat(y, FINEST), heading: neat(heading, FINEST) }
 }
 
 /**

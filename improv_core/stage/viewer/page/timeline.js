@@ -16,7 +16,7 @@ import { find, findA } from "./elements.js"
 const LONG = 12 // letters: a longer name takes two or three smaller lines
 const LEAST = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls
 const LEAD = 0.25 // where in the view the playhead stays
-const CROWD = 16 // robots; with more, rows are lower, to leave room for the stage
+const CROWD = 8 // robots; with more, rows are lower, to leave room for the stage
 const SENDING = 60 // milliseconds between two seeks while scrubbing
 
 export class Timeline {

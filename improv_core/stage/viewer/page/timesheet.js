@@ -2,13 +2,13 @@
 // Draws the timeline on its canvas: a sheet of items that scrolls, and over it the items that play now.
 
 import { mix, readColors } from "./colors.js"
-import { direction, labels, namesOf, Reader, runs } from "./items.js"
+import { direction, labels, namesOf, outline, Reader, runs, shapes } from "./items.js"
 import { penOn } from "./pen.js"
 
 /** @import { Robot } from "./cast.js" */
 /** @import { Colors } from "./colors.js" */
-/** @import { Voice } from "./items.js" */
-/** @import { Lookahead, Stretch } from "./lookahead.js" */
+/** @import { Shape, Voice } from "./items.js" */
+/** @import { Lookahead } from "./lookahead.js" */
 /** @import { Messages } from "./messages.js" */
 /** @import { Pen } from "./pen.js" */
 /**
@@ -29,6 +29,7 @@ const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-se
 const SPARE = 0.5 // of the view's width is drawn beyond its right edge
 const MOST_ITEMS = 600 // per row: more would be finer than pixels
 const MOST_MARKS = 500
+const LEAST_HEIGHT = 0.12 // of a lane, so that a robot that is about to stop is seen
 
 export class TimelineSheet {
   #canvas
@@ -125,7 +126,7 @@ export class TimelineSheet {
         const stretches = view.lookahead.robots.get(robot.name) ?? []
         const at = view.lookahead.indexAt(stretches, view.beat)
         if (view.silent(robot.name) || !stretches[at] || stretches[at].start > view.beat) continue
-        this.#drawItems(pen, view, view.left, index, robot, stretches, at, at + 1, true)
+        this.#drawItems(pen, view, view.left, index, robot, shapes(stretches, at, at + 1), true)
       }
     }
     pen.restore()
@@ -234,7 +235,8 @@ export class TimelineSheet {
     const first = lookahead ? lookahead.indexAt(stretches, left) : 0
     let last = first
     while (last < stretches.length && stretches[last].start < right && last - first < MOST_ITEMS) last++
-    this.#drawItems(pen, view, left, index, robot, stretches, first, last, false)
+    const items = shapes(stretches, first, last)
+    this.#drawItems(pen, view, left, index, robot, items, false)
     pen.textBaseline = "middle"
     pen.textAlign = "left"
     pen.font = `600 ${letter * 0.75}px ${FONT}`
@@ -249,7 +251,7 @@ export class TimelineSheet {
     pen.strokeStyle = this.#colors.ink
     pen.lineWidth = 1.5
     pen.beginPath()
-    for (const run of runs(stretches, first, last, this.#reader, (voices) => this.#bracketKey(voices))) {
+    for (const run of runs(items, this.#reader, (voices) => this.#bracketKey(voices))) {
       const [x, end] = [(run.start - left) * scale + 2, (run.end - left) * scale - 2]
       const bottom = y + view.row - 3
       pen.moveTo(x, bottom - 5)
@@ -327,51 +329,63 @@ export class TimelineSheet {
    * @param {number} left
    * @param {number} index
    * @param {Robot} robot
-   * @param {Stretch[]} stretches
-   * @param {number} first
-   * @param {number} last
+   * @param {Shape[]} items
    * @param {boolean} lit
    */
-  #drawItems(pen, view, left, index, robot, stretches, first, last, lit) {
+  #drawItems(pen, view, left, index, robot, items, lit) {
     const { scale, letter, row } = view
     const top = this.#y(view, index) + row * 0.28
     const high = row * 0.55
-    for (let i = first; i < last; i++) {
-      const { start, end } = stretches[i]
-      const voices = this.#reader.voices(stretches[i])
+    items.forEach((item, i) => {
+      const { start, end } = item
+      const voices = this.#reader.voices(item)
       const x = (start - left) * scale
       const width = (end - start) * scale
-      voices.forEach(({ word, sign, rests, at }, lane) => {
+      voices.forEach((voice, lane) => {
+        const { word, sign, rests, at } = voice
         const tall = high / voices.length
         const y = top + lane * tall
         const gap = width > 4 ? 1 : 0
         pen.fillStyle = mix(this.#colors.panel, robot.color, lit ? 0.95 : rests ? 0.1 : 0.3)
         pen.beginPath()
-        const joined = !lit && i > first && this.#isHeld(stretches[i - 1], stretches[i], at, lane)
-        pen.roundRect(joined ? x - gap : x + gap, y + 0.5, Math.max(width - (joined ? 0 : gap) - gap, 1), tall - 1, joined ? 0 : Math.min(4, width / 3))
+        const joined = !lit && i > 0 && this.#isHeld(items[i - 1], item, at, lane)
+        if (item.parts.length > 1 && voice.axis) this.#trace(pen, item, voice, (beat) => Math.min(Math.max((beat - left) * scale, x + gap), x + width - gap), y + 0.5, tall - 1)
+        else pen.roundRect(joined ? x - gap : x + gap, y + 0.5, Math.max(width - (joined ? 0 : gap) - gap, 1), tall - 1, joined ? 0 : Math.min(4, width / 3))
         pen.fill()
         if (joined || width < letter * 0.6) return
         const size = Math.min(letter * 0.82, tall * 0.95)
         pen.font = `600 ${size}px ${FONT}`
         pen.fillStyle = lit ? this.#colors.ground : this.#colors.ink
         pen.textBaseline = "middle"
-        pen.textAlign = "left"
+        pen.textAlign = item.parts.length > 1 ? "center" : "left" // where a shape is highest
         const both = `${sign} ${word}`
         const room = width - 8
         const text = pen.measureText(both).width <= room ? both : sign
-        if (text === both) pen.fillText(both, x + 5, y + tall / 2 + 0.5)
-        else {
-          pen.textAlign = "center"
-          pen.fillText(sign, x + width / 2, y + tall / 2 + 0.5)
-        }
+        if (text === sign) pen.textAlign = "center"
+        pen.fillText(text, pen.textAlign === "center" ? x + width / 2 : x + 5, y + tall / 2 + 0.5)
       })
-    }
+    })
   }
 
   /**
-   * Whether a lane holds the word of the previous stretch while another lane moves on.
-   * @param {Stretch} before
-   * @param {Stretch} now
+   * Traces a voice whose speed changes: as high as it is fast.
+   * @param {Pen} pen
+   * @param {Shape} item
+   * @param {Voice} voice
+   * @param {(beat: number) => number} toX
+   * @param {number} top
+   * @param {number} tall
+   */
+  #trace(pen, item, voice, toX, top, tall) {
+    pen.moveTo(toX(item.start), top + tall)
+    for (const [beat, high] of outline(item, voice)) pen.lineTo(toX(beat), top + tall * (1 - Math.max(high, LEAST_HEIGHT)))
+    pen.lineTo(toX(item.end), top + tall)
+  }
+
+  /**
+   * Whether a lane holds the word of the previous item while another lane moves on.
+   * @param {Shape} before
+   * @param {Shape} now
    * @param {number} at
    * @param {number} lane
    */

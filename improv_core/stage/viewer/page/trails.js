@@ -8,9 +8,11 @@ import { bounds } from "./camera.js"
 /** @import { Lookahead, Stretch } from "./lookahead.js" */
 /** @import { Messages } from "./messages.js" */
 /** @import { Pose, Velocity } from "./path.js" */
+/** @typedef {{ x: number, y: number }} Spot */
 /** @typedef {Pose & { at: number }} Place a pose at a time of the performance, in seconds */
 /** @typedef {{ pose: Pose, velocity: Velocity, at: number, end: number }} Piece an arc that takes one unit of time to draw */
 
+const NEAR = 0.01 // meters
 const SHARPEST = 1 // radians between two places: below half a turn, only one arc joins two poses
 
 export class Trails {
@@ -18,8 +20,10 @@ export class Trails {
   #places = new Map()
   /** @type {Map<string, Place[]>} */
   #before = new Map() // the paths that lead to a seek
-  /** @type {number | null} */
-  #sought = null // the beat of the latest seek
+  /** @type {{ beat: number, poses: Record<string, Spot> } | null} */
+  #sought = null // the latest seek: to which beat, and where that put robots
+  #placed = 0 // how often robots had been put elsewhere when the latest places were told
+  #shown = 0 // the same of the poses that are shown
   #known = -1 // the version of the lookahead that the paths before a seek are from
   #cleared = -Infinity // seconds of performance
   /** @type {Point[]} */
@@ -27,7 +31,9 @@ export class Trails {
   version = 0 // changes when trails become other ones, not when they only become longer
 
   /** @param {Messages["trails"]} message */
-  take({ robots }) {
+  take({ placed, robots }) {
+    if (placed !== this.#placed) this.version++
+    this.#placed = placed
     for (const [name, { from, places }] of Object.entries(robots)) {
       const trail = this.#places.get(name) ?? []
       if (from !== trail.length) {
@@ -54,12 +60,22 @@ export class Trails {
   }
 
   /**
+   * The poses that are shown are from after robots were put elsewhere so often. These and the trails are told apart, in
+   * any order: no robot has driven from where one has it to where the other does.
+   * @param {number} placed
+   */
+  show(placed) {
+    this.#shown = placed
+  }
+
+  /**
    * Robots were placed where the score has them at a beat.
    * @param {number} beat
+   * @param {Record<string, Spot>} [poses]
    */
-  seek(beat) {
+  seek(beat, poses = {}) {
     this.restart()
-    this.#sought = beat
+    this.#sought = { beat, poses }
     this.#known = -1
     this.version++
   }
@@ -69,12 +85,13 @@ export class Trails {
    * @param {Lookahead | null} lookahead
    */
   complete(lookahead) {
-    const beat = this.#sought
-    if (beat === null || !lookahead || lookahead.version === this.#known) return
+    if (!this.#sought || !lookahead || lookahead.version === this.#known) return
     this.#known = lookahead.version
+    const { beat, poses } = this.#sought
     for (const [name, [first]] of this.#places) {
       const stretches = lookahead.robots.get(name) ?? []
-      this.#before.set(name, first ? [...leading(stretches, beat, first.at)] : [])
+      const there = first && isNear(first, poses[name]) // otherwise the places are from before the seek
+      this.#before.set(name, there ? [...leading(stretches, beat, first.at)] : [])
     }
     this.version++
   }
@@ -120,7 +137,9 @@ export class Trails {
     }
     for (let i = Math.max(low - 1, 0); i < count && place(i).at <= until; i++) {
       const one = place(i)
-      const next = i + 1 < count && place(i + 1).at <= until ? place(i + 1) : { ...pose, at: until }
+      const isLast = i + 1 >= count || place(i + 1).at > until
+      if (isLast && this.#placed !== this.#shown) return
+      const next = isLast ? { ...pose, at: until } : place(i + 1)
       const velocity = between(one, next)
       const cut = one.at < from && next.at > one.at ? Math.min((from - one.at) / (next.at - one.at), 1) : 0
       const rest = 1 - cut
@@ -143,6 +162,14 @@ export class Trails {
     const inside = (/** @type {Point} */ { x, y }) => low && low.x <= x && low.y <= y && high.x >= x && high.y >= y
     if (!points.every(inside)) this.room = bounds([this.room, points])
   }
+}
+
+/**
+ * @param {Spot} one
+ * @param {Spot | undefined} other where it should be, if that is known
+ */
+function isNear(one, other) {
+  return !other || Math.hypot(one.x - other.x, one.y - other.y) < NEAR
 }
 
 /**

@@ -69,6 +69,7 @@ export class View {
     this.frames++
     const present = motion.present(now)
     this.robots = present.robots
+    trails.show(present.placed)
     trails.complete(program.current)
     const until = program.current?.horizon(beat) ?? 0
     this.#lookAtPaths(until)
@@ -114,7 +115,7 @@ export class View {
       beat,
       until,
       bumps,
-      room: [...this.#room, ...trails.room, ...measured.room],
+      room: [...this.#room, ...trails.room, ...measured.room, ...startPoses.room],
       trails,
       measured,
       trail: panels.trail,

@@ -1,0 +1,150 @@
+"""What happens to a performance, and what is known at that moment: all that a decision depends on."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from improv_core.score.motion import Pose
+from improv_core.score.movement import Duration, Exact
+from improv_core.score.score import Score
+from improv_core.score.transport import BEATS_PER_BAR
+from improv_core.stage.agenda import Due
+from improv_core.stage.messages import Takeover, When
+from improv_core.stage.sensing import Foreseen
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """A score should play. See `Player.load`."""
+
+    score: Score
+    generation: int
+    when: When
+    entry: Takeover | None = None
+    beats_per_bar: int = BEATS_PER_BAR
+    senses: Iterable[Foreseen] | None = None
+    stops: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Restarted:
+    """A score has been prepared to play from the beginning."""
+
+    load: Load
+
+
+@dataclass(frozen=True, slots=True)
+class Awaited:
+    """Beat 0 has waited for a while."""
+
+
+@dataclass(frozen=True, slots=True)
+class Listened:
+    """Robots `found` to listen now, and whether beat 0 still waits for others. `moving` are those that must not keep
+    moving meanwhile; None if they have been told already."""
+
+    found: Collection[str]
+    waits: bool
+    moving: Collection[str] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Replaced:
+    """A score has been prepared to take over at a performance time. The parts of `entering` begin, and those of robots
+    that are `leaving` are over. With `goes_on`, the others play on untouched."""
+
+    score: Score
+    generation: int
+    at: float
+    beat: Exact
+    entering: Collection[str]
+    leaving: Collection[str]
+    goes_on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """All robots should stop."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """All robots should stop, and resume from here later."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resume:
+    """A pause is over."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seek:
+    """Playback should continue at another beat."""
+
+    beat: float
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """Playback should be this many times as fast as the tempo says."""
+
+    factor: float
+
+
+@dataclass(frozen=True, slots=True)
+class Silence:
+    """These robots are muted, and these soloed."""
+
+    muted: Collection[str]
+    soloed: Collection[str]
+
+
+@dataclass(frozen=True, slots=True)
+class EmergencyStop:
+    """An emergency stop is pressed or released."""
+
+    topic: str
+    pressed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """What robots wait for may have changed: a deadman button, or who listens."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stalled:
+    """Real robots should have been sent something this many seconds ago."""
+
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Overloaded:
+    """This machine can't keep up, even at the lowest rate."""
+
+
+Event = (
+    Load | Restarted | Awaited | Listened | Replaced | Stop | Pause | Resume | Seek | Speed | Silence
+    | EmergencyStop | Changed | Stalled | Overloaded | Due
+)  # fmt: skip
+"""`Due` is something that the agenda says is due: a scene, a takeover, or the end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What is known when something is decided.
+
+    `now` is the time on the clock, and `real` whether real robots move. `over` is the beat at which the last part of
+    this scene is over. `away` are robots that no longer listen, and `standing` those that stand until the next play.
+    `held` are the deadman buttons that are held. `poses` are where simulated robots are that senses have moved.
+    """
+
+    now: float = 0.0
+    real: bool = False
+    over: Duration = 0
+    away: frozenset[str] = frozenset()
+    standing: frozenset[str] = frozenset()
+    held: frozenset[str] = frozenset()
+    poses: Mapping[str, Pose] = field(default_factory=dict)

@@ -1,0 +1,61 @@
+"""The fields that several messages have: numbers, names, and texts, each with its limits. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, TypedDict
+
+from improv_core.score.fits import Between, Long
+from improv_core.score.motion import Pose
+
+SLOWEST, FASTEST = 0.1, 4.0
+"""Limits of the speed factor."""
+LAST_BEAT = 1e15
+"""The last beat to which one can seek: beyond it, numbers in JavaScript are no longer exact."""
+LONGEST_TEXT = 100_000
+"""The most characters of a program that can be edited on the page: a browser would need too long to lay out more."""
+
+
+class _Savable:
+    """The limit of a text that can be saved: it has no halves of characters."""
+
+    def holds(self, value: str) -> bool:
+        try:
+            value.encode()
+        except UnicodeEncodeError:
+            return False
+        return True
+
+
+Count = Annotated[int, Between(0, LAST_BEAT)]
+Beat = Annotated[float, Between(0, LAST_BEAT)]
+Factor = Annotated[float, Between(SLOWEST, FASTEST)]
+Name = Annotated[str, Long(1, 1_000)]
+Names = Annotated[Sequence[Name], Long(0, 10_000)]
+Text = Annotated[str, Long(0, LONGEST_TEXT), _Savable()]
+"""What people may ask for: numbers, names, and texts within their limits."""
+
+
+class PoseJson(TypedDict):
+    """A pose in meters and radians."""
+
+    x: float
+    y: float
+    z: float
+    heading: float
+
+
+def to_pose_json(pose: Pose) -> PoseJson:
+    """A pose for a message."""
+    return {"x": pose.x, "y": pose.y, "z": pose.z, "heading": pose.heading}
+
+
+class StartPoseJson(TypedDict):
+    """A start pose in meters and degrees, within the limits of improv.toml."""
+
+    x: Annotated[float, Between(-1000, 1000)]
+    y: Annotated[float, Between(-1000, 1000)]
+    heading: Annotated[float, Between(-360, 360)]
+
+
+StartPoses = Annotated[Mapping[Name, StartPoseJson], Long(0, 10_000)]

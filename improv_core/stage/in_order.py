@@ -1,0 +1,70 @@
+"""What arrived on standard input, in order. The robots of a new score are met a few at a time, so that stops and
+the score that plays don't wait for a thousand of them."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+
+from improv_core.score.score import Score
+from improv_core.stage.arrivals import Ordered, Play, after_of, kind_of
+from improv_core.stage.commands import VOID
+from improv_core.stage.overtaking import Overtaking
+
+SLICE = 0.005
+"""Seconds for which robots are met at a time."""
+
+
+class InOrder:
+    """`meet` meets the robots of a score, a few at each step; `clock` is the time in seconds."""
+
+    def __init__(self, meet: Callable[[Score], Iterator[None]], clock: Callable[[], float]) -> None:
+        self._meet = meet
+        self._clock = clock
+        self._waiting: deque[Ordered] = deque()
+        self._meeting: tuple[Play, Iterator[None]] | None = None
+        self.overtaking = Overtaking()
+        """What stops have overtaken: that is dropped."""
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether robots of a score have not been met yet. If so, call `next` again soon."""
+        return self._meeting is not None
+
+    def add(self, arrival: Ordered) -> None:
+        self._waiting.append(arrival)
+
+    def stop(self) -> None:
+        """Drop what must not be obeyed after a stop that has itself arrived on standard input."""
+        self._waiting = deque(each for each in self._waiting if kind_of(each) not in VOID)
+        if self._meeting and self._meeting[0].moves:
+            self._meeting = None
+
+    def next(self) -> Ordered | None:
+        """What to do next; None if there is nothing or a slice of time has passed."""
+        end = self._clock() + SLICE
+        while self._meeting or self._waiting:
+            if not self._meeting:
+                if self._awaits(self._waiting[0]):
+                    return None
+                arrival = self._waiting.popleft()
+                if self._is_void(arrival):
+                    continue
+                if not isinstance(arrival, Play):
+                    return arrival
+                self._meeting = arrival, self._meet(arrival.score)
+            play, meeting = self._meeting
+            if not self._is_void(play) and not self._awaits(play):
+                for _ in meeting:
+                    if self._clock() >= end:
+                        return None
+                self._meeting = None
+                return play
+            self._meeting = None
+        return None
+
+    def _awaits(self, arrival: Ordered) -> bool:
+        return self.overtaking.awaits(kind_of(arrival), after_of(arrival))
+
+    def _is_void(self, arrival: Ordered) -> bool:
+        return self.overtaking.voids(kind_of(arrival), after_of(arrival))

@@ -1,0 +1,117 @@
+"""The one loop of a player: it decides what follows from an event, does that, and sends what is due.
+
+It never reads a clock; callers pass the time in. `now` is the clock's time in seconds. `performed` and `at` are
+performance times: seconds since the latest restart, including pauses.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from improv_core.stage import agenda, events
+from improv_core.stage.agenda import Rank
+from improv_core.stage.decide import decide, trouble
+from improv_core.stage.doing import do
+from improv_core.stage.events import Event
+from improv_core.stage.reports import Told
+from improv_core.stage.run import Run
+from improv_core.stage.sinks import Sink
+from improv_core.stage.tracks import Tracks
+
+LOOK_AGAIN = 0.01
+"""Seconds between two checks for listeners before beat 0, and of robots that still move after the end."""
+
+
+class Machine:
+    """A run, which only this loop replaces, and the tracks that play it on a sink."""
+
+    def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
+        self._sink = sink
+        self._tracks = Tracks(sink, tell, wall)
+
+    @property
+    def run(self) -> Run:
+        """What has been decided so far."""
+        return self._tracks.run
+
+    def deadline(self, now: float) -> float | None:
+        """The time on the clock at which `advance` must be called next; None if nothing is left to do."""
+        if self.run.mode == "waiting":
+            return now + LOOK_AGAIN
+        due = self._tracks.next_due().at
+        if due < math.inf:
+            at = self.run.transport.clock(due)
+            return min(at, now + self._sink.period) if self._sink.period else at
+        if self._looks_while_paused:
+            return self._tracks.listeners.next_look
+        return now + (self._sink.period or LOOK_AGAIN) if self._sink.coasting() else None
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether what is due next must be sent at its exact time. Repeats may be a little late."""
+        return self._tracks.next_due().rank != Rank.REPEATS
+
+    def advance(self, now: float) -> None:
+        """Do everything that is due."""
+        if self.run.mode == "waiting":
+            self._take(events.Awaited(), now)
+        else:
+            self._tracks.unsettled = True
+            self._take(None, now)
+
+    def _catch_up(self, now: float) -> None:
+        """Send what is due before something changes, so robots don't miss it."""
+        if self.run.mode == "playing":
+            self.advance(now)
+
+    def _take(self, event: Event | None, now: float) -> None:
+        """Decide and do what follows from an event, and then all that is due. This is the only loop: no act and no
+        decision begins another."""
+        tracks = self._tracks
+        while event or (event := self._send_due(now)):
+            tracks.run, todo = decide(tracks.run, event, tracks.facts(now, event))
+            event = None
+            for act in todo:
+                event = do(act, tracks, now) or event
+        if tracks.unseen:
+            robots, tracks.unseen = tracks.unseen, []
+            tracks.look([robot for robot in robots if robot in tracks.run.score.parts])
+
+    def _send_due(self, now: float) -> Event | None:
+        """Send everything that is due and has been decided. Returns what has to be decided next."""
+        tracks, run = self._tracks, self._tracks.run
+        if not tracks.unsettled:
+            return None
+        due = tracks.next_due().at
+        late, overloaded = run.transport.performed(now) - due, tracks.queue.repeats.hopeless
+        if reason := trouble(run, self._sink.real, late, overloaded):
+            tracks.unsettled = False
+            return reason
+        tracks.reached = now
+        performed = agenda.performed(run, now, due)
+        if decision := tracks.send_due(performed):
+            if decision.rank != Rank.TAKEOVER:  # which sends what is left itself
+                tracks.send_repeats(decision.last_before(Rank.CHANGES))
+            return decision
+        tracks.send_repeats(performed)
+        tracks.unsettled = False
+        if self._sink.real and (line := tracks.queue.repeats.news()):
+            tracks.tell({"type": "warning", "message": line})
+        return self._look_around(now)
+
+    def _look_around(self, now: float) -> Event | None:
+        """Check a few robots if that is due."""
+        tracks = self._tracks
+        if now < tracks.listeners.next_look or not (self.run.mode == "playing" or self._looks_while_paused):
+            return None
+        standing, done = tracks.listeners.look_around(self.run.score, now)
+        tracks.queue.silence(standing)
+        if done:
+            tracks.tell_news()
+        return events.Changed()
+
+    @property
+    def _looks_while_paused(self) -> bool:
+        """Whether playback waits for robots that have gone away."""
+        return self.run.mode == "paused" and self.run.continues and bool(self._tracks.listeners.away)

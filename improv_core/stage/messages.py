@@ -1,0 +1,348 @@
+"""The messages between a stage and its parent (docs/protocol.md), and the limits that both know.
+
+Standard library only. A message is a plain dict, so it costs nothing to send; the types are for readers of the code and
+for mypy. Where a message arrives from another process, `read_to_stage` or `read_from_stage` checks it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, TypedDict, cast
+
+from improv_core.stage.commands import Conduct, Hush, PageRequest, Pause, Watched, _Timed
+from improv_core.stage.editing import Answer, ProgramSource
+from improv_core.stage.fields import PoseJson
+from improv_core.stage.typed_lines import ProtocolError, read_as
+
+VERSION = 1
+"""The protocol's version."""
+FOLDER = Path(__file__).resolve().parent
+"""What Python is started with to run a stage."""
+SILENCE_LIMIT = 0.5
+"""Seconds without a ping after which a stage with real robots considers its parent hung, and stops the robots."""
+HANG_LIMIT = 0.9
+"""Seconds without an answer after which a stage that moves real robots counts as hung. With the ping period, that is
+noticed within 1 s. Less would stop healthy stages on a busy machine."""
+LOADING_LIMIT = 10.0
+"""Seconds that either side may need for a new score: to read a long one, or to make a thousand robots' publishers."""
+DEADMAN_LIMIT = 0.3
+"""Seconds without a sign of a deadman button after which it counts as released."""
+END_LIMIT = 3.0
+"""Seconds a stage may take to stop its robots and end, before it is killed."""
+When = Literal["restart", "now", "beat", "bar", "end"]
+"""When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat, bar, or the end."""
+State = Literal["waiting", "playing", "paused", "ended", "stopped"]
+"""`waiting` means waiting for listeners, before beat 0."""
+
+
+class _Instant(TypedDict):
+    """A beat, the seconds since beat 0 (`performed`), and the Unix time in nanoseconds (`wall`)."""
+
+    beat: float
+    performed: float
+    wall: int
+
+
+class RobotInstant(_Instant):
+    """When a robot sensed or decided something in the score of this generation."""
+
+    generation: int
+    robot: str
+
+
+class Sensed(RobotInstant):
+    """A sense of a robot has become true or false, or silent (null)."""
+
+    type: Literal["sensed"]
+    sense: str
+    value: bool | None
+
+
+class MeasuredRobot(_Instant):
+    """Where a robot was (`pose`) and where it ideally would have been (`ideal`).
+
+    `source` is the type of the messages with its poses, or the simulator. `aligned` counts how often the frame of the
+    source was aligned with the world of the score: poses with different counts can't be compared. `frame` is the name
+    of that frame, and `origin` is where the origin of the world is in it. `follows` tells whether it is pulled back to
+    its ideal path.
+    """
+
+    source: str
+    frame: str
+    origin: PoseJson
+    pose: PoseJson
+    ideal: PoseJson
+    aligned: int
+    follows: bool
+
+
+class Measured(TypedDict):
+    """Where robots really were, in the world of the score."""
+
+    type: Literal["measured"]
+    generation: int
+    robots: Mapping[str, MeasuredRobot]
+
+
+class _Load(TypedDict):
+    type: Literal["load"]
+    generation: int
+    score: Mapping[str, Any]
+    when: When
+    backend: str
+
+
+class SceneJson(TypedDict):
+    """The scene of a score that plays, counted from 0, and the beat at which it began."""
+
+    index: int
+    begins: float
+
+
+class Begins(TypedDict, total=False):
+    """The beats at which parts began, by robot, except those that began at beat 0. They began with `scene`, or with the
+    first scene if it isn't given."""
+
+    begins: Mapping[str, float]
+    scene: SceneJson
+
+
+class Takeover(Begins):
+    """A score took over at this beat, at this monotonic time."""
+
+    beat: float
+    monotonic: float
+
+
+class Load(_Load, _Timed, total=False):
+    """Play a score, as `score_json.to_json` writes it. `entry` is when it took over on the stage that leads.
+
+    With `senses`, those of a recording, robots sense these and nothing else. `stops` is the `count` of the latest
+    `pressed` that the parent knew of when somebody asked for this score, and `asleep` how many seconds the machine had
+    slept by then.
+    """
+
+    asleep: float
+    beats_per_bar: int
+    entry: Takeover
+    senses: Sequence[Sensed]
+    stops: int
+
+
+class Decided(RobotInstant):
+    """A word of senses has decided something: `sources` (statement, start, and end of each) ends with that word.
+
+    `held` tells whether its condition was true.
+    """
+
+    type: Literal["decided"]
+    sources: Sequence[Sequence[int]]
+    held: bool
+
+
+class Problem(TypedDict):
+    """What is wrong in a file, where, and the word there. Lines and columns count from 1; line 0 is the whole file."""
+
+    file: str
+    line: int
+    column: int
+    word: str
+    message: str
+
+
+class ProgramMessage(TypedDict):
+    """The program to play, and what keeps it from being played: `count` errors, the first of which are `problems`."""
+
+    type: Literal["program"]
+    name: str
+    folder: str
+    problems: Sequence[Problem]
+    count: int
+
+
+class Pressed(TypedDict):
+    """The topics of the emergency stops that are on, and how often any was pressed."""
+
+    type: Literal["pressed"]
+    topics: Sequence[str]
+    count: int
+
+
+class Ping(TypedDict):
+    type: Literal["ping"]
+    number: int
+
+
+ToPages = ProgramMessage | ProgramSource | Answer | Measured
+"""From the parent to the pages, through their stage."""
+ToStage = Load | Conduct | Sensed | Decided | ToPages | Pressed | Ping
+
+
+class _Ready(TypedDict):
+    type: Literal["ready"]
+    protocol: int
+    sink: str
+    real: bool
+
+
+class Ready(_Ready, total=False):
+    page: str
+
+
+class Poses(TypedDict, total=False):
+    """Where simulated robots were at beat 0, and are now; nothing for real ones."""
+
+    start: Mapping[str, PoseJson]
+    poses: Mapping[str, PoseJson]
+
+
+class Waiting(TypedDict, total=False):
+    """What must change before robots move: an emergency stop, a deadman button, robots that are gone."""
+
+    waits_for: Sequence[str]
+
+
+class _TransportMessage(TypedDict):
+    type: Literal["transport"]
+    generation: int
+    restarted: int
+    state: State
+    backend: str
+    tempo: float
+    speed: float
+    beats: float | None
+    beat: float
+    performed: float
+    muted: Sequence[str]
+    soloed: Sequence[str]
+    monotonic: float
+    wall: float
+
+
+class TransportMessage(_TransportMessage, Poses, Waiting, Begins):
+    """The playback position at the times `monotonic` and `wall`."""
+
+
+class Request(TypedDict):
+    """Somebody at the page asks for something."""
+
+    type: Literal["request"]
+    command: PageRequest | Watched
+
+
+class Sent(TypedDict):
+    """A velocity that has been sent."""
+
+    type: Literal["sent"]
+    robot: str
+    twist: Sequence[float]
+    wall: int
+
+
+class WarningLine(TypedDict):
+    type: Literal["warning"]
+    message: str
+
+
+class ErrorLine(TypedDict):
+    type: Literal["error"]
+    message: str
+
+
+class Pong(TypedDict):
+    type: Literal["pong"]
+    number: int
+
+
+class Lacks(TypedDict):
+    """The score of this generation builds on one that the stage doesn't have: the whole score has to be sent."""
+
+    type: Literal["lacks"]
+    generation: int
+
+
+class _Stopped(TypedDict):
+    type: Literal["stopped"]
+
+
+class Stopped(_Stopped, Poses, total=False):
+    """The stage's last message."""
+
+    message: str
+
+
+FromStage = (
+    Ready
+    | TransportMessage
+    | Request
+    | Sensed
+    | Decided
+    | Measured
+    | Sent
+    | Pressed
+    | WarningLine
+    | ErrorLine
+    | Pong
+    | Lacks
+    | Stopped
+)
+SIMULATED = "simulator"
+"""The source of poses that need not be measured: the simulator knows where its robots are."""
+
+
+def beat_at(transport: TransportMessage, now: float) -> float:
+    """The beat at a monotonic time, according to a stage's latest transport message."""
+    passed = max(now - transport["monotonic"], 0.0) if transport["state"] == "playing" else 0.0
+    beat = transport["beat"] + passed * transport["tempo"] / 60
+    return beat if transport["beats"] is None else min(beat, transport["beats"])
+
+
+def is_silent(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:
+    """Whether a robot stands still while others play: if robots are soloed, all others, or else the muted ones."""
+    return robot not in soloed if soloed else robot in muted
+
+
+def refused_by(on: Collection[str], named: str | None) -> str:
+    """The message about a score that can't play because emergency stops are on. The score has `named` one of them, or
+    another one, or none."""
+    others = sorted({*on} - {named})
+    if not others:
+        return f"✗ the emergency stop on {named} is on: release it, then save again"
+    false = f"ros2 topic pub --once {others[0]} std_msgs/msg/Bool '{{data: false}}'"
+    return (
+        f"✗ the emergency stop on {others[0]} is still on, although improv.toml no longer names it: "
+        f"release it (`{false}`) or restart Improv, then save again"
+    )
+
+
+def read_to_stage(line: bytes) -> ToStage:
+    """The message to a stage that a line holds. Raises ProtocolError."""
+    return cast(ToStage, read_as(line, ToStage))
+
+
+STOP_PIPE = "IMPROV_STOP_PIPE"
+"""The environment variable that tells a stage which file descriptor is its channel of stops."""
+
+
+def read_first(line: bytes) -> tuple[Hush | Pause | Ping, int]:
+    """The message that a line on the channel of stops holds, and its number. Raises ProtocolError."""
+    message = cast(Hush | Pause | Ping, read_as(line, Hush | Pause | Ping))
+    if (number := _count_in(message, "number")) is None:
+        raise ProtocolError("what comes on the channel of stops needs a `number`")
+    return message, number
+
+
+def after(message: Mapping[str, Any]) -> int | None:
+    """How many messages were sent on the channel of stops before this one; None if that isn't counted."""
+    return _count_in(message, "after")
+
+
+def read_from_stage(line: bytes) -> FromStage:
+    """The message from a stage that a line holds. Raises ProtocolError."""
+    return cast(FromStage, read_as(line, FromStage))
+
+
+def _count_in(message: Mapping[str, Any], name: str) -> int | None:
+    value = message.get(name)
+    return value if type(value) is int else None

@@ -1,0 +1,65 @@
+"""The messages between a stage and the reader of sensors (docs/protocol.md). Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypedDict
+
+from improv_core.stage.fields import PoseJson
+from improv_core.stage.lines import Alive
+
+
+class SenseToRead(TypedDict):
+    """A sense of a robot; `source` as in a score, with a topic."""
+
+    robot: str
+    sense: str
+    source: Mapping[str, Any]
+
+
+class Read(TypedDict):
+    """Read these senses and the poses of these robots (robot: topic), and no others."""
+
+    type: Literal["read"]
+    senses: Sequence[SenseToRead]
+    odometry: Mapping[str, str]
+
+
+class EdgeMessage(TypedDict):
+    """A sense of a robot has become true or false, or silent (null), at a time on the monotonic clock."""
+
+    type: Literal["edge"]
+    robot: str
+    sense: str
+    value: bool | None
+    at: float
+
+
+class Unread(TypedDict):
+    """A topic can't be read at all; `message` is one line that says why."""
+
+    type: Literal["unread"]
+    topic: str
+    message: str
+
+
+class MeasuredPose(TypedDict):
+    """Where a robot is in the frame of its source (the type of the message), at a time on the monotonic clock."""
+
+    robot: str
+    source: str
+    frame: str
+    pose: PoseJson
+    at: float
+
+
+class MeasuredPoses(TypedDict):
+    """The latest poses of robots, at most twenty a second of each."""
+
+    type: Literal["poses"]
+    poses: Sequence[MeasuredPose]
+
+
+ToReader = Read
+"""From the stage to the reader of sensors, over a pipe."""
+FromReader = EdgeMessage | MeasuredPoses | Alive | Unread

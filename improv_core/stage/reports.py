@@ -1,0 +1,110 @@
+"""What a stage reports about a performance, from what is decided, what is known, and the clock. Pure functions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from improv_core.score.motion import Pose
+from improv_core.score.movement import ENDLESS, Duration, Exact
+from improv_core.score.performer import Decision
+from improv_core.score.senses import RobotSense
+from improv_core.stage.fields import PoseJson, to_pose_json
+from improv_core.stage.messages import (
+    Begins,
+    Decided,
+    ErrorLine,
+    Measured,
+    MeasuredRobot,
+    Poses,
+    Pressed,
+    RobotInstant,
+    Sensed,
+    TransportMessage,
+    Waiting,
+    WarningLine,
+)
+from improv_core.stage.odometry import Comparison
+from improv_core.stage.run import Run
+
+Told = TransportMessage | Sensed | Decided | Measured | Pressed | WarningLine | ErrorLine
+"""What a player reports."""
+
+
+def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: Poses, at: float, wall: float) -> Told:
+    """The playback position at a time on the clock, which is `wall` in Unix time."""
+    beats = run.beats(over)
+    waiting: Waiting = {"waits_for": waits} if waits else {}
+    begins = {robot: float(part.begins) for robot, part in run.score.parts.items() if part.begins}
+    began: Begins = {"begins": begins} if begins else {}
+    if run.score.scene or run.score.since:
+        began["scene"] = {"index": run.score.scene, "begins": float(run.score.since)}
+    message: TransportMessage = {
+        "type": "transport",
+        "generation": run.generation,
+        "restarted": run.restarted,
+        "state": run.mode,
+        "backend": backend,
+        "tempo": float(run.tempo),
+        "speed": float(run.speed),
+        "beats": None if beats == ENDLESS else float(beats),
+        "beat": float(run.beat(at, over)),
+        "performed": run.transport.performed(at),
+        "muted": sorted(run.silenced.muted),
+        "soloed": sorted(run.silenced.soloed),
+        "monotonic": at,
+        "wall": wall,
+        **poses,
+        **waiting,
+        **began,
+    }
+    return message
+
+
+def sensed(run: Run, what: RobotSense, value: bool | None, beat: Exact, performed: float, wall: float) -> Told:
+    """What a robot senses from a beat on."""
+    robot, sense = what
+    return {"type": "sensed", "sense": sense, "value": value, **_moment(run, robot, beat, performed, wall)}
+
+
+def decided(run: Run, robot: str, decision: Decision, performed: float, wall: float) -> Told:
+    """What a word of senses has decided."""
+    sources = [[source.statement, *source.span] for source in decision.sources]
+    moment = _moment(run, robot, decision.beat, performed, wall)
+    return {"type": "decided", "sources": sources, "held": decision.held, **moment}
+
+
+def compared(run: Run, over: Duration, comparison: Comparison, wall: float) -> MeasuredRobot:
+    """Where a robot was, and where it ideally would have been."""
+    raw, pose, ideal, aligned, follows = comparison
+    return {
+        "source": raw.source,
+        "frame": raw.frame,
+        "origin": to_pose_json(raw.pose.then(pose.inverse())),
+        "pose": to_pose_json(pose),
+        "ideal": to_pose_json(ideal),
+        "aligned": aligned,
+        "follows": follows,
+        "beat": float(run.beat(raw.at, over)),
+        "performed": run.transport.performed(raw.at),
+        "wall": _nanoseconds(wall),
+    }
+
+
+def as_json(poses: Mapping[str, Pose]) -> dict[str, PoseJson]:
+    """Poses by robot."""
+    return {robot: to_pose_json(pose) for robot, pose in poses.items()}
+
+
+def _moment(run: Run, robot: str, beat: Exact, performed: float, wall: float) -> RobotInstant:
+    """The fields that all edges and decisions have."""
+    return {
+        "generation": run.generation,
+        "robot": robot,
+        "beat": float(beat),
+        "performed": performed,
+        "wall": _nanoseconds(wall),
+    }
+
+
+def _nanoseconds(seconds: float) -> int:
+    return round(seconds * 1e9)

@@ -1,0 +1,107 @@
+"""Everything that is decided about a performance, as one value: what plays, from where, how fast, who is silent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+from improv_core.score.movement import ENDLESS, Duration, Exact, near
+from improv_core.score.score import Score
+from improv_core.score.transport import Switch, Transport
+from improv_core.stage.interlocks import EmergencyStops
+from improv_core.stage.messages import State, is_silent
+from improv_core.stage.swap import Swap, never_ends
+
+Mode = State
+"""stopped, waiting (for listeners, before beat 0), playing, paused, or ended."""
+EMPTY = Score(Fraction(60), {})
+"""What plays before anything has been loaded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Silenced:
+    """The robots that people have muted, and those that they have soloed."""
+
+    muted: frozenset[str] = frozenset()
+    soloed: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A performance at a moment. Only `decide` makes the next one.
+
+    `score` plays, or played last, with the beats at which its parts began; `begun` is the same as it took over, before
+    scenes began that could not be foreseen. `scene` is the number of the scene that plays, from 0. `generation` is the
+    number of the score, and `restarted` that of the score with which the performance began. `next` waits to take over.
+    A pause that `continues` ends by itself once nothing is waited for.
+
+    Some questions need the beat at which the last part of this scene is `over`: ENDLESS if senses have yet to decide.
+    """
+
+    mode: Mode = "stopped"
+    score: Score = EMPTY
+    begun: Score = EMPTY
+    scene: int = 0
+    generation: int = 0
+    restarted: int = 0
+    transport: Transport = field(default_factory=lambda: Transport(0.0, 0.0, 0, EMPTY.tempo))
+    next: Swap | None = None
+    speed: Fraction = Fraction(1)
+    silenced: Silenced = Silenced()
+    stops: EmergencyStops = field(default_factory=EmergencyStops)
+    continues: bool = False
+
+    @property
+    def tempo(self) -> Fraction:
+        """The actual tempo in beats per minute, including the speed factor."""
+        return self.score.tempo * self.speed
+
+    @property
+    def moves(self) -> bool:
+        """Whether the score has anything to play. A score without only stops its robots."""
+        return bool(self.score.beats or self.score.open)
+
+    @property
+    def has_next_scene(self) -> bool:
+        return self.scene + 1 < self.score.scenes
+
+    def ends(self, over: Duration) -> Duration:
+        """The beat at which the next scene begins, or all ends."""
+        return over if isinstance(over, float) or not self.has_next_scene else math.ceil(over)
+
+    def is_over(self, beat: Exact, over: Duration) -> bool:
+        """Whether the whole score is over at a beat."""
+        return not self.has_next_scene and not isinstance(over, float) and beat >= near(float(over))
+
+    def beats(self, over: Duration) -> Duration:
+        """How long the score lasts, as far as that is known."""
+        if not self.score.open:
+            return self.score.beats
+        return ENDLESS if self.has_next_scene else over
+
+    def beat(self, now: float, over: Duration) -> Exact:
+        """The beat at a time on the clock."""
+        playing = self.mode == "playing"
+        return self.transport.beat(now, self.beats(over)) if playing else self.transport.origin
+
+    def switch_time(self, when: Switch, performed: float, beats_per_bar: int, over: Duration) -> float:
+        """When another score takes over. One that waits for the end of an open score waits until that is known."""
+        beats = self.beats(over)
+        if when == "end" and beats == ENDLESS and not never_ends(self.score):
+            return math.inf
+        return self.transport.switch_time(when, performed, beats, beats_per_bar)
+
+    def is_silent(self, robot: str, standing: Collection[str]) -> bool:
+        """Whether a robot stands although its part moves it; `standing` are those that wait for the next play."""
+        return robot in standing or is_silent(robot, self.silenced.muted, self.silenced.soloed)
+
+    def at_scene_of(self, score: Score, beat: Exact) -> Run:
+        """With this score, at the scene that plays at a beat if no sense ever holds."""
+        index, _ = score.scene_at(beat)
+        return replace(self, score=score, begun=score, scene=index)
+
+    def left_at(self, beat: Exact) -> Run:
+        """With this as the beat at which playing stopped."""
+        return replace(self, transport=replace(self.transport, origin=beat))

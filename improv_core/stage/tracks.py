@@ -1,0 +1,281 @@
+"""What robots are told, and when: fast, mutable, and without decisions. Those are in `decide.py`.
+
+It never reads a clock. `performed` and `at` are performance times: seconds since the latest restart, including pauses.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable
+
+from improv_core.score.motion import STILL, Twist
+from improv_core.score.movement import Duration, Exact
+from improv_core.score.score import twist
+from improv_core.score.senses import CUE, RobotSense
+from improv_core.stage import reports
+from improv_core.stage.agenda import NEVER, Due, Rank, next_decision, next_edges
+from improv_core.stage.cast import Cast, closed_part
+from improv_core.stage.decide import waits
+from improv_core.stage.events import Event, Facts, Load
+from improv_core.stage.fields import PoseJson
+from improv_core.stage.listeners import Listeners
+from improv_core.stage.messages import SIMULATED, Poses
+from improv_core.stage.odometry import Odometry
+from improv_core.stage.open_part import TooManyChangesError
+from improv_core.stage.reports import Told
+from improv_core.stage.run import EMPTY, Run
+from improv_core.stage.sensing import Sensing
+from improv_core.stage.setpoint_queue import SetpointQueue
+from improv_core.stage.setpoints import zeros
+from improv_core.stage.sinks import RawPose, Sink
+
+MEASURE_PERIOD = 0.05
+"""Seconds between two measurements of a simulated robot."""
+
+
+class Tracks:
+    """Each robot's track: its setpoints and, if senses decide what it does, its open part. They go to one sink."""
+
+    def __init__(self, sink: Sink, tell: Callable[[Told], None], wall: Callable[[], float]) -> None:
+        self.sink = sink
+        self.tell = tell
+        self.run = Run()
+        """What has been decided. Only the player's loop replaces it."""
+        self.backend = sink.name
+        self.start_poses: dict[str, PoseJson] = {}
+        self.queue = SetpointQueue(self._send, self._is_silent)
+        self.sensing = Sensing()
+        self.cast = Cast(self._value)
+        self.listeners = Listeners(sink)
+        self.odometry = Odometry()
+        self.reached = 0.0
+        """The time on the clock up to which everything has been sent."""
+        self.advanced = 0.0
+        """The performance time up to which the sink has been advanced."""
+        self.measured = -math.inf
+        """The period in which simulated robots were measured last."""
+        self.rested = -math.inf
+        """The time on the clock at which robots that were told to stop have come to rest."""
+        self.unsettled = False
+        """Whether something may be due that has not been sent."""
+        self.unseen: list[str] = []
+        """Robots to check once everything that is due has been sent."""
+        self._known: tuple[Run, Duration, Due] = self.run, 0, NEVER  # a run, and what has to be decided next in it
+        self._wall = wall
+
+    # What is due
+
+    def next_due(self) -> Due:
+        """What comes next."""
+        changes, repeats = self.queue.due, self.queue.repeats.due
+        due = Due(changes, Rank.CHANGES) if changes <= repeats else Due(repeats, Rank.REPEATS)
+        if self.sensing.announced is not None:
+            due = min(due, next_edges(self.run, self.sensing.announced))
+        return min(due, self._next_decision)
+
+    @property
+    def _next_decision(self) -> Due:
+        """What has to be decided next. This is asked at every setpoint, and seldom changes."""
+        run, over, due = self._known
+        if run is not self.run or over is not self.cast.over:
+            due = next_decision(self.run, self.cast.over)
+            self._known = self.run, self.cast.over, due
+        return due
+
+    def send_due(self, asked: float) -> Due | None:
+        """Send every change until the performance time `asked`, including those that sensing causes, unless something
+        has to be decided first, which it returns."""
+        while True:
+            decision = self._next_decision
+            # An end that a sense has just brought about may have been before what is due now: zeros come first.
+            ends = self.cast.asked and decision.rank == Rank.END
+            until = asked if ends else min(asked, decision.last_before(Rank.CHANGES))
+            edges_at, changes_at = next_edges(self.run, self.sensing.announced).at, self.queue.due
+            first = min(edges_at, changes_at)
+            if self.cast.asked and self._feel(min(first, until)):
+                continue
+            if first > until:
+                return decision if decision.at <= asked else None
+            if edges_at <= changes_at:
+                self._take_announced(first)
+            else:
+                self.queue.send_changes(first if self.cast.asked else until, self.run.score.parts, self._perform_due)
+
+    def send_repeats(self, performed: float) -> None:
+        """Send the repeats of one slot, so that a change never waits for more, and advance the sink."""
+        self.queue.send_repeats(performed)
+        self.advance_sink(performed)
+
+    def advance_sink(self, performed: float) -> None:
+        """Advance the sink, and measure simulated robots if that is due."""
+        if self.run.score is EMPTY:
+            return  # nothing has been loaded, so performance time is the clock's
+        self.sink.advance(performed)
+        self.advanced = max(self.advanced, performed)
+        period = performed // MEASURE_PERIOD
+        if period > self.measured and not self.sink.real and self.odometry.robots:
+            self.measured, at = period, self.run.transport.clock(performed)
+            poses = [each for each in self.sink.poses().items() if each[0] in self.odometry.robots]
+            self.measure([RawPose(robot, SIMULATED, pose, at) for robot, pose in poses], at)
+
+    def begin(self, robots: Collection[str], beat: Exact, performed: float, now: float) -> None:
+        """Have robots play their parts of this scene from a beat on, starting at this performance time."""
+        self.queue.begin(robots)
+        for robot in robots:
+            if open_part := self.cast.begin(self.run, robot, beat):
+                self.queue.begin_open(robot, self.run.transport.end(open_part.due))
+            else:
+                self.queue.add(robot, closed_part(self.run, robot, beat), performed)
+        self.cast.complete(self.run)
+        self.unsettled = True
+        self.listeners.wait(now)
+        if not self.cast.open:  # robots come first; what open parts decide is reported after they begin
+            self.queue.send_changes(performed, self.run.score.parts, self._perform_due)
+
+    # What is sensed
+
+    def sense(self, what: RobotSense, value: bool | None, at: float, now: float) -> None:
+        """A robot has sensed something since a time on the clock: have it react."""
+        self.sensing.take(what, value)
+        if not self.sensing.is_forced(what):
+            self.react(what, at, now)
+
+    def react(self, what: RobotSense, at: float, now: float) -> None:
+        """Have a robot react to what it has sensed since a time on the clock. What it has performed can't be
+        changed."""
+        run, part = self.run, self.run.score.parts.get(what.robot)
+        if self.sensing.follows or not part or what.sense not in part.senses:
+            return
+        performed = max(min(run.transport.performed(min(at, now)), run.transport.performed(now)), 0.0)
+        beat = run.beat(run.transport.clock(performed), self.cast.over)
+        open_part = self.cast.open.get(what.robot) if run.mode == "playing" else None
+        if open_part:
+            beat = open_part.next_after(beat)
+        self.sensing.cued = what.sense == CUE
+        self.tell_sensed(what, self._value(what), beat, performed, now)
+        if open_part and open_part.has_begun:
+            self._perform(what.robot, beat, max(performed, self.advanced))
+        self.sensing.cued = False
+
+    def _feel(self, performed: float) -> bool:
+        """Advance the sink to the first edges that it finds until then, and take them. Returns whether it found any."""
+        if self.sensing.follows or self.run.mode != "playing" or performed < self.advanced:
+            return False
+        edges = self.sink.sensed(self.cast.asked, performed)
+        for edge in edges:
+            assert isinstance(edge.what, RobotSense)
+            self.advanced = max(self.advanced, edge.at)
+            at = self.run.transport.clock(edge.at)
+            self.sense(edge.what, edge.value, at, at)
+        if not edges:
+            self.advanced = max(self.advanced, performed)
+        return bool(edges)
+
+    def _take_announced(self, at: float) -> None:
+        """Take the edges that were announced and are due."""
+        edges, robots = self.sensing.take_announced(), {}
+        for beat, what, value in edges:
+            if self.sensing.replays and what.robot in self.run.score.parts:
+                self.tell_sensed(what, value, beat, at, self.run.transport.clock(at))
+            robots[what.robot] = what.sense == CUE
+        for robot, self.sensing.cued in robots.items():
+            if (open_part := self.cast.open.get(robot)) and open_part.has_begun:
+                self._perform(robot, edges[0].beat, max(at, self.advanced))
+        self.sensing.cued = False
+
+    def _value(self, what: RobotSense) -> bool | None:
+        """What a robot senses now; None if that is not known."""
+        part = self.run.score.parts.get(what.robot)
+        return self.sensing.value(what, part.senses if part else {})
+
+    def _perform_due(self, robot: str, at: float) -> None:
+        self._perform(robot, self.cast.open[robot].due, at)
+
+    def _perform(self, robot: str, beat: Exact, at: float) -> None:
+        """Perform a robot's open part up to a beat, and tell it what to do from this performance time on."""
+        part = self.run.score.parts[robot]
+        try:
+            for decision in self.cast.perform(robot, beat):
+                self.tell(reports.decided(self.run, robot, decision, at, self._wall()))
+        except TooManyChangesError:
+            line = f"{robot} stops: its part changes more often than it can be performed"
+            self.tell({"type": "error", "message": line})
+        open_part = self.cast.open.get(robot)
+        if not open_part:
+            self.queue.drop([robot])
+            self.queue.add(robot, zeros(0.0, 1 / part.profile.command_rate), at)
+            return
+        self.queue.drop_changes([robot])
+        self.queue.hold(robot, twist(open_part.velocity, part.profile, self.run.tempo), part.profile.command_rate, at)
+        self.queue.add_open(robot, open_part.plan(self.run.transport, at))
+
+    # What is sent
+
+    def _send(self, robot: str, twist: Twist, performed: float) -> None:
+        at = self.run.transport.clock(performed)
+        correction = self.odometry.correction(robot, twist, max(at, self.reached) if self.sink.real else at)
+        self.sink.send(robot, twist if correction == STILL else twist.plus(correction), performed)
+        self.odometry.tell(robot, twist, at)
+
+    def _is_silent(self, robot: str) -> bool:
+        return self.run.mode == "playing" and self.run.is_silent(robot, self.listeners.standing)
+
+    # What is known and told
+
+    def facts(self, now: float, event: Event | None = None) -> Facts:
+        """What is known at a time on the clock when an event is decided."""
+        entering = isinstance(event, (Load, Due)) and self.run.score.open and not self.sink.real
+        poses = self.sink.poses() if entering else {}
+        return Facts(
+            now,
+            self.sink.real,
+            self.cast.over,
+            frozenset(self.listeners.away),
+            frozenset(self.listeners.standing),
+            self.sensing.held,
+            poses,
+        )
+
+    def whereabouts(self) -> Poses:
+        """The poses of simulated robots at beat 0 and now; empty for real robots."""
+        poses = reports.as_json(self.sink.poses())
+        return {"start": self.start_poses, "poses": poses} if poses else {}
+
+    def report(self, now: float, at: float) -> None:
+        """Report the position and poses at a time on the clock. The sink must have advanced to it."""
+        must_wait = waits(self.run, self.facts(now)) if self.run.mode in ("paused", "stopped") else []
+        wall = self._wall() - (now - at)
+        self.tell(reports.transport(self.run, self.cast.over, must_wait, self.backend, self.whereabouts(), at, wall))
+
+    def tell_sensed(self, what: RobotSense, value: bool | None, beat: Exact, performed: float, now: float) -> None:
+        """Report what a robot senses. `now` is the present time on the clock."""
+        wall = self._wall() - (now - self.run.transport.clock(performed))
+        self.tell(reports.sensed(self.run, what, value, beat, performed, wall))
+
+    def tell_known(self, what: RobotSense, beat: Exact, performed: float, now: float) -> None:
+        """Report what a robot senses, if anything has been heard. A stage that follows is itself told."""
+        if not self.sensing.follows and self.sensing.latest(what) is not None:
+            self.tell_sensed(what, self._value(what), beat, performed, now)
+
+    def measure(self, poses: Iterable[RawPose], now: float) -> None:
+        """Take measured poses, and report where robots were and where they ideally would have been."""
+        run = self.run
+        found = [comparison for raw in poses if (comparison := self.odometry.take(raw))]
+        if found and (run.mode == "playing" or (run.mode != "waiting" and now < self.rested)):
+            robots = {
+                each.raw.robot: reports.compared(run, self.cast.over, each, self._wall() - (now - each.raw.at))
+                for each in found
+            }
+            self.tell({"type": "measured", "generation": run.generation, "robots": robots})
+        for line in self.odometry.news():
+            self.tell({"type": "warning", "message": line})
+
+    def look(self, robots: Collection[str]) -> None:
+        """Check robots at once, and report what was found."""
+        self.queue.silence(self.listeners.look(self.run.score, robots))
+        self.tell_news()
+
+    def tell_news(self) -> None:
+        """Report what has been found about robots."""
+        for line in self.listeners.news():
+            self.tell({"type": "warning", "message": line})

@@ -1,0 +1,31 @@
+// @ts-check
+// What a page may ask for, and the least and most of numbers. Written by `python -m tests.page_requests`
+// from the types in commands.py, editing.py, and messages.py.
+
+/** @typedef {{ x: number, y: number, heading: number }} StartPose in meters and degrees */
+/**
+ * @typedef {{ type: "hush" }
+ *   | { type: "pause" }
+ *   | { type: "resume" }
+ *   | { type: "seek", beat: number }
+ *   | { type: "speed", factor: number }
+ *   | { type: "silence", muted: string[], soloed: string[] }
+ *   | { type: "held" }
+ *   | { type: "released" }
+ *   | { type: "cue" }
+ *   | { type: "key", key: string, held: boolean }
+ *   | { type: "force", robot: string, sense: string, value: boolean | null }
+ *   | { type: "restart" }
+ *   | { type: "place", start_poses: Record<string, StartPose> }
+ *   | { type: "form", shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" }
+ *   | { type: "window", generation: number, from: number, to: number }
+ *   | { type: "analyze", number: number, text: string }
+ *   | { type: "complete", number: number, offset: number }
+ *   | { type: "explain", number: number, offset: number }
+ *   | { type: "write", number: number, text: string, revision: string }} Request
+ */
+
+export const LIMITS = {
+  speed: { factor: [0.1, 4] },
+  form: { distance: [0.001, 1000] },
+}

@@ -1,0 +1,71 @@
+"""The stops of each page, which arrive over two connections, and what a page asked for before one. No clock, no I/O.
+
+A page numbers its stops. It sends each over a connection of its own, where nothing is in front of it, and also among
+its other requests, where it shows which of these came before it.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass
+
+MOST_PAGES = 256
+"""Pages that are remembered: more than can be open."""
+
+
+@dataclass
+class _Page:
+    arrived: int = 0  # the number of its latest stop
+    confirmed: int = 0  # the latest that has been obeyed
+
+
+class PageStops:
+    """What is known about all pages, each of which has a name."""
+
+    def __init__(self) -> None:
+        self._pages: OrderedDict[str, _Page] = OrderedDict()
+
+    def arrive(self, page: str, number: int) -> bool:
+        """Note that a page has sent this stop. Returns whether it is new, so that it has to be obeyed."""
+        known = self._known(page)
+        is_new = number > known.arrived
+        known.arrived = max(number, known.arrived)
+        return is_new
+
+    def confirm(self, page: str, number: int) -> None:
+        """Note that this stop has been obeyed, and with it everything that the page sent earlier."""
+        known = self._known(page)
+        known.confirmed = max(number, known.confirmed)
+
+    def is_confirmed(self, page: str, number: int) -> bool:
+        return number <= self._known(page).confirmed
+
+    def latest(self, page: str) -> int:
+        """The number of the latest stop that has arrived from a page."""
+        return self._known(page).arrived
+
+    def _known(self, page: str) -> _Page:
+        known = self._pages.setdefault(page, _Page())
+        self._pages.move_to_end(page)
+        if len(self._pages) > MOST_PAGES:
+            self._pages.popitem(last=False)
+        return known
+
+
+class Order:
+    """The order of the requests that come over one connection of a page, and its stops."""
+
+    def __init__(self, stops: PageStops, page: str) -> None:
+        self._stops = stops
+        self._page = page
+        self._placed = stops.latest(page)  # the latest stop with a place in this order
+
+    def stop(self, number: int) -> bool:
+        """Take a stop. Returns whether it is new; everything after it was requested later."""
+        self._placed = max(number, self._placed)
+        return self._stops.arrive(self._page, number)
+
+    @property
+    def lags(self) -> bool:
+        """Whether what arrives here now was requested before a stop that has already arrived."""
+        return self._placed < self._stops.latest(self._page)

@@ -1,4 +1,4 @@
-"""Messages as they arrive on standard input: stops are obeyed and counted at once, whatever waits before them.
+"""Messages as they arrive from the editor: stops are obeyed and counted at once, no matter what waits before them.
 
 LSP's base protocol puts a header with its length before each message. If a header is wrong, nobody can tell where the
 next message begins, so the server ends: one that no longer listens could not be told to stop the robots.
@@ -20,12 +20,12 @@ from typing import NamedTuple
 from lsprotocol import types
 
 from improv_core.playback.stops import Stops
-from improv_core.stage.protocol import Hush, Pause
+from improv_core.stage.commands import Hush, Pause
 
 READ_SIZE = 65_536
 LONGEST_HEADER = 65_536
 LOOK_PERIOD, BUSY = 0.02, 0.005
-"""Seconds from the first unread input until a check whether it still waits, and from that check until the event loop
+"""Seconds from the first unread input until a check that it still waits, and from that check until the event loop
 counts as busy because it has not read it."""
 _LENGTH = re.compile(rb"^content-length:[ \t]*(\d{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
 _HEADER_END = b"\r\n\r\n"
@@ -44,7 +44,7 @@ class Frames:
         self._length: int | None = None
 
     def feed(self, data: bytes) -> Iterator[bytes]:
-        """The bodies that these bytes complete. Raises FramingError behind the last of them."""
+        """The bodies that these bytes complete. Raises FramingError after the last of them."""
         self._buffer += data
         while True:
             if self._length is None:
@@ -75,14 +75,15 @@ class Arrival(NamedTuple):
 
 
 class Arrivals:
-    """What arrives on standard input.
+    """What arrives on the file descriptor that is the server's input.
 
     Usually the event loop reads it, because handing each message from a thread to the loop costs 44 µs. Only while the
     loop is busy, a thread reads instead (`read_while_busy`), so that a stop doesn't wait for the end of an analysis.
     """
 
-    def __init__(self, stops: Stops) -> None:
+    def __init__(self, stops: Stops, source: int) -> None:
         self._stops = stops
+        self._source = source
         self._frames = Frames()
         self._reading = threading.Lock()
         self._visits = 0  # of the event loop
@@ -102,7 +103,7 @@ class Arrivals:
                 self._read()
 
     def take(self) -> Iterator[Arrival | None]:
-        """All messages that have arrived and have not been taken; behind the last one of all, None."""
+        """All messages that have arrived and have not been taken; after the very last one, None."""
         while self._waiting:
             yield self._waiting.popleft()
 
@@ -111,17 +112,17 @@ class Arrivals:
         neglected = -1  # the latest visit of the loop, if there was something to read after it
         while not self.ended:
             if neglected < 0:
-                _wait_for_input()
+                select.select([self._source], [], [])
                 time.sleep(LOOK_PERIOD)  # the event loop is awake too and usually reads first
             else:
                 time.sleep(BUSY)
-            if not _readable():
+            if not self._readable():
                 neglected = -1
             elif neglected != self._visits:
                 neglected = self._visits
             else:
                 with self._reading:
-                    while neglected == self._visits and not self.ended and _readable():
+                    while neglected == self._visits and not self.ended and self._readable():
                         self._read()
                         self._thread_has_read = True
                 neglected = -1
@@ -129,7 +130,7 @@ class Arrivals:
                     tell()
 
     def _read(self) -> None:
-        data = os.read(0, READ_SIZE)
+        data = os.read(self._source, READ_SIZE)
         try:
             for body in self._frames.feed(data):
                 stop = _stop_in(body)
@@ -143,6 +144,9 @@ class Arrivals:
             self._stops.stop()
             self._waiting.append(None)
 
+    def _readable(self) -> bool:
+        return bool(select.select([self._source], [], [], 0)[0])
+
 
 def _stop_in(body: bytes) -> Hush | Pause | None:
     """The stop or the pause that a message asks for."""
@@ -152,11 +156,3 @@ def _stop_in(body: bytes) -> Hush | Pause | None:
             if message["method"] == types.WORKSPACE_EXECUTE_COMMAND:
                 return _STOPS.get(message["params"]["command"])
     return None
-
-
-def _wait_for_input() -> None:
-    select.select([0], [], [])
-
-
-def _readable() -> bool:
-    return bool(select.select([0], [], [], 0)[0])

@@ -1,6 +1,6 @@
 """Finds what is wrong with programs on disk, in a process of its own.
 
-A thread would hold Python's lock while a busy machine lets it wait, and keys would wait with it.
+A thread would hold Python's lock while a busy machine lets it wait, and typing would wait with it.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import os
 import pickle
 import subprocess
 import sys
+import threading
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -24,8 +25,11 @@ from improv_ls import to_lsp
 from improv_ls.positions import Encoding
 from improv_ls.to_lsp import DiagnosticSupport
 
+ANSWER_LIMIT = 120.0
+"""Seconds that checking a few programs may take on a busy machine; a process that needs more counts as hung."""
 
-class Program(NamedTuple):
+
+class ProgramFile(NamedTuple):
     """A file, and the robots that its program is for."""
 
     uri: str
@@ -36,13 +40,14 @@ class Program(NamedTuple):
 class Checker:
     """Checks programs for a client. The process starts when there is something to check, and ends with `close`."""
 
-    def __init__(self, encoding: Encoding, support: DiagnosticSupport) -> None:
-        self._taken = encoding, support
+    def __init__(self, encoding: Encoding, support: DiagnosticSupport, limit: float = ANSWER_LIMIT) -> None:
+        self.taken = encoding, support
+        self.limit = limit
         self._process: subprocess.Popen[bytes] | None = None
 
-    def check(self, programs: Sequence[Program]) -> list[list[types.Diagnostic]]:
+    def check(self, programs: Sequence[ProgramFile]) -> list[list[types.Diagnostic]]:
         """The diagnostics of each program; none for one that can't be read. Blocks; raises EOFError or OSError if the
-        process has ended."""
+        process has ended, or has hung and was killed."""
         if not self._process:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "improv_ls.checker"],
@@ -54,9 +59,15 @@ class Checker:
         asked, answer = self._process.stdin, self._process.stdout
         assert asked
         assert answer
-        pickle.dump((programs, *self._taken), asked)
-        asked.flush()
-        found: list[list[types.Diagnostic]] = pickle.load(answer)
+        patience = threading.Timer(self.limit, self._process.kill)
+        patience.daemon = True
+        patience.start()
+        try:
+            pickle.dump((programs, *self.taken), asked)
+            asked.flush()
+            found: list[list[types.Diagnostic]] = pickle.load(answer)
+        finally:
+            patience.cancel()
         return found
 
     def close(self) -> None:
@@ -70,11 +81,12 @@ def _serve() -> None:
     with suppress(EOFError):
         while True:
             programs, encoding, support = pickle.load(sys.stdin.buffer)
-            pickle.dump([_diagnostics(each, encoding, support) for each in programs], sys.stdout.buffer)
+            pickle.dump([diagnostics_in(each, encoding, support) for each in programs], sys.stdout.buffer)
             sys.stdout.buffer.flush()
 
 
-def _diagnostics(program: Program, encoding: Encoding, support: DiagnosticSupport) -> list[types.Diagnostic]:
+def diagnostics_in(program: ProgramFile, encoding: Encoding, support: DiagnosticSupport) -> list[types.Diagnostic]:
+    """What is wrong with a program on disk; nothing if it can't be read."""
     try:
         analysis = analyze(read_program(program.path), program.robots)
     except ReadError:

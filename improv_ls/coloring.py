@@ -7,7 +7,7 @@ from functools import lru_cache
 from itertools import chain
 from typing import NamedTuple, TypeAlias
 
-from improv_core.ide.semantic_tokens import colored, pieces
+from improv_core.ide.semantic_tokens import colored, fragments
 from improv_core.program.analysis import Analysis
 from improv_core.syntax.parser import LONGEST_KEPT
 from improv_core.text import LineIndex
@@ -17,8 +17,8 @@ Chunk: TypeAlias = tuple[int, int, tuple[int, ...]]
 """The integers of a statement or comment. Only the first two depend on where it stands: the rest is shared."""
 
 
-class Edit(NamedTuple):
-    """Integers that replace so many of the old ones, from an index on."""
+class TokenEdit(NamedTuple):
+    """Integers that replace `delete_count` of the old ones, from an index on."""
 
     start: int
     delete_count: int
@@ -30,7 +30,7 @@ def chunks(analysis: Analysis, encoding: Encoding, first: int = 0, last: int | N
     found = []
     starts = analysis.lines.starts
     line = line_before = 0
-    for start, text, unknown, strange in pieces(analysis, first, last):
+    for start, text, unknown, strange in fragments(analysis, first, last):
         make = _kept if len(text) <= LONGEST_KEPT else _shape
         first_line, column, rest, last_line = make(text, unknown, strange, encoding)
         if not rest:
@@ -49,7 +49,7 @@ def encoded(found: Sequence[Chunk]) -> list[int]:
     return list(chain.from_iterable((line, column, *rest) for line, column, rest in found))
 
 
-def edits(old: Sequence[Chunk], new: Sequence[Chunk]) -> list[Edit]:
+def edits(old: Sequence[Chunk], new: Sequence[Chunk]) -> list[TokenEdit]:
     """The edits that turn the old integers into the new ones."""
     begin, end = _common(old, new)
     old_end, new_end = len(old) - end, len(new) - end
@@ -72,9 +72,9 @@ def _runs(old: Sequence[Chunk], new: Sequence[Chunk]) -> Iterator[tuple[Sequence
         yield old[index : index + 1], new[index : index + 1]
 
 
-def _trimmed(start: int, old: Sequence[int], new: Sequence[int]) -> Edit:
+def _trimmed(start: int, old: Sequence[int], new: Sequence[int]) -> TokenEdit:
     begin, end = _common(old, new)
-    return Edit(start + begin, len(old) - begin - end, new[begin : len(new) - end])
+    return TokenEdit(start + begin, len(old) - begin - end, new[begin : len(new) - end])
 
 
 def _common(old: Sequence[object], new: Sequence[object]) -> tuple[int, int]:

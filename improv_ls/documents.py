@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote, urlsplit
@@ -10,14 +10,11 @@ from urllib.parse import unquote, urlsplit
 from lsprotocol import types
 from pygls.uris import to_fs_path
 
-from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.analysis import Analysis, unread
 from improv_core.program.files import robots_or_problem
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.text import LineIndex, difference
 from improv_ls.positions import Encoding, to_span
-
-AT_ONCE = 300
-"""How many statements are understood before the next key can be read: about 10 ms."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +56,8 @@ def path_of(uri: str) -> Path | None:
 
 
 def opened(uri: str, version: int | None, text: str) -> Document:
-    return Document(uri, version, analyze(text, robots_of(uri)))
+    """A new document, all of which waits to be brought up to date."""
+    return Document(uri, version, unread(text, robots_of(uri)))
 
 
 def robots_of(uri: str) -> Robots:
@@ -82,30 +80,21 @@ def changed(
 ) -> Document:
     """The document after the editor's changes, each of which applies to the result of the one before.
 
-    If more than `AT_ONCE` statements depend on them, the others wait for `settled`.
+    The statements that they touch wait to be brought up to date.
     """
     analysis = document.analysis
     for change in changes:
         if isinstance(change, types.TextDocumentContentChangePartial):
             start, end = to_span(analysis.lines, change.range, encoding)
-            analysis = analysis.edited(start, end, change.text, AT_ONCE)
+            analysis = analysis.touched(start, end, change.text)
         else:
-            analysis = analysis.edited(
-                *difference(analysis.text, change.text), AT_ONCE
-            )  # what didn't change keeps its analysis
+            analysis = analysis.touched(*difference(analysis.text, change.text))  # the rest keeps its meaning
     return Document(document.uri, version, analysis)
 
 
-def settled(document: Document, until: int | None = None) -> Document:
-    """The document in which all statements are up to date, or those up to a line (counted from 0)."""
-    analysis = document.analysis
-    end = None if until is None else analysis.lines.start(until + 1)
-    return replace(document, analysis=analysis.settled(until=end))
-
-
-def settled_further(document: Document) -> Document:
-    """The document in which `AT_ONCE` more of the statements that wait are up to date."""
-    return replace(document, analysis=document.analysis.settled(AT_ONCE))
+def settled_further(document: Document, enough: Callable[[], bool]) -> Document:
+    """The document in which more of what waits is up to date, until it is `enough`."""
+    return replace(document, analysis=document.analysis.settled(enough))
 
 
 def changed_file(

@@ -40,7 +40,7 @@ class Editor:
         self.server = server
         self.settings = Settings()
         self.wrong_settings: list[str] = []
-        """What is wrong with the settings as they were last given."""
+        """What is wrong with the latest settings."""
         self._read = -math.inf  # when a person has read the last warning, on the clock of `time.monotonic`
         self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps none of them alive
 
@@ -49,7 +49,7 @@ class Editor:
         return self.server.client_capabilities
 
     def can(self, capability: str) -> Any:
-        """What the client has said of a capability, such as `workspace.configuration`; None if nothing."""
+        """What the client has said about a capability, such as `workspace.configuration`; None if nothing."""
         return get_capability(self.capabilities, capability)
 
     @property
@@ -79,7 +79,7 @@ class Editor:
 
     @cached_property
     def diagnostic_support(self) -> DiagnosticSupport:
-        """What the client takes of a diagnostic. Clients that pull may say so where those that are pushed to do."""
+        """Which parts of a diagnostic the client supports. Clients that pull may say so in the same place as others."""
         from improv_ls.to_lsp import DiagnosticSupport
 
         def said(what: str) -> bool:
@@ -105,7 +105,7 @@ class Editor:
         return types.ResourceOperationKind.Create in operations
 
     def refresh(self, feature: Literal["code_lens", "diagnostics", "inlay_hint"]) -> None:
-        """Have the client ask again for what it shows, if it can be told to."""
+        """Have the client ask again for what it shows, if it supports that."""
         if self.can(f"workspace.{feature}.refresh_support"):
             self.server.protocol.send_request(_REFRESHES[feature])
 
@@ -114,11 +114,11 @@ class Editor:
         but then messages that come in the meantime would overtake what a handler does first."""
         task = asyncio.ensure_future(work)
         self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(self._done)
 
     @property
     def is_read(self) -> bool:
-        """Whether a person has had the time to read the last warning or error."""
+        """Whether a person has had time to read the last warning or error."""
         return time.monotonic() >= self._read
 
     def say(self, message: str) -> None:
@@ -130,6 +130,11 @@ class Editor:
 
     def report(self, error: str) -> None:
         self._show(error, types.MessageType.Error)
+
+    def _done(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled() and (error := task.exception()):
+            self.report(f"Improv: internal error: {error}")
 
     def _show(self, message: str, kind: types.MessageType) -> None:
         self._read = -math.inf if kind is types.MessageType.Info else time.monotonic() + READING

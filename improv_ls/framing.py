@@ -6,10 +6,11 @@ import asyncio
 import json
 import sys
 import threading
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
+from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
-from typing import Any
+from typing import Any, BinaryIO
 
 from lsprotocol import types
 from pygls.exceptions import (
@@ -26,6 +27,7 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
 
 from improv_core.playback.stops import Stops
+from improv_core.slices import checkpoint
 from improv_ls.arrivals import Arrival, Arrivals, FramingError
 
 _HANDLED_AT_ONCE = {types.TEXT_DOCUMENT_DID_OPEN, types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DID_CLOSE}
@@ -34,7 +36,7 @@ file."""
 
 
 class StdioServer(LanguageServer):
-    """A language server over standard input and output.
+    """A language server that reads a file descriptor, usually standard input.
 
     pygls's own reads each line on a thread of a pool, at a cost that every key would pay.
     """
@@ -48,14 +50,16 @@ class StdioServer(LanguageServer):
         self.stops = Stops()
         self.arrival = Arrival(b"", 0, False)
         """The message that is being handled."""
-        self._arrivals = Arrivals(self.stops)
         self._loop_reads = False
+        self.sliced: set[str] = set()
+        """The requests that may take long and change nothing."""
 
-    def serve(self) -> int:
-        """Serve until the editor ends. The exit code: 0 only if the editor has asked for the shutdown, as LSP wants."""
-        self.protocol.set_writer(StdoutWriter(sys.stdout.buffer))
+    def serve(self, source: int, sink: BinaryIO) -> int:
+        """Serve until the editor ends. Returns exit code 0 only if the editor has asked for that, as LSP wants."""
+        self._arrivals = Arrivals(self.stops, source)
+        self.protocol.set_writer(StdoutWriter(sink))
         try:
-            asyncio.run(self._serve())
+            asyncio.run(self._serve(source))
         except FramingError as error:
             print(f"improv-ls: cannot read the editor's messages: {error}", file=sys.stderr)
             return 1
@@ -66,29 +70,33 @@ class StdioServer(LanguageServer):
         return 0 if self.protocol.closing else 1
 
     def end(self) -> None:
-        """There is nobody left to serve."""
+        """Note that there is nobody left to serve."""
         self._ended.set()
 
     def withdraw(self, method: str) -> None:
         """Do not offer a method to this client. Only before `initialize` is answered."""
         self.protocol.fm.features.pop(method)
 
+    def answer(self, method: str, function: Callable[[], Any], params: Any, future: Future[Any]) -> None:
+        """Answer a request among the `sliced` ones, now or later, with what a function returns."""
+        raise NotImplementedError
+
     async def close(self) -> None:
         """What to do before `shutdown` is answered, or before the end if nobody asks for a shutdown."""
 
     def obey_while_busy(self) -> None:
-        """From now on, stops are obeyed also while the event loop is busy."""
-        if self._loop_reads:  # otherwise a thread does already
+        """From now on, obey stops even while the event loop is busy."""
+        if self._loop_reads:  # otherwise, a thread already does
             tell = partial(asyncio.get_running_loop().call_soon_threadsafe, self._handle)
             threading.Thread(target=self._arrivals.read_while_busy, args=(tell,), daemon=True).start()
 
-    async def _serve(self) -> None:
+    async def _serve(self, source: int) -> None:
         loop = asyncio.get_running_loop()
 
         def read_and_handle() -> None:
             self._arrivals.read()
             if self._arrivals.ended:
-                loop.remove_reader(0)
+                loop.remove_reader(source)
             self._handle()
 
         # Not through sys.stdin: its lock, held by a thread that waits, would keep Python from ending.
@@ -98,7 +106,7 @@ class StdioServer(LanguageServer):
                 loop.call_soon_threadsafe(self._handle)
 
         try:
-            loop.add_reader(0, read_and_handle)
+            loop.add_reader(source, read_and_handle)
         except (NotImplementedError, OSError):  # on Windows; where standard input is a file
             threading.Thread(target=read_on_a_thread, daemon=True).start()
         else:
@@ -125,15 +133,15 @@ class StdioServer(LanguageServer):
 
 
 class Protocol(LanguageServerProtocol):
-    """What pygls leaves open of the base protocol: the errors for what comes too early, too late or in a wrong form."""
+    """What pygls lacks of the base protocol: errors for messages that are too early, too late, or malformed."""
 
     _server: StdioServer
     _initialized = False
     closing: asyncio.Task[None] | None = None
-    """Once the client has asked for the shutdown."""
+    """Set once the client has asked for a shutdown."""
 
     def receive(self, arrival: Arrival, cancelled: Collection[int | str] = ()) -> None:
-        """Handle one message; a request whose id is among the cancelled ones is not begun."""
+        """Handle one message; a request whose ID is among the canceled ones is not started."""
         self._server.arrival = arrival
         try:
             data = json.loads(arrival.body)
@@ -189,10 +197,38 @@ class Protocol(LanguageServerProtocol):
         else:
             self.handle_message(message)
 
+    def _handle_request(self, msg_id: int | str, method_name: str, params: Any) -> None:
+        if method_name not in self._server.sliced:
+            super()._handle_request(msg_id, method_name, params)
+            return
+        future: Future[Any] = Future()
+        self._request_futures[msg_id] = future
+        future.add_done_callback(partial(self._answer, msg_id))
+        self._server.answer(method_name, partial(self._result, self._get_handler(method_name), params), params, future)
+
+    def _result(self, handler: Callable[[Any], Any], params: Any) -> Any:
+        """What a handler returns, ready to be written as JSON. A long list can be interrupted between its items."""
+        result = handler(params)
+        if not isinstance(result, list):
+            return self._converter.unstructure(result)
+        items = []
+        for item in result:
+            checkpoint()
+            items.append(self._converter.unstructure(item))
+        return items
+
+    def _answer(self, number: int | str, future: Future[Any]) -> None:
+        if future.cancelled() or future.exception():
+            self._send_handler_result(future, msg_id=number)
+            return
+        self._request_futures.pop(number, None)
+        self._result_types.pop(number, None)
+        self._send_data({"jsonrpc": self.VERSION, "id": number, "result": future.result()})
+
     def _take_answer(self, data: dict[str, Any], number: int | str) -> None:
         try:
             message = self.structure_message(data)
-        except JsonRpcException as error:  # whoever waits for the answer has got none that could be used
+        except JsonRpcException as error:  # the answer can't be used by what waits for it
             self._handle_response(number, error=error.to_response_error())
         else:
             self.handle_message(message)
@@ -207,7 +243,7 @@ class Protocol(LanguageServerProtocol):
 
 
 def _cancelled(arrivals: Iterable[Arrival | None]) -> Iterator[int | str]:
-    """The ids of requests that these messages cancel: who types on does so before the server has come to them."""
+    """The IDs of requests that these messages cancel: typing on cancels them before they start."""
     for each in arrivals:
         if each and b"cancelRequest" in each.body:
             with suppress(ValueError, LookupError, TypeError, RecursionError):  # answered where it is handled

@@ -1,13 +1,13 @@
-"""Has the client ask for inlay hints again while a dance plays, where it shows at which beat each line is."""
+"""While a dance plays, has the client ask again for inlay hints, which show the beat of each line."""
 
 from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 
 from improv_core.ide.inlay_hint import Hint
-from improv_core.stage.protocol import TransportMessage, beat_at
+from improv_core.stage.messages import TransportMessage, beat_at
 from improv_ls.editor import Editor
 
 SHORTEST = 0.5
@@ -19,14 +19,14 @@ AFTER = 0.005
 class Hinting:
     """Follows what plays. `hints` computes what is shown at a beat."""
 
-    def __init__(self, editor: Editor, hints: Callable[[float], Sequence[Hint]]) -> None:
+    def __init__(self, editor: Editor, hints: Callable[[float], Awaitable[Sequence[Hint]]]) -> None:
         self._editor = editor
         self._hints = hints
         self._shown: Sequence[Hint] = ()
         self._task: asyncio.Task[None] | None = None
 
     def follow(self, transport: TransportMessage) -> None:
-        """What plays has changed."""
+        """Note that what plays has changed."""
         self.stop()
         if self._editor.can("workspace.inlay_hint.refresh_support"):
             self._task = asyncio.create_task(self._refresh(transport))
@@ -37,7 +37,7 @@ class Hinting:
             self._task = None
 
     def clear(self) -> None:
-        """Nothing plays any more, and no message will say so."""
+        """Note that nothing plays anymore, which no message will say."""
         self.stop()
         if self._shown:
             self._shown = ()
@@ -49,7 +49,7 @@ class Hinting:
         step = period / max(period // SHORTEST, 1) if period >= SHORTEST else SHORTEST
         while True:
             wanted = self._editor.settings.inlay_hints_playing
-            now = self._hints(beat_at(transport, time.monotonic())) if wanted else ()
+            now = await self._hints(beat_at(transport, time.monotonic())) if wanted else ()
             if now != self._shown:
                 self._shown = now
                 self._editor.refresh("inlay_hint")

@@ -18,17 +18,17 @@ async def show_page(editor: Editor, playback: Playback) -> None:
     url = playback.link(own=True)
     if url is None:  # closed meanwhile
         return
-    if editor.can("window.show_document.support"):
+    # Without a screen, a browser would be one for the terminal, on top of the editor. Helix says that it has shown the
+    # page before it looks for a browser, and if it finds none, says so where our URL was.
+    shows = editor.can("window.show_document.support") and (editor.takes_own_messages or has_screen())
+    if shows:
         answer = editor.server.window_show_document_async(types.ShowDocumentParams(uri=url, external=True))
         try:
-            # Shielded: an editor may ask the person first, and pygls fails on an answer to a cancelled request.
+            # Shielded: an editor may ask the person first, and pygls fails on an answer to a canceled request.
             shown = (await asyncio.wait_for(asyncio.shield(answer), ANSWER_LIMIT)).success
         except (JsonRpcException, TimeoutError):
             shown = False
-        # Helix says that it has shown the page before it looks for a browser.
-        shown = shown and (editor.takes_own_messages or has_screen())
     else:
-        # Without a screen, a browser would be one for the terminal, on top of the editor.
         shown = has_screen() and await asyncio.to_thread(webbrowser.open, url)
     if not shown:
         # Another URL, as the first one may have been seen by others. A warning, so that it can be read.

@@ -1,21 +1,26 @@
-"""The one dance that plays in a session, and how people start it, conduct it, and hear of it."""
+"""The one dance that plays in a session, and how people start it, control it, and hear about it."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from improv_core.ide.selection import Selection, UnplayableError, select
 from improv_core.playback.playback import Change, News, Playback
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
+from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.report import Mistake, mistakes, summary
 from improv_core.robots.config import FILE_NAME
+from improv_core.score.score import Score
 from improv_core.services.history import Played
-from improv_core.stage.protocol import Form, Place, TransportMessage, When
+from improv_core.stage.commands import Form, PlaceRobots
+from improv_core.stage.messages import TransportMessage, When
 from improv_core.text import Span
 from improv_ls.documents import Document, RobotsFile, name_of, opened, path_of
 from improv_ls.editor import Editor
@@ -28,8 +33,20 @@ from improv_ls.playing import Playing
 from improv_ls.progress import Progress
 from improv_ls.records import By, Records, file_of
 from improv_ls.refusals import refusal, wrong_robots
+from improv_ls.settling import Settling
 
-HINT = "this save started the dance over; with the setting improv.onSave at continue, robots you don't edit dance on"
+HINT = "this save started the dance over; set improv.onSave to continue, and robots you don't edit keep dancing"
+
+
+class _Ready(NamedTuple):
+    """What a program plays, and a line that sums it up."""
+
+    score: Score
+    summary: str
+
+
+def _ready(analysis: Analysis) -> _Ready:
+    return _Ready(score_of(analysis), summary(analysis))
 
 
 class Performance:
@@ -41,24 +58,26 @@ class Performance:
         documents: Mapping[str, Document],
         robots_files: Mapping[str, RobotsFile],
         records: Records,
+        settling: Settling,
     ) -> None:
+        self._settling = settling
+        self._preparing = asyncio.Lock()  # what is to play is prepared in the order in which people asked for it
         self._editor = editor
         self._records = records
         self._documents = documents
         self._playback: Playback | None = None
         self.playing = Playing(documents)
-        self.live = Live(editor, self.playing, lambda: self._playback.page if self._playback else None)
+        self.live = Live(editor, self.playing, settling, lambda: self._playback.page if self._playback else None)
         self.keys = HeldKeys(editor, self.playing, self.conduct)
         self._before: Played | None = None  # the version from the history that plays, if one does
         self._only: Selection | None = None  # what plays of it, if not all
         self._node: str | None = None  # as the improv.toml of the latest dance names it
-        self._hinting = Hinting(editor, self.playing.hints_at)
+        self._hinting = Hinting(editor, lambda beat: settling.run(partial(self.playing.hints_at, beat)))
         self._progress = Progress(editor)
         self._hinted = False
         self._refused = 0  # the count of stops when the editor was last told that something did not begin
         self._page_shown = False
         self._placing = Placing(editor, robots_files)
-        self._silenced = self.silenced  # as the editor was last told
         self._closing: set[asyncio.Task[None]] = set()
 
     async def warm_up(self) -> None:
@@ -68,35 +87,43 @@ class Performance:
         except StageError:
             await self.close()
 
-    async def play(self, document: Document, asked: int, by: By | None = "command") -> None:
-        """Play a program and say so in one line, or say why not.
+    async def play(self, document: Document, asked: int, by: By | None = "command", text: str | None = None) -> None:
+        """Play a program and say so in one line, or say why not; with another `text`, if it was saved with that.
 
         `asked` is the count of stops when somebody asked for it: after a stop since then, it does not begin.
         """
         self._before = None
-        await self._play_whole(document, asked, by)
+        await self._play_whole(document, asked, by, text)
 
     async def play_only(self, document: Document, wanted: Span | str, asked: int) -> None:
         """Play only what a span touches, or a name, and say so in one line, or say why not. `asked` as for `play`."""
-        try:
-            only = select(document.analysis, wanted)
-        except UnplayableError as error:
-            self._refuse(str(error))
-            return
-        if why := wrong_robots(document):
-            self._refuse(why)
+        async with self._preparing:
+            document = await self._settling.settled(document)
+            try:
+                only = await self._settling.run(partial(select, document.analysis, wanted))
+            except UnplayableError as error:
+                self._refuse(str(error))
+                return
+            ready = await self._settling.run(lambda: wrong_robots(document) or _ready(only.analysis))
+        if isinstance(ready, str):
+            self._refuse(ready)
             return
         self._before = None
         self._present(document, only=True)
-        await self._play(replace(document, analysis=only.analysis), self._when, asked, only=only)
+        await self._play(replace(document, analysis=only.analysis), ready, self._when, asked, only=only)
 
-    async def _play_whole(self, document: Document, asked: int, by: By | None = "command") -> None:
+    async def _play_whole(
+        self, document: Document, asked: int, by: By | None = "command", text: str | None = None
+    ) -> None:
+        async with self._preparing:
+            document = await self._settling.settled(document, text)
+            ready = await self._settling.run(lambda: refusal(document) or _ready(document.analysis))
         self._present(document)
-        if why := refusal(document):
-            self._refuse(why)
+        if isinstance(ready, str):
+            self._refuse(ready)
             return
         restarts = self.playing.state == "playing" and self._editor.settings.on_save is None
-        await self._play(document, self._when, asked, by)
+        await self._play(document, ready, self._when, asked, by)
         if restarts and not self._hinted:
             self._hinted = True
             self._editor.say(HINT)
@@ -112,7 +139,13 @@ class Performance:
         self._editor.warn(f"✗ {why}{keeps}")
 
     async def _play(
-        self, document: Document, when: When, asked: int, by: By | None = "command", only: Selection | None = None
+        self,
+        document: Document,
+        ready: _Ready,
+        when: When,
+        asked: int,
+        by: By | None = "command",
+        only: Selection | None = None,
     ) -> None:
         analysis = document.analysis
         self._node = analysis.cast.node
@@ -120,20 +153,22 @@ class Performance:
         try:
             bar = self._editor.settings.beats_per_bar
             name, simulated = name_of(document.uri), bool(only and only.ghost)
-            generation = await playback.play(score_of(analysis), name, asked, when, bar, simulated=simulated)
+            generation = await playback.play(ready.score, name, asked, when, bar, simulated=simulated)
         except StageError as error:
             self._say_why(error)
             return
         if generation is None:
-            if self._refused != playback.stops.count:  # one line, however many saves one stop was newer than
-                self._refused = playback.stops.count
+            stops = playback.stops
+            # One line, however many saves one stop was newer than; that an emergency stop is on has been said.
+            if not stops.pressed["topics"] and self._refused != stops.count:
+                self._refused = stops.count
                 self._editor.warn(f"■ {name_of(document.uri)} was stopped before it began: save to play it")
             return
         self.playing.sent(generation, document)
         self._only = only
         if by:
             self._records.played(document, by)
-        self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{summary(analysis)}, {playback.status}")
+        self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{ready.summary}, {playback.status}")
         if self._editor.settings.page_open and playback.page and not self._page_shown:
             self._show(playback)
 
@@ -159,7 +194,9 @@ class Performance:
     async def restart(self, asked: int) -> None:
         """Play the last dance again from beat 0. `asked` as for `play`."""
         if latest := self.playing.latest:
-            await self._play(latest, "restart", asked, only=self._only)
+            async with self._preparing:
+                ready = await self._settling.run(partial(_ready, latest.analysis))
+            await self._play(latest, ready, "restart", asked, only=self._only)
         else:
             self._editor.warn("improv.restart: nothing has been played yet; save a program or use improv.play")
 
@@ -178,7 +215,9 @@ class Performance:
             self._editor.warn("improv.page: there is no page; set improv.backend to auto, sim or both")
             return None
         if not self.playing.latest and self._documents:
-            self._present([*self._documents.values()][-1])  # the last one that was opened
+            latest = await self._settling.settled([*self._documents.values()][-1])  # the last one that was opened
+            await self._settling.run(lambda: latest.analysis.diagnostics)
+            self._present(latest)
         self._show(playback)
         return playback.link()
 
@@ -219,6 +258,11 @@ class Performance:
         """The robots of the last dance, and those that are muted or soloed."""
         latest = self.playing.latest
         return {*(latest.analysis.robots if latest else ()), *self.silenced[0], *self.silenced[1]}
+
+    def stop(self) -> str | None:
+        """Stop, on any thread, for `improv stop`. Returns the line that answers it, unless there are no stages yet."""
+        playback = self._playback
+        return playback.stop() if playback else None
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""
@@ -271,7 +315,7 @@ class Performance:
             self._editor.report(message["message"])
 
     def _follow(self, message: TransportMessage) -> None:
-        """Tell all who follow what plays."""
+        """Tell everything that follows what plays."""
         self.live.follow(message, self.playing.follow(message))
         self._progress.follow(message)
         self._hinting.follow(message)
@@ -279,12 +323,9 @@ class Performance:
             self.keys.release()
         if message["state"] != "playing":
             self._records.rested()
-        if self.silenced != self._silenced:
-            self._silenced = self.silenced
-            self._editor.refresh("code_lens")
 
     def _rest(self) -> None:
-        """Tell nobody any more."""
+        """Stop everything that follows what plays."""
         self._progress.stop()
         self._hinting.stop()
         self.live.stop()
@@ -298,8 +339,8 @@ class Performance:
         self._editor.soon(show_page(self._editor, playback))
 
 
-def _in_files(asked: Place | Form, only: Selection | None) -> Place | Form | None:
-    """What of it can be written to improv.toml: a ghost is in no file."""
+def _in_files(asked: PlaceRobots | Form, only: Selection | None) -> PlaceRobots | Form | None:
+    """The part of a request that can be written to improv.toml: a ghost is in no file."""
     if asked["type"] == "form" or not only or not only.ghost:
         return asked
     poses = {robot: pose for robot, pose in asked["start_poses"].items() if robot != only.ghost}

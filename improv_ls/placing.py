@@ -1,8 +1,8 @@
 """Start poses that people change on the page go into improv.toml through the editor, where that can be undone.
 
-All start poses that were dragged, or a formation, are one edit of the text that the editor has. Few editors tell us of
-their improv.toml. Where one does not, its text is the file's, unless it has made an edit of ours that it has not saved
-yet: then it has to save first.
+All start poses that were dragged, or a formation, are one edit of the text that the editor has. Few editors tell us
+about their improv.toml. Where one does not, its text is the file's, unless it has made an edit of ours that it has not
+saved yet: then it has to save first.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from improv_core.diagnostics import Edit
 from improv_core.program.files import ReadError, robots_near
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import Start, form, formation_lines, inline, place
-from improv_core.stage.protocol import Form, Place
+from improv_core.stage.commands import Form, PlaceRobots
 from improv_core.text import LineIndex, Span, difference
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.editor import ANSWER_LIMIT, Editor
-from improv_ls.to_lsp_locations import Changed, workspace_edit
+from improv_ls.to_lsp_locations import ChangedText, workspace_edit
 
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """An improv.toml as the editor has it; the version is None if the editor has not told us of it."""
+    """An improv.toml as the editor has it; the version is None if the editor has not told us about it."""
 
     path: Path
     uri: str
@@ -50,7 +50,7 @@ class Placing:
         self._unsaved: dict[Path, _Stamp] = {}  # files edited here and not saved since, as they were then
         self._one_at_a_time = asyncio.Lock()
 
-    async def offer(self, document: Document, asked: Place | Form) -> None:
+    async def offer(self, document: Document, asked: PlaceRobots | Form) -> None:
         """Ask the editor to make the edit; if it does not, say so in one line."""
         async with self._one_at_a_time:
             file = self._find(document)
@@ -80,7 +80,7 @@ class Placing:
             return
         self._unsaved[file.path] = _stamp(file.path)  # a new file may exist now, still empty
         now = self._find(document)
-        if now and (now.version is not None or now.text == new_text):  # we are told of it, or it is saved already
+        if now and (now.version is not None or now.text == new_text):  # we are told about it, or it is saved already
             del self._unsaved[file.path]
 
     def _is_unsaved(self, file: _File) -> bool:
@@ -113,28 +113,28 @@ class Placing:
     def _edit(self, file: _File, new_text: str) -> types.WorkspaceEdit:
         """The edit that gives the file its new text."""
         start, end, text = difference(file.text, new_text)
-        changed = Changed(file.version, LineIndex(file.text), [Edit(Span(start, end), text)])
+        changed = ChangedText(file.version, LineIndex(file.text), [Edit(Span(start, end), text)])
         versions = self._editor.takes_document_changes or self._editor.creates_files
         new = [] if file.exists else [file.uri]
         return workspace_edit({file.uri: changed}, versions, self._editor.encoding, new)
 
 
-def _new_text(text: str, asked: Place | Form, cast: Iterable[str]) -> str | None:
+def _new_text(text: str, asked: PlaceRobots | Form, cast: Iterable[str]) -> str | None:
     """The text of an improv.toml with what was asked for; None if it can't be written there."""
     if asked["type"] == "place":
         return place(text, _starts(asked), cast)
     return form(text, asked["shape"], asked["distance"], asked["facing"])
 
 
-def _lines(asked: Place | Form) -> str:
-    """The same for people to write."""
+def _lines(asked: PlaceRobots | Form) -> str:
+    """The same text for people to write themselves."""
     if asked["type"] == "place":
         return " and ".join(f"robots.{robot}.start = {inline(pose)}" for robot, pose in _starts(asked).items())
     entries = formation_lines(asked["shape"], asked["distance"], asked["facing"])
     return " and ".join(f"formation.{line}" for line in entries)
 
 
-def _starts(asked: Place) -> Mapping[str, Start]:
+def _starts(asked: PlaceRobots) -> Mapping[str, Start]:
     return {robot: (pose["x"], pose["y"], pose["heading"]) for robot, pose in asked["start_poses"].items()}
 
 

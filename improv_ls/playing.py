@@ -12,7 +12,7 @@ from improv_core.ide.inlay_hint_playing import playing_hints
 from improv_core.ide.moments import SoFar
 from improv_core.score.movement import near
 from improv_core.score.performance import SenseEdge
-from improv_core.stage.protocol import SceneJson, Sensed, State, TransportMessage, beat_at
+from improv_core.stage.messages import SceneJson, Sensed, State, TransportMessage, beat_at
 from improv_ls.documents import Document, moved
 
 
@@ -90,7 +90,7 @@ class Playing:
         return playing_hints(played.analysis, self.now(played).analysis, beat, self.so_far)
 
     def renamed(self, old: str, new: str) -> None:
-        """The file that was played, or a folder around it, has another name now."""
+        """Note that the file that was played, or a folder around it, has another name now."""
         self._sent = {
             number: replace(document, uri=moved(document.uri, old, new)) for number, document in self._sent.items()
         }

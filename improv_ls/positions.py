@@ -31,7 +31,7 @@ def to_offset(lines: LineIndex, position: types.Position, encoding: Encoding) ->
 
 
 def range_of(value: Any) -> types.Range | None:
-    """A range that came as an argument of a command; None if it is none."""
+    """The range in a command's argument; None if it is not a range."""
     try:
         places = [(place["line"], place["character"]) for place in (value["start"], value["end"])]
     except (KeyError, TypeError):
@@ -47,7 +47,7 @@ def to_span(lines: LineIndex, range_: types.Range, encoding: Encoding) -> Span:
 
 
 def units(text: str, encoding: Encoding) -> int:
-    """How many columns a text takes."""
+    """How many columns a text takes up."""
     if text.isascii() or encoding == types.PositionEncodingKind.Utf32:
         return len(text)
     # JSON can contain a lone surrogate, which must not raise.

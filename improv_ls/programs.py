@@ -1,4 +1,4 @@
-"""The programs in folders, open or not: as many as can be read without making anybody wait."""
+"""The programs in folders, open or not: as many as can be read without making people wait."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from improv_core.ide.document_symbol import Entry, names_in
+from improv_core.ide.document_symbol import OutlineEntry, names_in
 from improv_core.program.files import ReadError, read_program
 from improv_core.text import LineIndex
 
@@ -22,25 +22,25 @@ _SKIPPED = ("node_modules", "__pycache__")
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class FoundPrograms:
     """Programs in folders; not `complete` if there may be more."""
 
     paths: list[Path]
     complete: bool
 
 
-def programs_in(folders: Iterable[Path]) -> Found:
+def programs_in(folders: Iterable[Path]) -> FoundPrograms:
     """The programs in folders and their subfolders, except hidden ones and links to folders."""
     paths: dict[Path, None] = {}
     for seen, entry in enumerate(_entries(folders)):
         if seen == MOST_ENTRIES or len(paths) == MOST_FILES:
-            return Found(list(paths), False)
+            return FoundPrograms(list(paths), False)
         if entry.name.endswith(".improv") and entry.is_file():
             paths[Path(entry.path)] = None
-    return Found(list(paths), True)
+    return FoundPrograms(list(paths), True)
 
 
-def names_in_file(path: Path) -> tuple[LineIndex, tuple[Entry, ...]]:
+def names_in_file(path: Path) -> tuple[LineIndex, tuple[OutlineEntry, ...]]:
     """The names and robots in a file, read again if it has changed; none if it cannot be read or is too large."""
     try:
         state = path.stat()
@@ -50,7 +50,7 @@ def names_in_file(path: Path) -> tuple[LineIndex, tuple[Entry, ...]]:
 
 
 @lru_cache(maxsize=MOST_FILES)
-def _names(path: Path, changed: int, size: int) -> tuple[LineIndex, tuple[Entry, ...]]:
+def _names(path: Path, changed: int, size: int) -> tuple[LineIndex, tuple[OutlineEntry, ...]]:
     try:
         text = read_program(path) if size <= LARGEST_FILE else ""
     except ReadError:

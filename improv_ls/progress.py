@@ -1,4 +1,4 @@
-"""Shows the beat that plays as the progress of work, if the client shows that."""
+"""Shows the beat that plays as work-done progress, if the client supports that."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from uuid import uuid4
 from lsprotocol import types
 
 from improv_core.playback.playback import each_beat
-from improv_core.stage.protocol import TransportMessage
+from improv_core.stage.messages import TransportMessage
 from improv_ls.editor import ANSWER_LIMIT, Editor
 
 
@@ -20,7 +20,7 @@ class Progress:
         self._task: asyncio.Task[None] | None = None
 
     def follow(self, transport: TransportMessage) -> None:
-        """What plays has changed."""
+        """Note that what plays has changed."""
         self.stop()
         if transport["state"] == "playing" and self._editor.can("window.work_done_progress"):
             self._task = asyncio.create_task(self._show(transport))
@@ -31,11 +31,11 @@ class Progress:
             self._task = None
 
     async def _show(self, transport: TransportMessage) -> None:
-        """Show each beat, until cancelled."""
+        """Show each beat, until canceled."""
         token = f"improv-{uuid4()}"
         create = self._editor.server.window_work_done_progress_create_async(types.WorkDoneProgressCreateParams(token))
         try:
-            # Shielded: pygls fails on a late answer to a request that was cancelled here.
+            # Shielded: pygls fails on a late answer to a request that was canceled here.
             await asyncio.wait_for(asyncio.shield(create), ANSWER_LIMIT)
         except Exception:  # no answer or a refusal: this client shows no progress
             return

@@ -19,7 +19,7 @@ from improv_core.diagnostics import Severity
 from improv_core.program.report import problems
 from improv_core.services import history
 from improv_core.services.study import Distances, Event, Noted, append
-from improv_core.stage.protocol import Sent
+from improv_core.stage.messages import Sent
 from improv_ls.documents import Document, name_of, path_of
 from improv_ls.editor import Editor
 
@@ -38,7 +38,7 @@ class Records:
         self._told: set[str] = set()
 
     async def history(self) -> history.History:
-        """What has been kept, also by what happened just now."""
+        """What has been kept, including what happened just now."""
         return await asyncio.get_running_loop().run_in_executor(self._thread, history.read)
 
     def saved(self, document: Document) -> None:
@@ -93,5 +93,5 @@ class Records:
 
 
 def file_of(document: Document) -> str:
-    """What a program goes by in the history."""
+    """The name of a program in the history."""
     return str(path_of(document.uri) or document.uri)

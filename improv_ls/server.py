@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import sys
 from collections.abc import Callable, Mapping
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -32,11 +34,13 @@ FEATURES = {
     types.COMPLETION_ITEM_RESOLVE: "completion.resolve",
     types.TEXT_DOCUMENT_SIGNATURE_HELP: "signature_help.signature_help",
     types.TEXT_DOCUMENT_CODE_ACTION: "code_action.code_action",
+    types.CODE_ACTION_RESOLVE: "code_action.resolve",
     types.TEXT_DOCUMENT_CODE_LENS: "code_lens.code_lens",
     types.TEXT_DOCUMENT_INLAY_HINT: "inlay_hint.inlay_hint",
     types.TEXT_DOCUMENT_FORMATTING: "formatting.formatting",
     types.TEXT_DOCUMENT_RANGE_FORMATTING: "formatting.range_formatting",
     types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: "formatting.on_type_formatting",
+    types.TEXT_DOCUMENT_DECLARATION: "declaration.declaration",
     types.TEXT_DOCUMENT_DEFINITION: "definition.definition",
     types.TEXT_DOCUMENT_REFERENCES: "references.references",
     types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT: "document_highlight.document_highlight",
@@ -75,6 +79,7 @@ OPTIONS: Mapping[str, Any] = {
             types.CodeActionKind.RefactorInline,
             types.CodeActionKind.RefactorRewrite,
             "source.fixAll.improv",
+            *("improv.play", "improv.stop", "improv.mute", "improv.solo"),
         ]
     ),
     types.TEXT_DOCUMENT_ON_TYPE_FORMATTING: types.DocumentOnTypeFormattingOptions("\n", [")", "]"]),
@@ -87,8 +92,6 @@ COMMANDS = {
         *("seek", "speed", "mute", "solo", "page", "calibrate"),
     )
 }
-_NOT_SETTLED = {types.TEXT_DOCUMENT_DID_CHANGE, types.TEXT_DOCUMENT_DIAGNOSTIC, types.WORKSPACE_DIAGNOSTIC}
-"""Messages that need not wait until every statement is up to date: they come with every key, or all the time."""
 _ASYNCHRONOUS = {
     FEATURES[types.WORKSPACE_SYMBOL],
     FEATURES[types.WORKSPACE_DIAGNOSTIC],
@@ -97,11 +100,17 @@ _ASYNCHRONOUS = {
 }
 
 
+_REQUESTS = {method for method in FEATURES if types.METHOD_TO_TYPES.get(method, (None, method))[1]}
+
+
 def create_server() -> Session:
     """A server with every feature; it waits for a client."""
     server = Session()
+    server.publish = partial(_loaded_later("publish_diagnostics.publish"), server)
     for method, handler in FEATURES.items():
-        server.feature(method, OPTIONS.get(method))(_loaded_later(handler, method not in _NOT_SETTLED))
+        server.feature(method, OPTIONS.get(method))(_loaded_later(handler))
+        if handler not in _ASYNCHRONOUS and method in _REQUESTS and method != types.INITIALIZE:
+            server.sliced.add(method)
     for name, handler in COMMANDS.items():
         server.command(name)(_loaded_later(handler))
     return server
@@ -111,16 +120,14 @@ def serve() -> int:
     """Serve one editor over standard input and output. Returns the exit code."""
     # Editors show standard error as errors, and every message that matters reaches the person through LSP.
     logging.basicConfig(level=logging.CRITICAL)
-    return create_server().serve()
+    return create_server().serve(0, sys.stdout.buffer)
 
 
-def _loaded_later(handler: str, settles: bool = True) -> Callable[..., Any]:
+def _loaded_later(handler: str) -> Callable[..., Any]:
     """A handler whose module is imported when it is first needed: an editor waits for nothing but `initialize`."""
     module, name = handler.split(".")
 
     def handle(ls: Session, *arguments: Any) -> Any:
-        if settles:
-            ls.settle(arguments[0] if arguments else None)
         return getattr(import_module(f"improv_ls.handlers.{module}"), name)(ls, *arguments)
 
     async def handle_later(ls: Session, *arguments: Any) -> Any:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
 from lsprotocol import types
 from pygls.exceptions import FeatureRequestError
 
 from improv_core import __version__
+from improv_core.playback.stop_socket import IDLE, StopSocket, listening
 from improv_ls.editor import Editor
 from improv_ls.framing import StdioServer
 
@@ -22,22 +24,24 @@ if TYPE_CHECKING:
     from improv_ls.documents import Document, RobotsFile
     from improv_ls.performance import Performance
     from improv_ls.records import Records
+    from improv_ls.settling import Settling
 
 T = TypeVar("T")
+_SHOWN: Sequence[Literal["code_lens", "diagnostics", "inlay_hint"]] = ("diagnostics", "inlay_hint", "code_lens")
 _numbers = count(1)
 
 
 @dataclass(frozen=True, slots=True)
-class Sent(Generic[T]):
-    """What an editor was last sent for a document, and the id by which it asks for what is different since."""
+class LastSent(Generic[T]):
+    """What an editor was last sent for a document, and the ID with which it asks for what has changed since."""
 
     result_id: str
     items: Sequence[T]
 
 
-def sent(items: Sequence[T]) -> Sent[T]:
-    """With an id that no other result has, of whatever document."""
-    return Sent(str(next(_numbers)), items)
+def sent(items: Sequence[T]) -> LastSent[T]:
+    """What is being sent, with an ID that no other result has, for any document."""
+    return LastSent(str(next(_numbers)), items)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +50,7 @@ class Checked:
 
     stamp: tuple[int, int]
     robots: Robots
-    sent: Sent[types.Diagnostic]
+    sent: LastSent[types.Diagnostic]
 
 
 class Session(StdioServer):
@@ -55,16 +59,23 @@ class Session(StdioServer):
     def __init__(self) -> None:
         super().__init__("improv-ls", __version__)
         self.editor = Editor(self)
+        self.publish: Callable[[Document], None] = lambda document: None
+        """Sends the diagnostics of a program."""
         self.documents: dict[str, Document] = {}
         """The open programs."""
         self.robots_files: dict[str, RobotsFile] = {}
-        """The `improv.toml` files that are open in the editor: few editors tell us of theirs."""
-        self.sent_tokens: dict[str, Sent[Chunk]] = {}
-        self.sent_diagnostics: dict[str, Sent[types.Diagnostic]] = {}
+        """The `improv.toml` files that are open in the editor: few editors tell us about theirs."""
+        self.sent_tokens: dict[str, LastSent[Chunk]] = {}
+        self.sent_diagnostics: dict[str, LastSent[types.Diagnostic]] = {}
         self.checked: dict[str, Checked] = {}
         """The programs in the workspace's folders, by URI."""
         self.next_change = asyncio.Event()
         """Set, and replaced by another one, once a file or an open program has changed."""
+        self.scenes_with_lenses: dict[str, frozenset[int]] = {}
+        """The scenes that each program had when it was opened or saved, by the IDs of their statements.
+
+        Without an entry, it will be those that it has once it has been read."""
+        self._reached: StopSocket | None = None
         self.autosaving: set[str] = set()
         """Documents that the editor is about to save by itself."""
 
@@ -74,7 +85,7 @@ class Session(StdioServer):
         from improv_ls.performance import Performance
 
         self.obey_while_busy()
-        return Performance(self.editor, self.documents, self.robots_files, self.records)
+        return Performance(self.editor, self.documents, self.robots_files, self.records, self.settling)
 
     @cached_property
     def records(self) -> Records:
@@ -88,19 +99,51 @@ class Session(StdioServer):
         self.next_change.set()
         self.next_change = asyncio.Event()
 
-    def settle(self, params: Any) -> None:
-        """Bring the statements up to date that a request may be about: all up to its place, if it names one."""
-        place = getattr(params, "position", None) or getattr(getattr(params, "range", None), "end", None)
-        for uri, document in self.documents.items():
-            if document.analysis.waiting:
-                from improv_ls.documents import settled
+    @cached_property
+    def settling(self) -> Settling:
+        """What brings the open programs up to date. Made on the event loop."""
+        from improv_ls.settling import Settling
+        from improv_ls.slices import Slices
 
-                self.documents[uri] = settled(document, place.line if place else None)
+        slices = Slices(asyncio.get_running_loop().call_soon)
+        return Settling(slices, self.documents, self.publish, self._refresh, self._fail)
+
+    def answer(self, method: str, function: Callable[[], Any], params: Any, future: Future[Any]) -> None:
+        """Answer a request, in slices, as soon as what it is about is known."""
+        place = getattr(params, "position", None) or getattr(getattr(params, "range", None), "end", None)
+        document = getattr(params, "text_document", None) or getattr(params, "item", None)
+        line = -1 if method == types.TEXT_DOCUMENT_DIAGNOSTIC else place.line if place else None
+        whole = method == types.TEXT_DOCUMENT_RENAME
+        self.settling.answer(function, future, document.uri if document else None, line, whole)
+
+    def _refresh(self) -> None:
+        """Have the editor ask again for what it shows, now that a document is up to date."""
+        for feature in _SHOWN:
+            self.editor.refresh(feature)
+
+    def _fail(self, error: BaseException) -> None:
+        if isinstance(error, BrokenPipeError):
+            self.end()
+        else:
+            self.editor.report(f"Improv: internal error: {error}")
 
     def report_server_error(self, error: Exception, source: type[Exception]) -> None:
         """Show an internal error, unless it happened in a request: that is answered with the error."""
         if not issubclass(source, FeatureRequestError):
             self.editor.report(f"Improv: internal error: {error}")
+
+    def listen(self) -> None:
+        """Have `improv stop` reach this session from now on, so that it finds what is about to play too."""
+        self._reached = listening(self._stop, self.stops)
+        if self.stops.unreachable:
+            self.editor.warn(f"`improv stop` won't work: {self.stops.unreachable}")
+
+    def _stop(self) -> str:
+        performance: Performance | None = self.__dict__.get("performance")
+        if performance and (answer := performance.stop()):
+            return answer
+        self.stops.stop()  # a save may be on its way
+        return IDLE
 
     async def close(self) -> None:
         """Stop the robots, if any have been moved, and end the stages."""
@@ -108,3 +151,5 @@ class Session(StdioServer):
             await self.performance.close()
         if "records" in self.__dict__:
             await self.records.close()
+        if self._reached:
+            self._reached.close()

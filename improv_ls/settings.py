@@ -54,7 +54,7 @@ def read_settings(given: Any, current: Settings) -> tuple[Settings, list[str]]:
 
 _ABSENT = object()
 _FULL_LOG = re.compile(r"(/|~/|[A-Za-z]:[/\\]).*\.jsonl")
-"""The settings of an opened project must not be able to have a file of another kind written."""
+"""The settings of an opened project must not make us write any other kind of file."""
 
 
 def _flat(section: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:

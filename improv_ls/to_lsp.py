@@ -25,7 +25,7 @@ _SEVERITIES = {
 
 _KINDS = {
     "keyword": types.CompletionItemKind.Keyword,
-    "movement": types.CompletionItemKind.Unit,  # some editors write a call's brackets behind a function
+    "movement": types.CompletionItemKind.Unit,  # some editors write a call's brackets after a function
     "name": types.CompletionItemKind.Variable,
     "phrase": types.CompletionItemKind.Variable,
     "parameter": types.CompletionItemKind.Variable,
@@ -40,7 +40,7 @@ _KINDS = {
 
 
 class DiagnosticSupport(NamedTuple):
-    """What a client takes of a diagnostic, beyond its range and message."""
+    """Which parts of a diagnostic a client supports, besides its range and message."""
 
     related_information: bool
     tags: bool
@@ -79,7 +79,7 @@ def markup(found: Hover, formats: Sequence[str] | None) -> types.MarkupContent:
 def completion(
     uri: str, lines: LineIndex, found: Completion, snippets: bool, encoding: Encoding
 ) -> types.CompletionList:
-    """What is offered, in our order; as snippets for clients that take them."""
+    """The completions in our order; as snippets for clients that support them."""
     replaced = to_range(lines, found.span, encoding)
     items = []
     for number, item in enumerate(found.items):

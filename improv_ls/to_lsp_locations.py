@@ -8,7 +8,7 @@ from typing import NamedTuple
 from lsprotocol import types
 
 from improv_core.diagnostics import Edit
-from improv_core.ide.document_symbol import Entry
+from improv_core.ide.document_symbol import OutlineEntry
 from improv_core.ide.folding_range import Fold
 from improv_core.ide.references import Reference
 from improv_core.plain import message
@@ -22,11 +22,14 @@ _KINDS = {
     "scene": types.SymbolKind.Namespace,
     "robot": types.SymbolKind.Class,
     "robots": types.SymbolKind.Class,
+    "profile": types.SymbolKind.Interface,
+    "section": types.SymbolKind.Module,
+    "key": types.SymbolKind.Property,
 }
 _FOLDS = {"comment": types.FoldingRangeKind.Comment, "region": types.FoldingRangeKind.Region}
 
 
-class Changed(NamedTuple):
+class ChangedText(NamedTuple):
     """The edits of a document or file; a version only if it is open."""
 
     version: int | None
@@ -44,7 +47,7 @@ def highlight(lines: LineIndex, reference: Reference, encoding: Encoding) -> typ
 
 
 def workspace_edit(
-    changed: Mapping[str, Changed], versions: bool, encoding: Encoding, new: Sequence[str] = ()
+    changed: Mapping[str, ChangedText], versions: bool, encoding: Encoding, new: Sequence[str] = ()
 ) -> types.WorkspaceEdit:
     """Edits of several documents, with their versions if the client takes versions, and of `new` files, which it must
     be able to create."""
@@ -67,7 +70,7 @@ def workspace_edit(
     )
 
 
-def document_symbol(lines: LineIndex, entry: Entry, encoding: Encoding) -> types.DocumentSymbol:
+def document_symbol(lines: LineIndex, entry: OutlineEntry, encoding: Encoding) -> types.DocumentSymbol:
     return types.DocumentSymbol(
         name=message(entry.name),
         kind=_KINDS[entry.kind],
@@ -78,13 +81,13 @@ def document_symbol(lines: LineIndex, entry: Entry, encoding: Encoding) -> types
     )
 
 
-def symbol_information(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding) -> types.SymbolInformation:
+def symbol_information(uri: str, lines: LineIndex, entry: OutlineEntry, encoding: Encoding) -> types.SymbolInformation:
     return types.SymbolInformation(
         location(uri, lines, entry.name_span, encoding), message(entry.name), _KINDS[entry.kind]
     )
 
 
-def call_hierarchy_item(uri: str, lines: LineIndex, entry: Entry, encoding: Encoding) -> types.CallHierarchyItem:
+def call_hierarchy_item(uri: str, lines: LineIndex, entry: OutlineEntry, encoding: Encoding) -> types.CallHierarchyItem:
     return types.CallHierarchyItem(
         name=message(entry.name),
         kind=_KINDS[entry.kind],

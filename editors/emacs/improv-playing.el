@@ -47,7 +47,11 @@ The server reports its clock each second.")
   "The language servers that were started and have not answered yet.")
 
 (defvar-local improv-playing--waits nil
-  "The arguments of `improv.play', if that waits until the server has started.")
+  "What is to play once the server has started.
+The arguments of `improv.play', or a string: the text that was saved.")
+
+(defvar-local improv-playing--served nil
+  "Whether this buffer has had a server.")
 
 (defun improv-playing--launched (server)
   "Remember that SERVER is starting."
@@ -168,27 +172,37 @@ If the text changes meanwhile, the answer is dropped; we ask again soon."
   (let ((server (and (eglot-managed-p) (eglot-current-server))))
     (and (improv-eglot-server-p server) server)))
 
-(defun improv-playing-wait (arguments)
-  "Have this program play by ARGUMENTS as soon as its server has started.
-Return nil if no server is starting."
+(defun improv-playing-wait (what)
+  "Have WHAT of this program play as soon as its server has started.
+WHAT is as in `improv-playing--waits'.  A server that was lost starts again.
+Return nil if no server starts."
   (setq improv-playing--starting (cl-remove-if-not #'jsonrpc-running-p improv-playing--starting))
-  (when (and improv-playing--starting (not (eglot-managed-p)))
+  (when (and (not (eglot-managed-p)) (or improv-playing--starting improv-playing--served))
+    (unless improv-playing--starting
+      (eglot-ensure))
     (message "Improv is starting; then this program plays")
-    (setq improv-playing--waits arguments)))
+    (setq improv-playing--waits what)))
 
 (defun improv-playing-saved ()
-  "A save: the server hears of it itself, unless it is still starting."
+  "Have what was just saved play if no server heard of the save."
   (unless (and (consp eglot-workspace-configuration)
                (equal (plist-get (plist-get eglot-workspace-configuration :improv) :onSave) "off"))
-    (improv-playing-wait (list (eglot-path-to-uri buffer-file-name)))))
+    (improv-playing-wait (save-restriction
+                           (widen)
+                           (buffer-substring-no-properties (point-min) (point-max))))))
 
 (defun improv-playing-managed ()
-  "Play this program if it waits for the server, which has its text now."
-  (when-let* ((arguments improv-playing--waits)
-              (server (improv-playing-server)))
-    (setq improv-playing--waits nil)
-    (jsonrpc-async-request server :workspace/executeCommand
-                           (list :command "improv.play" :arguments (vconcat arguments)))))
+  "Play what waits for the server, which has the program as it is now."
+  (when-let* ((server (improv-playing-server)))
+    (setq improv-playing--served t)
+    (pcase (prog1 improv-playing--waits (setq improv-playing--waits nil))
+      ('nil)
+      ((and (pred stringp) text) ; what was saved is what plays, not what was typed since
+       (jsonrpc-notify server :textDocument/didSave
+                       (list :textDocument (list :uri (eglot-path-to-uri buffer-file-name)) :text text)))
+      (arguments
+       (jsonrpc-async-request server :workspace/executeCommand
+                              (list :command "improv.play" :arguments (vconcat arguments)))))))
 
 (defun improv-playing-forget ()
   "Play no program that waits for its server.  Return whether one did."

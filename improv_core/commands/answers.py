@@ -15,7 +15,7 @@ MOST = 4096
 """Bytes that are read at once."""
 
 
-class Answers:
+class TypedAnswers:
     """Answers to questions, from standard input; `say` shows a line."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
@@ -28,7 +28,7 @@ class Answers:
         self.say(question)
         while b"\n" not in self._read:
             if not (more := await _more()):
-                raise CommandError("nobody answers: nothing was changed")
+                raise CommandError("no answer: nothing was changed")
             self._read += more
         line, self._read = self._read.split(b"\n", 1)
         return line.decode(errors="replace").strip()

@@ -14,9 +14,9 @@ from pathlib import Path
 import click
 
 from improv_core.commands import parameters
-from improv_core.commands.answers import Answers
+from improv_core.commands.answers import TypedAnswers
 from improv_core.commands.exit_codes import INTERRUPTED, PROBLEMS, CommandError
-from improv_core.commands.terminal import Performance, first, performance, run
+from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
@@ -33,8 +33,8 @@ from improv_core.services.calibration import (
     QUARTERS,
     Calibration,
     Goal,
+    MeasuredSettings,
     Round,
-    Settings,
     Straight,
     are_whole,
     calibrate,
@@ -65,7 +65,7 @@ MOST_ROOM = 100.0
 @parameters.port
 @parameters.no_browser
 @click.option("--tempo", type=click.IntRange(1, 1000), default=60, show_default=True, help="Play at this tempo.")
-@click.option("--tape", is_flag=True, help="Ask what a tape measure says, even if the robot's pose can be read.")
+@click.option("--tape", is_flag=True, help="Ask you to measure with a tape, even if the robot's pose can be read.")
 @click.option("--write", is_flag=True, help="Write the result into improv.toml without asking.")
 def command(robot: str, backend: str, port: int, no_browser: bool, tempo: int, tape: bool, write: bool) -> None:
     """Measure how far a robot really drives and turns, and correct its profile. Ctrl-C stops the robot."""
@@ -105,9 +105,9 @@ async def _calibrate(
 class _Conversation:
     """What is asked and played until the settings of a robot are known."""
 
-    def __init__(self, performing: Performance, robots: Robots, robot: str, tempo: int, *, tape: bool) -> None:
+    def __init__(self, performing: TerminalSession, robots: Robots, robot: str, tempo: int, *, tape: bool) -> None:
         self._performing = performing
-        self._answers = Answers(performing.say)
+        self._answers = TypedAnswers(performing.say)
         alone = replace(robots.robots[robot], follow=False)  # it would hide what is to be measured
         self._robots = replace(robots, robots={**robots.robots, robot: alone})
         self._robot = robot
@@ -145,12 +145,12 @@ class _Conversation:
         self._say(f"{self._robot} will drive straight ahead and turn on the spot. Ctrl-C stops it.")
         profile, step = self._profile, room_for(self._profile)
         turn = math.degrees(profile.quarter_turn)
-        self._say(f"As {FILE_NAME} says, a step is to be {profile.step:g} m, and a quarter turn {turn:g}°.")
+        self._say(f"In {FILE_NAME}, a step is {profile.step:g} m, and a quarter turn {turn:g}°.")
         ahead = f"How many meters of free floor are ahead of {self._robot}, at least a step of {step:g} m?"
         room = await self._number(ahead, (step, max(step, MOST_ROOM)), max(step, USUAL_ROOM))
         return goal_in(room, profile)
 
-    def _use(self, settings: Settings) -> None:
+    def _use(self, settings: MeasuredSettings) -> None:
         """From now on, play with other settings."""
         robot = replace(self._robots.robots[self._robot], profile=with_settings(self._profile, settings))
         self._robots = replace(self._robots, robots={**self._robots.robots, self._robot: robot})
@@ -247,7 +247,7 @@ class _Conversation:
         self._performing.say(line)
 
 
-async def offer(robots: Robots, robot: str, values: Mapping[str, float], answers: Answers, *, write: bool) -> int:
+async def offer(robots: Robots, robot: str, values: Mapping[str, float], answers: TypedAnswers, *, write: bool) -> int:
     """Show the edit of improv.toml, and make it if that is wanted; the exit code. Raises CommandError."""
     path, text = robots.path, edited(robots.text, robot, values)
     assert path
@@ -276,7 +276,7 @@ class _NothingMeasuredError(Exception):
     """Why a dance has to be played again; one plain line."""
 
 
-def _written(settings: Settings) -> Mapping[str, float]:
+def _written(settings: MeasuredSettings) -> Mapping[str, float]:
     """The settings as improv.toml has them, with as many digits as can be measured."""
     return {
         "commanded_step": float(f"{settings.commanded_step:.4g}"),

@@ -15,7 +15,8 @@ from improv_core.commands.excerpt import excerpt
 from improv_core.commands.programs import report_each
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.program.analysis import Analysis
-from improv_core.program.report import as_annotation, as_json, as_line, problems
+from improv_core.program.report import as_annotation, as_json, as_line
+from improv_core.robots.config import Robots, absolute
 from improv_core.text import LineIndex
 
 INDENT = "    "
@@ -37,28 +38,40 @@ _COLORS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.INFORMATI
 def command(files: tuple[Path, ...], layout: str) -> None:
     """Check programs for errors. Exit code 1 if any has errors.
 
-    FILES are programs, folders of programs, or - for standard input.
+    FILES are programs, improv.toml files, folders of both, or - for standard input.
     """
-    told = set[Path | None]()
-    checked = 0
+    told = set[Path]()
+    programs = others = 0
+
+    def tell(path: Path, lines: LineIndex, ok: bool, diagnostics: Sequence[Diagnostic]) -> None:
+        if layout == "json":
+            echo_json({"file": str(path), "ok": ok, "diagnostics": as_json(diagnostics, lines)})
+            return
+        for diagnostic in diagnostics:
+            (_print_annotation if layout == "github" else _print_excerpt)(path, lines, diagnostic)
+
+    def tell_robots(robots: Robots) -> None:
+        """What is wrong with an `improv.toml`, once: several programs may share it."""
+        if robots.path and absolute(robots.path) not in told:
+            told.add(absolute(robots.path))
+            tell(robots.path, LineIndex(robots.text), robots.ok, robots.diagnostics)
 
     def report(path: Path, analysis: Analysis) -> None:
-        nonlocal checked
-        checked += 1
-        robots = analysis.cast
-        if layout == "json":
-            _print_json(path, analysis.ok, analysis.diagnostics, analysis.lines)
-            if robots.diagnostics and robots.path not in told:
-                _print_json(robots.path, robots.ok, robots.diagnostics, LineIndex(robots.text))
-        else:
-            for problem in problems(path, analysis):
-                if problem[0] not in told:
-                    _print_annotation(*problem) if layout == "github" else _print_excerpt(*problem)
-        told.add(robots.path)  # which several programs may share
+        nonlocal programs
+        programs += 1
+        tell(path, analysis.lines, analysis.ok, analysis.diagnostics)
+        if analysis.cast.diagnostics:
+            tell_robots(analysis.cast)
 
-    code = report_each(files, report)
+    def report_robots(robots: Robots) -> None:
+        nonlocal others
+        others += 1
+        tell_robots(robots)
+
+    code = report_each(files, report, report_robots)
     if code == 0 and layout == "text" and sys.stdout.isatty():  # what other programs read holds only problems
-        echo("no errors" if checked == 1 else f"no errors in {checked} programs")
+        checked = programs + others
+        echo("no errors" if checked == 1 else f"no errors in {checked} {'files' if others else 'programs'}")
     sys.exit(code)
 
 
@@ -72,7 +85,3 @@ def _print_excerpt(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> None
 
 def _print_annotation(path: Path, lines: LineIndex, diagnostic: Diagnostic) -> None:
     echo(as_annotation(path, lines, diagnostic))
-
-
-def _print_json(path: Path | None, ok: bool, diagnostics: Sequence[Diagnostic], lines: LineIndex) -> None:
-    echo_json({"file": str(path), "ok": ok, "diagnostics": as_json(diagnostics, lines)})

@@ -17,7 +17,7 @@ from improv_core.program.compiler import compiled
 from improv_core.program.files import ReadError, read_program
 from improv_core.program.report import as_json
 from improv_core.program.script import ScriptError, read_script
-from improv_core.score.performance import Sensing
+from improv_core.score.performance import SenseSpan
 
 
 @click.command("compile")
@@ -31,7 +31,7 @@ from improv_core.score.performance import Sensing
     show_default=True,
     help="Most segments per robot.",
 )
-@click.option("--senses", type=click.Path(path_type=Path), help="A JSON file of what robots sense; otherwise nothing.")
+@click.option("--senses", type=click.Path(path_type=Path), help="A JSON file of what robots sense; default: nothing.")
 def command(files: tuple[Path, ...], _layout: str, max_segments: int, senses: Path | None) -> None:
     """Print the velocities that programs compile to. Exit code 1 if any has errors.
 
@@ -50,7 +50,7 @@ def command(files: tuple[Path, ...], _layout: str, max_segments: int, senses: Pa
     sys.exit(report_each(files, report))
 
 
-def _script(path: Path) -> Sequence[Sensing]:
+def _script(path: Path) -> Sequence[SenseSpan]:
     """What a file says that the robots sense."""
     try:
         return read_script(read_program(path))

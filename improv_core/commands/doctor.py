@@ -18,7 +18,7 @@ from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import PROBLEMS
 from improv_core.commands.finding import Finding, Mark
 from improv_core.diagnostics import Severity
-from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError, runtime_folder
+from improv_core.playback.stop_socket import IDLE, SUPPORTED, StopSocket, StopSocketError, fixed_folder
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.files import ReadError, analyze_file, robots_near
 from improv_core.program.report import as_lines
@@ -96,7 +96,7 @@ def stopping() -> Finding:
         StopSocket(lambda: IDLE).close()
     except StopSocketError as error:
         return Finding(Mark.BROKEN, "`improv stop` does not work", str(error))
-    return Finding(Mark.GOOD, f"`improv stop` works through {runtime_folder()}")
+    return Finding(Mark.GOOD, f"`improv stop` works through {fixed_folder()}")
 
 
 def browser(found: bool) -> Finding:

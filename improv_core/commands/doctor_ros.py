@@ -17,7 +17,7 @@ from improv_core.robots.config import FILE_NAME, Robot
 from improv_core.score.score import Safety
 from improv_core.stage.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
 from improv_core.stage.graph import VELOCITIES
-from improv_core.stage.protocol import FOLDER
+from improv_core.stage.messages import FOLDER
 from improv_core.stage.sinks.ros_nodes import STANDBY
 
 LOOK_LIMIT = 30.0

@@ -5,24 +5,37 @@ from __future__ import annotations
 import asyncio
 import socket
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from zlib import crc32
 
 import click
 
 from improv_core.commands import parameters
+from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.new import make, with_ending
-from improv_core.commands.terminal import Performance, first, performance, run
+from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.playback.start import Options
-from improv_core.program.files import STANDARD_INPUT, ReadError, robots_or_problem
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.program.files import STANDARD_INPUT, ReadError, read_bytes, robots_or_problem
+from improv_core.robots.config import absolute, find_robots_file
 from improv_core.services.page_editor import PageEditor
-from improv_core.services.program_file import Version, WriteError, read_version, write_text
-from improv_core.services.saves import changes, read_saved, settle
-from improv_core.stage.protocol import Editing, EditorAnswer, When, Write
+from improv_core.services.placed import PlacedRobots, starts_of
+from improv_core.services.program_file import Version, WriteError, latest, read_version, write_text
+from improv_core.services.saves import changes, settle
+from improv_core.stage.commands import Editing, Form, PlaceRobots
+from improv_core.stage.editing import EditorAnswer, Write
+from improv_core.stage.fields import StartPoseJson
+from improv_core.stage.messages import When
 
 PORTS = range(20_000, 30_000)
 """Where pages that edit are served: below the ports that systems give to others."""
+
+
+NEVER = -1
+"""A count of stops that there never was: what was asked for before a stop is saved, but not played."""
 
 
 @click.command("edit")
@@ -34,7 +47,8 @@ PORTS = range(20_000, 30_000)
 def command(file: Path | None, backend: str, port: int, no_browser: bool, when: When) -> None:
     """Write a program on the page in the browser. Ctrl+Enter there saves and plays it.
 
-    Without FILE, start a new one. Ctrl-C stops the robots.
+    Without FILE, this opens the dance*.improv of this folder that was saved last, or makes a new one. Ctrl-C stops
+    the robots.
     """
     if backend == "ros":
         raise CommandError("the page belongs to the simulator: use --backend both")
@@ -42,6 +56,8 @@ def command(file: Path | None, backend: str, port: int, no_browser: bool, when: 
         raise CommandError("standard input can't be edited: name a file")
     if file and not file.exists():
         file = with_ending(file)
+    if not file and (file := latest()):
+        echo(f"opened {file}, saved last here: improv new makes another program")
     if not file or not file.exists():
         file = make(file)
     version = read_version(file)
@@ -53,7 +69,10 @@ async def edit(path: Path, version: Version, options: Options, when: When, *, br
     """Let pages edit a program until interrupted; the exit code. Raises StageError."""
     asks: asyncio.Queue[tuple[Editing, int]] = asyncio.Queue()
     async with performance(
-        options, browser=False, edit=lambda editing, asked: asks.put_nowait((editing, asked))
+        options,
+        browser=False,
+        edit=lambda editing, asked: asks.put_nowait((editing, NEVER if "overtaken" in editing else asked)),
+        place=lambda asked: desk.place(asked),  # at once: a restart may follow
     ) as performing:
         desk = _Desk(performing, path, version, when)
         if browser:
@@ -68,12 +87,16 @@ async def edit(path: Path, version: Version, options: Options, when: When, *, br
 class _Desk:
     """One program that pages edit, and its file."""
 
-    def __init__(self, performing: Performance, path: Path, version: Version, when: When) -> None:
+    def __init__(self, performing: TerminalSession, path: Path, version: Version, when: When) -> None:
         self._performing = performing
         self._path = path
         self._version = version
         self._when = when
-        self._editor = PageEditor(robots_or_problem(path.parent))
+        self._robots = robots_or_problem(path.parent)
+        self._editor = PageEditor(self._robots)
+        self._placed = PlacedRobots()
+        self._played: str | None = None
+        self._starts: Mapping[str, StartPoseJson] = {}
         performing.present(path)
         self._show()
 
@@ -93,22 +116,35 @@ class _Desk:
 
     async def follow(self) -> None:
         """Tell pages when another program has changed the file or its `improv.toml`, forever."""
-        times = read_saved(self._path).times
+        held = self._held()
         async for _ in changes(self._path.parent):
-            if read_saved(self._path).times == times:
+            if self._held() == held:  # not the times: another program may set them, and clocks are coarse
                 continue
-            times = (await settle(self._path)).times
-            robots = robots_or_problem(self._path.parent)
-            try:
-                version = read_version(self._path)
-            except ReadError as problem:  # pages keep their text, and can save it
-                self._performing.complain(f"improv: {problem}")
-                version = self._version
-            if version != self._version:
-                self._performing.say(f"{self._path.name} was changed by another program")
-            if (version, robots) != (self._version, self._editor.robots):
-                self._version, self._editor.robots = version, robots
-                self._show()
+            await settle(self._path)
+            held = self._held()
+            self._look()
+
+    def _held(self) -> Sequence[bytes]:
+        """What the file and its `improv.toml` hold, or why they can't be read."""
+        return [_content(path) for path in (self._path, find_robots_file(self._path.parent)) if path]
+
+    def _look(self) -> None:
+        """Show pages what the file and its `improv.toml` hold now, if that is new."""
+        robots = robots_or_problem(self._path.parent)
+        try:
+            version = read_version(self._path)
+        except ReadError as problem:  # pages keep their text
+            self._performing.complain(f"improv: {problem}")
+            version = self._version
+        if version != self._version:
+            self._performing.say(f"{self._path.name} was changed by another program")
+        if robots != self._robots:
+            self._robots = self._editor.robots = robots
+            self._placed, self._starts = PlacedRobots(), {}  # the file's starts count again
+        elif version == self._version:
+            return
+        self._version = version
+        self._show()
 
     async def _write(self, page: int, ask: Write, asked: int) -> None:
         """Save what is on a page, and play it."""
@@ -117,26 +153,52 @@ class _Desk:
         except WriteError as problem:
             self._performing.complain(f"improv: {problem}")
             self._answer(page, {"type": "written", "number": ask["number"], "revision": "", "problem": str(problem)})
+            self._look()  # the page has to choose
             return
         revision = self._version.revision
         self._answer(page, {"type": "written", "number": ask["number"], "revision": revision, "problem": ""})
         self._show()
-        await self._performing.play_if_right(self._editor.analysis(ask["text"]), self._path, asked, self._when)
+        analysis = self._editor.analysis(ask["text"])
+        if analysis.ok:
+            self._played = ask["text"]
+        await self._performing.play_if_right(analysis, self._path, asked, self._when)
+
+    def place(self, asked: PlaceRobots | Form) -> None:
+        """Have robots start elsewhere from the next play or restart on. Nothing is written."""
+        placed = self._placed.after(asked)
+        robots = placed.robots(self._robots)
+        analysis = analyze(self._played or "", robots)
+        if analysis.ok:
+            self._placed, self._editor.robots = placed, robots
+            score = score_of(analysis)
+            self._starts = starts_of(score)
+            self._performing.revise(score)
+        for problem in robots.diagnostics if not analysis.ok else ():
+            self._performing.complain(f"improv: {problem.message}")
+        self._show()  # also after a refusal: pages move their rings back
 
     def _show(self) -> None:
         """Tell all pages what the file holds."""
         self._performing.tell_pages(
             {
                 "type": "source",
-                "path": str(self._path.absolute()),
+                "path": str(absolute(self._path)),
                 "text": self._version.text,
                 "revision": self._version.revision,
+                "start_poses": self._starts,
             }
         )
 
     def _answer(self, page: int, answer: EditorAnswer | None) -> None:
         if answer:
             self._performing.tell_pages({"type": "answer", "page": page, "answer": answer})
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return read_bytes(path)
+    except ReadError as problem:
+        return str(problem).encode()
 
 
 def _usual_port(path: Path) -> int:

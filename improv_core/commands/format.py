@@ -49,6 +49,8 @@ def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
     code = 0
     for path in files_in(paths, ENDING, PAGES):
         try:
+            if path != STANDARD_INPUT and path.suffix not in (ENDING, PAGES):
+                raise ReadError(f"{path}: it was not changed: only {ENDING} and {PAGES} files are formatted")
             text = read_program(path)
             formatted = _formatted(path, text)
             if path == STANDARD_INPUT and not check and not diff:
@@ -64,13 +66,13 @@ def format_files(paths: Sequence[Path], *, check: bool, diff: bool) -> int:
             elif not diff:
                 _rewrite(path, text, formatted)
                 echo(f"formatted {path}")
-        except (ReadError, WriteError) as problem:
+        except (ReadError, RewriteError) as problem:
             CommandError(str(problem)).show()
             code = FAILED
     return code
 
 
-class WriteError(Exception):
+class RewriteError(Exception):
     """A file can't be rewritten; one plain line that says why."""
 
 
@@ -103,13 +105,13 @@ def _file_lines(text: str) -> list[str]:
 
 
 def _rewrite(path: Path, before: str, after: str) -> None:
-    """Replace the file in one step, if it still holds the text that was read. Raises WriteError."""
+    """Replace the file in one step, if it still holds the text that was read. Raises RewriteError."""
     try:
         with replacing(path) as file:
             old = path.read_bytes()
             mark = codecs.BOM_UTF8 if old.startswith(codecs.BOM_UTF8) else b""
             if old != mark + before.encode():
-                raise WriteError(f"{path}: it changed while it was being formatted: run this again")
+                raise RewriteError(f"{path}: it changed while it was being formatted: run this again")
             file.write(mark + after.encode())
     except OSError as error:
-        raise WriteError(f"{path}: {(error.strerror or 'it cannot be written').lower()}") from None
+        raise RewriteError(f"{path}: {(error.strerror or 'it cannot be written').lower()}") from None

@@ -24,7 +24,7 @@ WIDTH = 60
 """Characters that are listed of a line."""
 
 
-class History(Group):
+class HistoryGroup(Group):
     """A group in which a number is a command as well: it prints that program."""
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
@@ -33,7 +33,7 @@ class History(Group):
         return super().get_command(ctx, cmd_name)
 
 
-@click.group("history", cls=History, invoke_without_command=True, subcommand_metavar="[N | COMMAND [ARGS]...]")
+@click.group("history", cls=HistoryGroup, invoke_without_command=True, subcommand_metavar="[N | COMMAND [ARGS]...]")
 @click.pass_context
 def command(ctx: click.Context) -> None:
     """List the programs that played; with N, print one of them. The latest is number 1."""
@@ -54,12 +54,12 @@ def command(ctx: click.Context) -> None:
 @parameters.port
 @parameters.no_browser
 def play_again(number: int, backend: str, port: int, no_browser: bool) -> None:
-    """Play a program of the history once. Ctrl-C stops the robots."""
+    """Play a program from the history once. Ctrl-C stops the robots."""
     program = _program(number)
     path = Path(program.file)
     if path.is_absolute() and not path.parent.is_dir():
         raise CommandError(
-            f"{path.parent} is gone, and with it what its improv.toml says of the robots: "
+            f"{path.parent} is gone, and so is the improv.toml that described its robots: "
             f"save the program elsewhere with `improv history {number} > dance.improv`, then play that"
         )
     analysis = analyze(program.text, robots_near(path.parent) if path.is_absolute() else Robots())

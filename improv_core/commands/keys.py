@@ -10,10 +10,13 @@ from collections.abc import Callable, Iterator, Mapping
 
 
 @contextlib.contextmanager
-def pressed(keys: Mapping[str, Callable[[], None]]) -> Iterator[None]:
-    """Call what belongs to a key when it is pressed, without Enter. Only in a terminal, and not in the background."""
-    if os.name == "nt" or not (sys.stdin and sys.stdin.isatty()) or os.tcgetpgrp(sys.stdin.fileno()) != os.getpgrp():
-        yield
+def pressed(keys: Mapping[str, Callable[[], None]]) -> Iterator[bool]:
+    """Call what belongs to a key when it is pressed, without Enter. Only in a terminal, and not in the background.
+
+    Yields whether it does.
+    """
+    if os.name == "nt" or not (sys.stdin and sys.stdin.isatty()) or not _in_front(sys.stdin.fileno()):
+        yield False
         return
     import termios
     import tty
@@ -32,8 +35,16 @@ def pressed(keys: Mapping[str, Callable[[], None]]) -> Iterator[None]:
     tty.setcbreak(terminal, termios.TCSANOW)  # Ctrl-C still interrupts
     loop.add_reader(terminal, read)
     try:
-        yield
+        yield True
     finally:
         loop.remove_reader(terminal)
         with contextlib.suppress(termios.error):  # it is gone
             termios.tcsetattr(terminal, termios.TCSANOW, before)
+
+
+def _in_front(terminal: int) -> bool:
+    """Whether what is typed in a terminal is for this process: not in the background, nor in a session without it."""
+    try:
+        return os.tcgetpgrp(terminal) == os.getpgrp()
+    except OSError:  # it is the terminal of another session, for example after `setsid`
+        return False

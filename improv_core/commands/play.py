@@ -23,10 +23,11 @@ from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
 from improv_core.program.report import outcome, summary
 from improv_core.score.movement import ENDLESS
-from improv_core.stage.player import Told
-from improv_core.stage.protocol import ProtocolError, Sensed, TransportMessage
+from improv_core.stage.messages import Sensed, TransportMessage
+from improv_core.stage.reports import Told
 from improv_core.stage.sensing import foreseen
 from improv_core.stage.sinks.recorder import Recorder, sensed_in
+from improv_core.stage.typed_lines import ProtocolError
 
 
 @click.command("play")

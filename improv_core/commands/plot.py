@@ -25,7 +25,8 @@ PIXELS = 2
 def command(file: Path, output: Path, timeline: bool) -> None:
     """Draw the ideal paths of a program's robots. Exit code 1 if the program has errors.
 
-    FILE is a program, or - for standard input.
+    The picture shows them from above and, if a robot climbs, also from the side. FILE is a program, or - for standard
+    input.
     """
     if (ending := output.suffix.lower()) not in (".svg", ".png"):
         raise CommandError(f"{output}: the picture's name must end in .svg or .png")

@@ -1,38 +1,49 @@
-"""Programs named on the command line, and what is wrong with them."""
+"""Programs and `improv.toml` files named on the command line, and what is wrong with them."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 
 from improv_core.commands.echo import echo
 from improv_core.commands.exit_codes import FAILED, PROBLEMS, CommandError
 from improv_core.program.analysis import Analysis
-from improv_core.program.files import ENDING, ReadError, analyze_file
+from improv_core.program.files import ENDING, ReadError, analyze_file, robots_in
 from improv_core.program.report import as_lines
+from improv_core.robots.config import FILE_NAME, Robots
 
 
-def report_each(named: Sequence[Path], report: Callable[[Path, Analysis], None]) -> int:
+def report_each(
+    named: Sequence[Path],
+    report: Callable[[Path, Analysis], None],
+    report_robots: Callable[[Robots], None] | None = None,
+) -> int:
     """Report on every program that can be read, also in folders; the exit code for the worst of them.
 
-    Raises ReadError if a folder has none.
+    With `report_robots`, the same for every `improv.toml`. Raises ReadError if a folder has none.
     """
     code = 0
-    for path in files_in(named, ENDING):
+    for path in files_in(named, ENDING, *([FILE_NAME] if report_robots else [])):
         try:
-            analysis = analyze_file(path)
+            if report_robots and path.name == FILE_NAME:
+                found: Analysis | Robots = robots_in(path)
+            else:
+                found = analyze_file(path)
         except ReadError as problem:
             CommandError(str(problem)).show()
             code = FAILED
-        else:
-            report(path, analysis)
-            code = max(code, 0 if analysis.ok else PROBLEMS)
+            continue
+        if isinstance(found, Analysis):
+            report(path, found)
+        elif report_robots:
+            report_robots(found)
+        code = max(code, 0 if found.ok else PROBLEMS)
     return code
 
 
 def files_in(named: Sequence[Path], *endings: str) -> Sequence[Path]:
-    """The files that are named, and in named folders those with such an ending that are not hidden; each once.
+    """The files that are named, and in named folders those with such an ending or name that are not hidden; each once.
 
     Raises ReadError if a folder can't be read or has none.
     """
@@ -46,10 +57,15 @@ def _files(top: Path, endings: tuple[str, ...]) -> Sequence[Path]:
     found: list[Path] = []
     for folder, folders, names in os.walk(top, onerror=fail):
         folders[:] = sorted(name for name in folders if not name.startswith("."))
-        found.extend(Path(folder, name) for name in sorted(names) if name.endswith(endings) and name[0] != ".")
+        found.extend(Path(folder, name) for name in sorted(names) if _is_wanted(name, endings))
     if not found:
-        raise ReadError(f"{top}: it has no files that end in {' or '.join(endings)}")
+        what = f"no files that end in {' or '.join(each for each in endings if each[0] == '.')}"
+        raise ReadError(f"{top}: it has {what}{f', and no {FILE_NAME}' if FILE_NAME in endings else ''}")
     return found
+
+
+def _is_wanted(name: str, endings: Collection[str]) -> bool:
+    return name in endings or (name[0] != "." and Path(name).suffix in endings)
 
 
 def read_to_play(path: Path) -> Analysis | None:

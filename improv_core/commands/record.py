@@ -24,7 +24,7 @@ from improv_core.playback.start import Options
 from improv_core.program.compiler import score_of
 from improv_core.score.movement import ENDLESS
 from improv_core.services.replacing import replacing
-from improv_core.stage.player import Told
+from improv_core.stage.reports import Told
 from improv_core.stage.sinks.recorder import Recorder
 
 
@@ -36,7 +36,7 @@ from improv_core.stage.sinks.recorder import Recorder
 @parameters.port
 @parameters.no_browser
 def command(file: Path, output: Path, seconds: float | None, backend: str | None, port: int, no_browser: bool) -> None:
-    """Record what robots are told, for `ros2 bag play` and Foxglove.
+    """Record the commands that robots get, for `ros2 bag play` and Foxglove.
 
     FILE is a program, or - for standard input.
     """
@@ -71,8 +71,7 @@ def record(path: Path, output: Path, seconds: float | None) -> int:
             # What robots sense is simulated.
             perform(score, RecordedSimulator(recorder) if score.open else recorder, seconds, partial(note, recorder))
     except KeyboardInterrupt:
-        echo(f"improv: interrupted: {output} was not written", err=True)
-        return INTERRUPTED
+        return _interrupted(output)
     echo(f"{_summary(output, recorder)} (computed in {time.perf_counter() - began:.2f} s)")
     return 0
 
@@ -92,6 +91,8 @@ async def record_live(path: Path, output: Path, options: Options, *, browser: bo
         return PROBLEMS
     with recording(output) as recorder:
         code = await play(analysis, path, replace(options, report_sent=True), browser=browser, recorder=recorder)
+    if code == INTERRUPTED and not recorder.setpoints:
+        return _interrupted(output)
     echo(_summary(output, recorder))
     return code
 
@@ -120,8 +121,13 @@ class _NothingRecordedError(Exception):
     """Keeps an empty recording from replacing another."""
 
 
+def _interrupted(output: Path) -> int:
+    echo(f"improv: interrupted: {output} was not written", err=True)
+    return INTERRUPTED
+
+
 def _summary(output: Path, recorder: Recorder) -> str:
     if not recorder.setpoints:
-        raise RecordError(f"no robot was told anything: {output} was not written")
+        raise RecordError(f"no robot got a command: {output} was not written")
     robots = "1 robot" if recorder.robots == 1 else f"{recorder.robots} robots"
     return f"{output}: {robots}, {recorder.setpoints} messages, {recorder.seconds:.1f} s"

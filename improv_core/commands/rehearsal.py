@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from improv_core.score.score import Score
-from improv_core.stage.player import Player, Told
+from improv_core.stage.player import Player
+from improv_core.stage.reports import Told
 from improv_core.stage.sensing import Foreseen
 from improv_core.stage.sinks import Sink
 

@@ -19,7 +19,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score_json import to_json
 from improv_core.stage.discovery import PEERS, RANGE, limited
-from improv_core.stage.protocol import FOLDER
+from improv_core.stage.messages import FOLDER
 
 LIMIT = 60.0
 """Seconds the Twist may take to arrive, including everything that has to start for it."""

@@ -6,8 +6,9 @@ import asyncio
 import contextlib
 import signal
 import sys
+import threading
 import webbrowser
-from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterable, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -20,31 +21,29 @@ from improv_core.plain import printable
 from improv_core.playback.playback import Edit, Mistake, News, Playback, each_beat
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
+from improv_core.playback.stop_socket import StopSocket, listening
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import Analysis
 from improv_core.program.compiler import score_of
 from improv_core.program.errors import Errors
 from improv_core.program.report import as_lines, mistakes, outcome, summary
+from improv_core.robots.config import absolute
 from improv_core.score.motion import Pose, Twist
+from improv_core.score.score import Score
 from improv_core.services.browser import has_browser
 from improv_core.services.history import keep
-from improv_core.stage.player import REST
-from improv_core.stage.protocol import (
-    Answer,
-    Decided,
-    Measured,
-    MeasuredRobot,
-    Poses,
-    Sensed,
-    Sent,
-    Source,
-    TransportMessage,
-    When,
-)
+from improv_core.stage.commands import Form, PlaceRobots
+from improv_core.stage.doing import REST
+from improv_core.stage.editing import Answer, ProgramSource
+from improv_core.stage.messages import Decided, Measured, MeasuredRobot, Poses, Sensed, Sent, TransportMessage, When
 from improv_core.stage.sinks.recorder import Recorder
 
 BROWSER_LIMIT = 5.0
 """Seconds to wait for a browser to show the page, so that nobody misses the first beat."""
+
+
+HINT = "o or Enter opens the page again, Ctrl-C ends"
+"""The last line of the terminal while keys are heard: an address works only once."""
 
 
 def run(command: Coroutine[Any, Any, int]) -> int:
@@ -75,31 +74,57 @@ async def performance(
     recorder: Recorder | None = None,
     hears_keys: bool = True,
     edit: Edit | None = None,
-) -> AsyncIterator[Performance]:
+    place: Callable[[PlaceRobots | Form], None] | None = None,
+) -> AsyncIterator[TerminalSession]:
     """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
-    performing = Performance(options, quiet, recorder, edit)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        with contextlib.suppress(NotImplementedError):  # Windows raises KeyboardInterrupt instead
-            asyncio.get_running_loop().add_signal_handler(number, performing.interrupted.set)
+    performing = TerminalSession(options, quiet, recorder, edit, place)
+    reached = performing.listen()
+    loop = asyncio.get_running_loop()
+
+    def interrupt(*_: object) -> None:
+        # Not a handler of the event loop, which may be busy with a long program; and on a thread, since what runs now
+        # may be sending something itself.
+        threading.Thread(target=performing.stops.stop, daemon=True).start()
+        with contextlib.suppress(RuntimeError):  # the loop has been closed
+            loop.call_soon_threadsafe(performing.interrupted.set)
+
+    before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         await first(performing.open(browser), performing.interrupted.wait())
-        with pressed({"c": performing.cue}) if hears_keys else contextlib.nullcontext():
+        keys = {"c": performing.cue, **dict.fromkeys("oO\r\n", performing.open_again)}
+        with pressed(keys) if hears_keys else contextlib.nullcontext(False) as hears:
+            performing.show_hint(hears)
             yield performing
     finally:
         await performing.close()
+        if reached:
+            reached.close()
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
-class Performance:
+class TerminalSession:
     """What plays, shown in a terminal. If the terminal can't be written, that counts as an interrupt."""
 
-    def __init__(self, options: Options, quiet: bool, recorder: Recorder | None, edit: Edit | None) -> None:
+    def __init__(
+        self,
+        options: Options,
+        quiet: bool,
+        recorder: Recorder | None,
+        edit: Edit | None,
+        place: Callable[[PlaceRobots | Form], None] | None,
+    ) -> None:
         self.stops = Stops()
+        self._place = place
         self._playback = Playback(options, self._hear, self.stops, edit=edit)
         self._quiet = quiet
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
         self._counter: asyncio.Task[None] | None = None
-        self._counted = False  # whether the cursor is behind a beat
+        self._counted = False  # whether the cursor is behind a beat or the hint
+        self._beat = ""
+        self._hint = ""  # what keys do, in the last line of the terminal
+        self._opening: set[asyncio.Task[None]] = set()
         self._latest: TransportMessage | None = None  # from the leading stage
         self._poses: Poses = {}  # from the stage that has them
         self._errors = Errors()
@@ -129,6 +154,13 @@ class Performance:
     def has_page(self) -> bool:
         return self._playback.page is not None
 
+    def listen(self) -> StopSocket | None:
+        """Have `improv stop` reach this performance from now on."""
+        reached = listening(self._playback.stop, self.stops)
+        if self.stops.unreachable:
+            self.complain(f"improv: `improv stop` won't work: {self.stops.unreachable}")
+        return reached
+
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
         await self._playback.open()
@@ -137,6 +169,23 @@ class Performance:
         if browser and await self.open_browser():
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
+
+    def show_hint(self, hears: bool) -> None:
+        """From now on, the last line of the terminal says how to open the page, if it `hears` keys."""
+        if hears and self.has_page and not self._quiet and sys.stdout.isatty():
+            self._hint = HINT
+            self._show_status()
+
+    def open_again(self) -> None:
+        """Open the page with a new ticket: in a browser, or by an address that is printed."""
+        if self.has_page:
+            task = asyncio.create_task(self._open_again())
+            self._opening.add(task)
+            task.add_done_callback(self._opening.discard)
+
+    async def _open_again(self) -> None:
+        if not await self.open_browser():
+            self.say(f"watch it at {self._playback.link()}")
 
     async def open_browser(self) -> bool:
         """Show the page in a browser; whether there are both."""
@@ -170,6 +219,10 @@ class Performance:
         self.finished.set()
         return False
 
+    def revise(self, score: Score) -> None:
+        """Have a page's Restart play this score instead of the one that was played."""
+        self._playback.revise(score)
+
     async def play_if_right(self, analysis: Analysis, path: Path, asked: int, when: When) -> None:
         """Play what was saved, as `play` does, or say why it can't be played."""
         for line in as_lines(path, analysis):
@@ -189,9 +242,9 @@ class Performance:
 
     def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
         """Have the page show which program is to be played, and what keeps it from being played."""
-        self._playback.present(path.name, str(path.absolute().parent), mistakes)
+        self._playback.present(path.name, str(absolute(path).parent), mistakes)
 
-    def tell_pages(self, message: Source | Answer) -> None:
+    def tell_pages(self, message: ProgramSource | Answer) -> None:
         """Tell pages what they may edit, or answer one of them."""
         self._playback.tell_pages(message)
 
@@ -208,7 +261,9 @@ class Performance:
 
     async def close(self) -> None:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
+        self._hint = ""
         self._stop_counter()
+        self._clear_count()
         await self._playback.close()
         await asyncio.gather(*self._keeping, return_exceptions=True)
         if self._not_recorded:
@@ -216,7 +271,7 @@ class Performance:
 
     def _keep(self, path: Path, text: str) -> None:
         """Keep a program that plays in the history; only `close` waits for that."""
-        kept = asyncio.create_task(asyncio.to_thread(keep, str(path.absolute()), text, datetime.now(timezone.utc)))
+        kept = asyncio.create_task(asyncio.to_thread(keep, str(absolute(path)), text, datetime.now(timezone.utc)))
         self._keeping.add(kept)
         kept.add_done_callback(self._kept)
 
@@ -241,17 +296,22 @@ class Performance:
         if not self._quiet:
             self._clear_count()
             self._write(printable(line))
+            self._show_status()
 
     def complain(self, line: str) -> None:
         """Print a line to stderr."""
         self._clear_count()
         self._write(printable(line), err=True)
+        self._show_status()
 
     def _hear(self, message: News, leads: bool) -> None:
         if message["type"] == "transport":
             self._follow(message, leads)
         elif message["type"] == "stopped":
             self._keep_poses(message)
+        elif message["type"] == "place" or message["type"] == "form":
+            if self._place:
+                self._place(message)
         elif message["type"] in ("sent", "sensed", "decided", "measured") and leads:
             if message["type"] == "measured":
                 self._errors.take(message)
@@ -304,16 +364,25 @@ class Performance:
     async def _count(self, transport: TransportMessage) -> None:
         """Show the beat in place, until cancelled."""
         async for beat in each_beat(transport):
-            self._counted = True
-            self._write(f"\r{beat} ", nl=False)
+            self._beat = beat
+            self._clear_count()
+            self._show_status()
 
     def _stop_counter(self) -> None:
         if self._counter:
             self._counter.cancel()
             self._counter = None
-        if self._counted:
-            self._counted = False
-            self._write("")
+        beat, self._beat = self._beat, ""
+        if self._counted and beat:
+            self._clear_count()
+            self._write(beat)
+            self._show_status()
+
+    def _show_status(self) -> None:
+        """Show the beat, and what keys do, in the last line."""
+        if shown := " · ".join(part for part in (self._beat, self._hint) if part):
+            self._counted = True
+            self._write(f"\r{shown} ", nl=False)
 
     def _clear_count(self) -> None:
         """Make room for a line where the beat is; counting continues below."""

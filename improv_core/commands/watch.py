@@ -9,16 +9,21 @@ import click
 
 from improv_core.commands import parameters
 from improv_core.commands.exit_codes import INTERRUPTED, CommandError
-from improv_core.commands.terminal import Performance, first, performance, run
+from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
 from improv_core.program.files import STANDARD_INPUT, ReadError, robots_near
 from improv_core.program.report import Mistake
-from improv_core.services.saves import Saved, changed_at, changes, read_saved, saved_or_awaited, settle
-from improv_core.stage.protocol import When
+from improv_core.services.saves import Saved, changes, read_saved, saved_or_awaited, settle
+from improv_core.services.stopped_saves import StopWitness, Verdict, decide, is_shared, look
+from improv_core.stage.messages import When
 
-NEVER = -1
-"""A count of stops that there never was: nothing plays that was asked for then."""
+ANSWERS = {
+    Verdict.DROP: "■ {} was stopped before it began",
+    Verdict.SAVE_AGAIN: "■ {} may have been saved before the stop: save again to play it",
+    Verdict.ONLY_ROBOTS: "improv.toml has changed: save {} to play again",
+}
+"""Why a change does not play."""
 
 
 @click.command("watch")
@@ -45,22 +50,32 @@ async def watch(path: Path, options: Options, when: When, *, browser: bool) -> i
     return INTERRUPTED
 
 
-async def _follow(performing: Performance, path: Path, saved: Saved, when: When) -> None:
+async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: When) -> None:
+    stops = performing.stops
+    witness, handled = StopWitness(stops, path), look(path)
+    played = told = 0  # the counts of stops when it was played last, and when somebody was told to save again
     if saved.text is None:
         performing.present(path)
         performing.say(f"waiting for {path.name}: save it to play it")
     else:
         await _play(performing, path, saved, 0, when)
     async for _ in changes(path.parent):
-        asked = performing.stops.count
-        if read_saved(path) != saved and (settled := await settle(path)) != saved:
-            saved = settled
-            # A stop may also have come between a save and the notice of it, for example while a program was analyzed.
-            late = changed_at(path) < performing.stops.latest
-            await _play(performing, path, saved, NEVER if late else asked, when)
+        if read_saved(path) == saved or (settled := await settle(path)) == saved:
+            continue
+        # What came before these counts is known below; a stop that comes later keeps the save from playing.
+        asked, heard, now = stops.count, stops.hushes, look(path)
+        at_stop = await witness.since(played)
+        verdict = decide(handled, at_stop, now, shared=is_shared(path), told=played < told == stops.hushes)
+        saved, handled = settled, now
+        if verdict is Verdict.PLAY:
+            played = heard
+            await _play(performing, path, saved, asked, when)
+        else:
+            performing.say(ANSWERS[verdict].format(path.name))
+            told = heard if verdict is Verdict.SAVE_AGAIN else told
 
 
-async def _play(performing: Performance, path: Path, saved: Saved, asked: int, when: When) -> None:
+async def _play(performing: TerminalSession, path: Path, saved: Saved, asked: int, when: When) -> None:
     """Play what was saved, or say why it can't be played."""
     try:
         if saved.text is None:

@@ -43,7 +43,7 @@ def _place(ls: Session, document: Document, item: types.CallHierarchyItem) -> in
 
 
 def _converted(
-    ls: Session, document: Document, call: hierarchy.Call
+    ls: Session, document: Document, call: hierarchy.HierarchyCall
 ) -> tuple[types.CallHierarchyItem, Sequence[types.Range]]:
     item = call_hierarchy_item(document.uri, document.lines, call.entry, ls.editor.encoding)
     return item, [to_range(document.lines, span, ls.editor.encoding) for span in call.spans]

@@ -1,25 +1,32 @@
-"""textDocument/codeAction: fixes and refactorings."""
+"""textDocument/codeAction and codeAction/resolve: fixes, refactorings, and what can be played or stopped."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
 from improv_core.diagnostics import Edit
 from improv_core.ide.code_action import FIX_ALL, Action, fix_all, fixes
+from improv_core.ide.code_action_play import Deed, deeds
 from improv_core.ide.code_action_refactor import refactorings
 from improv_core.ide.references import symbol_at
+from improv_core.ide.robots_file.trial import trials
+from improv_core.plain import message_without_links
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import add, place
 from improv_core.text import LineIndex, Span, difference
 from improv_ls import to_lsp
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.handlers import robots_file
-from improv_ls.positions import to_span
+from improv_ls.positions import to_range, to_span
 from improv_ls.session import Session
-from improv_ls.to_lsp_locations import Changed, workspace_edit
+from improv_ls.to_lsp_locations import ChangedText, workspace_edit
+
+MOST_EDITS = 20
+"""The most edits of an action that are sent before somebody chooses it, to editors that ask for the edits then."""
 
 
 def code_action(ls: Session, params: types.CodeActionParams) -> list[types.CodeAction]:
@@ -29,30 +36,50 @@ def code_action(ls: Session, params: types.CodeActionParams) -> list[types.CodeA
         return []
     span = to_span(document.lines, params.range, ls.editor.encoding)
     only = [str(getattr(kind, "value", kind)) for kind in params.context.only or ()]
-    return [
-        _converted(ls, document, action, changed)
-        for action, changed in _actions(ls, document, span, _is_one_of(FIX_ALL, only))
+    later = "edit" in (ls.editor.can("text_document.code_action.resolve_support.properties") or ())
+    later = later and bool(ls.editor.can("text_document.code_action.data_support"))
+    fixes_all = _is_one_of(FIX_ALL, only)
+    edits = [
+        _converted(ls, document, action, changed, span if later and len(action.edits) > MOST_EDITS else None)
+        for action, changed in _actions(ls, document, span, fixes_all)
         if not only or _is_one_of(action.kind, only)
     ]
+    done = [
+        _command(ls, document, deed) for deed in _deeds(ls, document, span) if not only or _is_one_of(deed.kind, only)
+    ]
+    return edits + done
+
+
+def resolve(ls: Session, action: types.CodeAction) -> types.CodeAction:
+    """The action with its edits, for the text as it is now; without any if that no longer has it."""
+    uri, start, end = action.data if isinstance(action.data, list) and len(action.data) == 3 else ("", 0, 0)
+    if document := ls.documents.get(uri) or ls.robots_files.get(uri):
+        for found, changed in _actions(ls, document, Span(start, end), action.kind == FIX_ALL):
+            if (found.title, found.kind) == (action.title, action.kind):
+                action.edit = _edit(ls, document, changed)
+                break
+    return action
 
 
 def _actions(
     ls: Session, document: Document | RobotsFile, span: Span, fixes_all: bool
-) -> Iterator[tuple[Action, dict[str, Changed]]]:
+) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
     """Actions, and the edits of each; the one that fixes all only if the client has asked for it by its kind."""
     if isinstance(document, RobotsFile):
         found = robots_file.actions(document, span)
     else:
-        found = [*fixes(document.analysis.diagnostics, span), *refactorings(document.analysis, span)]
+        found = fixes(document.analysis.diagnostics, span)
+        if document.analysis.is_settled:  # a refactored program must be sure to mean the same
+            found += refactorings(document.analysis, span)
         found += fix_all(document.analysis) if fixes_all else ()
     for action in found:
-        yield action, {document.uri: Changed(document.version, document.lines, action.edits)}
+        yield action, {document.uri: ChangedText(document.version, document.lines, action.edits)}
     if isinstance(document, Document):
         yield from _additions(ls, document, span)
         yield from _listing(ls, document, span)
 
 
-def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, Changed]]]:
+def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
     """Fixes that add a robot to `improv.toml`."""
     robots, text = document.analysis.cast, document.analysis.text
     uri = from_fs_path(str(robots.path)) if robots.path else None
@@ -64,10 +91,10 @@ def _additions(ls: Session, document: Document, span: Span) -> Iterator[tuple[Ac
             name = text[slice(*problem.span)]
             if edit := add(file.lines.text, name):
                 action = Action(f"Add {name} to improv.toml", "quickfix", (edit,), (problem,))
-                yield action, {uri: Changed(file.version, file.lines, action.edits)}
+                yield action, {uri: ChangedText(file.version, file.lines, action.edits)}
 
 
-def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, Changed]]]:
+def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Action, dict[str, ChangedText]]]:
     """On a robot, if `improv.toml` lists none: write all robots of the program into it, or into a new one."""
     cast, program, symbol = document.analysis.cast, path_of(document.uri), symbol_at(document.analysis, span.start)
     if not (program and symbol and symbol.is_robot) or cast.robots or not (cast.path or ls.editor.creates_files):
@@ -79,7 +106,25 @@ def _listing(ls: Session, document: Document, span: Span) -> Iterator[tuple[Acti
         start, end, written = difference(file.lines.text, text)
         where = FILE_NAME if cast.path else f"a new {FILE_NAME}"
         action = Action(f"List these robots in {where}", "refactor.rewrite", (Edit(Span(start, end), written),))
-        yield action, {uri: Changed(file.version, file.lines, action.edits)}
+        yield action, {uri: ChangedText(file.version, file.lines, action.edits)}
+
+
+def _deeds(ls: Session, document: Document | RobotsFile, span: Span) -> Iterator[Deed]:
+    """What can be played, silenced, or stopped there."""
+    if isinstance(document, RobotsFile):
+        return trials(document.lines.text, span)
+    return deeds(document.analysis, span.start, *ls.performance.silenced)
+
+
+def _command(ls: Session, document: Document | RobotsFile, deed: Deed) -> types.CodeAction:
+    arguments: list[Any] = [document.uri] if deed.command == "play" else []
+    if deed.only:
+        arguments.append(to_range(document.lines, deed.only, ls.editor.encoding))
+    if deed.robot:
+        arguments.append(deed.robot)
+    title = message_without_links(deed.title)
+    command = types.Command(title, f"improv.{deed.command}", arguments=arguments)
+    return types.CodeAction(title=title, kind=deed.kind, command=command)
 
 
 def _is_one_of(kind: str, wanted: list[str]) -> bool:
@@ -88,8 +133,9 @@ def _is_one_of(kind: str, wanted: list[str]) -> bool:
 
 
 def _converted(
-    ls: Session, document: Document | RobotsFile, action: Action, changed: dict[str, Changed]
+    ls: Session, document: Document | RobotsFile, action: Action, changed: dict[str, ChangedText], later: Span | None
 ) -> types.CodeAction:
+    """An action with its edits, or with the cursor's span if the editor is to ask for them later."""
     editor = ls.editor
     prefers = editor.can("text_document.code_action.is_preferred_support")
     fixed = [
@@ -101,11 +147,17 @@ def _converted(
         kind=action.kind,
         diagnostics=fixed or None,
         is_preferred=(prefers and action.preferred) or None,
-        edit=workspace_edit(changed, editor.takes_document_changes, editor.encoding, _new(document, changed)),
+        edit=None if later else _edit(ls, document, changed),
+        data=[document.uri, *later] if later else None,
     )
 
 
-def _new(document: Document | RobotsFile, changed: dict[str, Changed]) -> list[str]:
+def _edit(ls: Session, document: Document | RobotsFile, changed: dict[str, ChangedText]) -> types.WorkspaceEdit:
+    editor = ls.editor
+    return workspace_edit(changed, editor.takes_document_changes, editor.encoding, _new(document, changed))
+
+
+def _new(document: Document | RobotsFile, changed: dict[str, ChangedText]) -> list[str]:
     """The files among those that change that do not exist yet: an `improv.toml`."""
     exists = isinstance(document, RobotsFile) or document.analysis.cast.path
     return [] if exists else [uri for uri in changed if uri != document.uri]

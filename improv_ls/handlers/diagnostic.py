@@ -6,7 +6,7 @@ from lsprotocol import types
 
 from improv_ls.documents import Document
 from improv_ls.handlers.publish_diagnostics import diagnostics_of
-from improv_ls.session import Sent, Session, sent
+from improv_ls.session import LastSent, Session, sent
 
 
 def diagnostic(
@@ -22,7 +22,7 @@ def diagnostic(
     return types.RelatedFullDocumentDiagnosticReport(now.items, result_id=now.result_id)
 
 
-def diagnosed(ls: Session, document: Document) -> Sent[types.Diagnostic]:
+def diagnosed(ls: Session, document: Document) -> LastSent[types.Diagnostic]:
     """The diagnostics of an open document; with the id of those that were sent last, if they are the same."""
     items, before = diagnostics_of(ls, document), ls.sent_diagnostics.get(document.uri)
     now = ls.sent_diagnostics[document.uri] = before if before and before.items == items else sent(items)

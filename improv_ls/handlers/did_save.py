@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from lsprotocol import types
 
+from improv_core.ide.code_lens import scene_ids
+from improv_ls.documents import Document
 from improv_ls.handlers.workspace_files import refresh_robots
 from improv_ls.session import Session
 
@@ -18,13 +20,29 @@ def will_save(ls: Session, params: types.WillSaveTextDocumentParams) -> None:
 
 def did_save(ls: Session, params: types.DidSaveTextDocumentParams) -> None:
     uri = params.text_document.uri
+    _show_lenses_of_new_scenes(ls, uri)
     if uri in ls.autosaving:
         ls.autosaving.remove(uri)
         return
     refresh_robots(ls)
-    # What was saved is what plays, whatever is typed from here on.
+    # The saved text is what plays, no matter what is typed from here on.
     document = ls.documents.get(uri)
     if document and ls.editor.settings.study_log:
-        ls.records.saved(document)
+        ls.editor.soon(_record(ls, document, params.text))
     if document and ls.editor.settings.on_save != "off":
-        ls.editor.soon(ls.performance.play(document, ls.arrival.stops, "save"))
+        ls.editor.soon(ls.performance.play(document, ls.arrival.stops, "save", params.text))
+
+
+def _show_lenses_of_new_scenes(ls: Session, uri: str) -> None:
+    """Lenses of scenes come with a save, because no line should move while a person types."""
+    if document := ls.documents.get(uri):
+        before = ls.scenes_with_lenses.pop(uri, None)
+        now = None if document.analysis.earlier else scene_ids(document.analysis)
+        if now is not None:
+            ls.scenes_with_lenses[uri] = now
+        if now is None or now != before:
+            ls.editor.refresh("code_lens")
+
+
+async def _record(ls: Session, document: Document, text: str | None) -> None:
+    ls.records.saved(await ls.settling.settled(document, text))

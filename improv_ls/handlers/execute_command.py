@@ -9,10 +9,10 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote
 
-from improv_core.ide.robots_file.code_lens import trial
+from improv_core.ide.robots_file.trial import trial
 from improv_core.plain import printable
 from improv_core.robots.config import read_robots
-from improv_core.stage.protocol import FASTEST, LAST_BEAT, SLOWEST
+from improv_core.stage.fields import FASTEST, LAST_BEAT, SLOWEST
 from improv_core.text import Span
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.handlers.workspace_files import refresh_robots
@@ -102,7 +102,7 @@ def calibrate(ls: Session, *arguments: Any) -> None:
     casts = [document.analysis.cast for document in ls.documents.values()]
     listed = next((cast for cast in casts if cast.path and cast.robots), None)
     if not listed or not listed.path:
-        ls.editor.warn("improv.calibrate: list your robots in improv.toml first, and open a program of theirs")
+        ls.editor.warn("improv.calibrate: list your robots in improv.toml first, and open a program that they play")
         return
     own = Path(sys.executable).with_name("improv")
     improv = "improv" if shutil.which("improv") or not own.exists() else str(own)

@@ -15,6 +15,9 @@ from improv_ls.settings import read_settings
 PARENT_PERIOD = 1.0
 """Seconds between two checks that the editor's process is still alive."""
 
+UNTIL_SHOWN = 1.0
+"""Seconds in which the first document is shown. What it doesn't need is loaded after that."""
+
 
 def initialize(ls: Session, params: types.InitializeParams) -> None:
     # Wrong settings are reported once the client may be told anything: in `initialized`.
@@ -30,9 +33,11 @@ def initialize(ls: Session, params: types.InitializeParams) -> None:
 
 
 def initialized(ls: Session, params: types.InitializedParams) -> None:
+    ls.listen()
     # Load what the first document will need now, while the person is still opening it.
     for handler in ("text_document_sync", "semantic_tokens"):
         asyncio.get_running_loop().call_soon(import_module, f"improv_ls.handlers.{handler}")
+    ls.editor.soon(_prepare())
     for problem in ls.editor.wrong_settings:
         ls.editor.warn(problem)
     files = [types.FileSystemWatcher("**/improv.toml"), types.FileSystemWatcher("**/*.improv")]
@@ -47,6 +52,15 @@ def _register(ls: Session, method: str, capability: str, options: object) -> Non
     if ls.editor.can(f"workspace.{capability}.dynamic_registration"):
         registration = types.Registration(id=method, method=method, register_options=options)
         ls.client_register_capability(types.RegistrationParams([registration]))
+
+
+async def _prepare() -> None:
+    """Load what the first hover and the first mistake need, on a thread, once the first document has been shown."""
+    await asyncio.sleep(UNTIL_SHOWN)
+    for module in ("hover", "code_action", "completion"):
+        await asyncio.to_thread(import_module, f"improv_ls.handlers.{module}")
+    derivation = await asyncio.to_thread(import_module, "improv_core.syntax.derivation")
+    await asyncio.to_thread(derivation.prepare)
 
 
 async def _watch_parent(ls: Session, process: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from improv_core.stage.protocol import LAST_BEAT
+from improv_core.stage.fields import LAST_BEAT
 from improv_ls.session import Session
 
 

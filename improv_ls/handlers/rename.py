@@ -16,7 +16,7 @@ from improv_ls.handlers import robots_file
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session
 from improv_ls.sharing import programs_for
-from improv_ls.to_lsp_locations import Changed, workspace_edit
+from improv_ls.to_lsp_locations import ChangedText, workspace_edit
 
 
 def prepare_rename(ls: Session, params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder | None:
@@ -45,12 +45,12 @@ def rename(ls: Session, params: types.RenameParams) -> types.WorkspaceEdit | Non
     return workspace_edit(changed, ls.editor.takes_document_changes, ls.editor.encoding) if changed else None
 
 
-def _in_program(ls: Session, document: Document | None, params: types.RenameParams) -> dict[str, Changed]:
+def _in_program(ls: Session, document: Document | None, params: types.RenameParams) -> dict[str, ChangedText]:
     if not document:
         return {}
     symbol = renaming.renamable(document.analysis, to_offset(document.lines, params.position, ls.editor.encoding))
     edits = renaming.rename(document.analysis, symbol, params.new_name)
-    changed = {document.uri: Changed(document.version, document.lines, edits)}
+    changed = {document.uri: ChangedText(document.version, document.lines, edits)}
     return changed | (_elsewhere(ls, document, symbol.text, params.new_name) if symbol.is_robot else {})
 
 
@@ -58,7 +58,7 @@ def _failed(refusal: renaming.RefusalError) -> JsonRpcException:
     return JsonRpcException(message_without_links(str(refusal)), types.LSPErrorCodes.RequestFailed)
 
 
-def _elsewhere(ls: Session, document: Document, old: str, new: str) -> dict[str, Changed]:
+def _elsewhere(ls: Session, document: Document, old: str, new: str) -> dict[str, ChangedText]:
     """The edits of `improv.toml` and of all other programs that share one of its robots. Raises RefusalError.
 
     A robot that is not in that file belongs to its program alone.
@@ -68,7 +68,7 @@ def _elsewhere(ls: Session, document: Document, old: str, new: str) -> dict[str,
     edits = renaming.rename_section(robots, old, new)
     if not uri or not edits:
         return {}
-    changed = {uri: Changed(None, LineIndex(robots.text), edits)}
+    changed = {uri: ChangedText(None, LineIndex(robots.text), edits)}
     for other in programs_for(ls.documents, robots.path, old):
         if other.uri != document.uri:
             try:
@@ -76,5 +76,5 @@ def _elsewhere(ls: Session, document: Document, old: str, new: str) -> dict[str,
             except renaming.RefusalError as refusal:
                 name = other.uri.rpartition("/")[2]
                 raise renaming.RefusalError(f"in {unquote(name)}: {refusal}") from refusal
-            changed[other.uri] = Changed(other.version, other.lines, edits)
+            changed[other.uri] = ChangedText(other.version, other.lines, edits)
     return changed

@@ -8,11 +8,11 @@ from lsprotocol import types
 
 from improv_core.ide import rename as renaming
 from improv_core.ide.code_action import Action, fixes
-from improv_core.ide.references import plays
+from improv_core.ide.references import Reference, plays
 from improv_core.ide.robots_file import completion as completing
 from improv_core.ide.robots_file import hover as hovering
 from improv_core.ide.robots_file import references as finding
-from improv_core.ide.robots_file.references import Symbol, symbol_at
+from improv_core.ide.robots_file.references import FileSymbol, symbol_at
 from improv_core.robots.config import Robots, read_robots
 from improv_core.text import Span
 from improv_ls import to_lsp
@@ -20,7 +20,7 @@ from improv_ls.documents import RobotsFile, path_of
 from improv_ls.positions import to_offset, to_range
 from improv_ls.session import Session
 from improv_ls.sharing import programs_for
-from improv_ls.to_lsp_locations import Changed, location
+from improv_ls.to_lsp_locations import ChangedText, highlight, location
 
 
 def completion(ls: Session, file: RobotsFile, params: types.CompletionParams) -> types.CompletionList | None:
@@ -55,6 +55,22 @@ def definition(ls: Session, file: RobotsFile, params: types.DefinitionParams) ->
     return _here(ls, file, finding.declarations(file.lines.text, symbol)[:1])
 
 
+def declaration(ls: Session, file: RobotsFile, params: types.DeclarationParams) -> list[types.Location]:
+    """The section of a robot or a profile."""
+    symbol = _symbol(ls, file, params)
+    return _here(ls, file, finding.declarations(file.lines.text, symbol)[:1]) if symbol else []
+
+
+def highlights(ls: Session, file: RobotsFile, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+    """All names of a robot or a profile in the file."""
+    symbol, text = _symbol(ls, file, params), file.lines.text
+    if not symbol:
+        return []
+    declared = [Reference(span, defines=True) for span in finding.declarations(text, symbol)]
+    used = [Reference(span, defines=False) for span in finding.uses(text, symbol)]
+    return [highlight(file.lines, each, ls.editor.encoding) for each in (*declared, *used)]
+
+
 def references(ls: Session, file: RobotsFile, params: types.ReferenceParams) -> list[types.Location]:
     symbol, text = _symbol(ls, file, params), file.lines.text
     if not symbol:
@@ -63,7 +79,7 @@ def references(ls: Session, file: RobotsFile, params: types.ReferenceParams) -> 
     return [*_here(ls, file, [*declared, *finding.uses(text, symbol)]), *_plays(ls, file, symbol)]
 
 
-def renamable(ls: Session, file: RobotsFile, params: types.PrepareRenameParams | types.RenameParams) -> Symbol:
+def renamable(ls: Session, file: RobotsFile, params: types.PrepareRenameParams | types.RenameParams) -> FileSymbol:
     """The robot or profile at the cursor. Raises RefusalError if there is none."""
     symbol = _symbol(ls, file, params)
     if symbol and finding.declarations(file.lines.text, symbol):
@@ -71,24 +87,31 @@ def renamable(ls: Session, file: RobotsFile, params: types.PrepareRenameParams |
     raise renaming.RefusalError("only robots and profiles in this file can be renamed: put the cursor on one")
 
 
-def rename(ls: Session, file: RobotsFile, params: types.RenameParams) -> dict[str, Changed]:
+def rename(ls: Session, file: RobotsFile, params: types.RenameParams) -> dict[str, ChangedText]:
     """The edits of the file, and of all programs that play a robot. Raises RefusalError."""
     symbol, text = renamable(ls, file, params), file.lines.text
     if symbol.section == "profiles":
         edits = finding.rename_profile(text, symbol, params.new_name)
-        return {file.uri: Changed(file.version, file.lines, edits)}
+        return {file.uri: ChangedText(file.version, file.lines, edits)}
     edits = renaming.rename_section(Robots(text=text), symbol.name, params.new_name)
-    changed = {file.uri: Changed(file.version, file.lines, edits)}
+    changed = {file.uri: ChangedText(file.version, file.lines, edits)}
     for program in programs_for(ls.documents, path_of(file.uri), symbol.name):
         edits = renaming.rename_robot(program.analysis, symbol.name, params.new_name)
-        changed[program.uri] = Changed(program.version, program.lines, edits)
+        changed[program.uri] = ChangedText(program.version, program.lines, edits)
     return changed
 
 
-_Asked = types.DefinitionParams | types.ReferenceParams | types.PrepareRenameParams | types.RenameParams
+_Asked = (
+    types.DefinitionParams
+    | types.DeclarationParams
+    | types.DocumentHighlightParams
+    | types.ReferenceParams
+    | types.PrepareRenameParams
+    | types.RenameParams
+)
 
 
-def _symbol(ls: Session, file: RobotsFile, params: _Asked) -> Symbol | None:
+def _symbol(ls: Session, file: RobotsFile, params: _Asked) -> FileSymbol | None:
     return symbol_at(file.lines.text, to_offset(file.lines, params.position, ls.editor.encoding))
 
 
@@ -96,7 +119,7 @@ def _here(ls: Session, file: RobotsFile, spans: list[Span]) -> list[types.Locati
     return [location(file.uri, file.lines, span, ls.editor.encoding) for span in spans]
 
 
-def _plays(ls: Session, file: RobotsFile, symbol: Symbol) -> Iterator[types.Location]:
+def _plays(ls: Session, file: RobotsFile, symbol: FileSymbol) -> Iterator[types.Location]:
     """Where programs play a robot."""
     if symbol.section == "robots":
         for program in programs_for(ls.documents, path_of(file.uri), symbol.name):

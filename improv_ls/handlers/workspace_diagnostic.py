@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
 from improv_core.robots.config import Robots
-from improv_ls.checker import Checker, Program
+from improv_ls.checker import Checker, ProgramFile
 from improv_ls.documents import Document, path_of, robots_of
 from improv_ls.handlers.diagnostic import diagnosed
 from improv_ls.programs import LARGEST_FILE, programs_in
-from improv_ls.session import Checked, Sent, Session, sent
+from improv_ls.session import Checked, LastSent, Session, sent
 
 AT_ONCE = 10
 """Files in one portion."""
@@ -65,7 +66,8 @@ async def _reports(ls: Session, known: dict[str, str]) -> AsyncIterator[tuple[Se
             opened = {path_of(uri): document for uri, document in ls.documents.items()}
             closed = [uri for uri in portion if listed[uri] not in opened]
             ls.checked |= await asyncio.to_thread(_check, closed, listed, dict(ls.checked), robots, checker)
-            found = [_report(ls, uri, opened.get(listed[uri]), known) for uri in portion]
+            reports = partial(_reports_now, ls, portion, opened, listed, known)
+            found = await ls.settling.run(reports)
             known.update({each.uri: each.result_id for each in found if each.result_id})
             yield found, (first + len(portion)) / len(uris)
     finally:
@@ -104,13 +106,23 @@ def _check(
         before = checked.get(uri)
         if state.st_size <= LARGEST_FILE and not (before and (before.stamp, before.robots) == (stamp, cast)):
             stamps.append(stamp)
-            changed.append(Program(uri, path, cast))
+            changed.append(ProgramFile(uri, path, cast))
     found = {}
     for program, stamp, items in zip(changed, stamps, checker.check(changed) if changed else (), strict=True):
         before = checked.get(program.uri)
         same = before.sent if before and before.sent.items == items else None
         found[program.uri] = Checked(stamp, program.robots, same or sent(items))
     return found
+
+
+def _reports_now(
+    ls: Session,
+    uris: Sequence[str],
+    opened: Mapping[Path | None, Document],
+    listed: Mapping[str, Path],
+    known: Mapping[str, str],
+) -> list[_Report]:
+    return [_report(ls, uri, opened.get(listed[uri]), known) for uri in uris]
 
 
 def _report(ls: Session, uri: str, document: Document | None, known: Mapping[str, str]) -> _Report:
@@ -122,7 +134,7 @@ def _report(ls: Session, uri: str, document: Document | None, known: Mapping[str
     return types.WorkspaceFullDocumentDiagnosticReport(uri, now.items, version, result_id=now.result_id)
 
 
-_UNREADABLE: Sent[types.Diagnostic] = sent(())
+_UNREADABLE: LastSent[types.Diagnostic] = sent(())
 
 
 def _tell(

@@ -31,7 +31,7 @@ def did_rename_files(ls: Session, params: types.RenameFilesParams) -> None:
         for document in list(ls.documents.values()):
             uri = moved(document.uri, renamed.old_uri, renamed.new_uri)
             if uri not in ls.documents:
-                add(ls, Document(uri, document.version, document.analysis.with_robots(robots_of(uri))))
+                add(ls, Document(uri, document.version, document.analysis.given(robots_of(uri))))
                 did_close(ls, types.DidCloseTextDocumentParams(types.TextDocumentIdentifier(document.uri)))
         for file in list(ls.robots_files.values()):
             uri = moved(file.uri, renamed.old_uri, renamed.new_uri)
@@ -54,7 +54,7 @@ def refresh_robots(ls: Session) -> None:
         robots = robots_of(document.uri)
         if robots != document.analysis.cast:
             publish_robots(ls, replace(document.analysis.cast, diagnostics=()))
-            add(ls, replace(document, analysis=document.analysis.with_robots(robots)))
+            add(ls, replace(document, analysis=document.analysis.given(robots)))
             different = True
     if different and ls.editor.pulls_diagnostics:
         ls.editor.refresh("diagnostics")

@@ -10,7 +10,7 @@ from pathlib import Path
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
-from improv_core.ide.document_symbol import Entry, names_in
+from improv_core.ide.document_symbol import OutlineEntry, names_in
 from improv_core.text import LineIndex
 from improv_ls.documents import Document, path_of
 from improv_ls.positions import Encoding
@@ -58,7 +58,7 @@ def search(
 
 def _programs(
     documents: Sequence[Document], folders: Iterable[Path]
-) -> Iterator[tuple[str, LineIndex, Iterable[Entry]]]:
+) -> Iterator[tuple[str, LineIndex, Iterable[OutlineEntry]]]:
     """Open programs as in the editor, others as in their files."""
     for document in documents:
         yield document.uri, document.lines, names_in(document.analysis.text)

@@ -2,7 +2,12 @@
 
 vim.bo.commentstring = "# %s"
 vim.bo.comments = ":#"
-vim.b.undo_ftplugin = "setlocal commentstring< comments<"
+vim.b.undo_ftplugin = "setlocal commentstring< comments< signcolumn<"
+
+-- With `auto`, all text would move when the first error comes, and when the last one goes.
+if vim.o.signcolumn == "auto" then
+  vim.wo[0][0].signcolumn = "yes"
+end
 
 -- Without the grammar, syntax/improv.vim colors the words until the server does.
 local found, queries = pcall(vim.treesitter.query.get, "improv", "highlights")

@@ -4,6 +4,9 @@ import { homedir } from "node:os";
 import { commands, LogOutputChannel, Uri, window, workspace } from "vscode";
 import {
   ClientCapabilities,
+  CloseAction,
+  ErrorAction,
+  ErrorHandler,
   LanguageClient,
   MessageType,
   RevealOutputChannelOn,
@@ -20,6 +23,9 @@ import { Transport } from "./transport";
 const HARMLESS = ["improv.hush", "improv.history"];
 const OF_A_PROGRAM = ["improv.play", "improv.before"];
 
+const GIVEN_UP =
+  "Improv's language server ended five times within three minutes, so it stays off. Save or play a program to start it again.";
+
 /** Hears what the server reports to us beyond the standard protocol. */
 export interface Listener {
   onTransport(transport: Transport): void;
@@ -34,7 +40,7 @@ export interface Listener {
 
 /** A client that has not been started. */
 export function createClient(server: string, log: LogOutputChannel, listener: Listener): LanguageClient {
-  const client = new QuietClient(
+  const client: LanguageClient = new QuietClient(
     "improv",
     "Improv",
     { command: server, options: { cwd: homedir() } }, // not the workspace, which may contain Python modules of its own
@@ -44,6 +50,13 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
       outputChannel: log,
       revealOutputChannelOn: RevealOutputChannelOn.Never,
       initializationFailedHandler: () => false, // whoever starts the client reports it
+      errorHandler: {
+        error: () => ({ action: ErrorAction.Continue, handled: true }), // a server that can't be written to ends: see `closed`
+        closed: async () => {
+          const result = await usual.closed();
+          return result.action === CloseAction.DoNotRestart ? { ...result, message: GIVEN_UP } : result;
+        },
+      },
       middleware: {
         workspace: { configuration: ({ items }) => items.map(settings) },
         sendRequest: (type, param, token, next) => next(type, param, token).catch(rethrowWithoutLinks),
@@ -62,6 +75,7 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
       },
     },
   );
+  const usual: ErrorHandler = client.createDefaultErrorHandler();
   client.registerFeature(new LiveMessages());
   client.onNotification("improv/transport", (transport: Transport) => listener.onTransport(transport));
   client.onNotification("improv/evaluated", (evaluated: Evaluated) => listener.onEvaluated(evaluated));
@@ -82,8 +96,17 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
 class QuietClient extends LanguageClient {
   override error(message: string, data?: unknown, showNotification?: boolean | "force"): void {
     super.error(message, data, false);
-    if (showNotification === "force" && this.state === State.Running) {
-      void showError(`Improv: ${message}`, "Show Logs").then((choice) => choice && this.outputChannel.show());
+    if (showNotification === "force" && this.state === State.Running) void this.tell(message);
+  }
+
+  /** Asks what to do about a lost server. */
+  private async tell(message: string): Promise<void> {
+    switch (await showError(message, "Start Again", "Show Logs")) {
+      case "Start Again":
+        await commands.executeCommand("improv.restartServer");
+        break;
+      case "Show Logs":
+        this.outputChannel.show();
     }
   }
 }

@@ -10,6 +10,11 @@ import { NowPlaying } from "./nowPlaying";
 import { Server } from "./server";
 import { showVersions } from "./versions";
 
+/** Does what the code actions of a kind at the cursor offer: the first of them, or if there are several, asks which. */
+function choose(kind: string, apply: "first" | "ifSingle" = "first"): Thenable<unknown> {
+  return commands.executeCommand("editor.action.codeAction", { kind, apply });
+}
+
 export function registerCommands(
   context: ExtensionContext,
   log: LogOutputChannel,
@@ -29,6 +34,10 @@ export function registerCommands(
     "improv.escape": stopOnSecondEscape(),
     "improv.showHistory": () => showHistory(),
     "improv.openFirstDance": () => openFirstDance(),
+    "improv.tryName": () => choose("improv.play.name"),
+    "improv.playScene": () => choose("improv.play.scene"),
+    "improv.muteHere": () => choose("improv.mute", "ifSingle"),
+    "improv.soloHere": () => choose("improv.solo", "ifSingle"),
   };
   return Disposable.from(...Object.entries(own).map(([name, run]) => commands.registerCommand(name, run)));
 }

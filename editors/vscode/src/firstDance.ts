@@ -3,7 +3,7 @@
 import { window, workspace } from "vscode";
 
 const FIRST_DANCE = `# Your first dance: four steps and four quarter turns make a square.
-# Press Ctrl+Enter to make the robot move. Change a word and press it again. Ctrl+. stops the robot.
+# Press Ctrl+Enter to make the robot move. Change a word and press it again. Alt+. stops the robot.
 beat 60
 
 turtle1 $ repeat 4 (forward left)

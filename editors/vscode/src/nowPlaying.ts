@@ -29,6 +29,7 @@ export class NowPlaying implements Listener, Disposable {
 
   onServerState(state: ServerState): void {
     this.status.setServer(state);
+    if (state === "stopped") this.wasInterrupted = false; // a person starts it again
     if (state === "lost" && isActive(this.transport)) this.wasInterrupted = true;
     if (state === "running") {
       if (this.wasInterrupted) void showWarning(INTERRUPTED);

@@ -1,6 +1,6 @@
 // The language server: it starts, stops and restarts, and says what failed.
 
-import { commands, Disposable, ExtensionContext, LogOutputChannel, TextDocumentSaveReason, window, workspace } from "vscode";
+import { commands, Disposable, ExtensionContext, LogOutputChannel, TextDocument, TextDocumentSaveReason, window, workspace } from "vscode";
 import { InitializeResult, LanguageClient, Range, State } from "vscode-languageclient/node";
 import { activeProgram, createClient, Listener } from "./client";
 import { install } from "./install";
@@ -10,14 +10,19 @@ import { findServer, onSelectedPython } from "./serverPath";
 /** `lost`: it ended by itself. */
 export type ServerState = "starting" | "running" | "stopped" | "lost" | "missing";
 
+/** What a person asked for while no server ran: that what was saved plays, or the program as it is, or a range of it. */
+type Wish = { saved: string } | { only: Range[] };
+
 export class Server implements Disposable {
   /** The program that was started last; empty if none was found. */
   path = "";
   private client?: LanguageClient;
   private starting = Promise.resolve();
   private state: ServerState = "stopped";
-  /** What was played or saved while the server was starting, by program: it plays once the server runs. */
-  private readonly waiting = new Map<string, Range[]>();
+  /** What a person saves at the moment; undefined if VS Code saves it on its own. */
+  private saving?: TextDocument;
+  /** What is to be done with each program once the server runs. */
+  private readonly waiting = new Map<string, Wish>();
   private readonly listening: Disposable[];
 
   constructor(
@@ -29,9 +34,10 @@ export class Server implements Disposable {
     this.listening = [
       workspace.onDidGrantWorkspaceTrust(() => this.onTrust()),
       workspace.onWillSaveTextDocument(({ document, reason }) => {
-        const plays = workspace.isTrusted && workspace.getConfiguration("improv").get("onSave") !== "off";
-        if (this.state !== "starting" || reason !== TextDocumentSaveReason.Manual || !plays) return;
-        if (document.languageId === "improv") this.waiting.set(document.uri.toString(), []);
+        this.saving = reason === TextDocumentSaveReason.Manual ? document : undefined;
+      }),
+      workspace.onDidSaveTextDocument((document) => {
+        if (document === this.saving) this.remember(document);
       }),
       workspace.onDidChangeConfiguration(async (event) => {
         // VS Code reports every restricted setting when trust is granted, whether it changed or not.
@@ -60,7 +66,7 @@ export class Server implements Disposable {
   /** Plays the program in the active editor, or a range of it, once the server runs. Starts the server if need be. */
   playWhenReady(...range: Range[]): void {
     const program = activeProgram()?.toString();
-    if (program) this.waiting.set(program, range);
+    if (program) this.waiting.set(program, { only: range });
     if (this.state === "running") void this.playWaiting();
     else if (this.state !== "starting") void this.restart();
   }
@@ -111,7 +117,18 @@ export class Server implements Disposable {
   private async playWaiting(): Promise<void> {
     const programs = [...this.waiting];
     this.waiting.clear();
-    for (const [program, range] of programs) await commands.executeCommand("improv.play", program, ...range);
+    for (const [program, wish] of programs) {
+      if ("only" in wish) await commands.executeCommand("improv.play", program, ...wish.only);
+      // The server has the text as it is by now, but what was saved is what plays, if a save plays anything.
+      else await this.client?.sendNotification("textDocument/didSave", { textDocument: { uri: program }, text: wish.saved });
+    }
+  }
+
+  /** The server hears of a save itself, unless it is starting, or has ended too often to be started without being asked. */
+  private remember(document: TextDocument): void {
+    if (document.languageId !== "improv" || !["starting", "lost"].includes(this.state)) return;
+    this.waiting.set(document.uri.toString(), { saved: document.getText() });
+    if (this.state === "lost") void this.restart();
   }
 
   private reportFailure(error: Error): void {

@@ -41,6 +41,7 @@ export class Status implements Disposable {
 
   setServer(server: ServerState): void {
     this.server = server;
+    if (server !== "running") this.played = this.refused = ""; // the next server knows nothing of it
     this.paint();
   }
 

@@ -37,7 +37,14 @@ end
 
 local function check_clients()
   local clients = vim.lsp.get_clients { name = "improv" }
-  if #clients == 0 then
+  local open = vim.tbl_filter(function(buffer)
+    return vim.api.nvim_buf_is_loaded(buffer) and vim.bo[buffer].filetype == "improv"
+  end, vim.api.nvim_list_bufs())
+  if #clients == 0 and #open > 0 and server.is_starting() then
+    vim.health.info("the server is starting")
+  elseif #clients == 0 and #open > 0 then
+    vim.health.error("a program is open, but the server is not running", "Save the program: that starts the server")
+  elseif #clients == 0 then
     vim.health.info("no program is open; open a file that ends in `.improv`")
   end
   for _, client in ipairs(clients) do

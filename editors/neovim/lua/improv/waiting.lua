@@ -1,40 +1,61 @@
--- Programs that are to play once their server has started: what is saved or played before that would be lost.
+-- What is to happen once the server of a program has started: what is saved or played before that would be lost.
 
 local server = require("improv.server")
 
 local M = {}
 
-local programs = {} -- by buffer, what the server is to play
+local wishes = {} -- by buffer: the text that was saved, or the arguments of `improv.play`
 
---- Play a program as soon as its server has started. Returns false if no server is starting.
-function M.play(buffer, arguments)
-  if not server.is_starting() then
+--- Do this as soon as the server of the buffer has started. Starts it if need be. Returns false if none starts.
+local function wait(buffer, wish)
+  if not server.is_starting() and not server.start(buffer) then
     return false
   end
-  programs[buffer] = arguments
-  vim.notify("Improv is starting; then this program plays")
+  wishes[buffer] = wish
+  server.say("Improv is starting; then this program plays")
   return true
 end
 
---- A save: the server hears of it itself, unless it is still starting.
+--- Play a program as soon as its server has started. Returns false if no server starts.
+function M.play(buffer, arguments)
+  return wait(buffer, { arguments = arguments })
+end
+
+--- The text of a buffer, as it was just saved.
+local function text_of(buffer)
+  local line_end = ({ dos = "\r\n", mac = "\r" })[vim.bo[buffer].fileformat] or "\n"
+  local lines = vim.api.nvim_buf_get_lines(buffer, 0, -1, false)
+  return table.concat(lines, line_end) .. (vim.bo[buffer].endofline and line_end or "")
+end
+
+--- A save: the server hears of it itself, if it runs.
 function M.saved(buffer, settings)
-  if not server.of(buffer) and (settings or {}).onSave ~= "off" then
-    M.play(buffer, { vim.uri_from_bufnr(buffer) })
+  if server.of(buffer) or (settings or {}).onSave == "off" then
+    return
+  end
+  if not wait(buffer, { saved = text_of(buffer) }) then
+    server.say("Improv's server is not running: see `:checkhealth improv`", "WarningMsg")
   end
 end
 
---- The server of a buffer has started, and has its text.
+--- The server of a buffer has started, and has the text as it is now. But what was saved is what plays.
 function M.attached(client, buffer)
-  local arguments = programs[buffer]
-  if arguments and client.name == "improv" then
-    programs[buffer] = nil
-    server.execute(client, "improv.play", arguments)
+  local wish = client.name == "improv" and wishes[buffer]
+  if not wish then
+    return
+  end
+  wishes[buffer] = nil
+  if wish.saved then
+    local document = { uri = vim.uri_from_bufnr(buffer) }
+    server.notify(client, "textDocument/didSave", { textDocument = document, text = wish.saved })
+  else
+    server.execute(client, "improv.play", wish.arguments)
   end
 end
 
---- Play nothing of what waits.
+--- Do nothing of what waits.
 function M.clear()
-  programs = {}
+  wishes = {}
 end
 
 return M

@@ -1,0 +1,218 @@
+"""Brings open programs up to date in slices, and answers requests about them as soon as what they need is known."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
+
+from lsprotocol import types
+from pygls.exceptions import JsonRpcException
+
+from improv_core.diagnostics import Diagnostic
+from improv_core.text import difference
+from improv_ls.documents import Document, settled_further
+from improv_ls.slices import Slices
+
+PATIENCE = 0.02
+"""Seconds that a request waits for statements to be up to date. Then it is answered from what is known."""
+T = TypeVar("T")
+
+
+class ModifiedError(JsonRpcException):
+    """The text has changed since a request about it."""
+
+    CODE = types.LSPErrorCodes.ContentModified
+    MESSAGE = "the text has changed"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Asked:
+    """A request that waits until it `is_ready`."""
+
+    uri: str | None
+    is_ready: Callable[[], bool]
+    begin: Callable[[], object]
+    future: Future[object]
+
+
+class Settling:
+    """The open programs as they become up to date. `publish` shows the diagnostics of one as far as they are known,
+    `finished` is called for one that took more than a slice, and `failed` with what went wrong on the way."""
+
+    def __init__(
+        self,
+        slices: Slices,
+        documents: dict[str, Document],
+        publish: Callable[[Document], None],
+        finished: Callable[[], None],
+        failed: Callable[[BaseException], None],
+    ) -> None:
+        self._slices = slices
+        self._documents = documents
+        self._publish = publish
+        self._finished = finished
+        self._failed = failed
+        self._works: dict[str, list[Future[None]]] = {}
+        self._asked: list[_Asked] = []
+        self._answering: dict[Future[object], str] = {}
+        self._shown: dict[str, Sequence[Diagnostic]] = {}  # what is known so far of a text that isn't up to date
+        self._failures: dict[str, BaseException] = {}  # what keeps a text from being understood
+
+    def keep(self, document: Document) -> None:
+        """Keep a version of a document and bring it up to date. Work on the one before is dropped."""
+        before = self._documents.get(document.uri)
+        self.drop(document.uri, before is not None and before.lines is document.lines)
+        self._documents[document.uri] = document
+        work = self._slices.begin(partial(self._settle, document.uri))
+        if work.done():
+            self._done_with(work, document.uri)
+            return
+        self._works[document.uri] = [work]
+        work.add_done_callback(partial(self._done, uri=document.uri))
+        self._preview(document.uri)
+
+    def drop(self, uri: str, same_text: bool = False) -> None:
+        """Drop the work on a document, and requests about it unless its text is the same."""
+        for work in self._works.pop(uri, ()):
+            work.cancel()
+        self._failures.pop(uri, None)
+        self._shown.pop(uri, None)
+        if not same_text:
+            waiting = [asked.future for asked in self._asked if asked.uri == uri]
+            for future in [*waiting, *(each for each, about in self._answering.items() if about == uri)]:
+                if not future.done():
+                    future.set_exception(ModifiedError())
+
+    def answer(
+        self,
+        function: Callable[[], object],
+        future: Future[object],
+        uri: str | None,
+        line: int | None = None,
+        whole: bool = False,
+    ) -> None:
+        """Answer a request with what a function returns, once the document is up to date as far as the end of a line
+        (by default: all of it) or after `PATIENCE`. If it needs the `whole`, it waits until all documents are."""
+        document = self._documents.get(uri or "")
+        if failure := self._failures.get(uri or ""):
+            future.set_exception(failure)
+            return
+        is_ready = self._is_settled if whole else partial(self._is_ready, uri or "", line)
+        if is_ready():
+            self._begin(function, future, uri)
+            return
+        asked = _Asked(uri, is_ready, partial(self._begin, function, future, uri), future)
+        self._asked.append(asked)
+        if document and not document.analysis.earlier and not whole:  # there is something to answer with
+            asyncio.get_running_loop().call_later(PATIENCE, self._begin_waiting, asked)
+
+    async def run(self, function: Callable[[], T]) -> T:
+        """What a slow function returns."""
+        return await asyncio.wrap_future(self._slices.begin(function))
+
+    async def settled(self, document: Document, text: str | None = None) -> Document:
+        """This version of a document with everything up to date, no matter what is typed meanwhile.
+
+        With a `text`, it is the document as it was saved with that: an editor sends it along if it had saved before we
+        could hear of it. Words that are the same keep their places in the open document.
+        """
+        document = await self._settled(document)
+        if text is None or text == document.analysis.text:
+            return document
+        saved = document.analysis.touched(*difference(document.analysis.text, text))
+        return replace(document, version=None, analysis=await self.run(saved.settled))
+
+    async def _settled(self, document: Document) -> Document:
+        now = self._documents.get(document.uri)
+        if now and now.lines is document.lines and not now.analysis.is_settled:
+            future: Future[object] = Future()
+            is_ready = partial(self._is_ready, document.uri, None)
+            self._asked.append(_Asked(document.uri, is_ready, lambda: future.set_result(None), future))
+            with suppress(ModifiedError):
+                await asyncio.wrap_future(future)
+            now = self._documents.get(document.uri)
+        if now and now.lines is document.lines and now.analysis.is_settled:
+            return now
+        return replace(document, analysis=await self.run(document.analysis.settled))
+
+    def _settle(self, uri: str) -> None:
+        """The work for one version of a document: replacing that version drops the work."""
+        while not (document := self._documents[uri]).analysis.is_settled:
+            self._documents[uri] = settled_further(document, self._slices.is_over)
+            if document.analysis.earlier:
+                asyncio.get_running_loop().call_soon(self._preview, uri)
+            if self._asked:
+                asyncio.get_running_loop().call_soon(self._look)
+            self._slices.rest()
+        for preview in self._works.get(uri, ())[1:]:
+            preview.cancel()
+        if self._shown.get(uri) != document.analysis.diagnostics:
+            self._publish(document)
+
+    def _preview(self, uri: str) -> None:
+        """Show what is known about a document that has been read but isn't up to date."""
+        works = self._works.get(uri, [])
+        if len(works) == 1 and not works[0].done() and not self._documents[uri].analysis.earlier:
+            works.append(preview := self._slices.begin(partial(self._show, uri)))
+            preview.add_done_callback(self._report)
+
+    def _show(self, uri: str) -> None:
+        document = self._documents[uri]
+        self._publish(document)
+        self._shown[uri] = document.analysis.diagnostics
+
+    def _done(self, work: Future[None], uri: str) -> None:
+        if not work.cancelled():
+            self._done_with(work, uri)
+            self._look()
+            self._finished()
+
+    def _done_with(self, work: Future[None], uri: str) -> None:
+        """If it failed, every request about this text is answered with the error."""
+        if error := work.exception():
+            self._failures[uri] = error
+            for asked in [each for each in self._asked if each.uri == uri]:
+                self._asked.remove(asked)
+                if not asked.future.done():
+                    asked.future.set_exception(error)
+        self._report(work)
+
+    def _report(self, work: Future[None]) -> None:
+        if not work.cancelled() and (error := work.exception()):
+            self._failed(error)
+
+    def _is_settled(self) -> bool:
+        """Whether all documents are up to date, as far as they can be."""
+        return all(each.analysis.is_settled or uri in self._failures for uri, each in self._documents.items())
+
+    def _is_ready(self, uri: str, line: int | None) -> bool:
+        document = self._documents.get(uri)
+        return not document or _is_ready(document, line)
+
+    def _look(self) -> None:
+        for asked in [each for each in self._asked if each.future.done() or each.is_ready()]:
+            self._begin_waiting(asked)
+
+    def _begin_waiting(self, asked: _Asked) -> None:
+        if asked in self._asked:
+            self._asked.remove(asked)
+            if not asked.future.done():
+                asked.begin()
+
+    def _begin(self, function: Callable[[], object], future: Future[object], uri: str | None) -> None:
+        self._slices.begin(function, future)
+        if uri and not future.done():
+            self._answering[future] = uri
+            future.add_done_callback(lambda _: self._answering.pop(future, None))
+
+
+def _is_ready(document: Document, line: int | None) -> bool:
+    analysis = document.analysis
+    if line is None:
+        return analysis.is_settled
+    return analysis.is_settled_to(document.lines.start(line + 1) if line >= 0 else -1)

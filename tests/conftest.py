@@ -1,25 +1,58 @@
-"""What all tests share."""
+"""What all tests share: folders and a ROS domain of each worker's own, so that tests can run side by side, and what is
+reported at the end."""
 
 import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
+from tests.budget import (
+    pytest_collection_modifyitems,
+    pytest_configure,
+    pytest_runtest_makereport,
+    pytest_terminal_summary,
+)
+from tests.pure import pytest_addoption, pytest_ignore_collect, pytest_runtest_protocol, pytest_sessionstart
 from tests.strange_files import KINDS, StrangeFile
+
+__all__ = [  # hooks of pytest
+    "pytest_addoption",
+    "pytest_collection_modifyitems",
+    "pytest_configure",
+    "pytest_ignore_collect",
+    "pytest_runtest_makereport",
+    "pytest_runtest_protocol",
+    "pytest_sessionstart",
+    "pytest_terminal_summary",
+]
 
 pytest.register_assert_rewrite("tests.program.drawing")
 
 # Machines that build other things meanwhile are slow now and then; pytest's own timeout is the limit. CI tries the same
-# examples each time, so that what it says depends on the change alone; people at work try others in each run.
-settings.register_profile("improv", deadline=None, derandomize="IMPROV_REQUIRE_ALL" in os.environ)
+# examples each time, so that what it says depends on the change alone; people at work try others, and fewer, each time.
+IN_CI = "IMPROV_REQUIRE_ALL" in os.environ
+settings.register_profile(
+    "improv",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],  # it counts 30 s of a busy machine as a fault of the test
+    derandomize=IN_CI,
+    max_examples=50 if IN_CI else 30,
+)
 settings.load_profile("improv")
 
-# No test may write into the history of the person who runs it, nor may what tests start. Set before they are imported:
-# some copy the environment then.
-_state = TemporaryDirectory(prefix="improv-state-")
-os.environ["XDG_STATE_HOME"] = _state.name
+# No test may write into the history of the person who runs it or stop what that person plays, nor may what tests start.
+# Neither may the tests of another worker. Set before they are imported: some copy the environment then.
+_own = TemporaryDirectory(prefix="improv-tests-")
+os.environ["XDG_STATE_HOME"] = f"{_own.name}/state"
+os.environ["XDG_RUNTIME_DIR"] = f"{_own.name}/runtime"
+Path(os.environ["XDG_RUNTIME_DIR"]).mkdir(mode=0o700)
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """Most tests wait for something: twice as many workers as processors keep these busy."""
+    return 2 * (os.cpu_count() or 1)
 
 
 @pytest.fixture

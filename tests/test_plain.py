@@ -24,7 +24,7 @@ from tests.untrusted import EXPLOITS, FOREIGN, steering
         ("\udc9b", r"\udc9b"),
     ],
 )
-def test_what_is_invisible_becomes_an_escape(text: str, shown: str) -> None:
+def test_invisible_characters_become_escapes(text: str, shown: str) -> None:
     assert printable(text) == message(text) == shown
 
 

@@ -24,8 +24,7 @@ from improv_core.score.score import Score
 from improv_core.stage.sinks.simulator import Simulator
 from tests.benchmarks.robots import ENV, LIMIT, PYTHON
 from tests.benchmarks.tables import print_row
-from tests.ros.conftest import Listener
-from tests.ros.test_base import BASE
+from tests.ros.conftest import BASE, Listener, Others
 
 FOLDER = Path(__file__).parents[2] / "examples" / "robots"
 A_MINUTE = {
@@ -114,8 +113,9 @@ def _driven(program: str, robots: str, score: Score) -> Ends:
         (Path(folder) / "dance.improv").write_text(program)
         for seed, (robot, part) in enumerate(score.parts.items(), 1):
             stack.enter_context(_base(robot, part.start, seed, environment))
-        listener = Listener(PYTHON, environment, *topics, "--pose")
-        stack.callback(listener.close)
+        others = Others(PYTHON, environment)
+        stack.callback(others.close)
+        listener = Listener(others, *topics, type="geometry_msgs/PoseStamped")
         command = [*IMPROV, "play", "dance.improv", "--backend", "ros"]
         subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
         end, found = time.monotonic() + REST, dict[str, Pose]()

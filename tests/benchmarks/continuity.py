@@ -18,8 +18,8 @@ from improv_core.playback.editions import Editions
 from improv_core.playback.start import Options
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
-from improv_core.score.score_json import Read, Written, to_json
-from improv_core.stage.loop import Play
+from improv_core.score.score_json import RowsRead, RowsWritten, to_json
+from improv_core.stage.arrivals import Play
 from improv_core.stage.pipes import arrival
 from tests.benchmarks.documents import improv
 from tests.benchmarks.robots import ENV, PYTHON, Listener
@@ -70,11 +70,11 @@ def _figures(cost: _Cost) -> tuple[float, float, float]:
 def _costs(saves: int, *, whole: bool) -> list[_Cost]:
     """What each save costs if the stage knows the ones before, or nothing."""
     analysis = analyze(improv(LINES - 1) + "probe $ repeat forward\n")
-    editions, written, known, costs = Editions(), Written(), Read(), []
+    editions, written, known, costs = Editions(), RowsWritten(), RowsRead(), []
     for generation, edited in enumerate(_edited(analysis, saves), 1):
         edited.robots  # noqa: B018  # computed by the diagnostics at each key
         if whole:
-            editions, written, known = Editions(), Written(), Read()
+            editions, written, known = Editions(), RowsWritten(), RowsRead()
         began = time.thread_time()
         score = editions.number(score_of(edited), generation)
         data = to_json(score, written)

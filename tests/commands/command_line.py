@@ -1,12 +1,28 @@
-"""The command line, run as people run it."""
+"""The command line: run in the test's own process, or as people run it where a process or a terminal matters."""
 
 from __future__ import annotations
 
 import os
 import pty
+import queue
+import signal
 import subprocess
 import sys
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout, suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import IO, Any
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from improv_core.commands.main import improv
+from improv_core.commands.ros_arguments import without_ros_arguments
+from tests.stage_on_thread import USED, StageOnThread
 
 IMPROV = [sys.executable, "-u", "-m", "improv_core"]
 LIMIT = 60.0
@@ -17,27 +33,145 @@ REACTING = sorted((Path(__file__).parents[2] / "examples" / "senses").glob("*.im
 SQUARE = next(path for path in EXAMPLES if path.name == "square.improv")
 
 
-def run(
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A command that has ended: its exit code, and what it printed."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def run(*arguments: str | Path, env: dict[str, str] | None = None, text: str = "", folder: Path | None = None) -> Ended:
+    """Run a command with this text as standard input, in this process."""
+    ours, theirs = without_ros_arguments([*map(str, arguments)])
+    with chdir(folder or "."), usual_signals(), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(USED, StageOnThread)
+        ended = CliRunner().invoke(improv, ours, input=text, env=env, obj=theirs, prog_name="improv")
+    if ended.exception and not isinstance(ended.exception, SystemExit):
+        raise ended.exception
+    return Ended(ended.exit_code, ended.stdout_bytes.decode(), ended.stderr_bytes.decode())
+
+
+@contextmanager
+def usual_signals() -> Iterator[None]:
+    """Whatever a command does with signals, Ctrl-C ends the tests after it."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+class Running:
+    """A command that runs on a thread of this process, and the lines that it prints, errors too. One at a time."""
+
+    def __init__(self, *arguments: str | Path, stage: type[StageOnThread] = StageOnThread) -> None:
+        self._arguments = [*map(str, arguments)]
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._handlers: dict[int, Callable[..., None]] = {}
+        self._codes: list[object] = []
+        self._unended = ""
+        self._patch = pytest.MonkeyPatch()
+        self._patch.setattr(USED, stage)
+        self._patch.setattr(signal, "signal", self._here(self._handlers.__setitem__, signal.signal))
+        self._patch.setattr(click, "echo", self._here(self._print, click.echo))
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def wait(self, part: str) -> str:
+        """The next line with `part` in it."""
+        while part not in (line := self.next()):
+            pass
+        return line
+
+    def next(self) -> str:
+        """The next line."""
+        return self._lines.get(timeout=LIMIT)
+
+    def interrupt(self) -> None:
+        """As Ctrl-C does."""
+        self._handlers[signal.SIGINT](signal.SIGINT, None)
+
+    def end(self) -> tuple[object, list[str]]:
+        """The exit code once it has ended, and the lines that nobody has waited for."""
+        try:
+            self._thread.join(LIMIT)
+            assert not self._thread.is_alive(), "it does not end"
+        finally:
+            self._patch.undo()
+        lines = []
+        while not self._lines.empty():
+            lines.append(self._lines.get())
+        return self._codes[0], lines
+
+    def close(self) -> None:
+        """Interrupt it."""
+        self.interrupt()
+        code, _ = self.end()
+        assert code == 130
+
+    def _run(self) -> None:
+        try:
+            improv(self._arguments, obj="", prog_name="improv")
+        except SystemExit as ended:
+            self._codes.append(ended.code)
+
+    def _here(self, ours: Callable[..., Any], usual: Callable[..., Any]) -> Callable[..., Any]:
+        """A function that does something else on the thread of this command."""
+
+        def call(*arguments: Any, **named: Any) -> Any:
+            mine = threading.current_thread() is self._thread
+            return (ours if mine else usual)(*arguments, **named)
+
+        return call
+
+    def _print(self, text: str, nl: bool = True, **_: Any) -> None:
+        """Keep each line once it is complete. (pytest replaces `sys.stdout` in the middle of a test.)"""
+        *lines, self._unended = (self._unended + text + "\n" * nl).split("\n")
+        for line in lines:
+            self._lines.put(f"{line}\n")
+
+
+def run_process(
     *arguments: str | Path, env: dict[str, str] | None = None, text: str = "", folder: Path | None = None
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command with this text as standard input."""
+    """Run a command with this text as standard input, in a process of its own."""
     command, environment = [*IMPROV, *map(str, arguments)], {**os.environ, **(env or {})}
     return subprocess.run(
         command, input=text, capture_output=True, encoding="utf-8", timeout=LIMIT, env=environment, cwd=folder
     )
 
 
+def stop_within(folder: str | Path) -> list[str]:
+    """The command `improv stop`, for what plays with this XDG_RUNTIME_DIR: others test beside us."""
+    code = f"""
+from pathlib import Path
+from improv_core.__main__ import main
+from improv_core.playback import stop_socket
+stop_socket.RUNTIME = stop_socket.SHARED = Path({str(folder)!r})
+main()"""
+    return [sys.executable, "-c", code, "stop"]
+
+
 def shown_in_terminal(*arguments: str | Path) -> str:
-    """What a terminal gets from a command."""
+    """What a terminal gets from a command, run in this process."""
     ours, theirs = pty.openpty()
-    process = subprocess.Popen([*IMPROV, *map(str, arguments)], stdout=theirs, stderr=theirs)
-    os.close(theirs)
-    shown = b""
-    try:
-        while data := os.read(ours, 65_536):
-            shown += data
-    except OSError:  # Linux reports the end like this
-        pass
-    os.close(ours)
-    process.wait(LIMIT)
-    return shown.decode("utf-8")
+    with ThreadPoolExecutor() as another, os.fdopen(ours, "rb", buffering=0) as shown:
+        reading = another.submit(_all_of, shown)
+        with (
+            os.fdopen(theirs, "w", encoding="utf-8", errors="replace") as terminal,
+            redirect_stdout(terminal),
+            redirect_stderr(terminal),
+            suppress(SystemExit),
+        ):
+            improv([*map(str, arguments)], obj="", prog_name="improv")
+        return reading.result(LIMIT).decode("utf-8")
+
+
+def _all_of(shown: IO[bytes]) -> bytes:
+    """Everything that comes until the other side is closed."""
+    found = b""
+    with suppress(OSError):  # so Linux says that it is
+        while data := shown.read(65_536):
+            found += data
+    return found

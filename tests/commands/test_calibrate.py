@@ -1,25 +1,20 @@
-"""`improv calibrate`: a conversation in a terminal, with a simulated base whose wheels roll too little."""
+"""`improv calibrate`: a conversation, with a simulated base whose wheels roll too little."""
 
 from __future__ import annotations
 
 import asyncio
 import os
-import pty
 import re
-import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
-from select import select
 
 import pytest
 
-from improv_core.commands.answers import Answers
+from improv_core.commands.answers import TypedAnswers
 from improv_core.commands.calibrate import check, command, offer
 from improv_core.commands.exit_codes import CommandError
 from improv_core.program.files import robots_near
-from tests.commands.command_line import IMPROV, LIMIT
+from tests.commands.command_line import Running
 
 ROBOTS = """# ours
 [profiles.worn]  # since spring
@@ -35,84 +30,61 @@ profile = "worn"
 FAST = ("--tempo", "600")
 
 
-class Terminal:
-    """A terminal in which the command runs, and what it shows."""
+class Conversation(Running):
+    """The command, and what somebody types."""
 
-    def __init__(self, folder: Path, *options: str) -> None:
-        self._ours, theirs = pty.openpty()
-        arguments = [*IMPROV, "calibrate", "anna", "--backend", "sim", "--no-browser", *FAST, *options]
-        # In a session of its own, whose terminal this is.
-        self.process = subprocess.Popen(
-            ["setsid", "--ctty", "--wait", *arguments], stdin=theirs, stdout=theirs, stderr=theirs, cwd=folder
-        )
-        os.close(theirs)
-        self._unread = ""
-
-    def wait(self, part: str) -> None:
-        """Until it shows something after what was waited for before."""
-        while part not in self._unread:
-            assert select([self._ours], [], [], LIMIT)[0], self._unread
-            self._unread += os.read(self._ours, 4096).decode(errors="replace")
-        self._unread = self._unread.split(part, 1)[1]
+    def __init__(self, *options: str) -> None:
+        source, self._typed = os.pipe()
+        self._stdin = pytest.MonkeyPatch()
+        self._stdin.setattr(sys, "stdin", os.fdopen(source))
+        super().__init__("calibrate", "anna", "--backend", "sim", "--no-browser", *FAST, *options)
 
     def answer(self, question: str, *answers: str) -> None:
         """Answer a question, and after each answer but the last, the advice to write a number."""
         self.wait(question)
         for answer in answers[:-1]:
-            self.type(f"{answer}\n")
+            os.write(self._typed, f"{answer}\n".encode())
             self.wait("write a number")
-        self.type(f"{answers[-1]}\n")
+        os.write(self._typed, f"{answers[-1]}\n".encode())
 
-    def type(self, keys: str) -> None:
-        os.write(self._ours, keys.encode())
-
-    def end(self) -> tuple[int, str]:
-        """The exit code, and what else was shown."""
-        with suppress(OSError):  # so Linux says that the other side is closed
-            while more := os.read(self._ours, 4096):
-                self._unread += more.decode(errors="replace")
-        return self.process.wait(LIMIT), self._unread
-
-    def close(self) -> None:
-        self.process.kill()
-        self.process.wait()
-        os.close(self._ours)
+    def end(self) -> tuple[object, list[str]]:
+        try:
+            return super().end()
+        finally:
+            sys.stdin.close()
+            os.close(self._typed)
+            self._stdin.undo()
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "improv.toml").write_text(ROBOTS)
+    monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-@pytest.fixture
-def terminals(folder: Path) -> Iterator[list[Terminal]]:
-    opened: list[Terminal] = []
-    yield opened
-    for terminal in opened:
-        terminal.close()
-
-
-def test_the_simulated_base_keeps_to_its_path_afterward(folder: Path, terminals: list[Terminal]) -> None:
-    terminals.append(terminal := Terminal(folder))
-    terminal.wait("As improv.toml says, a step is to be 0.2 m, and a quarter turn 90°.")
+@pytest.mark.slow("a robot drives the distances that are measured")
+def test_the_simulated_base_keeps_to_its_path_afterward(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("improv_core.commands.calibrate.LEAST_ROUNDS", 2)
+    terminal = Conversation()
+    terminal.wait("In improv.toml, a step is 0.2 m, and a quarter turn 90°.")
     terminal.answer("How many meters of free floor are ahead of anna, at least a step of 0.2 m? [2]", "0.1", "0.6")
-    for _ in range(4):
+    for _ in range(3):
         terminal.answer("Press Enter: anna drives 0.6", "")
         terminal.answer("Press Enter: anna turns left on the spot, twice", "")
     terminal.wait("before: 0.570 m instead of 0.600 m, 1.6° to the right; 684.0° instead of 720.0°")
-    terminal.wait("after:  0.600 m instead of 0.600 m, 0.0° to the ")
-    terminal.wait("719.9° instead of 720.0°")
+    assert terminal.next().startswith("after:  0.600 m instead of 0.600 m, 0.0° to the ")
     terminal.answer("improv.toml? [y/N]", "y")
     code, said = terminal.end()
-    assert (code, "was written" in said) == (0, True)
+    assert (code, said) == (0, [f"{folder / 'improv.toml'} was written\n"])
     added = "commanded_step = 0.2105\ncommanded_quarter_turn = 94.74\nleft_right = 1.0213\n"
     calibrated = ROBOTS.replace("0.94]\n", f"0.94]\n{added}")
     assert (folder / "improv.toml").read_text() == calibrated
 
 
-def test_a_tape_measure_nonsense_and_ctrl_c_in_the_middle(folder: Path, terminals: list[Terminal]) -> None:
-    terminals.append(terminal := Terminal(folder, "--tape", "--write"))
+@pytest.mark.slow("a robot drives the distances that are measured")
+def test_a_tape_measure_nonsense_and_ctrl_c_in_the_middle(folder: Path) -> None:
+    terminal = Conversation("--tape", "--write")
     terminal.answer("free floor", "2 m", "nan", "0.6")
     terminal.answer("Put anna on its mark, along its line, and press Enter: anna drives", "")
     terminal.answer("How many meters is it ahead", "", "57,0", "57.0")
@@ -125,10 +97,9 @@ def test_a_tape_measure_nonsense_and_ctrl_c_in_the_middle(folder: Path, terminal
     terminal.answer("How many degrees beyond two full turns is it", "-36")
     terminal.answer("anna drives", "")
     terminal.wait("▶ anna")
-    terminal.type("\x03")
+    terminal.interrupt()
     code, said = terminal.end()
-    assert code == 130
-    assert "improv: interrupted: improv.toml was not changed" in said
+    assert (code, said[-1]) == (130, "improv: interrupted: improv.toml was not changed\n")
     assert (folder / "improv.toml").read_text() == ROBOTS
 
 
@@ -139,7 +110,7 @@ def test_a_tape_measure_nonsense_and_ctrl_c_in_the_middle(folder: Path, terminal
         ("[robots.bert]\n", "lists no robot `anna`: add a section [robots.anna] with its profile"),
         ("[robots.anna]\nwings = 2\n", "has errors"),
         ('[robots.anna]\nprofile = "a"\n[profiles.a]\nstep = 1\nmotions = ["climb"]\n', "lacks the motions"),
-        ("[robots.anna]\n", "nobody answers: nothing was changed"),
+        ("[robots.anna]\n", "no answer: nothing was changed"),
     ],
 )
 def test_what_can_not_be_calibrated(
@@ -162,7 +133,7 @@ def offered(folder: Path, text: str, *, changed: str | None = None) -> list[str]
     if changed:
         (folder / "improv.toml").write_text(changed)
     said: list[str] = []
-    asyncio.run(offer(robots, "anna", {"commanded_step": 2.1}, Answers(said.append), write=True))
+    asyncio.run(offer(robots, "anna", {"commanded_step": 2.1}, TypedAnswers(said.append), write=True))
     return said
 
 

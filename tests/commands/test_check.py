@@ -89,6 +89,28 @@ def test_a_folder_without_programs_is_no_success(project: Path) -> None:
         assert done.stderr.startswith("improv: empty: it has no files that end in .improv")
 
 
+def test_an_improv_toml_is_checked_as_such_and_nothing_else_takes_it_for_a_program(project: Path) -> None:
+    done = run("check", "improv.toml", folder=project)
+    assert (done.returncode, done.stdout.splitlines()[0]) == (
+        1,
+        "improv.toml:2:9: error[robots] write `topic` as text, in quotes",
+    )
+    (project / "improv.toml").write_text("[robots.r]\n")
+    done = run("check", "--format", "json", "improv.toml", folder=project)
+    assert (done.returncode, json.loads(done.stdout)) == (0, {"file": "improv.toml", "ok": True, "diagnostics": []})
+    for command in (["plot", "-o", "x.svg"], ["watch"], ["compile"], ["play"], ["edit"]):
+        done = run(*command, "improv.toml", folder=project)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr == "improv: improv.toml: it describes robots: name a program instead, such as dance.improv\n"
+
+
+def test_a_folder_is_checked_with_its_improv_toml(project: Path) -> None:
+    (project / "only").mkdir()
+    (project / "only" / "improv.toml").write_text("oops")
+    assert "only/improv.toml:1:5: error[syntax]" in run("check", ".", folder=project).stdout
+    assert run("check", "only", folder=project).returncode == 1
+
+
 def test_check_as_json_names_the_robots_file_that_is_wrong(project: Path) -> None:
     done = run("check", "--format", "json", project)
     lines = [json.loads(line) for line in done.stdout.splitlines()]

@@ -55,14 +55,6 @@ def test_bom_line_ends_and_mode_are_kept(untidy: Path) -> None:
     assert untidy.stat().st_mode & 0o777 == 0o640
 
 
-def test_a_link_stays_a_link(untidy: Path, tmp_path: Path) -> None:
-    link = tmp_path / "link.improv"
-    link.symlink_to(untidy)
-    assert run("format", link).stdout == f"formatted {link}\n"
-    assert link.is_symlink()
-    assert untidy.read_text() == TIDY
-
-
 def test_check_names_what_would_change_and_writes_nothing(untidy: Path, tmp_path: Path) -> None:
     before = contents(tmp_path)
     done = run("format", "--check", untidy)
@@ -109,7 +101,6 @@ def test_files_that_can_not_be_read_are_named_and_the_others_still_formatted(unt
     [
         ("os.access", lambda *_: False, "permission denied"),
         ("tempfile.mkstemp", fails_with(errno.ENOSPC), "no space left on device"),
-        ("os.fsync", fails_with(errno.EIO), "input/output error"),
         ("pathlib.Path.replace", fails_with(errno.EPERM), "operation not permitted"),
     ],
 )
@@ -150,6 +141,19 @@ def test_folders_hold_programs_and_pages(untidy: Path, tmp_path: Path) -> None:
     done = run("format", "--check", tmp_path, untidy)
     named = [untidy, page, tmp_path / "deep" / "er" / "x.improv"]
     assert done.stdout.splitlines() == [f"would format {path}" for path in named]
+
+
+def test_only_programs_and_pages_are_formatted(untidy: Path, tmp_path: Path) -> None:
+    others = [tmp_path / name for name in ("improv.toml", "x.py", "notes.txt")]
+    for other in others:
+        other.write_text('[a]\n  text = """\n\n  one\n"""\n')
+    before = contents(tmp_path)
+    done = run("format", *others, untidy)
+    assert (done.returncode, done.stdout) == (2, f"formatted {untidy}\n")
+    assert done.stderr.splitlines() == [
+        f"improv: {other}: it was not changed: only .improv and .md files are formatted" for other in others
+    ]
+    assert contents(tmp_path) == before | {untidy.name: TIDY.encode()}
 
 
 def test_an_empty_name_is_not_this_folder(untidy: Path) -> None:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import signal
 import subprocess
 import sys
 import sysconfig
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
 from improv_core.commands.exit_codes import MEANINGS
-from improv_core.commands.main import COMMANDS, improv
-from tests.commands.command_line import IMPROV, LIMIT, SQUARE, run
+from improv_core.commands.main import COMMANDS, improv, main
+from tests.commands.command_line import IMPROV, LIMIT, SQUARE, run, usual_signals
 from tests.needs import need
+from tests.stage_on_thread import USED, StageOnThread
 
 PAGE = Path(__file__).parents[2] / "docs" / "command-line.md"
 
@@ -49,18 +52,27 @@ def test_each_command_has_help_of_its_own() -> None:
     for name in COMMANDS:
         done = run(name, "--help")
         assert (done.returncode, done.stderr) == (0, "")
-        assert done.stdout.startswith(f"Usage: python -m improv_core {name} [OPTIONS]")
+        assert done.stdout.startswith(f"Usage: improv {name} [OPTIONS]")
         assert f"\n  {name} " in whole
 
 
+def help_in(columns: int, *group: str) -> str:
+    """The help in a terminal that is so wide."""
+    shown = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(shown), suppress(SystemExit):
+        patch.setenv("COLUMNS", str(columns))
+        improv([*group, "--help"], prog_name="improv")
+    return shown.getvalue()
+
+
 def test_help_is_as_wide_as_the_terminal_and_cuts_nothing_off() -> None:
-    wide, narrow = (run("--help", env={"COLUMNS": width}).stdout for width in ("120", "60"))
+    wide, narrow = help_in(120), help_in(60)
     assert wide.split() == narrow.split()
     assert max(map(len, narrow.splitlines())) <= 60
     sentence = "Live coding for robot motion: write a few words of choreography, and robots move."
     assert f"  {sentence}\n" in wide
     for group in ([], ["history"], ["ros"]):
-        assert "..." not in run(*group, "--help", env={"COLUMNS": "60"}).stdout.partition("Options:")[2]
+        assert "..." not in help_in(60, *group).partition("Options:")[2]
 
 
 @pytest.mark.parametrize("group", [[], ["ros"]], ids=str)
@@ -109,7 +121,7 @@ def test_bash_completes_with_the_line_that_the_documents_name() -> None:
 def test_the_documents_and_the_help_list_the_exit_codes() -> None:
     rows = re.findall(r"^\| (\d+) \| (.*) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     assert {int(code): meaning for code, meaning in rows} == MEANINGS
-    shown = run("--help", env={"COLUMNS": "120"}).stdout
+    shown = help_in(120)
     assert all(f"  {code:<3}  {meaning}\n" in shown for code, meaning in MEANINGS.items())
 
 
@@ -128,19 +140,32 @@ FULL, CLOSED = "/dev/full", "a closed pipe"
 needs_full = pytest.mark.skipif(not Path(FULL).exists(), reason=f"no {FULL}")
 
 
-def write_to(output: str, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run a command whose standard output is this file, or a pipe that nobody reads."""
-    if output == CLOSED:
-        reading, writing = os.pipe()
-        os.close(reading)
-    else:
-        writing = os.open(output, os.O_WRONLY)
-    try:
-        command = [sys.executable, "-m", "improv_core", *map(str, arguments)]
-        env = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
-        return subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=LIMIT, env=env)
-    finally:
-        os.close(writing)
+def opened(output: str) -> int:
+    """This file, or a pipe that nobody reads."""
+    if output != CLOSED:
+        return os.open(output, os.O_WRONLY)
+    reading, writing = os.pipe()
+    os.close(reading)
+    return writing
+
+
+def write_to(output: str, *arguments: str | Path) -> tuple[object, str]:
+    """Run a command whose standard output is this: its exit code, and what it says."""
+    said = io.StringIO()
+    with os.fdopen(opened(output), "w") as stream, pytest.MonkeyPatch.context() as patch, usual_signals():
+        patch.setattr(USED, StageOnThread)
+        patch.setattr(sys, "argv", ["improv", *map(str, arguments)])
+        patch.setattr(sys, "stdout", stream)
+        with redirect_stderr(said):
+            try:
+                main()
+            except SystemExit as ended:
+                sys.stdout.flush()  # as Python does at its end
+                return ended.code, said.getvalue()
+            finally:
+                with suppress(OSError):  # the stream is not to be written either
+                    sys.stdout.close()
+    raise AssertionError("it has not ended")
 
 
 ENDLESS = "r $ repeat forward\n"
@@ -156,30 +181,43 @@ WRITING = [
 ]
 
 
-@needs_full
-@pytest.mark.parametrize("arguments", WRITING, ids=lambda arguments: arguments[0])
-def test_output_that_can_not_be_written_is_one_line(
-    arguments: list[str | Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def dance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     Path("dance.improv").write_text(ENDLESS)
-    done = write_to(FULL, *arguments)
-    assert (done.returncode, done.stderr) == (2, "improv: cannot write to standard output: no space left on device\n")
+    return tmp_path / "dance.improv"
 
 
-@pytest.mark.parametrize("arguments", WRITING, ids=lambda arguments: arguments[0])
-def test_a_closed_pipe_is_quiet(arguments: list[str | Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("dance.improv").write_text(ENDLESS)
-    done = write_to(CLOSED, *arguments)
-    assert done.returncode != 0
-    assert done.stderr == ""
+NO_SPACE = "improv: cannot write to standard output: no space left on device\n"
 
 
 @needs_full
-def test_a_recording_is_kept_though_nothing_can_be_printed(tmp_path: Path) -> None:
-    (tmp_path / "dance.improv").write_text("beat 600\nr $ forward\n")
-    path = tmp_path / "dance.mcap"
-    done = write_to(FULL, "record", tmp_path / "dance.improv", "-o", path)
-    assert (done.returncode, done.stderr) == (2, "improv: cannot write to standard output: no space left on device\n")
+@pytest.mark.parametrize("arguments", WRITING, ids=lambda arguments: arguments[0])
+def test_output_that_can_not_be_written_is_one_line(arguments: list[str | Path], dance: Path) -> None:
+    assert write_to(FULL, *arguments) == (2, NO_SPACE)
+
+
+@pytest.mark.parametrize("arguments", WRITING, ids=lambda arguments: arguments[0])
+def test_a_closed_pipe_is_quiet(arguments: list[str | Path], dance: Path) -> None:
+    code, said = write_to(CLOSED, *arguments)
+    assert code != 0
+    assert said == ""
+
+
+@needs_full
+@pytest.mark.parametrize(("output", "said"), [(FULL, NO_SPACE), (CLOSED, "")])
+def test_the_end_of_the_process_adds_nothing(output: str, said: str) -> None:
+    """Python writes what is left when it ends, and complains if it can't."""
+    writing = opened(output)
+    command = [sys.executable, "-m", "improv_core", "compile", str(SQUARE)]
+    env = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=LIMIT, env=env)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (2, said)
+
+
+@needs_full
+def test_a_recording_is_kept_though_nothing_can_be_printed(dance: Path) -> None:
+    path = dance.with_suffix(".mcap")
+    assert write_to(FULL, "record", dance, "-o", path, "--for", "1") == (2, NO_SPACE)
     assert path.stat().st_size

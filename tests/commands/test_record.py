@@ -10,6 +10,7 @@ import subprocess
 import time
 from pathlib import Path
 
+import aiohttp
 import pytest
 from watchfiles import watch
 
@@ -19,7 +20,8 @@ from improv_core.playback.start import Options
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.stage.sinks.recorder import Recorder
-from tests.commands.command_line import IMPROV, LIMIT, run
+from tests.commands.command_line import IMPROV, LIMIT, Running, run
+from tests.page import live_behind
 from tests.recordings import changes, read
 
 FORWARD, STILL = (2.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)
@@ -88,7 +90,7 @@ def test_what_can_not_be_done_is_said_in_a_line(program: Path, tmp_path: Path) -
     path = tmp_path / "dance.mcap"
     for arguments, problem in [
         ((program, "-o", program), f"{program}: the recording's name must end in .mcap"),
-        ((empty, "-o", path), f"no robot was told anything: {path} was not written"),
+        ((empty, "-o", path), f"no robot got a command: {path} was not written"),
         ((tmp_path / "none.improv", "-o", path), f"{tmp_path / 'none.improv'}: no such file or directory"),
         (
             (program, "-o", path, "--backend", "sim", "--for", "1"),
@@ -101,14 +103,13 @@ def test_what_can_not_be_done_is_said_in_a_line(program: Path, tmp_path: Path) -
     assert not path.exists()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_interrupted_while_it_computes_nothing_is_left(number: signal.Signals, endless: Path, tmp_path: Path) -> None:
+def test_terminated_while_it_computes_nothing_is_left(endless: Path, tmp_path: Path) -> None:
     process = start(endless, tmp_path / "x.mcap", "--for", "1e9")
     for _ in watch(tmp_path, rust_timeout=100, yield_on_timeout=True):
         # Not before something is written: Python's exit code differs if it is interrupted while it imports mcap.
         if any(".mcap" in each.name and each.stat().st_size for each in tmp_path.iterdir()):
             break
-    process.send_signal(number)
+    process.send_signal(signal.SIGTERM)
     assert process.communicate(timeout=LIMIT)[1] == f"improv: interrupted: {tmp_path / 'x.mcap'} was not written\n"
     assert process.returncode == 130
     assert list(tmp_path.iterdir()) == [endless]
@@ -126,20 +127,40 @@ def test_what_is_played_is_recorded_as_it_is_sent(program: Path, tmp_path: Path)
     assert [message.velocity for message in messages[-6:]] == [STILL] * 6
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_interrupted_while_it_plays_it_is_complete(number: signal.Signals, endless: Path, tmp_path: Path) -> None:
+def test_interrupted_while_it_plays_it_is_complete(endless: Path, tmp_path: Path) -> None:
     path = tmp_path / "endless.mcap"
-    process = start(endless, path, "--backend", "sim", "--no-browser")
-    assert process.stdout
-    while not process.stdout.readline().startswith("▶"):
-        pass
-    process.send_signal(number)
-    last = process.communicate(timeout=LIMIT)[0].splitlines()[-1]
-    assert process.returncode == 130
+    recording = Running("record", endless, "-o", path, "--backend", "sim", "--no-browser")
+    asyncio.run(asyncio.wait_for(moved(live_behind(recording.next().split()[-1])), LIMIT))
+    recording.interrupt()
+    code, said = recording.end()
+    assert code == 130
     messages = read(path)
-    assert last.startswith(f"{path}: 1 robot, {len(messages)} messages, ")
+    assert said[-1].startswith(f"{path}: 1 robot, {len(messages)} messages, ")
     assert [moving for _, moving in changes(messages, "/r/cmd_vel")] == [FORWARD, STILL]
     assert [message.velocity for message in messages[-4:]] == [FORWARD, *[STILL] * 3]
+
+
+async def moved(live: str) -> None:
+    """Wait until the page shows that the first robot has moved: it has been told to, then."""
+    origin = live[: live.index("/live")]
+    async with aiohttp.ClientSession() as session, session.ws_connect(live, origin=origin) as page:
+        async for message in page:
+            told = message.json()
+            if told["type"] == "poses" and any(x > 0.1 for x, *_ in told["poses"]):
+                return
+
+
+def test_interrupted_before_anything_is_sent_it_is_not_written(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async def interrupted(*_: object, **__: object) -> int:
+        return 130
+
+    monkeypatch.setattr("improv_core.commands.record.play", interrupted)
+    path = tmp_path / "dance.mcap"
+    assert asyncio.run(record_live(program, path, Options(backend="sim"), browser=False)) == 130
+    assert capsys.readouterr().err == f"improv: interrupted: {path} was not written\n"
+    assert not path.exists()
 
 
 def test_a_link_with_a_guessed_name_is_not_followed(tmp_path: Path) -> None:

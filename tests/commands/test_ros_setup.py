@@ -7,7 +7,6 @@ import platform
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 from collections import namedtuple
@@ -20,7 +19,7 @@ from packaging.requirements import Requirement
 from improv_core.commands import ros_setup
 from improv_core.commands.ros_environment import PYTHONS, REQUIREMENTS, SetupError, unsuited
 from improv_core.commands.ros_setup import set_up
-from tests.commands.command_line import IMPROV, LIMIT
+from tests.commands.command_line import LIMIT
 from tests.traps import PYTHONPATHS, Traps
 
 NOWHERE = {"PIP_INDEX_URL": "http://127.0.0.1:9/", "PIP_RETRIES": "1", "PIP_CONFIG_FILE": os.devnull}
@@ -98,14 +97,15 @@ def test_a_place_that_can_not_be_written(place: Path) -> None:
     assert problem().startswith(f"{place}: not a directory: ")
 
 
-@pytest.mark.parametrize("pythonpath", PYTHONPATHS)
+@pytest.mark.slow("makes a virtual environment")
+@pytest.mark.timeout(300)
 def test_without_a_network_and_without_modules_of_the_current_folder(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path, pythonpath: str
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: Path
 ) -> None:
     for name, value in NOWHERE.items():
         monkeypatch.setenv(name, value)
     traps = Traps(tmp_path)
-    traps.enter(monkeypatch, pythonpath)
+    traps.enter(monkeypatch, PYTHONPATHS[-1])
     assert problem() == "cannot reach PyPI: connect to the network, then run `improv ros setup` again"
     assert not place.exists()
     assert traps.imported == []
@@ -153,21 +153,17 @@ def test_machines_without_wheels(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.skipif(unsuited() is not None, reason="ROS 2 has no wheels for this machine")
-def test_interrupted_nothing_is_left(place: Path) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as silent:
-        url = f"http://127.0.0.1:{silent.getsockname()[1]}/"
-        process = subprocess.Popen(
-            [*IMPROV, "ros", "setup"],
-            env={**os.environ, **NOWHERE, "PIP_INDEX_URL": url},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        silent.settimeout(LIMIT)
-        asked, _ = silent.accept()  # pip waits for an answer
-        with asked:
-            process.send_signal(signal.SIGINT)
-            out, err = process.communicate(timeout=LIMIT)
+def test_interrupted_nothing_is_left(tmp_path: Path, place: Path) -> None:
+    started = tmp_path / "started"
+    os.mkfifo(started)
+    pip = python(tmp_path / "pip", f"echo > {started}; exec sleep {LIMIT}")
+    own = python(tmp_path / "python", f'mkdir -p "$4/bin"; cp {pip} "$4/bin/python"')
+    code = f"import sys; sys.executable = {own!r}; from improv_core.__main__ import main; main()"
+    command = [sys.executable, "-u", "-c", code, "ros", "setup"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    started.read_text()  # once pip works
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=LIMIT)
     assert process.returncode == 130
     assert out.startswith("Installing ROS 2 Jazzy's Python packages")
     assert err == "improv: interrupted: run `improv ros setup` again\n"

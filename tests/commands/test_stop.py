@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-import signal
+import asyncio
+import os
+import socket
 import subprocess
-import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import pytest
 
 from improv_core.commands.doctor import stopping
+from improv_core.playback import stop_socket
+from improv_core.playback.stage_process import Stage
 from improv_core.playback.stop_socket import IDLE, StopSocket, stop_all
-from tests.commands.command_line import IMPROV, LIMIT, run
-from tests.commands.test_watch import Watch
+from improv_core.playback.stops import Stops
+from tests.commands.command_line import IMPROV, LIMIT, Running, run
 from tests.ls.client import Client
+from tests.stage_on_thread import Hear, StageOnThread
 
 URI = "file:///editor.improv"
 LINE = "improv: stopped by `improv stop`\n"
+SIMULATED = ("--backend", "sim", "--no-browser")
 
 
 @pytest.fixture(autouse=True)
@@ -26,6 +31,8 @@ def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A folder with a short name: that of a socket has at most 107 bytes."""
     with tempfile.TemporaryDirectory(dir="/tmp") as folder:
         monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
+        for name in ("RUNTIME", "SHARED"):  # here, but not in other processes: others test beside us
+            monkeypatch.setattr(stop_socket, name, Path(folder))
         yield Path(folder, "improv")
 
 
@@ -36,112 +43,120 @@ def program(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture
+def watch(program: Path) -> Iterator[Running]:
+    watch = Running("watch", program, *SIMULATED)
+    watch.wait("▶ r")
+    yield watch
+    watch.close()
+
+
 def check(*lines: str, code: int = 0) -> None:
     """What `improv stop` prints, in whatever order."""
     done = run("stop")
     assert (sorted((done.stdout + done.stderr).splitlines()), done.returncode) == (sorted(lines), code)
 
 
-def playing(path: Path) -> subprocess.Popen[str]:
-    """A running `improv play`, once it plays."""
-    command = [*IMPROV, "play", str(path), "--backend", "sim", "--no-browser"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1)
-    assert process.stdout
-    while not process.stdout.readline().startswith("▶"):
-        assert process.poll() is None
-    return process
-
-
-def test_nothing_is_playing() -> None:
-    check("nothing is playing")
-
-
-def test_a_terminal_a_watched_file_and_an_editor(program: Path) -> None:
-    watched = program.with_name("watched.improv")
-    watched.write_text("r $ repeat left\n")
-    play, watch = playing(program), Watch(watched)
-    watch.wait("▶")
+def test_a_terminal_a_watched_file_and_an_editor(program: Path, watch: Running) -> None:
+    other = program.with_name("other.improv")
+    other.write_text("r $ repeat left\n")
+    command = [*IMPROV, "play", str(other), *SIMULATED]
+    play = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1)
+    assert play.stdout
+    while not play.stdout.readline().startswith("▶"):
+        assert play.poll() is None
     with Client({"backend": "sim", "page": {"open": False}}) as client:
         client.open(URI, "r $ repeat left\n")
         client.save(URI)
         client.wait_for_line("▶")
-        check(*(f"stopped {name}.improv on simulator" for name in ("dance", "editor", "watched")))
+        check(*(f"stopped {name}.improv on simulator" for name in ("dance", "editor", "other")))
         client.wait_for_line("stopped by `improv stop`")
+        assert play.communicate(timeout=LIMIT)[1] == LINE
+        assert play.returncode == 130
         check("nothing is playing")
         client.save(URI)
         client.wait_for_line("▶")
-    _, errors = play.communicate(timeout=LIMIT)
-    assert (errors, play.returncode) == (LINE, 130)
     watch.wait(LINE)
-    watched.write_text("r $ right\n")
+    program.write_text("r $ right\n")
     watch.wait("▶ r 1 beat")
-    watch.close()
 
 
-def test_a_save_that_is_older_than_the_stop(program: Path) -> None:
-    watch = Watch(program)
-    watch.wait("▶")
+def test_a_save_that_is_older_than_the_stop(program: Path, watch: Running) -> None:
     program.write_text("s $ repeat forward")  # without the end of its line, it is played half a second later
     assert list(stop_all()) == ["stopped dance.improv on simulator"]
     watch.wait(LINE)
-    watch.wait("■ dance.improv was stopped before it began")
-    program.write_text("s $ repeat forward\n")
-    watch.wait("▶ s")
-    watch.close()
+    assert watch.next() == "■ dance.improv was stopped before it began\n"
+    for _ in range(2):
+        program.write_text("s $ repeat forward\n")
+        assert watch.next().startswith("▶ s")
 
 
-def test_a_dance_that_has_not_begun(program: Path, runtime: Path) -> None:
-    command = [*IMPROV, "play", str(program), "--backend", "sim", "--no-browser"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while not list(runtime.glob("*.sock")):
-        assert process.poll() is None
-    (answer,) = stop_all()
-    said, errors = process.communicate(timeout=LIMIT)
-    assert process.returncode == 130
-    assert "▶" not in said
-    assert errors in ("", LINE)
-    assert answer in (IDLE, "stopped dance.improv before it began", "stopped dance.improv on simulator")
+def test_a_change_of_the_robots_never_starts_what_was_stopped(program: Path, watch: Running) -> None:
+    assert list(stop_all()) == ["stopped dance.improv on simulator"]
+    watch.wait(LINE)
+    program.with_name("improv.toml").write_text("[robots.r]\n")
+    assert watch.next() == "improv.toml has changed: save dance.improv to play again\n"
+    program.write_text("r $ repeat left\n")
+    assert watch.next().startswith("▶")
 
 
-def test_one_that_was_killed_and_one_that_hangs(program: Path, runtime: Path) -> None:
-    killed, halted, play = playing(program), playing(program), playing(program)
-    killed.kill()
-    killed.wait(LIMIT)
-    halted.send_signal(signal.SIGSTOP)
-    assert len(list(runtime.iterdir())) == 3
-    check("stopped dance.improv on simulator", f"process {halted.pid} does not answer: end it with `kill`")
-    assert play.wait(LIMIT) == 130
-    halted.kill()
-    for process in (killed, halted, play):
-        process.communicate(timeout=LIMIT)
+class Stopped(StageOnThread):
+    """A stage that somebody stops while it starts."""
+
+    answers: Sequence[str] = ()
+
+    @classmethod
+    async def start(
+        cls, command: Sequence[str], env: Mapping[str, str], hear: Hear, stops: Stops
+    ) -> StageOnThread | Stage:
+        cls.answers = await asyncio.to_thread(list, stop_all())
+        return await super().start(command, env, hear, stops)
 
 
-def test_a_socket_that_can_not_be_made_is_no_reason_not_to_play(program: Path, runtime: Path) -> None:
-    runtime.mkdir()
-    runtime.chmod(0o755)
-    play = playing(program)
-    play.send_signal(signal.SIGINT)
-    _, errors = play.communicate(timeout=LIMIT)
-    why = f"{runtime} must be a folder that only you can access: remove it"
-    assert errors == f"improv: `improv stop` won't work, because its socket can't be made: {why}\n"
-    check(f"improv: `improv stop` does not work here: {why}", code=2)
-    assert str(stopping()) == f"✗ `improv stop` does not work: {why}"
+def test_a_dance_that_has_not_begun(program: Path) -> None:
+    code, said = Running("play", program, *SIMULATED, stage=Stopped).end()
+    assert (code, said[1:]) == (130, ["■ dance.improv was stopped before it began\n"])
+    assert Stopped.answers == [IDLE]
 
 
-def test_names_with_escape_codes(runtime: Path) -> None:
-    made = StopSocket(lambda: "stopped \x1b]0;x\x07.improv")
-    check(r"stopped \x1b]0;x\x07.improv")
+def test_a_server_is_reached_before_it_plays_anything(runtime: Path) -> None:
+    with Client({"backend": "sim", "page": {"open": False}}) as client:
+        client.open(URI, "r $ repeat left\n")
+        client.request("textDocument/hover", {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 0}})
+        assert list(stop_all()) == [IDLE]
+        client.save(URI)
+        client.wait_for_line("▶")
+        assert list(stop_all()) == ["stopped editor.improv on simulator"]
+        client.wait_for_line("stopped by `improv stop`")
+    assert list(runtime.iterdir()) == []
+
+
+def test_a_socket_that_can_not_be_made_keeps_only_real_robots_from_playing(
+    program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stop_socket, "SHARED", tmp_path / "missing")
+    play = Running("play", program, *SIMULATED)
+    why = f"{tmp_path / 'missing'}: No such file or directory"
+    assert play.next() == f"improv: `improv stop` won't work: its socket can't be made: {why}\n"
+    play.wait("▶")
+    play.close()
+
+
+def test_one_that_does_not_answer_is_a_failure(runtime: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stop_socket, "LIMIT", 0.1)
+    made = StopSocket(lambda: "stopped \x1b]0;x\x07.improv")  # names can't steer the terminal
+    with socket.socket(socket.AF_UNIX) as hangs:
+        hangs.bind(str(runtime / "7-hangs.sock"))
+        hangs.listen()
+        check(r"stopped \x1b]0;x\x07.improv", "process 7 does not answer: end it with `kill`", code=1)
     made.close()
 
 
 def test_doctor_tells_where_it_works(runtime: Path) -> None:
-    assert str(stopping()) == f"✓ `improv stop` works through {runtime}"
+    assert str(stopping()) == f"✓ `improv stop` works through {runtime.parent / f'improv-{os.getuid()}'}"
     assert list(runtime.iterdir()) == []
 
 
-def test_a_system_without_unix_sockets() -> None:
-    code = "import socket; del socket.AF_UNIX; from improv_core.__main__ import main; main()"
-    done = subprocess.run(
-        [sys.executable, "-c", code, "stop"], capture_output=True, text=True, timeout=LIMIT, check=False
-    )
-    assert done.stderr == "improv: `improv stop` does not work here: this system has no Unix sockets\n"
+def test_a_system_without_unix_sockets(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stop_socket, "SUPPORTED", False)
+    check("improv: `improv stop` does not work here: this system has no Unix sockets", code=2)

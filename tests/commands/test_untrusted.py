@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from improv_core.commands.main import improv
-from tests.commands.command_line import shown_in_terminal
+from tests.commands.command_line import shown_in_terminal, usual_signals
 from tests.untrusted import EXPLOITS, FOREIGN, steering
 
 TOML = '[robots.{0}]\nprofile = {0}\n{0} = 1\n[profiles.{0}]\nbase = "turtle"\n'
@@ -38,14 +38,15 @@ def file_name(text: str) -> str:
 
 
 @given(FOREIGN, FOREIGN, FOREIGN, st.sampled_from(COMMANDS))
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_no_input_reaches_the_terminal_as_it_is(
     tmp_path: Path, name: str, word: str, key: str, command: list[str]
 ) -> None:
     path = tmp_path / file_name(name)
     path.write_text(PROGRAM.format(word), encoding="utf-8", newline="")
     (tmp_path / "improv.toml").write_text(TOML.format(quoted(key)), encoding="utf-8")
-    done = CliRunner().invoke(improv, [*command, str(path)], color=True)
+    with usual_signals():
+        done = CliRunner().invoke(improv, [*command, str(path)], color=True)
     path.unlink()
     assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
     assert steering(without_colors(done.output)) == set()

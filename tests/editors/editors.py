@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -15,7 +16,7 @@ from tests.processes import wait_until_gone
 ROOT = Path(__file__).parents[2]
 LIMIT = 240.0
 """Seconds a whole session in an editor may take, on a busy machine."""
-END_LIMIT = 20.0
+END_LIMIT = 60.0
 """Seconds after which nothing that an editor has started may run any more."""
 
 
@@ -60,3 +61,32 @@ def started_from(env: Mapping[str, str]) -> dict[int, dict[str, str]]:
         if its.get("IMPROV_TEST") == env["IMPROV_TEST"]:
             found[int(process.name)] = its
     return found
+
+
+def program_of(pid: int) -> str:
+    """The name of the program that a process runs; nothing if it has ended."""
+    with suppress(OSError):
+        return Path(f"/proc/{pid}/exe").resolve().name
+    return ""
+
+
+def servers_from(env: Mapping[str, str]) -> list[int]:
+    """The language servers among the processes that have inherited this environment, even those that have not begun."""
+
+    def is_server(pid: int) -> bool:
+        try:
+            words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+        except OSError:
+            return False
+        is_own = any(each.endswith((b"/improv-ls", b"slow-improv-ls")) for each in words)
+        return is_own or (b"-m" in words and b"improv_ls" in words)
+
+    return [pid for pid in started_from(env) if is_server(pid)]
+
+
+def kill_servers(env: Mapping[str, str]) -> list[int]:
+    """Kill the language servers of an editor; which they were."""
+    killed = servers_from(env)
+    for pid in killed:
+        os.kill(pid, signal.SIGKILL)
+    return killed

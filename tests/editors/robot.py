@@ -18,7 +18,7 @@ from aiohttp import ClientSession, ClientWebSocketResponse
 
 from tests.page import live_behind
 
-LIMIT = 30.0
+LIMIT = 60.0
 """Seconds a robot may take to do what is waited for, on a busy machine."""
 AWAY = 0.5
 """A robot so many meters from where it was first seen has moved."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -11,9 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.editors import colors
+from tests.editors import colors, robot
 from tests.editors.editors import LIMIT, ROOT, find, nothing_left, slow_server
 from tests.editors.terminal import Terminal, until
+
+pytestmark = pytest.mark.slow("drives Emacs")
 
 PACKAGE = ROOT / "editors" / "emacs"
 SCRIPTS = Path(__file__).parent / "emacs"
@@ -65,6 +69,8 @@ LINT = """
 (kill-emacs 0)
 """
 
+VERSION = re.compile(r'^(?:;; Version: |\(define-package "improv-mode" ")([\d.]+)', re.MULTILINE)
+
 
 @pytest.fixture
 def emacs() -> str:
@@ -74,25 +80,30 @@ def emacs() -> str:
 @pytest.mark.timeout(LIMIT + 60)
 def test_session(emacs: str, tmp_path: Path) -> None:
     with nothing_left() as env:
-        run(command(emacs, "session.el"), tmp_path, surroundings(env, tmp_path, PROGRAM))
+        run(command(emacs, "session.el", "robots.el"), tmp_path, surroundings(env, tmp_path, PROGRAM))
 
 
-@pytest.mark.parametrize("steps", ["save-buffer", "improv-play", "save-buffer improv-play improv-hush"])
 @pytest.mark.timeout(LIMIT + 60)
-def test_what_is_asked_for_while_the_server_starts(emacs: str, tmp_path: Path, steps: str) -> None:
+def test_a_server_that_is_late_or_killed_and_a_killed_emacs(emacs: str, tmp_path: Path) -> None:
+    """The robots stop with an Emacs that is killed while they dance."""
     server, gate = slow_server(tmp_path)
-    asked = {"IMPROV_SLOW": str(server), "IMPROV_GATE": str(gate), "IMPROV_STEPS": steps}
     with nothing_left() as env:
-        environment = surroundings({**env, **asked}, tmp_path, PROGRAM.replace("lft", "left"))
-        run(command(emacs, "slow.el"), tmp_path, environment)
-
-
-@pytest.mark.timeout(LIMIT + 60)
-def test_improv_toml(emacs: str, tmp_path: Path) -> None:
-    for name in ("improv.toml", "other.toml"):
-        (tmp_path / name).write_text('[robots.turtle1]\nprofile = "turtlebot3_burgr"\n\n')
-    with nothing_left() as env:
-        run(command(emacs, "robots.el"), tmp_path, surroundings(env, tmp_path, PROGRAM))
+        late = {"IMPROV_SLOW": str(server), "IMPROV_GATE": str(gate)}
+        environment = surroundings({**env, **late}, tmp_path, PROGRAM.replace("lft", "left"))
+        line = command(emacs, "server.el")
+        pipe, both = subprocess.PIPE, subprocess.STDOUT
+        with subprocess.Popen(line, cwd=tmp_path, env=environment, stdout=pipe, stderr=both, text=True) as editor:
+            assert editor.stdout
+            lines: list[str] = []
+            try:
+                for said in editor.stdout:
+                    lines.append(said)
+                    if said.startswith("page: "):
+                        break
+                assert lines[-1].startswith("page: "), "".join(lines)
+                asyncio.run(robot.moves(lines[-1].split()[1]))
+            finally:
+                editor.kill()
 
 
 @pytest.mark.timeout(LIMIT)
@@ -127,20 +138,6 @@ def test_keys_and_the_screen(emacs: str, tmp_path: Path) -> None:
             terminal.type("yes", "Enter")
 
 
-@pytest.mark.timeout(LIMIT)
-def test_a_killed_emacs_leaves_nothing_that_moves(emacs: str, tmp_path: Path) -> None:
-    with nothing_left() as env:
-        environment = surroundings(env, tmp_path, PROGRAM.replace("lft", "left"))
-        line = command(emacs, "playing.el")
-        with subprocess.Popen(line, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True) as editor:
-            try:
-                assert editor.stdout
-                page = next(said.split()[1] for said in editor.stdout if said.startswith("page: "))
-                subprocess.run([sys.executable, "-m", "tests.editors.robot", page, "moves"], cwd=ROOT, check=True)
-            finally:
-                editor.kill()
-
-
 def test_indents_what_stands_in_brackets(emacs: str, tmp_path: Path) -> None:
     flat = "".join(line.lstrip() + "\n" for line in INDENTED.splitlines())
     done = run(command(emacs, "indent.el"), tmp_path, surroundings(os.environ, tmp_path, PROGRAM), flat)
@@ -172,7 +169,8 @@ def test_is_installed_as_its_page_says(emacs: str, tmp_path: Path) -> None:
     environment = surroundings(os.environ, tmp_path, PROGRAM)
     install = f'(package-install-file "{PACKAGE}/")'
     batch = [emacs, "--batch", "--eval", "(setq native-comp-enable-subr-trampolines nil)"]
-    run([*batch, "-f", "package-initialize", "--eval", install], tmp_path, environment)
+    done = run([*batch, "-f", "package-initialize", "--eval", install], tmp_path, environment)
+    assert "Warning" not in done.stdout + done.stderr
     tell = "(princ (list major-mode (fboundp 'improv-hush)))"
     done = run(
         [*batch, "-f", "package-initialize", environment["IMPROV_PROGRAM"], "--eval", tell], tmp_path, environment
@@ -181,7 +179,9 @@ def test_is_installed_as_its_page_says(emacs: str, tmp_path: Path) -> None:
 
 
 def test_compiles_without_warnings_and_reads_as_emacs_packages_do(emacs: str, tmp_path: Path) -> None:
-    files = sorted(map(str, PACKAGE.glob("*.el")))
+    about, code = (PACKAGE / name for name in ("improv-mode-pkg.el", "improv-mode.el"))
+    assert VERSION.findall(about.read_text()) == VERSION.findall(code.read_text())
+    files = sorted(str(path) for path in PACKAGE.glob("*.el") if path != about)
     script = tmp_path / "lint.el"
     script.write_text(LINT)
     done = run([emacs, "-Q", "--batch", "-L", str(PACKAGE), "-l", str(script), *files], tmp_path, os.environ)
@@ -189,8 +189,9 @@ def test_compiles_without_warnings_and_reads_as_emacs_packages_do(emacs: str, tm
     assert len(list(tmp_path.glob("*.elc"))) == len(files)
 
 
-def command(emacs: str, script: str) -> list[str]:
-    return [emacs, "-Q", "--batch", "-l", str(SCRIPTS / "init.el"), "-l", str(SCRIPTS / script)]
+def command(emacs: str, *scripts: str) -> list[str]:
+    loads = [word for script in ("init.el", *scripts) for word in ("-l", str(SCRIPTS / script))]
+    return [emacs, "-Q", "--batch", *loads]
 
 
 def run(line: list[str], folder: Path, env: Mapping[str, str], text: str = "") -> subprocess.CompletedProcess[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import re
+import shutil
 import signal
 import sys
 import time
@@ -17,8 +18,20 @@ import pytest
 
 from improv_ls.editor import READING
 from tests.editors import grammar, robot
-from tests.editors.editors import LIMIT, ROOT, find, nothing_left, started_from
+from tests.editors.editors import (
+    LIMIT,
+    ROOT,
+    find,
+    kill_servers,
+    nothing_left,
+    program_of,
+    servers_from,
+    slow_server,
+    started_from,
+)
 from tests.editors.terminal import Terminal, until, written
+
+pytestmark = pytest.mark.slow("drives Helix")
 
 PAGE = (ROOT / "editors" / "helix" / "README.md").read_text(encoding="utf-8")
 COLORS = {
@@ -45,7 +58,24 @@ COLORS = {
 }
 
 
-def test_colors_and_indentation(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def settings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The settings that the commands of Helix's page make, in a home where nothing was."""
+    _helix()
+    home = tmp_path_factory.mktemp("helix")
+    for commands in 2 * _blocks("sh"):  # they can be repeated
+        grammar.run(commands, _settings_in(home))
+    return home / ".config"
+
+
+@pytest.fixture
+def home(settings: Path, tmp_path: Path) -> Path:
+    """A home of the test's own, in which Helix is set up."""
+    shutil.copytree(settings, tmp_path / ".config")
+    return tmp_path
+
+
+def test_colors_and_indentation(home: Path) -> None:
     """The theme gives each scope a color of its own, so that the screen tells the scope of each word."""
     expected = {
         **dict.fromkeys(["beat"], "keyword"),
@@ -64,13 +94,13 @@ def test_colors_and_indentation(tmp_path: Path) -> None:
         **dict.fromkeys(["YZ"], "constant.builtin"),
         **dict.fromkeys(["r"], "type"),
     }
-    theme = tmp_path / ".config" / "helix" / "themes" / "scopes.toml"
-    theme.parent.mkdir(parents=True)
+    theme = home / ".config" / "helix" / "themes" / "scopes.toml"
+    theme.parent.mkdir()
     colors = "".join(f'"{scope}" = "{color}"\n' for scope, color in COLORS.items())
     theme.write_text(f'"ui.selection" = {{}}\n{colors}', encoding="utf-8")
     program = "\nbeat 60\nsq = (\n  slow 3/2 left # why\n)\nr $ reflect YZ sq || rest up [left]\n"
     program += "poly n (m) = ramp n * 2 4 m\n---\nr $ if not near rest\n  else poly 4 rest\nfast (\n"
-    with helix(tmp_path, program, 'theme = "scopes"\n[editor]\ntrue-color = true\n') as (terminal, _):
+    with helix(home, program, 'theme = "scopes"\n[editor]\ntrue-color = true\n') as (terminal, _):
         until(
             lambda: _scopes(terminal.screen(colors=True)) == expected,
             lambda: str(_scopes(terminal.screen(colors=True)).items() ^ expected.items()),
@@ -89,8 +119,8 @@ def test_colors_and_indentation(tmp_path: Path) -> None:
 
 
 @pytest.mark.timeout(LIMIT)
-def test_session(tmp_path: Path) -> None:
-    with helix(tmp_path, "beat 120\n\nturtle1 $ repeat (forward lft)\n", _config()) as (terminal, _):
+def test_session(home: Path) -> None:
+    with helix(home, "beat 120\n\nturtle1 $ repeat (forward lft)\n", _config()) as (terminal, _):
         terminal.see("●")  # the error, beside its line
 
         terminal.type("%sforward", "Enter")  # select the word
@@ -110,7 +140,7 @@ def test_session(tmp_path: Path) -> None:
 
         terminal.type(":w", "Enter")
         first = _beat(terminal)
-        url = written(tmp_path / "page")
+        url = written(home / "page")
         asyncio.run(robot.moves(url))
         _beat(terminal, first + 2)  # it counts on
 
@@ -121,7 +151,7 @@ def test_session(tmp_path: Path) -> None:
         terminal.type(":w", "Enter")
         terminal.see("✗ line 3: `forwad` is not defined")
         assert _beat(terminal) >= last + 2 * READING  # at beat 120; until then, one can read the message
-        until(lambda: "forwad" in (tmp_path / "dance.improv").read_text(encoding="utf-8"), terminal.screen)
+        until(lambda: "forwad" in (home / "dance.improv").read_text(encoding="utf-8"), terminal.screen)
         asyncio.run(robot.moves(url))
 
         terminal.type(":lsp-workspace-command improv.hush", "Enter")
@@ -135,73 +165,110 @@ def test_session(tmp_path: Path) -> None:
         terminal.type("i", "F6")
         asyncio.run(robot.stands(url))
         _escape(terminal)
-        terminal.type(":quit!", "Enter")
 
-
-@pytest.mark.timeout(LIMIT)
-def test_the_cue(tmp_path: Path) -> None:
-    assert "`:lsp-workspace-command improv.cue`" in PAGE
-    with helix(tmp_path, "turtle1 $ until cue (repeat forward)\nx = left\n", _config()) as (terminal, _):
-        terminal.see("●")  # `x` is not used: the server is at work
+        assert "`:lsp-workspace-command improv.cue`" in PAGE
+        terminal.type("%d", "i", "turtle1 $ until cue (repeat forward)")
+        _escape(terminal)
         terminal.type(":w", "Enter")
-        url = written(tmp_path / "page")
+        _beat(terminal)
         asyncio.run(robot.moves(url))
         terminal.type(":lsp-workspace-command improv.cue", "Enter")
         asyncio.run(robot.stands(url))
-        terminal.type(":quit!", "Enter")
+        _helps_in_improv_toml(terminal, home)
+        terminal.type(":quit-all!", "Enter")
+
+
+def _helps_in_improv_toml(terminal: Terminal, folder: Path) -> None:
+    robots = folder / "improv.toml"
+    robots.write_text('[robots.turtle1]\nprofile = "turtlebot3_burgr"\n', encoding="utf-8")
+    terminal.type(f":open {robots}", "Enter")
+    terminal.see("burgr")
+    terminal.see("●")
+    terminal.type("Space", "k")
+    terminal.see("robots")
+    _escape(terminal)
+    terminal.type("j", "Space", "k")
+    terminal.see("the kind of robot")
+    _escape(terminal)
 
 
 @pytest.mark.timeout(LIMIT)
-def test_the_address_of_the_page_over_ssh(tmp_path: Path) -> None:
-    with helix(tmp_path, "beat 120\nturtle1 $ repeat forward\nx = left\n", _config(), screen=False) as (terminal, _):
+def test_the_address_of_the_page_stays_where_no_browser_can_open(home: Path) -> None:
+    """As `xdg-open` does without a screen: it looks for a while, and then it fails, and Helix would say so instead."""
+    program = "beat 120\nturtle1 $ repeat forward\nx = left\n"
+    with helix(home, program, _config(), screen=False) as (terminal, _):
+        (home / "xdg-open").write_text(f'#!/bin/sh\ntouch "{home}/asked"\nexit 3\n')
         terminal.see("●")  # `x` is not used: the server is at work
         terminal.type(":w", "Enter")
         terminal.see("page: http://127.0.0.1:")
         url = re.findall(r"page: (\S+)", terminal.screen())[0]
-        assert _beat(terminal) >= 2 * READING
+        assert _beat(terminal) >= 2 * READING  # at beat 120; until then, one can read the address
         asyncio.run(robot.moves(url))
+        assert not (home / "asked").exists()
         terminal.type(":quit!", "Enter")
 
 
 @pytest.mark.timeout(LIMIT)
-def test_killed_while_the_robot_dances(tmp_path: Path) -> None:
-    with helix(tmp_path, "x = left\nturtle1 $ repeat forward\n", "") as (terminal, env):
-        terminal.see("●")  # `x` is not used: the server is at work
+def test_a_server_that_is_late_or_killed_and_a_killed_helix(home: Path) -> None:
+    """Helix tells no server of a save that it could not hear, and starts none again by itself: its page says so."""
+    server, gate = slow_server(home)
+    (home / "improv-ls").symlink_to(server)
+    with helix(home, "x = left\nturtle1 $ repeat forward\n", _config()) as (terminal, env):
+        until(lambda: servers_from(env), terminal.screen)
         terminal.type(":w", "Enter")
-        terminal.see("▶ turtle1 ∞, endless at beat 60, simulator")
-        asyncio.run(robot.moves(written(tmp_path / "page")))
-        (editor,) = (pid for pid in started_from(env) if Path(f"/proc/{pid}/exe").resolve().name == "hx")
-        os.kill(editor, signal.SIGKILL)
+        terminal.see("written")
+        gate.touch()
+        terminal.see("●")  # the server is at work, and has not heard of the save
+        assert "▶" not in terminal.screen()
+        terminal.type(":w", "Enter")
+        _beat(terminal)
+        asyncio.run(robot.moves(written(home / "page")))
+
+        killed = kill_servers(env)
+        terminal.see("beat", there=False)
+        terminal.see("●", there=False)
+        assert "`:lsp-restart`" in PAGE
+        terminal.type(":lsp-restart", "Enter")
+        until(lambda: set(servers_from(env)) - set(killed), terminal.screen)
+        terminal.see("●")
+        terminal.type(":w", "Enter")
+        _beat(terminal)
+        (editor,) = (pid for pid in started_from(env) if program_of(pid) == "hx")
+        os.kill(editor, signal.SIGKILL)  # while the robot dances
 
 
 @pytest.mark.timeout(LIMIT)
-def test_improv_toml(tmp_path: Path) -> None:
-    (tmp_path / "improv.toml").write_text('[robots.turtle1]\nprofile = "turtlebot3_burgr"\n', encoding="utf-8")
-    with helix(tmp_path, "turtle1 $ forward\n", "") as (terminal, _):
+def test_with_autosave_a_key_plays(home: Path) -> None:
+    config = _config() + "\n[editor.auto-save.after-delay]\nenable = true\ntimeout = 100\n"
+    with helix(home, "turtle1 $ repeat forward\n", config, settings='onSave = "off"') as (terminal, _):
         terminal.see("NOR")
-        terminal.type(f":open {tmp_path / 'improv.toml'}", "Enter")
-        terminal.see("burgr")
-        terminal.see("●")
-        terminal.type("Space", "k")
-        terminal.see("robots")
+        terminal.type("O", "x = left")
         _escape(terminal)
-        terminal.type("j", "Space", "k")
-        terminal.see("the kind of robot")
+        terminal.see("●")  # `x` is not used: the server is at work
+        program = home / "dance.improv"
+        until(lambda: program.read_text(encoding="utf-8").startswith("x = left"), terminal.screen)
+        terminal.type("u")
+        terminal.see("●", there=False)
+        until(lambda: program.read_text(encoding="utf-8").startswith("turtle1"), terminal.screen)
+        terminal.type(" ", "k")  # the server has heard of both saves
+        terminal.see("everything it plays")
+        assert "▶" not in terminal.screen()
+        assert not re.search(r"beat \d+/", terminal.screen())
         _escape(terminal)
-        terminal.type(":quit-all!", "Enter")
+        terminal.type("F5")
+        _beat(terminal)
+        terminal.type(":quit!", "Enter")
 
 
 @contextmanager
-def helix(home: Path, program: str, config: str, screen: bool = True) -> Iterator[tuple[Terminal, Mapping[str, str]]]:
-    """The program in a Helix set up by the commands of its page, in a home where nothing was; and its environment."""
-    editor = find("HELIX", "helix/usr/bin/hx")
-    clean = {"HOME": str(home), **{f"XDG_{kind}_HOME": "" for kind in ("CONFIG", "CACHE", "DATA", "STATE")}}
-    for commands in 2 * _blocks("sh"):  # they can be repeated
-        grammar.run(commands, clean)
+def helix(
+    home: Path, program: str, config: str, screen: bool = True, settings: str = ""
+) -> Iterator[tuple[Terminal, Mapping[str, str]]]:
+    """A terminal in which Helix shows the program, and Helix's environment."""
     folder = home / ".config" / "helix"
     (folder / "config.toml").write_text(config, encoding="utf-8")
     with (folder / "languages.toml").open("a", encoding="utf-8") as languages:
-        languages.write('\n[language-server.improv-ls.config.improv]\nbackend = "sim"\n')
+        languages.write(f'\n[language-server.improv-ls.config.improv]\nbackend = "sim"\n{settings}\n')
     browser = home / "xdg-open"  # the person's browser: it only notes the address
     browser.write_text(f'#!/bin/sh\necho "$1" >"{home}/page.new" && mv "{home}/page.new" "{home}/page"\n')
     browser.chmod(0o755)
@@ -209,11 +276,20 @@ def helix(home: Path, program: str, config: str, screen: bool = True) -> Iterato
     with nothing_left() as env:
         env.pop("DISPLAY", None)
         env.pop("WAYLAND_DISPLAY", None)
-        env |= clean | {"LANG": "C.UTF-8", "COLORTERM": "truecolor"}
+        env |= _settings_in(home) | {"LANG": "C.UTF-8", "COLORTERM": "truecolor"}
         env |= {"DISPLAY": ":0"} if screen else {}
         env["PATH"] = f"{home}:{Path(sys.executable).parent}:{env['PATH']}"
-        with Terminal(home / "tmux", [editor, str(home / "dance.improv")], env) as terminal:
+        with Terminal(home / "tmux", [_helix(), str(home / "dance.improv")], env) as terminal:
             yield terminal, env
+
+
+def _helix() -> str:
+    return find("HELIX", "helix/usr/bin/hx")
+
+
+def _settings_in(home: Path) -> dict[str, str]:
+    """The environment in which programs look for their settings in this home."""
+    return {"HOME": str(home), **{f"XDG_{kind}_HOME": "" for kind in ("CONFIG", "CACHE", "DATA", "STATE")}}
 
 
 def _config() -> str:

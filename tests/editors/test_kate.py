@@ -18,6 +18,8 @@ from tests.editors.editors import LIMIT, ROOT, nothing_left, started_from
 from tests.editors.terminal import until, written
 from tests.needs import need
 
+pytestmark = pytest.mark.slow("drives Kate")
+
 FOLDER = ROOT / "editors" / "kate"
 SERVER = Path(sys.executable).with_name("improv-ls")
 PROGRAM = "turtle1 $ repeat (forward left)\n"

@@ -18,6 +18,8 @@ from tests.editors.editors import LIMIT, ROOT, nothing_left
 from tests.editors.terminal import Terminal, written
 from tests.needs import lacking, need
 
+pytestmark = pytest.mark.slow("drives Vim")
+
 FOLDER = ROOT / "editors" / "vim"
 ALE = Path("/usr/share/vim-ale")
 

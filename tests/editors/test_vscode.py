@@ -15,10 +15,11 @@ from urllib.parse import quote, urlsplit
 import pytest
 from playwright.sync_api import Frame, Locator, Page, expect
 
-from tests.editors.editors import LIMIT, ROOT, nothing_left, slow_server, started_from
+from tests.editors.editors import LIMIT, ROOT, kill_servers, nothing_left, servers_from, slow_server, started_from
 from tests.editors.terminal import until
 from tests.editors.vscode.workbench import (
     PATIENCE,
+    framed,
     framed_page,
     keep_picture,
     run_command,
@@ -27,8 +28,12 @@ from tests.editors.vscode.workbench import (
     workbench,
 )
 
+pytestmark = pytest.mark.slow("drives VS Code")
+
 PROGRAM = "beat 120\n\nturtle1 $ repeat (forward lft)\n"
 SERVER = str(Path(sys.executable).with_name("improv-ls"))
+LINK = "[Click](command:workbench.action.terminal.new)"
+"""In a notification, it would run any command with one click, even in a workspace that is not trusted."""
 IS_LIT = """text => {
   const boxes = selector => [...document.querySelectorAll(selector)].map(
     each => [each.textContent.trim(), each.getBoundingClientRect()])
@@ -58,50 +63,55 @@ def test_session(tmp_path: Path) -> None:
 
 
 @pytest.mark.timeout(2 * LIMIT)
-def test_installs_its_server(tmp_path: Path) -> None:
+def test_a_missing_server_is_installed_and_a_wrong_one_replaced(tmp_path: Path) -> None:
     with nothing_left() as env:
         folders = [each for each in env["PATH"].split(os.pathsep) if not (Path(each) / "improv-ls").exists()]
-        with workbench(tmp_path, PROGRAM, {"improv.backend": "sim"}, {**env, "PATH": os.pathsep.join(folders)}) as page:
-            missing = _toast(page, "Improv can't find its language server")
-            expect(missing).to_be_visible()
-            run_command(page, "Notifications: Clear All Notifications")
-            expect(missing).to_have_count(0)
-            _status(page).click()
-            missing.get_by_role("button", name="Install…").click()
-            dialog = page.locator(".monaco-dialog-box")
-            expect(dialog).to_contain_text(
-                re.compile(r"Improv 0\.\d+\.\d+, which comes with this extension.*pygls.*lark")
-            )
-            keep_picture(page, "install")
-            dialog.get_by_role("button", name="Install").click()
-            expect(page.locator(".squiggly-error")).to_have_count(1, timeout=LIMIT * 1000)
-            run_command(page, "Improv: Show Versions")
-            expect(_toast(page, "improv-ls")).to_contain_text(str(tmp_path))
+        env |= {"PATH": os.pathsep.join(folders), "PIP_NO_COMPILE": "1"}  # which takes as long as all the rest
+        with workbench(tmp_path, PROGRAM, {"improv.backend": "sim"}, env, {"improv.switchAt": LINK}) as page:
+            _installs_its_server(page, tmp_path)
+            _wrong_servers_are_replaced_and_notifications_hold_no_links(page, tmp_path)
 
 
-@pytest.mark.timeout(2 * LIMIT)
-def test_wrong_servers_are_replaced_and_notifications_hold_no_links(tmp_path: Path) -> None:
-    """A link in a notification runs any command with one click, even in a workspace that is not trusted."""
-    link = "[Click](command:workbench.action.terminal.new)"
-    hanging = tmp_path / "hanging"
+def _installs_its_server(page: Page, folder: Path) -> None:
+    missing = _toast(page, "Improv can't find its language server")
+    expect(missing).to_be_visible()
+    run_command(page, "Notifications: Clear All Notifications")
+    expect(missing).to_have_count(0)
+    _status(page).click()
+    missing.get_by_role("button", name="Install…").click()
+    dialog = page.locator(".monaco-dialog-box")
+    expect(dialog).to_contain_text(re.compile(r"Improv 0\.\d+\.\d+, which comes with this extension.*pygls.*lark"))
+    keep_picture(page, "install")
+    dialog.get_by_role("button", name="Install").click()
+    expect(page.locator(".squiggly-error")).to_have_count(1, timeout=LIMIT * 1000)
+    run_command(page, "Improv: Show Versions")
+    expect(_toast(page, "improv-ls")).to_contain_text(str(folder))
+    run_command(page, "Notifications: Clear All Notifications")
+
+
+def _wrong_servers_are_replaced_and_notifications_hold_no_links(page: Page, folder: Path) -> None:
+    hanging = folder / "hanging"
     hanging.write_text("#!/bin/sh\nexec sleep 1000\n")
     hanging.chmod(0o755)
-    settings = {"improv.server.path": str(hanging), "improv.backend": "sim"}
-    with nothing_left() as env, workbench(tmp_path, PROGRAM, settings, env, {"improv.switchAt": link}) as page:
-        expect(_status(page)).to_have_text("Starting Improv…")
-        set_machine_settings(tmp_path, {**settings, "improv.server.path": SERVER})
-        expect(page.locator(".squiggly-error")).to_have_count(1)
-        expect(_status(page)).to_have_text("Improv")
-        expect(page.locator(".notification-toast")).to_have_count(0)
 
-        set_machine_settings(tmp_path, {**settings, "improv.server.path": f"/nowhere/{link}"})
-        _has_no_link(_toast(page, "/nowhere/"))
-        set_machine_settings(tmp_path, {**settings, "improv.server.path": SERVER})
-        expect(page.locator(".squiggly-error")).to_have_count(1)
-        expect(_toast(page, "improv.switchAt")).to_have_count(0)
-        run_command(page, "Workspaces: Manage Workspace Trust")
-        page.get_by_role("button", name="Trust", exact=True).first.click()
-        _has_no_link(_toast(page, "improv.switchAt"))
+    def use_server(path: object) -> None:
+        set_machine_settings(folder, {"improv.backend": "sim", "improv.server.path": str(path)})
+
+    use_server(hanging)
+    expect(_status(page)).to_have_text("Starting Improv…")
+    use_server(SERVER)
+    expect(_status(page)).to_have_text("Improv")
+    expect(page.locator(".squiggly-error")).to_have_count(1)
+    expect(page.locator(".notification-toast")).to_have_count(0)
+
+    use_server(f"/nowhere/{LINK}")
+    _has_no_link(_toast(page, "/nowhere/"))
+    use_server(SERVER)
+    expect(page.locator(".squiggly-error")).to_have_count(1)
+    expect(_toast(page, "improv.switchAt")).to_have_count(0)
+    run_command(page, "Workspaces: Manage Workspace Trust")
+    page.get_by_role("button", name="Trust", exact=True).first.click()
+    _has_no_link(_toast(page, "improv.switchAt"))
 
 
 @pytest.mark.timeout(2 * LIMIT)
@@ -114,29 +124,63 @@ def test_what_is_asked_for_while_the_server_starts(tmp_path: Path) -> None:
         page.keyboard.press("End")
         page.keyboard.type(" ")
         page.keyboard.press("Control+S")
+        until(lambda: "left) \n" in (tmp_path / "work" / "dance.improv").read_text(), lambda: "it is never saved")
+        expect(page.locator(".tab.active")).not_to_have_class(re.compile(r"\bdirty\b"))  # VS Code knows that, too
+        page.keyboard.type("(rig")
         gate.touch()
-        expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
+        _plays(page)  # what was saved, not what was half typed
+        keep_picture(page, "half-typed")
+        for _ in "(rig":
+            page.keyboard.press("Backspace")
+        page.keyboard.press("Control+S")
 
         _escape_stops_with_a_widget(page, "Control+Shift+Space", ".parameter-hints-widget.visible")
         _escape_stops_with_a_widget(page, "Control+F", ".find-widget.visible")
         _the_context_menu_plays(page)
         _a_killed_server_says_that_the_dance_ended(page, env)
+        _a_server_that_is_killed_again_and_again_is_started_by_a_save(page, env)
 
         gate.unlink()
         run_command(page, "Improv: Restart Language Server")
         expect(_status(page)).to_have_text("Starting Improv…")
         word(page, "forward").click()
-        (starting,) = _servers(env)
+        until(lambda: len(servers_from(env)) == 1, lambda: "the server before it does not end")
+        (starting,) = servers_from(env)
         for _ in range(3):
             page.keyboard.press("Control+Enter")
         gate.touch()
         expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
-        assert _servers(env) == [starting]
+        assert servers_from(env) == [starting]
         _repeat_is_offered_once(page)
         _robots_files_have_colors(page, tmp_path / "work")
         page.get_by_role("tab", name="dance.improv").click()
         run_command(page, "Improv: Stop Robots")
         _kill_the_editor(env)
+
+
+@pytest.mark.timeout(2 * LIMIT)
+def test_colors_and_snippets_where_no_server_can_run(tmp_path: Path) -> None:
+    """In the extension host of the browser, as on vscode.dev. And the extension's page, with its picture."""
+    settings = {"remote.extensionKind": {"improv.improv": ["web"]}, "security.workspace.trust.enabled": False}
+    with nothing_left() as env, workbench(tmp_path, PROGRAM, settings, env) as page:
+        word(page, "forward").click()
+        run_command(page, "Improv: Show Menu")
+        expect(_toast(page, "This window has only colors and snippets for Improv")).to_be_visible()
+        word(page, "forward").click()
+        colors = {name: _color(word(page, name)) for name in ("beat", "120", "turtle1", "repeat", "forward")}
+        assert len(set(colors.values())) == len(colors), colors
+        page.keyboard.press("Control+End")
+        page.keyboard.type("squee")
+        page.keyboard.press("Control+Space")
+        expect(page.locator(".suggest-widget .monaco-list-row", has_text="squeeze").first).to_be_visible()
+        page.keyboard.press("Escape")
+        assert servers_from(env) == []
+
+        page.keyboard.press("Control+Shift+X")
+        page.locator(".extension-list-item", has_text="Improv").first.click()
+        picture = framed(page).locator("img[alt*='Two robots draw']")
+        page.wait_for_function("picture => picture.naturalWidth > 100", arg=picture.element_handle())
+        keep_picture(page, "web")
 
 
 def _escape_stops_with_a_widget(page: Page, key: str, widget: str) -> None:
@@ -165,20 +209,48 @@ def _escape_twice(page: Page, key: str, widget: str) -> None:
     raise AssertionError("two Escapes do not stop the robots")
 
 
+def _choose_in_menu(page: Page, item: str) -> None:
+    page.locator(".monaco-menu").get_by_text(item, exact=True).hover()
+    page.keyboard.press("Enter")  # for 100 ms, the menu ignores the mouse
+
+
+def _plays(page: Page) -> None:
+    expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
+
+
 def _the_context_menu_plays(page: Page) -> None:
     for item, shown in (("Stop Robots", "Improv: stopped · simulator"), ("Play", re.compile(r"beat \d+/∞"))):
         word(page, "forward").click(button="right")
-        page.locator(".monaco-menu").get_by_text(item, exact=True).hover()
-        page.keyboard.press("Enter")  # for 100 ms, the menu ignores the mouse
+        _choose_in_menu(page, item)
         expect(_status(page)).to_have_text(shown)
 
 
 def _a_killed_server_says_that_the_dance_ended(page: Page, env: Mapping[str, str]) -> None:
-    for pid in _servers(env):
-        os.kill(pid, signal.SIGKILL)
+    kill_servers(env)
     expect(_toast(page, "so the robots stopped")).to_be_visible()
     keep_picture(page, "killed")
     run_command(page, "Notifications: Clear All Notifications")
+
+
+def _a_server_that_is_killed_again_and_again_is_started_by_a_save(page: Page, env: Mapping[str, str]) -> None:
+    for _ in range(3):
+        expect(_status(page)).to_have_text("Improv")
+        killed = kill_servers(env)
+        until(lambda: set(servers_from(env)) - set(killed), lambda: "no server was started again")  # noqa: B023
+    word(page, "left").dblclick()
+    page.keyboard.type("lft")
+    expect(page.locator(".squiggly-error")).to_have_count(1)
+    page.keyboard.press("Control+S")
+    expect(_status(page)).to_have_text(re.compile(r"`lft` is not defined"))
+    kill_servers(env)
+    expect(_toast(page, "ended five times within three minutes")).to_be_visible()
+    expect(_status(page)).to_have_text("Improv: server not running")
+    keep_picture(page, "given-up")
+    run_command(page, "Notifications: Clear All Notifications")
+    word(page, "lft").dblclick()
+    page.keyboard.type("left")
+    page.keyboard.press("Control+S")
+    _plays(page)
 
 
 def _repeat_is_offered_once(page: Page) -> None:
@@ -202,16 +274,6 @@ def _robots_files_have_colors(page: Page, folder: Path) -> None:
         return {_color(leaves.filter(has_text=each).first) for each in ("one", "robots", '"')}
 
     until(lambda: len(colors()) == 3, lambda: f"only these colors: {colors()}")
-
-
-def _servers(env: Mapping[str, str]) -> list[int]:
-    """The processes of the language server, started or waiting at the gate."""
-
-    def is_server(pid: int) -> bool:
-        words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
-        return b"improv_ls" in words or any(each.endswith(b"slow-improv-ls") for each in words)
-
-    return [pid for pid in started_from(env) if is_server(pid)]
 
 
 def _has_no_link(toast: Locator) -> None:
@@ -296,7 +358,14 @@ def _a_wrong_save_changes_nothing(page: Page, robots: str) -> None:
 
 def _keys_stop_the_robots(page: Page, robots: str) -> None:
     page.wait_for_function(IS_LIT, arg="left")
+    word(page, "left").dblclick()
     page.keyboard.press("Control+.")
+    expect(page.locator(".action-widget", has_text="Stop all robots")).to_be_visible()
+    keep_picture(page, "actions")
+    page.keyboard.press("Escape")
+    expect(page.locator(".action-widget")).to_be_hidden()
+    _plays(page)
+    page.keyboard.press("Alt+.")
     expect(_status(page)).to_have_text("Improv: stopped · simulator")
     keep_picture(page, "stopped")
     _robot(robots, "stands")
@@ -312,8 +381,8 @@ def _a_new_server_plays(page: Page) -> None:
     run_command(page, "Improv: Restart Language Server")
     expect(_status(page)).to_have_text("Improv")
     with page.expect_event("framenavigated", lambda frame: "ticket=" in frame.url) as frame:
-        page.get_by_text("▶ play").click()
-    expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞"))
+        page.get_by_text("▶ play · ∞").click()
+    _plays(page)
     expect(framed_page(page).locator("#state")).to_have_text("playing")
     _robot(_robots(frame.value), "moves")
     expect(_explained(page, "forward")).to_contain_text("1 beat")
@@ -338,10 +407,12 @@ def _top(shown: Locator) -> float:
 
 
 def _only_a_line_plays(page: Page) -> None:
+    """By a key, and by the context menu. No line moves meanwhile, as it would if lenses came."""
     page.get_by_role("tab", name="dance.improv").click()  # the history has opened another
     expect(page.locator(".view-line", has_text="A line above")).to_have_count(1)
     lit = page.locator(".view-overlays [class*=TextEditorDecorationType]")
     word(page, "forward").click()
+    height = _top(word(page, "forward"))
     page.keyboard.press("End")
     page.keyboard.type("\nbob $ repeat right")
     page.keyboard.press("Control+Shift+Enter")
@@ -350,11 +421,28 @@ def _only_a_line_plays(page: Page) -> None:
     page.keyboard.press("Control+S")
     expect(lit).to_have_count(2)
     keep_picture(page, "lenses")
-    lenses = page.get_by_text("▶ this line")
-    expect(lenses).to_have_count(2)
-    min(lenses.all(), key=_top).click()
+    expect(page.locator(".codelens-decoration", has_text="▶")).to_have_count(1)
+    assert _top(word(page, "forward")) == height
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Shift+F10")
+    _choose_in_menu(page, "Play This Line or Selection")
+    expect(page.locator(".monaco-menu")).to_have_count(0)
+    expect(page.locator(".monaco-editor.focused")).to_have_count(1)  # the next key is for the program again
     expect(lit).to_have_count(1)
     page.wait_for_function(IS_LIT, arg="left")
+    page.keyboard.press("Control+Enter")
+    expect(lit).to_have_count(2)
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Shift+F10")
+    keep_picture(page, "context-menu")
+    _choose_in_menu(page, "Mute or Unmute Robots of This Line")
+    expect(lit).to_have_count(1)
+    page.wait_for_function(IS_LIT, arg="left")
+    page.keyboard.press("Control+End")
+    page.keyboard.type("\n---\nbob $ right")
+    page.keyboard.press("Control+S")
+    expect(page.locator(".codelens-decoration", has_text="▶ scene 2 · 1 beat, 0.50 s")).to_be_visible()
+    keep_picture(page, "scene")
 
 
 def _kill_the_editor(env: Mapping[str, str]) -> None:
@@ -396,7 +484,7 @@ def _frame(page: Page) -> Frame:
 
 def _robots(frame: Frame) -> str:
     """The page's own address with its token: the frame has it from code-server's proxy."""
-    token = frame.evaluate("sessionStorage.getItem('improv.token')")
+    token = frame.evaluate("import('./token.js').then(({ token }) => token)")
     return f"http://127.0.0.1:{urlsplit(frame.url).path.split('/')[2]}/?token={quote(token)}"
 
 

@@ -14,7 +14,7 @@ from improv_core import __version__
 from improv_ls.server import create_server
 from tests.editors import colors
 from tests.editors.editors import ROOT, find
-from tests.editors.vscode.workbench import packaged
+from tests.editors.vscode.workbench import bundle, packaged
 from tests.needs import need
 
 FOLDER = ROOT / "editors" / "vscode"
@@ -22,6 +22,7 @@ LARGEST = 1_000_000
 """Bytes of the .vsix."""
 CONTENTS = {
     "LICENSE.txt",
+    "dist/browser.js",
     "dist/extension.js",
     "icons/dark.svg",
     "icons/improv.png",
@@ -41,6 +42,7 @@ CONTENTS = {
 }
 
 
+@pytest.mark.slow("builds the extension")
 def test_the_package_is_small_and_has_what_is_needed() -> None:
     package = packaged()
     assert package.stat().st_size < LARGEST
@@ -70,16 +72,14 @@ def test_the_lock_file_names_no_place_to_get_packages_from() -> None:
     assert '"resolved"' not in (FOLDER / "package-lock.json").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(("name", "passes"), [("messages", 8), ("moments", 5), ("transport", 2), ("words", 7)])
-def test_parts_without_a_window(tmp_path: Path, name: str, passes: int) -> None:
-    packaged()  # brings esbuild, if it is not there
-    tests, bundled = Path(__file__).parent / "vscode", tmp_path / "test.mjs"
-    bundle = ["node_modules/.bin/esbuild", str(tests / f"{name}.test.mjs"), f"--outfile={bundled}", "--bundle"]
-    bundle += ["--platform=node", "--format=esm", f"--alias:vscode={tests / 'vscode.mjs'}"]
-    subprocess.run(bundle, cwd=FOLDER, check=True, capture_output=True)
-    ran = subprocess.run([need("node"), "--test", str(bundled)], capture_output=True, text=True)
+@pytest.mark.slow("installs esbuild, if no test has yet")
+def test_parts_without_a_window(tmp_path: Path) -> None:
+    scripts = sorted((Path(__file__).parent / "vscode").glob("*.test.mjs"))
+    bundle(tmp_path, *scripts)
+    bundled = [str(tmp_path / script.name) for script in scripts]
+    ran = subprocess.run([need("node"), "--test", *bundled], capture_output=True, text=True)
     assert ran.returncode == 0, ran.stdout
-    assert f"# pass {passes}" in ran.stdout
+    assert "# pass 22" in ran.stdout
 
 
 def test_colors_before_the_server_answers(tmp_path: Path) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from textwrap import dedent
 
+from improv_core.diagnostics import Edit
 from improv_core.program.analysis import Analysis, analyze
 
 CURSOR = "|>"
@@ -14,3 +16,10 @@ def at_cursor(program: str) -> tuple[Analysis, int]:
     program = dedent(program).strip("\n")
     offset = program.index(CURSOR)
     return analyze(program.replace(CURSOR, "")), offset
+
+
+def applied(text: str, edits: Sequence[Edit]) -> str:
+    """The text after edits that don't overlap."""
+    for edit in sorted(edits, key=lambda edit: edit.span, reverse=True):
+        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
+    return text

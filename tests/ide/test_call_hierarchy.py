@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from improv_core.ide.call_hierarchy import Call, incoming, outgoing, prepare
+from improv_core.ide.call_hierarchy import HierarchyCall, incoming, outgoing, prepare
 from improv_core.program.analysis import Analysis
 from tests.ide.cursor import at_cursor
 
@@ -18,7 +18,7 @@ def check(program: str, item: str, callers: list[str], callees: list[str]) -> No
     assert [shown(analysis, call) for call in outgoing(analysis, place)] == callees
 
 
-def shown(analysis: Analysis, call: Call) -> str:
+def shown(analysis: Analysis, call: HierarchyCall) -> str:
     """`name x at 2: y y`."""
     words = " ".join(analysis.text[slice(*span)] for span in call.spans)
     line = analysis.lines.position(call.spans[0].start).line + 1

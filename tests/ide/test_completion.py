@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from improv_core.ide.completion import Completion, Item, complete, document
 from improv_core.robots.config import read_robots
-from improv_core.syntax.vocabulary import TRANSFORMERS, Kind, of_kind
+from improv_core.syntax.vocabulary import TRANSFORMERS, of_kind
+from improv_core.syntax.words import Kind
 from tests.ide.cursor import at_cursor
 
 MOVING = of_kind(Kind.PRIMITIVE, *TRANSFORMERS, Kind.IF)
@@ -135,7 +136,7 @@ def test_of_many_names_the_nearest_that_fit() -> None:
     assert [item.label for item in found.items if item.kind == "name"][-1] == "name99"
 
 
-def test_what_is_said_about_what_is_offered() -> None:
+def test_completions_are_documented() -> None:
     analysis, _ = at_cursor("x = left\nx = x up\nr $ x|>")
 
     def said(label: str, kind: str, statement: int) -> str:
@@ -211,7 +212,7 @@ def test_what_a_robot_cannot_do_comes_last_and_says_so() -> None:
     check_last("bo $ reflect |>")
 
 
-def test_names_too_and_what_robots_play_by_them() -> None:
+def test_names_are_sorted_by_whether_the_robot_can_play_them() -> None:
     hover, still = "hop = up left down\n", "still = strafeleft || straferight\n"
     assert [item.label for item in offered(f"{hover}{still}fly $ |>", ROBOTS).items][:2] == ["still", "hop"]
     assert offered(f"{hover}{still}bo $ |>", ROBOTS).items[0].label == "still"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from improv_core.ide.document_symbol import Entry, names_in, outline
+from improv_core.diagnostics import MOST_SHOWN
+from improv_core.ide.document_symbol import OutlineEntry, names_in, outline
 from improv_core.program.analysis import analyze
 
 
@@ -13,7 +14,7 @@ def check(program: str, *lines: str) -> None:
     assert found == list(lines)
 
 
-def drawn(entry: Entry, indent: str) -> list[str]:
+def drawn(entry: OutlineEntry, indent: str) -> list[str]:
     assert entry.span.start <= entry.name_span.start < entry.name_span.end <= entry.span.end
     assert all(entry.span.start <= part.span.start <= part.span.end <= entry.span.end for part in entry.parts)
     line = f"{indent}{entry.name}: {entry.kind} {entry.detail}".rstrip()
@@ -59,7 +60,7 @@ def test_broken_statements_as_far_as_they_go() -> None:
     check("x = (left\nr $\nleft left\n= up\nbeat\n$ up", "x: name 1 beat", "r: robot 0 beats")
 
 
-def test_what_is_marked() -> None:
+def test_names_are_marked_in_the_outline() -> None:
     text = "\n r  s $ (left\n up)"
     (entry,) = outline(analyze(text))
     assert text[slice(*entry.span)] == "r  s $ (left\n up)"
@@ -75,3 +76,8 @@ def test_names_of_a_program_that_is_only_looked_through() -> None:
         ("s", "robot"),
         ("r", "robot"),
     ]
+
+
+def test_lines_with_syntax_errors_are_listed_as_far_as_they_are_marked() -> None:
+    entries = outline(analyze("r $ up\nwrong = (\n" + "wrong = (\n" * MOST_SHOWN + "s $ up\n"))
+    assert [entries[0].name, entries[-1].name, len(entries)] == ["r", "s", MOST_SHOWN + 2]

@@ -27,7 +27,7 @@ def applied(analysis: Analysis) -> str:
         ("p n = repeat n left\nr $ p (3) | up\n", "p n = repeat n left\nr $ p 3 || up\n"),
     ],
 )
-def test_what_can_mean_only_one_thing_is_fixed(before: str, after: str) -> None:
+def test_unambiguous_slips_are_fixed(before: str, after: str) -> None:
     assert applied(analyze(before)) == after
 
 
@@ -38,7 +38,7 @@ def test_what_can_mean_only_one_thing_is_fixed(before: str, after: str) -> None:
         ("r $ canon 2 left\n---\n---\nr $ chance 1/2 up\n---\n", "r $  left\n---\nr $ chance 1/2 up\n"),
     ],
 )
-def test_what_has_no_effect_goes_and_nothing_else_changes(before: str, after: str) -> None:
+def test_words_without_effect_are_removed_and_nothing_else_changes(before: str, after: str) -> None:
     assert applied(analyze(before)) == after
     one, other = (compiled(analyze(text), 20)["robots"] for text in (before, after))
     assert one == other
@@ -57,5 +57,5 @@ def test_what_has_no_effect_goes_and_nothing_else_changes(before: str, after: st
         "r $ left\n",
     ],
 )
-def test_what_somebody_should_look_at_stays(program: str) -> None:
+def test_ambiguous_slips_are_left_alone(program: str) -> None:
     assert fix_all(analyze(program)) == []

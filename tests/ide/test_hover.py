@@ -27,13 +27,13 @@ def check_nothing(program: str) -> None:
     assert hover(*at_cursor(program)) is None
 
 
-def test_words_say_what_they_do_how_long_and_how_far() -> None:
+def test_hover_tells_what_words_do_how_long_and_how_far() -> None:
     check("r $ for|>ward", "forward", "**forward**: One step forward.", "1 beat, 1.0 s at beat 60 · 2.0 m, no turn")
     check("beat 30\nr $ |>halfright", "halfright", "1 beat, 2.0 s at beat 30 · 0.0 m, turns 45° right")
     check("b|>eat 92.5", "beat", "**beat 92.5**")
 
 
-def test_transformers_speak_of_the_term_they_apply_to() -> None:
+def test_hovering_a_transformer_describes_the_term_it_applies_to() -> None:
     check("r $ re|>peat 4 (forward left)", "repeat 4 (forward left)", "**repeat 4**", "8 beats", "turns 360° left")
     check("r $ fast |>3/2 left right", "fast 3/2 left", "2/3 beats, 0.67 s")
     check("r $ reflect Y|>Z left", "reflect YZ left", "Swaps left and right", "turns 90° right")
@@ -59,7 +59,7 @@ def test_names_are_shown_as_they_were_defined_above() -> None:
     check("|>x = forward", "x", "**x** (name)", "1 beat")
 
 
-def test_robots_and_signs_speak_of_all_that_is_played() -> None:
+def test_hovering_a_robot_or_sign_describes_everything_played() -> None:
     check("|>r $ forward\nr $ left", "r", "robot, profile turtlesim", "2 beats")
     check("r1 r2 |>$ forward", "$", "r1, r2 play what follows", "1 beat")
     check("x |>= forward", "=", "`x` is the name for what follows")
@@ -89,7 +89,7 @@ def test_where_a_movement_leads() -> None:
     check("r $ |>(up left left)", "(up left left)", "ends 2.0 m up, facing 180°")
 
 
-def test_what_the_brackets_around_make_of_it() -> None:
+def test_hover_tells_how_brackets_change_the_speed() -> None:
     check("x = forward\nr $ [|>x left]", "x", "1 beat", "twice as fast in this bracket: 0.5 beats, 0.50 s")
     check("r $ [forward [left ri|>ght] left]", "right", "6 times as fast here: 1/6 beats, 0.17 s")
     check("r $ [forward left || le|>ft]", "left", "1 beat")
@@ -151,7 +151,7 @@ def test_the_picture_is_small(program: str) -> None:
     assert "data:" not in found.plain
 
 
-def test_what_stays_in_its_place_has_no_picture() -> None:
+def test_standing_still_has_no_picture() -> None:
     for program in ("r $ le|>ft", "r |>$ rest up", "be|>at 60", "r $ [|>]"):
         found = hover(*at_cursor(program), pictures=True)
         assert found is None or not found.picture
@@ -197,7 +197,7 @@ def test_new_words() -> None:
     check("r $ fit |>3 (forward left)", "fit 3 (forward left)", "**fit 3**: ", "3 beats")
 
 
-def test_words_of_senses_say_what_may_come_of_it() -> None:
+def test_hover_tells_how_long_words_of_senses_may_take() -> None:
     check(
         "r $ un|>til near (forward forward)",
         "until near (forward forward)",
@@ -224,7 +224,7 @@ def test_words_of_senses_say_what_may_come_of_it() -> None:
     )
 
 
-def test_what_robots_play_adds_up_over_scenes() -> None:
+def test_durations_add_up_over_scenes() -> None:
     check("r $ until cue repeat rest\n-|>--\nr $ left", "---", "begins at beat 0 or later")
     check("|>r $ until cue repeat rest\n---\nr $ left", "r", "1 beat or more", "this line: any number of beats")
     check("|>r $ (until bump (left left)) left\n---\nr $ left", "r", "2 to 4 beats")

@@ -37,7 +37,7 @@ def test_brackets_in_brackets_say_how_fast_they_are() -> None:
     check("r $ [up left] [[up]]", "r $ [up left] [[up]]⟨2 beats⟩")
 
 
-def test_what_is_wrong_says_nothing() -> None:
+def test_wrong_statements_get_no_hint() -> None:
     for program in ("r $ lft up", "r $ (up", "r $ repeat 1/2 up", "beat 60", "# 🐢", "up", "r $", "x = []x"):
         check(program, program)
     check("x = up # unused\nr $ lft\ns $ ()", "x = up⟨1 beat⟩ # unused\nr $ lft\ns $ ()⟨0 beats⟩")

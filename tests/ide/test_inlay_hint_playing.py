@@ -52,7 +52,7 @@ def test_text_that_moved_and_text_that_was_edited() -> None:
     assert shown(played, 0, later) == "r $ right\ns $ up up <beat 1/2>\n"
 
 
-def test_what_senses_decide_has_no_last_beat() -> None:
+def test_open_movements_have_no_last_beat() -> None:
     played = analyze("r $ left until near (repeat up)\nr $ left right\n")
     edges = [SenseEdge(0, "r", "near", False)]
     assert shown(played, 2, so_far=SoFar(edges=edges)) == "r $ left until near (repeat up) <beat 3>\nr $ left right\n"

@@ -29,7 +29,7 @@ def test_names_and_the_words_behind_them() -> None:
     assert lit(played, 1.25) == []
 
 
-def test_what_moved_is_found_and_what_was_edited_is_left_out() -> None:
+def test_moved_words_are_found_and_edited_ones_left_out() -> None:
     played = analyze("step = forward [left right]\nr $ repeat step\n")
     later = played.edited(0, 0, "# ❤️ a step\r\n\r\n")
     assert lit(played, 1.75, later) == ["r: step", "r: right"]
@@ -38,7 +38,7 @@ def test_what_moved_is_found_and_what_was_edited_is_left_out() -> None:
     assert lit(played, 1.75, edited) == ["r: right"]
 
 
-def test_what_never_ends_comes_in_pieces() -> None:
+def test_endless_parts_come_in_pieces() -> None:
     played = analyze("r $ repeat (forward left)\n")
     stretch = playing(played, played)["r"]
     assert (len(stretch.moments), stretch.until) == (MOST_MOMENTS, MOST_MOMENTS)
@@ -68,7 +68,7 @@ def words(played: Analysis, so_far: SoFar, start: float = 0.0) -> list[tuple[flo
     ]
 
 
-def test_what_senses_have_decided_is_what_plays() -> None:
+def test_moments_follow_what_senses_decided() -> None:
     played = analyze("r $ repeat (until near (repeat forward) left)\n")
     edges = [SenseEdge(0, "r", "near", False), SenseEdge(0, "s", "near", True)]
     assert words(played, SoFar(edges=edges))[:2] == [(0, 1, "forward"), (1, 2, "forward")]

@@ -6,14 +6,12 @@ import pytest
 
 from improv_core.ide.on_type_formatting import indent
 from improv_core.program.analysis import analyze
-from tests.ide.cursor import CURSOR
+from tests.ide.cursor import CURSOR, applied
 
 
 def check(before: str, after: str) -> None:
     text = before.replace(CURSOR, "")
-    for edit in indent(analyze(text), before.index(CURSOR)):
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
-    assert text == after
+    assert applied(text, list(indent(analyze(text), before.index(CURSOR)))) == after
 
 
 def check_stays(program: str) -> None:
@@ -41,7 +39,7 @@ def test_the_line_behind_a_broken_bracket_begins_where_the_statement_does() -> N
     check(" r $ (\n   up)\n   |>\ns $ up", " r $ (\n   up)\n \ns $ up")
 
 
-def test_what_is_no_line_inside_brackets_stays() -> None:
+def test_lines_outside_brackets_keep_their_indentation() -> None:
     for program in ("|>", "  |>", "r $ up\n  |>", "r $ (\n  up)\n\n  |>"):
         check_stays(program)
     check_stays("r $ (up\n   x = |>left")

@@ -8,14 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.diagnostics import Edit
 from improv_core.ide.references import symbol_at
 from improv_core.ide.rename import RefusalError, renamable, rename, rename_section
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
 from improv_core.syntax import nodes
-from tests.ide.cursor import at_cursor
+from tests.ide.cursor import applied, at_cursor
 
 
 def check(program: str, new: str, after: str) -> None:
@@ -32,19 +31,13 @@ def renamed(analysis: Analysis, offset: int, new: str) -> str:
     return applied(analysis.text, rename(analysis, renamable(analysis, offset), new))
 
 
-def applied(text: str, edits: list[Edit]) -> str:
-    for edit in reversed(edits):
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
-    return text
-
-
 def test_a_name_and_its_uses() -> None:
     check("# x\n|>x = left\nr $ x [x up] # x", "turn", "# x\nturn = left\nr $ turn [turn up] # x")
     check("x = left\nr$(x|>)", "ü_2", "ü_2 = left\nr$(ü_2)")
     check("x = left\nr $ |>x", "x", "x = left\nr $ x")
 
 
-def test_only_what_means_the_same() -> None:
+def test_only_the_same_meaning_is_renamed() -> None:
     check("|>x = left\nx = x up\nr $ x", "y", "y = left\nx = y up\nr $ x")
     check("x = left\nx = x up\nr $ |>x", "y", "x = left\ny = x up\nr $ y")
 
@@ -55,7 +48,7 @@ def test_a_name_that_is_free_here_may_be_used_elsewhere() -> None:
     check("x = left\ny = |>x\nr $ y", "y", "y = left\ny = y\nr $ y")
 
 
-def test_what_would_change_the_meaning_is_refused() -> None:
+def test_renames_that_change_the_meaning_are_refused() -> None:
     check_refused("|>x = left\ny = up\nr $ x y", "y", "`y` is already defined on line 2: choose another name")
     check_refused(
         "y = up\n|>x = left\nr $ x\nr $ y", "y", "`y` on line 4 would then mean this one: choose another name"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import islice
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.ide.phrases import tree
@@ -93,7 +93,7 @@ def test_a_definition_is_danced_by_the_robot_of_the_nearest_line_that_plays_it()
     check("x« = left\nanna $ x lft", "anna: left")
 
 
-def test_what_no_robot_plays_is_danced_by_a_ghost() -> None:
+def test_a_ghost_dances_definitions_that_no_robot_plays() -> None:
     check("x« = left up\nanna $ right", "ghost: left up")
     check("anna $ x\nx« = left up", "ghost: left up")
     check("repeat 2 «(forward left)\nanna $ right", "ghost: forward left forward left")
@@ -157,7 +157,7 @@ def test_errors_that_it_does_not_need_do_not_stop_it() -> None:
     )
 
 
-def test_what_plays_nothing_is_refused_in_one_line() -> None:
+def test_selections_that_play_nothing_are_refused_in_one_line() -> None:
     advice = "choose a line with a robot, a name, or a movement"
     refused("anna $ left\n\n«\n", f"there is nothing to play on line 3: {advice}")
     refused("anna $ left\n# «a comment»\n", f"there is nothing to play in this selection: {advice}")
@@ -193,7 +193,6 @@ def once(movement: str, letter: str, word: str) -> str:
 
 
 @given(dances, dances, st.data())
-@settings(max_examples=100)
 def test_the_dice_fall_as_in_the_whole_program(x: str, played: str, data: st.DataObject) -> None:
     """Where a part is performed more than once, it throws as it does first."""
     played = once(once(played, "y", f"many 2 {THROWS[0]}"), "x", "(X)")

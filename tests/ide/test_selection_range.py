@@ -43,7 +43,7 @@ def test_comments() -> None:
     check("beat 30\nr $ up # hig|>her", "higher", "# higher", "r $ up # higher")
 
 
-def test_what_is_around_nothing() -> None:
+def test_on_an_empty_line_the_selection_grows_to_the_whole_program() -> None:
     check("r $ left\n|>\nr $ up")
     check("|>")
 

@@ -7,7 +7,7 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.ide.semantic_tokens import colored, pieces
+from improv_core.ide.semantic_tokens import colored, fragments
 from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.robots.config import read_robots
@@ -18,7 +18,7 @@ def check(program: str | Analysis, *words: str) -> None:
     """These words have a color, said as `word:type` or `word:type.modifier`."""
     analysis = analyze(program) if isinstance(program, str) else program
     found = []
-    for start, text, unknown, strange in pieces(analysis):
+    for start, text, unknown, strange in fragments(analysis):
         for begin, end, kind, modifiers in colored(text, unknown, strange):
             kinds = [TYPES[kind], *(name for bit, name in enumerate(MODIFIERS) if modifiers >> bit & 1)]
             found.append(f"{analysis.text[start + begin : start + end]}:{'.'.join(kinds)}")
@@ -34,7 +34,7 @@ def test_all_kinds() -> None:
     )
 
 
-def test_what_is_not_known_has_no_color() -> None:
+def test_unknown_words_have_no_color() -> None:
     check("r $ x\nx = x up", *("r:class", "$:operator", "x:variable.definition", "=:operator"), UP)
     robots = read_robots("[robots.anna]\n")
     check(analyze("anna ana $ up", robots), "anna:class", "$:operator", UP)
@@ -83,12 +83,12 @@ def test_comments_within_statements() -> None:
 
 def test_only_what_is_in_sight() -> None:
     text = "# one\nr $ up\n# two\ns $ up\n# three\n"
-    found = [piece for _, piece, _, _ in pieces(analyze(text), text.index("up"), text.index("s"))]
+    found = [fragment for _, fragment, _, _ in fragments(analyze(text), text.index("up"), text.index("s"))]
     assert found == ["r $ up", "# two", "s $ up"]
 
 
 @given(st.lists(st.sampled_from([*"rx$=|(]-+?#😀 \n\ufeff", "up ", "beat", "||", ".5", "3/2", "1x"])).map("".join))
-def test_what_has_a_color_is_a_token_or_a_comment(text: str) -> None:
+def test_only_tokens_and_comments_have_a_color(text: str) -> None:
     found = {(start, end) for start, end, *_ in colored(text, (), ())}
     comments = {comment.span() for comment in re.finditer(r"#[^\r\n]*", text)}
     tokens = {token.span: token.type for token in lex(text)}

@@ -1,4 +1,9 @@
-"""A language client for tests: it writes what an editor would, and fails on what an editor would not expect."""
+"""A language client for tests: it writes what an editor would, and fails on what an editor would not expect.
+
+The server runs on a thread of the test's own process, where starting it costs nothing, and so does the simulator's
+stage. Only what a process alone can show (signals, exit codes, standard error, an environment of its own) needs a
+`ProcessClient`.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +15,15 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple, Self
+
+import pytest
+
+from improv_ls import settling, slices
+from improv_ls.checker import Checker, ProgramFile, diagnostics_in
+from tests.stage_on_thread import USED, StageOnThread
 
 Message = dict[str, Any]
 LIMIT = 30.0
@@ -33,32 +45,31 @@ class Spoken(NamedTuple):
 
 
 class Client:
-    """Starts `improv-ls` and speaks JSON-RPC to it; use as a context manager."""
+    """Starts a server and speaks JSON-RPC to it; use as a context manager."""
 
     def __init__(
         self,
         options: Mapping[str, Any] | None = None,
         capabilities: Mapping[str, Any] = CAPABILITIES,
-        env: Mapping[str, str] | None = None,
         configuration: Mapping[str, Any] | None = None,
         answers: bool = True,
         process: int | None = None,
         folders: Sequence[Path] = (),
         about: Mapping[str, Any] | None = None,
+        screen: bool | None = None,
+        hurries: bool = False,
     ) -> None:
         """`about` is what else the client says when it initializes the server.
 
-        By default it runs where there is a screen, if it can show a page: otherwise the server says the page's URL.
+        By default there is a screen if the client can show a page: otherwise the server says the page's URL. A server
+        that `hurries` reads messages while it works, answers from what it knows, and checks folders in a process, as it
+        does for people: how much it knows depends on how busy the machine is. Others do one thing after the other.
         """
+        self._hurries = hurries
         shows = capabilities.get("window", {}).get("showDocument", {}).get("support")
-        screen = {"DISPLAY": ":0"} if shows else {}
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "improv_ls"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env={**screen, **os.environ} if env is None else env,
-        )
+        self._input, self._output = self._start(bool(shows if screen is None else screen))
+        self.code = 0
+        """The exit code with which the server is to end."""
         self.log: list[Spoken] = []
         self.notifications: list[Message] = []
         self.shown: list[str] = []
@@ -82,19 +93,68 @@ class Client:
         )
         self.notify("initialized", {})
 
-    def __enter__(self) -> Client:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *failure: object) -> None:
-        if self.process.poll() is None and failure[0] is None:
-            self.request("shutdown", None)
-            self.notify("exit", None)
         try:
-            _, log = self.process.communicate(timeout=LIMIT)
+            if failure[0] is None and self._runs:
+                self.request("shutdown", None)
+                self.notify("exit", None)
         finally:
-            self.process.kill()
-        if failure[0] is None:
-            assert log == b"", log.decode()
+            self._end(failure[0] is not None)
+
+    def _start(self, screen: bool) -> tuple[IO[bytes], IO[bytes]]:
+        """Start a server; what it reads, and what it writes."""
+        from improv_ls.server import create_server
+
+        source, ours = os.pipe()
+        theirs, sink = os.pipe()
+        self._environment = pytest.MonkeyPatch()
+        for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+            self._environment.delenv(name, raising=False)
+        if screen:
+            self._environment.setenv("DISPLAY", ":0")
+        self._environment.setattr(USED, StageOnThread)
+        if not self._hurries:
+            self._environment.setattr(slices, "SLICE", LIMIT)
+            self._environment.setattr(settling, "PATIENCE", LIMIT)
+            self._environment.setattr(Checker, "check", _check)
+        self._codes: list[int] = []
+
+        def serve() -> None:
+            # The source stays open: a thread that reads while the event loop is busy may look at it once more.
+            with os.fdopen(sink, "wb") as stream:
+                self._codes.append(create_server().serve(source, stream))
+
+        self._thread = threading.Thread(target=serve, daemon=True)
+        self._thread.start()
+        return os.fdopen(ours, "wb"), os.fdopen(theirs, "rb")
+
+    @property
+    def _runs(self) -> bool:
+        return self._thread.is_alive()
+
+    def _end(self, failed: bool) -> None:
+        with self._writing, suppress(BrokenPipeError):
+            self._input.close()
+        self._thread.join(LIMIT)
+        self._environment.undo()
+        assert failed or self._codes == [self.code], "the server failed"
+
+    def _last_words(self) -> str:
+        return ""
+
+    def send_bytes(self, sent: bytes) -> None:
+        """Write what may be no message."""
+        with self._writing:
+            self._input.write(sent)
+            self._input.flush()
+
+    def wait_for_end(self) -> None:
+        """Until the server has ended."""
+        self._thread.join(LIMIT)
+        assert not self._runs
 
     def open(self, uri: str, text: str, language: str = "improv") -> None:
         document = {"uri": uri, "languageId": language, "version": 1, "text": text}
@@ -104,14 +164,15 @@ class Client:
         document = {"uri": uri, "version": version}
         self.notify("textDocument/didChange", {"textDocument": document, "contentChanges": changes})
 
-    def save(self, uri: str) -> None:
-        self.notify("textDocument/didSave", {"textDocument": {"uri": uri}})
+    def save(self, uri: str, text: str | None = None) -> None:
+        """Report a save, with the saved text if it isn't the one that the server has."""
+        self.notify("textDocument/didSave", {"textDocument": {"uri": uri}, **({} if text is None else {"text": text})})
 
     def notify(self, method: str, params: Any) -> None:
         self._write({"method": method, "params": params})
 
     def request(self, method: str, params: Any) -> Any:
-        """The result of a request. Fails on an error."""
+        """Returns the result of a request. Fails on an error."""
         answer = self._ask(method, params)
         assert "error" not in answer, answer
         return answer["result"]
@@ -169,8 +230,7 @@ class Client:
             if message is not None and message.get("method") == "error":
                 raise AssertionError(message["params"])
             if message is None:
-                log = self.process.stderr.read() if self.process.stderr else b""
-                raise AssertionError(f"the server ended before {what}: {log.decode()}")
+                raise AssertionError(f"the server ended before {what}: {self._last_words()}")
             if "method" in message:
                 self.notifications.append(message)
             if fits(message):
@@ -201,13 +261,12 @@ class Client:
         bodies = (json.dumps({"jsonrpc": "2.0", **message}).encode() for message in messages)
         with self._writing:
             self.log += (Spoken(False, message) for message in messages)
-            assert self.process.stdin
-            self.process.stdin.write(b"".join(b"Content-Length: %d\r\n\r\n%s" % (len(body), body) for body in bodies))
-            self.process.stdin.flush()
+            if not self._input.closed:  # an answer that comes after the end
+                self._input.write(b"".join(b"Content-Length: %d\r\n\r\n%s" % (len(body), body) for body in bodies))
+                self._input.flush()
 
     def _read(self) -> None:
-        stream = self.process.stdout
-        assert stream
+        stream = self._output
         while header := stream.readline():
             length = 0
             while header.strip():
@@ -221,3 +280,48 @@ class Client:
                 (self._answer if self._answers else self._unanswered.append)(message)
             self._inbox.put(message)
         self._inbox.put(None)
+
+
+def _check(checker: Checker, programs: Sequence[ProgramFile]) -> Any:
+    """As the process of a checker does it."""
+    return [diagnostics_in(each, *checker.taken) for each in programs]
+
+
+class ProcessClient(Client):
+    """Starts `improv-ls` as editors do. `env` is its whole environment."""
+
+    def __init__(
+        self,
+        options: Mapping[str, Any] | None = None,
+        capabilities: Mapping[str, Any] = CAPABILITIES,
+        env: Mapping[str, str] | None = None,
+        process: int | None = None,
+    ) -> None:
+        self._env = env
+        super().__init__(options, capabilities, process=process)
+
+    def _start(self, screen: bool) -> tuple[IO[bytes], IO[bytes]]:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "improv_ls"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env={**({"DISPLAY": ":0"} if screen else {}), **os.environ} if self._env is None else self._env,
+        )
+        assert self.process.stdin
+        assert self.process.stdout
+        return self.process.stdin, self.process.stdout
+
+    @property
+    def _runs(self) -> bool:
+        return self.process.poll() is None
+
+    def _end(self, failed: bool) -> None:
+        try:
+            _, log = self.process.communicate(timeout=LIMIT)
+        finally:
+            self.process.kill()
+        assert failed or log == b"", log.decode()
+
+    def _last_words(self) -> str:
+        return self.process.stderr.read().decode() if self.process.stderr else ""

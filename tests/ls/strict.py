@@ -1,4 +1,4 @@
-"""What a client never said that it takes: each message of the server is held against what `initialize` said.
+"""What a client never said it supports: each message from the server is compared with `initialize`.
 
 By the specification, version 3.17. A pure function of what was written and read, so that it can itself be tested.
 """
@@ -296,6 +296,7 @@ def _pulled(capabilities: Capabilities, result: Any) -> Iterator[str]:
 _ANSWERS: Mapping[str, Check] = {
     "initialize": _initialized,
     "completionItem/resolve": _item,
+    "codeAction/resolve": lambda capabilities, result: _actions(capabilities, [result]),
     "textDocument/codeAction": _actions,
     "textDocument/completion": _completion,
     "textDocument/definition": _links,

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
-
-import pytest
 
 from tests.ls.client import CAPABILITIES, Client
 
@@ -37,7 +34,7 @@ def actions(client: Client, line: int, column: int, **context: Any) -> dict[str,
     return {action["title"]: action for action in client.request("textDocument/codeAction", params)}
 
 
-def test_a_mistake_is_mended() -> None:
+def test_a_mistake_is_fixed() -> None:
     before = "# 🐢\r\nr $ forward (  # 🐢\r\nforwrd)\r\n"
     with Client({"onSave": "off"}, capabilities=VERSIONED) as client:
         client.open(URI, before)
@@ -48,7 +45,35 @@ def test_a_mistake_is_mended() -> None:
         assert found["Change to forward"]["diagnostics"][0]["code"] == "unknown-name"
 
 
-def test_all_that_is_safe_is_fixed_at_once_for_those_who_ask_for_it() -> None:
+def test_slow_edits_are_computed_when_an_action_is_chosen() -> None:
+    lines = [f"n{number} = left | up\r\n" for number in range(30)]
+    asks = {"resolveSupport": {"properties": ["edit"]}, "dataSupport": True}
+    literals: dict[str, Any] = {"codeActionLiteralSupport": {"codeActionKind": {"valueSet": []}}}
+    capable = {**VERSIONED, "textDocument": {**VERSIONED["textDocument"], "codeAction": {**literals, **asks}}}
+    many = "Remove the definition and all 29 others of this kind"
+    with Client({"onSave": "off"}, capabilities=capable) as client:
+        client.open(URI, "".join(lines))
+        found = actions(client, 0, 0, only=["quickfix"])
+        assert [title for title, action in found.items() if "edit" not in action] == [many]
+        client.change(URI, 2, {"text": "".join(lines[:25])})
+        assert "edit" not in client.request("codeAction/resolve", found[many])  # nothing has this title now
+        client.change(URI, 3, {"text": "# 🐢\r\n" + "".join(lines)})
+        found = actions(client, 1, 0)
+        (change,) = client.request("codeAction/resolve", found[many])["edit"]["documentChanges"]
+        assert change["textDocument"]["version"] == 3
+        assert applied("# 🐢\r\n" + "".join(lines), change["edits"]).strip() == "# 🐢"
+        ((title, action),) = actions(client, 0, 0, only=["source.fixAll"]).items()
+        assert title == "Fix all that is safe to fix"  # at once: Neovim applies it without asking for its edits
+        (change,) = action["edit"]["documentChanges"]
+        assert "left || up" in applied("# 🐢\r\n" + "".join(lines), change["edits"])
+        client.change(URI, 4, {"text": "r $ left\r\n"})
+        assert actions(client, 0, 0, only=["source.fixAll"]) == {}
+    with Client({"onSave": "off"}, capabilities=VERSIONED) as client:  # which can't ask later
+        client.open(URI, "".join(lines))
+        assert "edit" in actions(client, 0, 0)[many]
+
+
+def test_all_safe_fixes_are_applied_at_once_on_request() -> None:
     before = "# 🐢\r\nr $ 𝑥, up | left\r\n𝑦 = fowrard\r\n"
     with Client({"onSave": "off"}, capabilities=VERSIONED) as client:
         assert "source.fixAll.improv" in client.initialized["capabilities"]["codeActionProvider"]["codeActionKinds"]
@@ -62,68 +87,7 @@ def test_all_that_is_safe_is_fixed_at_once_for_those_who_ask_for_it() -> None:
         assert actions(client, 0, 0, only=["source.organizeImports"]) == {}
 
 
-@pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
-    with Client({"onSave": "off"}, capabilities=VERSIONED) as client:
-        yield client
-
-
-def check(client: Client, title: str, before: str, after: str) -> None:
-    """The one action for what is selected, `<…>`, whose title begins so makes this of the program."""
-    start, end = before.index("<"), before.index(">") - 1
-    text = before.replace("<", "").replace(">", "")
-    client.open(URI, text)
-    params = {
-        "textDocument": {"uri": URI},
-        "range": {"start": place(text, start), "end": place(text, end)},
-        "context": {"diagnostics": []},
-    }
-    found = client.request("textDocument/codeAction", params)
-    (action,) = [each for each in found if each["title"].startswith(title)]
-    (change,) = action["edit"]["documentChanges"]
-    assert applied(text, change["edits"]) == after
-    client.notify("textDocument/didClose", {"textDocument": {"uri": URI}})
-
-
-def place(text: str, offset: int) -> dict[str, int]:
-    before = text[:offset]
-    line = before[before.rfind("\n") + 1 :]
-    return {"line": before.count("\n"), "character": len(line.encode("utf-16-le")) // 2}
-
-
-@pytest.mark.parametrize(
-    ("title", "before", "after"),
-    [
-        ("Extract", "# 🐢\r\nr $ 𝑥 <up left> up\r\n", "# 🐢\r\nup_left = up left\r\nr $ 𝑥 up_left up\r\n"),
-        ("Inline", "𝑥 = up left\r\nr $ reverse <>𝑥 # 🐢\r\n", "r $ reverse (up left) # 🐢\r\n"),
-        ("Inline 𝑥 here", "𝑥 = up left\nr $ 𝑥 <>𝑥\n", "𝑥 = up left\nr $ 𝑥 up left\n"),
-        ("Inline 𝑥 everywhere", "<>𝑥 = up left\nr $ 𝑥 fast 2 𝑥\n", "r $ up left fast 2 (up left)\n"),
-        ("Unroll", "# 🐢\r\nr $ 𝑥 <>repeat 2 (up left)\r\n", "# 🐢\r\nr $ 𝑥 up left up left\r\n"),
-        ("Fold into repeat 2", "r $ 𝑥 <up left up left> # 🐢\r\n", "r $ 𝑥 repeat 2 (up left) # 🐢\r\n"),
-        ("Wrap in ( )", "r $ 𝑥 <up left> 𝑥\r\n", "r $ 𝑥 (up left) 𝑥\r\n"),
-        ("Wrap in [ ]", "r $ 𝑥 <up left> 𝑥\r\n", "r $ 𝑥 [up left] 𝑥\r\n"),
-        ("Wrap in slow 2", "r $ 𝑥 <up left> 𝑥\r\n", "r $ 𝑥 slow 2 (up left) 𝑥\r\n"),
-    ],
-)
-def test_a_movement_is_written_differently(client: Client, title: str, before: str, after: str) -> None:
-    check(client, title, before, after)
-
-
-@pytest.mark.parametrize(
-    ("title", "before", "after"),
-    [
-        ("Insert )", "r $ 𝑥 <>(up # 🐢\r\n", "r $ 𝑥 (up) # 🐢\r\n"),
-        ("Remove it", "r $ 𝑥 up<>) # 🐢\r\n", "r $ 𝑥 up # 🐢\r\n"),
-        ("Change to forward", "r $ 𝑥 <>forwrd # 🐢\r\n", "r $ 𝑥 forward # 🐢\r\n"),
-        ("Move the definition of 𝑥 up", "r $ <>𝑥\r\n𝑥 = up\r\n", "𝑥 = up\r\nr $ 𝑥\r\n"),
-        ("Remove the definition and the other one", "<>𝑥 = up\r\n𝑦 = up # 🐢\r\nr $ up\r\n", "r $ up\r\n"),
-    ],
-)
-def test_a_mistake_is_mended_at_its_place(client: Client, title: str, before: str, after: str) -> None:
-    check(client, title, before, after)
-
-
-def test_a_document_and_a_selection_get_their_layout() -> None:
+def test_a_document_and_a_selection_are_formatted() -> None:
     before = "# 🐢\r\nr   $ forward   left\r\ns   $ left ( right )\r\n"
     options = {"tabSize": 4, "insertSpaces": True}
     with Client({"onSave": "off"}) as client:

@@ -1,4 +1,4 @@
-"""Bytes as they come, cut anywhere, and the messages in them."""
+"""Bytes as they arrive, split anywhere, and the messages in them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def framed(body: bytes) -> bytes:
 
 
 @given(st.lists(st.binary(max_size=40)), st.lists(st.integers(0, 500)))
-def test_it_does_not_matter_where_bytes_are_cut(bodies: list[bytes], cuts: list[int]) -> None:
+def test_bytes_can_be_split_anywhere(bodies: list[bytes], cuts: list[int]) -> None:
     whole = b"".join(framed(body) for body in bodies)
     places = [0, *sorted(min(cut, len(whole)) for cut in cuts), len(whole)]
     check([whole[start:end] for start, end in pairwise(places)], *bodies)
@@ -53,7 +53,7 @@ def test_headers(stream: bytes, bodies: list[bytes]) -> None:
         b"x" * LONGEST_HEADER + b"\r\n\r\n",
     ],
 )
-def test_a_wrong_header_is_an_error_behind_the_messages_before_it(header: bytes) -> None:
+def test_a_bad_header_is_an_error_after_the_messages_before_it(header: bytes) -> None:
     messages = Frames().feed(framed(b"{}") + header + framed(b"{}"))
     assert next(messages) == b"{}"
     with pytest.raises(FramingError):

@@ -1,18 +1,25 @@
-"""What the base protocol demands: error codes, exit codes, and an end where messages cannot be told apart."""
+"""What the base protocol demands: error codes, exit codes, and an end once messages can't be told apart."""
 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from io import BytesIO
 from typing import Any
 
 import pytest
 
 from improv_core import __version__
-from tests.ls.client import LIMIT, Client
+from improv_ls.__main__ import main
+from improv_ls.server import create_server
+from tests.ls.client import LIMIT, Client, ProcessClient
 from tests.processes import descendants, wait_until_gone
+from tests.stage_on_thread import running
 
 QUIET = {"backend": "sim", "page": {"open": False}}
 URI = "file:///dance.improv"
@@ -51,10 +58,25 @@ def check(*messages: bytes | dict[str, Any], answers: Mapping[Any, int | None], 
 
 
 def answered(*messages: bytes | dict[str, Any], code: int) -> list[tuple[Any, int | None]]:
-    """The id and the error code of each answer of a server that exits with this code."""
-    ended = run(sent=b"".join(map(framed, messages)))
-    assert (ended.returncode, ended.stderr) == (code, b"")
-    return [(each["id"], each.get("error", {}).get("code")) for each in told(ended.stdout)]
+    """The id and the error code of each answer of a server that exits with this code, run in this process."""
+    output = served(b"".join(map(framed, messages)), code)
+    return [(each["id"], each.get("error", {}).get("code")) for each in told(output)]
+
+
+def served(sent: bytes, code: int) -> bytes:
+    """What a server writes that gets these bytes, and then the end of its input."""
+    source, ours = os.pipe()
+    output = BytesIO()
+
+    def send() -> None:  # on a thread, as a pipe may not hold all of it
+        with os.fdopen(ours, "wb") as pipe, suppress(BrokenPipeError):
+            pipe.write(sent)
+
+    with ThreadPoolExecutor() as another:
+        another.submit(send)
+        assert create_server().serve(source, output) == code
+        os.close(source)  # the rest of what is sent is not read
+    return output.getvalue()
 
 
 def test_exit_tells_whether_the_editor_has_asked_for_shutdown() -> None:
@@ -65,7 +87,7 @@ def test_exit_tells_whether_the_editor_has_asked_for_shutdown() -> None:
 
 
 def test_exit_without_shutdown_stops_the_robots() -> None:
-    with Client(QUIET) as client:
+    with ProcessClient(QUIET) as client:
         client.open(URI, "r $ repeat left\n")
         client.save(URI)
         client.wait_for_line("▶")
@@ -76,7 +98,7 @@ def test_exit_without_shutdown_stops_the_robots() -> None:
         wait_until_gone(stages, LIMIT)
 
 
-def test_before_initialize_nothing_else_is_answered() -> None:
+def test_nothing_else_is_answered_before_initialize() -> None:
     hover = {"id": 7, "method": "textDocument/hover", "params": PLACE}
     opened = {"uri": URI, "languageId": "improv", "version": 1, "text": "r $ lft\n"}
     early = {"method": "textDocument/didOpen", "params": {"textDocument": opened}}
@@ -84,14 +106,14 @@ def test_before_initialize_nothing_else_is_answered() -> None:
     check(SHUTDOWN, INITIALIZE, EXIT, answers={2: NOT_INITIALIZED, 1: None}, code=1)
 
 
-def test_after_shutdown_nothing_else_is_answered() -> None:
+def test_nothing_else_is_answered_after_shutdown() -> None:
     late = {"id": 7, "method": "textDocument/hover", "params": PLACE}
     answers = {1: None, 2: None, 7: INVALID_REQUEST}
     check(INITIALIZE, SHUTDOWN, late, EXIT, answers=answers, code=0)
     check(INITIALIZE, {**INITIALIZE, "id": 3}, EXIT, answers={1: None, 3: INVALID_REQUEST}, code=1)
 
 
-def test_a_wrong_request_is_refused() -> None:
+def test_a_bad_request_is_refused() -> None:
     wrong: list[tuple[dict[str, Any], int]] = [
         ({"method": "textDocument/hover"}, INVALID_PARAMS),
         ({"method": "textDocument/hover", "params": None}, INVALID_PARAMS),
@@ -108,14 +130,14 @@ def test_a_wrong_request_is_refused() -> None:
     check(INITIALIZE, *requests, SHUTDOWN, EXIT, answers={1: None, **codes, 2: None}, code=0)
 
 
-def test_what_is_no_message_is_answered_without_an_id() -> None:
+def test_input_that_is_not_a_message_is_answered_without_an_id() -> None:
     unreadable = [b"{", b"", b"\xff", b"[" * 100_000]
     invalid = [b"[]", b"7", b"{}"]
     codes = [(None, PARSE_ERROR)] * len(unreadable) + [(None, INVALID_REQUEST)] * len(invalid)
     assert answered(INITIALIZE, *unreadable, *invalid, SHUTDOWN, EXIT, code=0) == [(1, None), *codes, (2, None)]
 
 
-def test_a_wrong_notification_or_answer_is_passed_over() -> None:
+def test_a_bad_notification_or_answer_is_ignored() -> None:
     wrong: list[dict[str, Any]] = [
         {"method": "textDocument/didOpen"},
         {"method": "textDocument/didSave", "params": {"textDocument": 7}},
@@ -138,38 +160,40 @@ HEADERS = [
 ]
 
 
-@pytest.mark.parametrize("header", HEADERS, ids=range(len(HEADERS)))
-def test_a_stream_that_cannot_be_read_ends_the_server(header: bytes) -> None:
-    ended = run(sent=framed(INITIALIZE) + header)
-    (line,) = ended.stderr.decode().splitlines()
-    assert (ended.returncode, line.startswith("improv-ls: ")) == (1, True)
+def test_an_unreadable_stream_ends_the_server(capsys: pytest.CaptureFixture[str]) -> None:
+    for header in HEADERS:
+        assert told(served(framed(INITIALIZE) + header, code=1))[0]["id"] == 1
+        assert capsys.readouterr().err.startswith("improv-ls: cannot read the editor's messages: ")
 
 
-def test_a_stream_that_cannot_be_read_stops_the_robots() -> None:
+def test_an_unreadable_stream_stops_the_robots() -> None:
+    others = running()
     with Client(QUIET) as client:
         client.open(URI, "r $ repeat left\n")
         client.save(URI)
         client.wait_for_line("▶")
-        stages = descendants(client.process.pid)
+        stages = running() - others
         assert stages
-        assert client.process.stdin
-        assert client.process.stderr
-        client.process.stdin.write(HEADERS[0])
-        client.process.stdin.flush()
-        assert client.process.wait(LIMIT) == 1
-        wait_until_gone(stages, LIMIT)
-        (line,) = client.process.stderr.read().decode().splitlines()
-        assert line.startswith("improv-ls: ")
+        client.send_bytes(HEADERS[0])
+        client.code = 1
+        client.wait_for_end()
+        assert not running() & stages
 
 
-def test_the_command_line() -> None:
-    assert run("--version").stdout.decode() == f"improv-ls, version {__version__}\n"
-    helped = run("--help")
-    assert (helped.returncode, helped.stderr) == (0, b"")
-    assert helped.stdout.startswith(b"Usage: improv-ls")
-    served = run("--stdio", sent=framed(INITIALIZE) + framed(SHUTDOWN) + framed(EXIT))
-    assert (served.returncode, len(told(served.stdout))) == (0, 2)
+def test_the_command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def answer(*arguments: str) -> tuple[object, str, str]:
+        monkeypatch.setattr(sys, "argv", ["improv-ls", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        return ended.value.code, *capsys.readouterr()
+
+    assert answer("--version") == (0, f"improv-ls, version {__version__}\n", "")
+    code, helped, _ = answer("--help")
+    assert (code, helped.partition(" [")[0]) == (0, "Usage: improv-ls")
     for arguments in (["--tcp"], ["--stdio", "dance.improv"], ["--stdio", "--port=7"]):
-        wrong = run(*arguments)
-        assert (wrong.returncode, wrong.stdout) == (2, b"")
-        assert wrong.stderr.decode() == f"improv-ls: unknown argument {arguments[-1]!r}; see improv-ls --help\n"
+        problem = f"improv-ls: unknown argument {arguments[-1]!r}; see improv-ls --help\n"
+        assert answer(*arguments) == (2, "", problem)
+    process = run("--stdio", sent=framed(INITIALIZE) + framed(SHUTDOWN) + framed(EXIT))
+    assert (process.returncode, len(told(process.stdout)), process.stderr) == (0, 2, b"")
+    wrong = run(sent=framed(INITIALIZE) + HEADERS[0])
+    assert (wrong.returncode, wrong.stderr.count(b"\n")) == (1, 1)

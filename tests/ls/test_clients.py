@@ -1,6 +1,6 @@
 """One session with each of the editors that people use, by what these say of themselves: clients/*.json.
 
-Nothing may come that an editor has not said it takes. `python -m tests.ls.clients.record` records editors again.
+Nothing may be sent that an editor has not said it supports. `python -m tests.ls.clients.record` records editors again.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def test_session(record: Path, tmp_path: Path) -> None:
 
 
 class Session:
-    """What a person does with one program."""
+    """Everything that a person does with one program."""
 
     def __init__(self, client: Client, capabilities: Mapping[str, Any], uri: str) -> None:
         self.client = client
@@ -54,7 +54,7 @@ class Session:
         """Columns of 𝑥."""
 
     def write(self) -> None:
-        """Open a wrong program, look at the mistake, mend it by its fix, in columns of the agreed unit."""
+        """Open a program with a mistake, look at it, and apply its fix, in columns of the agreed unit."""
         self.client.open(self.uri, WRONG)
         mistake, *others = self.diagnostics(1)
         wrong = _range(2, 16 + self.wide, 19 + self.wide)
@@ -83,6 +83,7 @@ class Session:
         assert self.request("textDocument/semanticTokens/range", range=whole)["data"] == full["data"]
         assert self.request("textDocument/semanticTokens/full/delta", previousResultId=full["resultId"])["edits"] == []
         assert len(self.request("textDocument/definition", position=name)) == 1
+        assert len(self.request("textDocument/declaration", position=name)) == 1
         assert len(self.request("textDocument/references", position=name, context={"includeDeclaration": True})) == 2
         assert len(self.request("textDocument/documentHighlight", position=name)) == 2
         assert self.request("textDocument/prepareRename", position=name)
@@ -125,7 +126,7 @@ class Session:
         self.client.notify("textDocument/didClose", self.document)
 
     def unasked(self) -> set[str]:
-        """What the server says it does, and nobody has asked for."""
+        """What the server says it does although nobody asked for it."""
         asked = {_provider(message.get("method", "")) for by_server, message in self.client.log if not by_server}
         # Those that are pushed may be pulled, too: by clients that do.
         return {name for name in self.serves if name.endswith("Provider")} - asked - {"diagnosticProvider"}

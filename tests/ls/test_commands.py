@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,14 +13,11 @@ from tests.page import token_behind
 
 URI = "file:///dance.improv"
 QUIET = {"backend": "sim", "page": {"open": False}}
-NO_SCREEN = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
-
-SCREEN = {**NO_SCREEN, "DISPLAY": ":0"}
 
 
 @pytest.fixture
 def client() -> Iterator[Client]:
-    with Client(QUIET, env=SCREEN) as client:
+    with Client(QUIET) as client:
         yield client
 
 
@@ -29,7 +25,7 @@ def command(client: Client, name: str, *arguments: object) -> Any:
     return client.request("workspace/executeCommand", {"command": f"improv.{name}", "arguments": arguments})
 
 
-def test_what_was_saved_plays_again(client: Client) -> None:
+def test_the_saved_program_plays_again(client: Client) -> None:
     command(client, "restart")
     assert client.wait_for_line("improv.restart") == (
         "improv.restart: nothing has been played yet; save a program or use improv.play"
@@ -51,7 +47,7 @@ def test_the_cue_is_given() -> None:
         waiting.wait("improv/transport", lambda params: params["state"] == "ended")
 
 
-def test_how_to_calibrate_is_said(client: Client, tmp_path: Path) -> None:
+def test_the_server_says_how_to_calibrate(client: Client, tmp_path: Path) -> None:
     command(client, "calibrate")
     client.wait_for_line("improv.calibrate: list your robots in improv.toml first")
     (tmp_path / "improv.toml").write_text("[robots.bert]\n[robots.anna]\n")
@@ -96,7 +92,7 @@ def test_a_stop_releases_the_key_of_a_sense(tmp_path: Path) -> None:
             waiting.wait("improv/transport", lambda params: params["state"] == "stopped")
 
 
-def test_the_page_is_shown_also_before_anything_plays(client: Client) -> None:
+def test_the_page_can_be_shown_before_anything_plays(client: Client) -> None:
     urls = [command(client, "page"), *client.wait_for_page()]
     client.open(URI, "r $ forward\n")
     client.save(URI)
@@ -115,17 +111,18 @@ def opens(url: str) -> bool:
     return bool(token_behind(url))
 
 
-def test_where_nothing_can_show_the_page_its_place_is_said() -> None:
-    with Client(QUIET, capabilities={}, env=NO_SCREEN) as client:
+def test_without_a_way_to_show_the_page_its_address_is_given() -> None:
+    with Client(QUIET, capabilities={}) as client:
         assert opens(command(client, "page"))
         assert opens(client.wait_for_line("page").removeprefix("page: "))
 
 
-def test_an_editor_that_opens_a_browser_where_there_is_no_screen_says_where_the_page_is() -> None:
-    """Helix over SSH answers that it has shown the page, before it looks for a browser."""
-    with Client(QUIET, env=NO_SCREEN) as client:
+def test_an_editor_without_a_screen_is_not_asked_to_open_a_browser() -> None:
+    """Helix over SSH answers that it has shown the page, and then its line about the browser hides the address."""
+    with Client(QUIET, screen=False) as client:
         command(client, "page")
         assert opens(client.wait_for_line("page").removeprefix("page: "))
+        assert client.shown == []
 
 
 class Unable(Client):
@@ -146,7 +143,7 @@ class Unable(Client):
     "refusal",
     [{}, {"result": {"success": False}}, {"result": None}, {"error": {"code": -32603, "message": "no browser"}}],
 )
-def test_where_the_editor_fails_to_show_the_page_its_place_is_said(refusal: Message) -> None:
+def test_if_the_editor_fails_to_show_the_page_its_address_is_given(refusal: Message) -> None:
     Unable.failure = refusal
     with Unable({"backend": "sim"}, capabilities=CAPABILITIES) as client:
         client.open(URI, "r $ forward\n")

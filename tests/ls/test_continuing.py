@@ -12,7 +12,7 @@ from tests.ls.client import CAPABILITIES, Client
 URI = "file:///dance.improv"
 QUIET = {"backend": "sim", "page": {"open": False}}
 TOLD = {**CAPABILITIES, "experimental": {"improv": True}}
-BEFORE = "beat 240\nanna $ repeat (forward left)\nbert $ repeat forward\n"
+BEFORE = "beat 480\nanna $ repeat (forward left)\nbert $ repeat forward\n"
 AFTER = "# more\n" + BEFORE.replace("bert $ repeat forward", "bert $ repeat left")
 
 
@@ -23,7 +23,7 @@ def told(client: Client, generation: int, state: str) -> Any:
     )
 
 
-def test_words_are_told_from_the_beat_on_at_which_they_take_over() -> None:
+def test_words_are_lit_from_the_beat_at_which_they_take_over() -> None:
     with Client({**QUIET, "onSave": "continue", "switchAt": "bar", "beatsPerBar": 6}, TOLD) as client:
         client.open(URI, BEFORE)
         client.save(URI)
@@ -60,7 +60,7 @@ def test_the_first_save_that_restarts_a_dance_mentions_continue(given: dict[str,
         assert sum(each["message"] == HINT for each in said) == hints
 
 
-def test_a_dance_that_has_ended_is_started_over_without_a_word() -> None:
+def test_a_dance_that_has_ended_restarts_silently() -> None:
     with Client(QUIET, TOLD) as client:
         client.open(URI, "beat 240\nanna $ forward\n")
         for generation in (1, 2):

@@ -1,4 +1,4 @@
-"""Diagnostics for editors that ask for them, and what each kind of editor takes of them."""
+"""Diagnostics for editors that ask for them, and what each kind of editor supports."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ def told(items: list[dict[str, Any]]) -> list[tuple[int, int, int, str]]:
 
 
 def published(client: Client) -> list[str]:
-    """The files about which the server has said something by itself."""
+    """The files about which the server has said something unasked."""
     return [
         each["params"]["uri"] for each in client.notifications if each["method"] == "textDocument/publishDiagnostics"
     ]
 
 
-def test_who_asks_is_told_once_and_sent_nothing() -> None:
+def test_a_client_that_pulls_is_answered_once_and_sent_nothing() -> None:
     with Client(QUIET, capabilities=PULLS) as client:
         assert client.initialized["capabilities"]["diagnosticProvider"] == {
             "identifier": "improv",
@@ -72,7 +72,7 @@ def test_who_asks_is_told_once_and_sent_nothing() -> None:
         assert published(client) == []
 
 
-def test_who_asks_is_told_to_ask_again_when_the_robots_change(tmp_path: Path) -> None:
+def test_a_client_that_pulls_is_told_to_ask_again_when_the_robots_change(tmp_path: Path) -> None:
     program, robots = (tmp_path / "dance.improv").as_uri(), tmp_path / "improv.toml"
     with Client(QUIET, capabilities=PULLS) as client:
         client.open(program, "anna $ up\n")
@@ -99,7 +99,7 @@ def test_who_asks_is_told_to_ask_again_when_the_robots_change(tmp_path: Path) ->
         {"textDocument": {"diagnostic": {}}},  # it could not be told that the robots have changed
     ],
 )
-def test_others_are_sent_them_with_their_version(capabilities: dict[str, Any]) -> None:
+def test_other_clients_are_sent_diagnostics_with_their_version(capabilities: dict[str, Any]) -> None:
     with Client(QUIET, capabilities=capabilities) as client:
         assert "diagnosticProvider" not in client.initialized["capabilities"]
         client.open(URI, PROGRAM)
@@ -110,7 +110,7 @@ def test_others_are_sent_them_with_their_version(capabilities: dict[str, Any]) -
         assert client.wait("textDocument/publishDiagnostics") == {"uri": URI, "version": 7, "diagnostics": []}
 
 
-def test_what_a_client_takes_of_them_is_sent() -> None:
+def test_diagnostics_have_only_the_fields_a_client_supports() -> None:
     with Client(QUIET, capabilities={"textDocument": {"publishDiagnostics": TOLD}}) as client:
         client.open(URI, PROGRAM)
         unused, early = client.wait("textDocument/publishDiagnostics")["diagnostics"]
@@ -118,7 +118,7 @@ def test_what_a_client_takes_of_them_is_sent() -> None:
         assert early["relatedInformation"][0]["message"] == "`𝑦` is defined here"
 
 
-def test_a_code_leads_to_its_section_in_a_page_that_is_there() -> None:
+def test_a_code_links_to_its_section_of_an_existing_page() -> None:
     takes = {"textDocument": {"publishDiagnostics": {"codeDescriptionSupport": True}}}
     with Client(QUIET, capabilities=takes) as client:
         client.open(URI, PROGRAM)

@@ -31,7 +31,7 @@ def said(client: Client, part: str) -> int:
     return sum(part in each["message"] for each in shown)
 
 
-def test_the_one_before_plays_and_then_the_one_before_that(state: Path) -> None:
+def test_the_previous_version_plays_and_then_the_one_before_it(state: Path) -> None:
     with Client({**QUIET, "onSave": "restart"}) as client:
         client.open(URI, "")
         played = [save(client, robots, f"{' '.join('abcd'[:robots])} $ forward\n") for robots in (2, 3, 4)]
@@ -58,7 +58,7 @@ def test_the_one_before_plays_and_then_the_one_before_that(state: Path) -> None:
         assert "expected no argument" in client.wait_for_line("improv.history")
 
 
-def test_each_program_has_its_own_before_and_a_line_that_plays_alone_ends_it(state: Path) -> None:
+def test_each_program_has_its_own_history_and_playing_one_line_ends_it(state: Path) -> None:
     other = "file:///dances/other.improv"
     with Client({**QUIET, "onSave": "restart"}) as client:
         for uri in (URI, other):
@@ -80,7 +80,7 @@ def test_each_program_has_its_own_before_and_a_line_that_plays_alone_ends_it(sta
         assert before(URI) == "▶ r 3 beats"
 
 
-def test_what_can_not_be_written_or_read_is_said_once_and_the_program_plays(state: Path) -> None:
+def test_an_unusable_history_is_reported_once_and_the_program_plays(state: Path) -> None:
     state.parent.mkdir(parents=True)
     state.write_text("no folder")
     log = state.parent / "none" / "study.jsonl"
@@ -108,7 +108,7 @@ def test_what_can_not_be_written_or_read_is_said_once_and_the_program_plays(stat
     assert log.is_file()
 
 
-def test_a_study_log_says_what_people_do_and_how_far_robots_move(tmp_path: Path, state: Path) -> None:
+def test_a_study_log_records_what_people_do_and_how_far_robots_move(tmp_path: Path, state: Path) -> None:
     log = tmp_path / "study.jsonl"
     with Client({**QUIET, "study": {"log": str(log)}}, TOLD) as client:
         client.open(URI, "beat 600\nr $ frwd\nq $ 3\n")

@@ -1,4 +1,4 @@
-"""Files that get other names or go, folders that come, requests that nobody waits for, settings, and the end."""
+"""Files that are renamed or deleted, folders that are added, canceled requests, settings, and the end."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from improv_ls.handlers.workspace_symbol import search
-from tests.ls.client import CAPABILITIES, LIMIT, Client
+from tests.ls.client import CAPABILITIES, LIMIT, Client, ProcessClient
 from tests.processes import descendants, wait_until_gone
 
 QUIET = {"backend": "sim", "page": {"open": False}}
@@ -35,7 +35,7 @@ def renamed(client: Client, old: Path, new: Path) -> None:
     client.notify("workspace/didRenameFiles", params)
 
 
-def test_a_document_goes_with_its_file(tmp_path: Path) -> None:
+def test_a_document_is_removed_with_its_file(tmp_path: Path) -> None:
     """In an editor that neither closes nor opens it."""
     old, new, robots = tmp_path / "old.improv", tmp_path / "new" / "ne w.improv", tmp_path / "improv.toml"
     old.write_text(PROGRAM)
@@ -57,7 +57,7 @@ def test_a_document_goes_with_its_file(tmp_path: Path) -> None:
         assert names(client) == [("wave", "ne%20w.improv"), ("anna", "ne%20w.improv")]
 
 
-def test_documents_go_with_their_folder_and_others_stay(tmp_path: Path) -> None:
+def test_documents_are_removed_with_their_folder_and_others_stay(tmp_path: Path) -> None:
     paths = [tmp_path / "one" / "a.improv", tmp_path / "one" / "deep" / "b.improv", tmp_path / "one_more" / "c.improv"]
     with Client(SILENT, capabilities=FILES) as client:
         for path in paths:
@@ -80,7 +80,7 @@ def test_an_editor_that_closes_and_opens_it_is_not_disturbed(tmp_path: Path) -> 
         assert names(client) == [("berta", "new.improv")]
 
 
-def test_what_plays_goes_with_its_file(tmp_path: Path) -> None:
+def test_a_playing_program_stops_when_its_file_is_deleted(tmp_path: Path) -> None:
     old, new = tmp_path / "old.improv", tmp_path / "new.improv"
     old.touch()
     with Client(QUIET, capabilities={**LIVE, **FILES}) as client:
@@ -92,7 +92,7 @@ def test_what_plays_goes_with_its_file(tmp_path: Path) -> None:
         client.wait("improv/transport", lambda params: params["uri"] == new.as_uri())
 
 
-def test_robots_go_with_their_file_and_an_open_program_stays(tmp_path: Path) -> None:
+def test_robots_are_removed_with_their_file_and_an_open_program_stays(tmp_path: Path) -> None:
     program, robots = tmp_path / "dance.improv", tmp_path / "improv.toml"
     robots.write_text("[robots.berta]\n")
     with Client(SILENT, capabilities=FILES) as client:
@@ -118,7 +118,7 @@ def test_folders_come_and_go(tmp_path: Path) -> None:
         assert names(client) == [("other", "other.improv")]
 
 
-def test_what_is_closed_is_forgotten_and_what_was_never_open_is_unknown() -> None:
+def test_closed_documents_are_forgotten_and_unopened_ones_are_unknown() -> None:
     uri, document = "file:///nowhere/dance.improv", {"textDocument": {"uri": "file:///nowhere/dance.improv"}}
     with Client(SILENT) as client:
         client.open(uri, PROGRAM)
@@ -130,7 +130,7 @@ def test_what_is_closed_is_forgotten_and_what_was_never_open_is_unknown() -> Non
         assert client.request("textDocument/hover", {**document, "position": {"line": 1, "character": 0}}) is None
 
 
-def test_a_request_that_is_cancelled_before_it_is_begun_is_not_begun() -> None:
+def test_a_request_canceled_before_it_starts_never_starts() -> None:
     with Client(SILENT) as client:
         client.open("file:///dance.improv", PROGRAM)
         document = {"textDocument": {"uri": "file:///dance.improv"}}
@@ -139,8 +139,8 @@ def test_a_request_that_is_cancelled_before_it_is_begun_is_not_begun() -> None:
         assert client.request("textDocument/documentSymbol", document)
 
 
-def test_a_request_that_is_cancelled_while_it_takes_its_time_is_answered_at_once(tmp_path: Path) -> None:
-    for number in range(400):
+def test_a_slow_request_that_is_canceled_is_answered_at_once(tmp_path: Path) -> None:
+    for number in range(100):
         (tmp_path / f"{number}.improv").write_text("wave = forward left\n" * 9_000)
     with Client(SILENT, folders=[tmp_path]) as client:
         search = client.begin("workspace/symbol", {"query": "none has all of these letters"})
@@ -149,14 +149,14 @@ def test_a_request_that_is_cancelled_while_it_takes_its_time_is_answered_at_once
         assert client.answer(search)["error"]["code"] == CANCELLED
 
 
-def test_a_search_that_is_cancelled_ends(tmp_path: Path) -> None:
+def test_a_canceled_search_ends(tmp_path: Path) -> None:
     (tmp_path / "a.improv").write_text(PROGRAM)
     assert len(search([], [tmp_path], "", "utf-16")) == 2
     assert search([], [tmp_path], "", "utf-16", lambda: True) == []
 
 
 def test_the_answer_to_shutdown_waits_until_the_stages_have_ended() -> None:
-    with Client(QUIET) as client:
+    with ProcessClient(QUIET) as client:
         client.open("file:///dance.improv", "anna $ repeat up\n")
         client.save("file:///dance.improv")
         client.wait_for_line("▶")
@@ -169,7 +169,7 @@ def test_the_answer_to_shutdown_waits_until_the_stages_have_ended() -> None:
 
 
 @pytest.mark.parametrize("pulled", [False, True])
-def test_a_wrong_setting_is_told_once_however_often_it_comes(pulled: bool) -> None:
+def test_a_bad_setting_is_reported_once_however_often_it_is_sent(pulled: bool) -> None:
     def given(**settings: Any) -> None:
         sent = None if pulled else {"improv": settings}
         client.configuration = settings

@@ -45,7 +45,7 @@ def test_a_name_in_utf_16_and_crlf() -> None:
         assert client.request("textDocument/definition", place(0, 2)) == []
 
 
-def test_who_uses_a_name_and_what_it_uses() -> None:
+def test_where_a_name_is_used_and_what_it_uses() -> None:
     with Client() as client:
         client.open(URI, PROGRAM.replace("left", "up") + "𝑦 = 𝑥 𝑥\r\n")
         (item,) = client.request("textDocument/prepareCallHierarchy", place(2, 13))
@@ -120,7 +120,7 @@ def test_a_robot_is_renamed_in_improv_toml_and_in_all_programs_that_share_it(tmp
         assert refused["message"] == "in clo sed.improv: `bob` is already a robot, on line 2: choose another name"
 
 
-def test_a_robot_that_no_file_speaks_of_belongs_to_its_program(tmp_path: Path) -> None:
+def test_a_robot_that_no_file_mentions_belongs_to_its_program(tmp_path: Path) -> None:
     one, other = tmp_path / "one.improv", tmp_path / "other.improv"
     with Client() as client:
         for path in (one, other):

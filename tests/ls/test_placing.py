@@ -86,7 +86,7 @@ def test_the_editor_is_asked_to_write_it(tmp_path: Path, before: str, starts: Ma
     assert robots.read_text(encoding="utf-8") == before  # never behind the editor's back
 
 
-def test_a_file_that_is_not_there_is_made_once(tmp_path: Path) -> None:
+def test_a_missing_file_is_created_once(tmp_path: Path) -> None:
     robots = tmp_path / "improv.toml"
     with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
         page = play(client, tmp_path)
@@ -116,7 +116,7 @@ def test_a_formation_is_offered_like_starts(tmp_path: Path) -> None:
     assert after == '[robots.anna]\n[robots.bert]\n\n[formation]\nshape = "line"\ndistance = 2\n'
 
 
-def test_what_the_editor_has_not_saved_is_not_written_twice(tmp_path: Path) -> None:
+def test_unsaved_edits_are_not_written_twice(tmp_path: Path) -> None:
     robots = tmp_path / "improv.toml"
     before = "[robots.anna]\n[robots.bert]\n"
     robots.write_text(before, encoding="utf-8")
@@ -151,7 +151,7 @@ def test_the_text_of_an_editor_that_tells_it_is_the_one_edited(tmp_path: Path) -
         assert edited(text, change) == after
 
 
-def test_what_a_file_says_in_its_own_way_is_left_to_its_author(tmp_path: Path) -> None:
+def test_unusual_ways_to_write_starts_are_left_to_their_author(tmp_path: Path) -> None:
     (tmp_path / "improv.toml").write_text('[robots]\nanna.profile = "turtlesim"\nbert = {}\n', encoding="utf-8")
     with Client({"backend": "sim"}, capabilities=CAPABILITIES) as client:
         drag(play(client, tmp_path), ANNA)
@@ -169,7 +169,7 @@ class Refusing(Client):
             super()._answer(request)
 
 
-def test_an_edit_that_is_not_made_may_be_asked_for_again(tmp_path: Path) -> None:
+def test_an_edit_that_was_not_made_can_be_requested_again(tmp_path: Path) -> None:
     with Refusing({"backend": "sim"}, capabilities=CAPABILITIES) as client:
         page = play(client, tmp_path)
         for _ in range(2):

@@ -1,11 +1,11 @@
-"""`improv.play` with a range, a name, or a line: what else there is stays out, and a save brings it back."""
+"""`improv.play` with a range, a name, or a line: everything else is left out, until a save brings it back."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-from tests.ls.client import CAPABILITIES, Client
+from tests.ls.client import CAPABILITIES, Client, Message
 
 URI = "file:///my%20dance.improv"
 TOLD = {**CAPABILITIES, "experimental": {"improv": True}}
@@ -28,7 +28,7 @@ def playing(client: Client, generation: int) -> Any:
     return evaluated
 
 
-def test_only_what_was_asked_for_plays_and_the_save_is_an_edit_of_it() -> None:
+def test_only_the_requested_selection_plays_and_a_save_edits_it() -> None:
     with Client({"backend": "sim", "page": {"open": False}, "onSave": "continue", "switchAt": "beat"}, TOLD) as client:
         client.open(URI, PROGRAM)
         client.save(URI)
@@ -55,7 +55,7 @@ def test_only_what_was_asked_for_plays_and_the_save_is_an_edit_of_it() -> None:
         assert client.wait_for_line("▶").startswith("▶ 𝑥: ghost")
 
 
-def test_a_name_or_lines_are_enough_where_one_program_is_open() -> None:
+def test_a_name_or_lines_are_enough_if_one_program_is_open() -> None:
     with Client({"backend": "sim", "page": {"open": False}}) as client:
         client.open(URI, PROGRAM)
         for arguments, expected in (
@@ -68,7 +68,7 @@ def test_a_name_or_lines_are_enough_where_one_program_is_open() -> None:
             assert client.wait_for_line("▶").startswith(expected)
 
 
-def test_what_cannot_be_played_is_refused_in_one_line_and_nothing_stops(tmp_path: Path) -> None:
+def test_an_unplayable_selection_is_refused_in_one_line_and_nothing_stops(tmp_path: Path) -> None:
     program = tmp_path / "dance.improv"
     program.write_text(RIGHT, encoding="utf-8")
     with Client({"backend": "sim", "page": {"open": False}}) as client:
@@ -104,12 +104,9 @@ def test_a_robot_takes_a_step_from_its_section() -> None:
     robots = '[robots.anna]\nprofile = "turtlebot3_burger"\n'
     with Client({"backend": "sim", "page": {"open": False}}, TOLD) as client:
         client.open(uri, robots, "toml")
-        lenses = client.request("textDocument/codeLens", {"textDocument": {"uri": uri}})
-        step, hush = (each["command"] for each in lenses)
-        assert [(each["range"]["start"]["line"], each["command"]["title"]) for each in lenses] == [
-            (0, "▶ try forward"),
-            (0, "■ hush"),
-        ]
+        step, hush = (action["command"] for action in offered(client, uri, 0, 10))
+        assert (step["title"], hush["title"]) == ("Try forward with anna", "Stop all robots")
+        assert offered(client, uri, 1, 0) == []
         client.request("workspace/executeCommand", step)
         assert client.wait_for_line("▶") == "▶ anna 1 beat, 1.0 s at beat 60, simulator"
         assert client.wait("improv/evaluated")["uri"] != uri  # no word of the file is lit
@@ -119,3 +116,35 @@ def test_a_robot_takes_a_step_from_its_section() -> None:
         client.wait_for_line("✗ improv.toml has errors")
         play(client, uri, "bert")
         client.wait_for_line("improv.play: expected a robot of this improv.toml")
+
+
+def test_actions_at_the_cursor_do_what_they_say() -> None:
+    uri = "file:///dance.improv"
+    with Client({"backend": "sim", "page": {"open": False}}, TOLD) as client:
+        client.open(uri, "x = repeat up\r\n# 🐢\r\nr $ x\r\n---\r\ns $ repeat up\r\n")
+
+        def choose(line: int, kind: str) -> None:
+            (action,) = offered(client, uri, line, 4, kind)
+            client.request("workspace/executeCommand", action["command"])
+
+        choose(2, "improv.play")
+        client.wait_for_line("▶ r ∞ · s 0 beats, endless")
+        choose(2, "improv.mute")
+        client.wait("improv/transport", lambda told: told["muted"] == ["r"])
+        assert offered(client, uri, 2, 4, "improv.mute")[0]["title"] == "Unmute r"
+        choose(4, "improv.play.scene")
+        client.wait_for_line("▶ line 5: s ∞, endless")
+        choose(2, "improv.play.name")
+        client.wait_for_line("▶ x: r ∞, endless")
+        choose(2, "improv.stop")
+        client.wait("improv/transport", lambda told: told["state"] == "stopped")
+
+
+def offered(client: Client, uri: str, line: int, column: int, *only: str) -> list[Message]:
+    """The actions at a place, of one kind if it is given: those that play or stop."""
+    place = {"line": line, "character": column}
+    context = {"diagnostics": [], **({"only": only} if only else {})}
+    params = {"textDocument": {"uri": uri}, "range": {"start": place, "end": place}, "context": context}
+    found = client.request("textDocument/codeAction", params)
+    wanted = [each for each in found if each["kind"].startswith("improv.")]
+    return [each for each in wanted if each["kind"] in only] if only else wanted

@@ -1,8 +1,8 @@
-"""What plays, as the server notes it from the messages of stages."""
+"""What plays, according to the messages of stages."""
 
 from __future__ import annotations
 
-from improv_core.stage.protocol import State, TransportMessage
+from improv_core.stage.messages import State, TransportMessage
 from improv_ls.documents import opened
 from improv_ls.playing import Playing
 
@@ -48,7 +48,7 @@ def test_nothing_plays_once_the_stage_is_gone() -> None:
     assert (playing.state, playing.transport) == ("stopped", None)
 
 
-def test_a_stage_that_was_replaced_is_not_heard_once_the_new_one_plays() -> None:
+def test_a_replaced_stage_is_ignored_once_the_new_one_plays() -> None:
     playing = Playing({})
     playing.follow(transport(1))
     assert not playing.is_old(transport(1, "stopped"))  # nothing else plays yet

@@ -55,7 +55,7 @@ def actions(client: Client, uri: str, line: int, character: int) -> list[dict[st
     return [each for each in found if each["kind"] == "quickfix"]
 
 
-def test_what_is_typed_is_completed_explained_and_checked(folder: Folder) -> None:
+def test_improv_toml_is_completed_explained_and_checked_while_typing(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client)
         client.wait("textDocument/publishDiagnostics", lambda params: params["uri"] == uri)
@@ -115,6 +115,10 @@ def test_from_a_section_to_the_lines_that_play_it_and_back(folder: Folder) -> No
         asked = place(3, 9, uri, context={"includeDeclaration": True})
         found = client.request("textDocument/references", asked)
         assert [(each["uri"], spot(each)) for each in found] == [(uri, (3, 8, 12)), *played]
+        (found,) = client.request("textDocument/declaration", place(3, 9, uri))
+        assert (found["uri"], spot(found)) == (uri, (3, 8, 12))
+        (found,) = client.request("textDocument/declaration", place(0, 1, folder.opened.as_uri()))
+        assert (found["uri"], spot(found)) == (uri, (3, 8, 12))
         (found,) = client.request("textDocument/definition", place(4, 12, uri))
         assert (found["uri"], spot(found)) == (uri, (1, 10, 15))
         (found,) = client.request("textDocument/definition", place(0, 1, folder.opened.as_uri()))
@@ -141,7 +145,30 @@ def test_a_robot_is_renamed_in_all_programs_and_a_profile_in_the_file(folder: Fo
         assert refused["message"].startswith("only robots and profiles in this file can be renamed")
 
 
-def test_a_robot_that_is_unknown_is_added(folder: Folder) -> None:
+def test_everything_else_is_answered_from_the_file_and_not_from_a_program(folder: Folder) -> None:
+    options = {"tabSize": 2, "insertSpaces": True}
+    with Client(QUIET, capabilities=CAPABLE) as client:
+        uri = folder.open(client, ROBOTS.replace("step = 1", "step=1 # 𝑥 "))
+        document = {"textDocument": {"uri": uri}}
+        found = client.request("textDocument/documentSymbol", document)
+        assert [each["name"] for each in found] == ["profiles.rover", "step", "robots.anna", "profile"]
+        found = client.request("textDocument/foldingRange", document)
+        assert [(each["startLine"], each["endLine"]) for each in found] == [(1, 2), (3, 4)]
+        found = client.request("textDocument/documentHighlight", place(4, 12, uri))
+        assert [(spot(each), each["kind"]) for each in found] == [((1, 10, 15), 3), ((4, 11, 16), 2)]
+        (found,) = client.request(
+            "textDocument/selectionRange", {**document, "positions": [{"line": 4, "character": 12}]}
+        )
+        assert spot(found) == (4, 11, 16)
+        found = client.request("textDocument/formatting", {**document, "options": options})
+        assert new_texts(found) == [(2, 4, 5, " = "), (2, 11, 12, ""), (3, 0, 0, "\n")]
+        line = {"start": {"line": 2, "character": 0}, "end": {"line": 2, "character": 1}}
+        found = client.request("textDocument/rangeFormatting", {**document, "range": line, "options": options})
+        assert new_texts(found) == [(2, 4, 5, " = "), (2, 11, 12, "")]
+        assert client.request("textDocument/onTypeFormatting", place(2, 0, uri, ch="\n", options=options)) is None
+
+
+def test_an_unknown_robot_is_added(folder: Folder) -> None:
     with Client(QUIET, capabilities=CAPABLE) as client:
         uri = folder.open(client)
         client.change(folder.robots.as_uri(), 2, {"text": ROBOTS + "# typed\n"})

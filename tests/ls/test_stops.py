@@ -11,11 +11,11 @@ from urllib.parse import urlsplit
 import aiohttp
 import pytest
 
-from tests.ls.client import CAPABILITIES, LIMIT, Client, Message
+from tests.ls.client import CAPABILITIES, LIMIT, Client, Message, ProcessClient
 from tests.page import live_behind
 
 URI, HUGE = "file:///dance.improv", "file:///huge.improv"
-HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 10_000))
+HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 5_000))
 QUIET = {"backend": "sim", "page": {"open": False}}
 HUSH, PAUSE = (
     {"method": "workspace/executeCommand", "params": {"command": f"improv.{name}", "arguments": []}}
@@ -28,9 +28,10 @@ SAVE = {"method": "textDocument/didSave", "params": {"textDocument": {"uri": URI
 class Dancer(Client):
     """An editor whose program plays."""
 
+    _version = 1
+
     def __init__(self) -> None:
         super().__init__(QUIET, {**CAPABILITIES, "experimental": {"improv": True}})
-        self._version = 1
         self.open(URI, "r $ repeat forward\n")
         self.save(URI)
         self.wait_for_state("playing")
@@ -68,10 +69,13 @@ class Dancer(Client):
         return [each for each in messages[since:] if "▶" in str(each.get("params"))]
 
 
+class DancerProcess(Dancer, ProcessClient):
+    """Its server is a process: whether it reads while it computes, a thread beside the test would not show."""
+
+
 @pytest.fixture
 def client() -> Iterator[Dancer]:
-    client = Dancer()
-    with client:
+    with Dancer() as client:
         yield client
 
 
@@ -129,7 +133,13 @@ def when_stopped(page: str, then: Callable[[], None]) -> threading.Thread:
     return thread
 
 
-def test_a_stop_while_a_huge_program_is_analyzed(client: Dancer) -> None:
+@pytest.mark.slow("a huge program is analyzed")
+def test_a_stop_while_a_huge_program_is_analyzed() -> None:
+    with DancerProcess() as client:
+        stop_while_analyzing(client)
+
+
+def stop_while_analyzing(client: Dancer) -> None:
     analyzed: list[bool] = []  # when the robots stop
     stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed(HUGE)))
     client.open(HUGE, HUGE_PROGRAM)
@@ -144,8 +154,9 @@ def test_a_stop_while_a_huge_program_is_analyzed(client: Dancer) -> None:
     assert len(client.played_since(number)) == 1
 
 
+@pytest.mark.slow("a huge program is analyzed")
 def test_the_end_of_the_editor_while_a_huge_program_is_analyzed() -> None:
-    client = Dancer()
+    client = DancerProcess()
     analyzed: list[bool] = []
     stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed(HUGE)))
     client.open(HUGE, HUGE_PROGRAM)

@@ -1,4 +1,4 @@
-"""The judge of test_clients.py: what a client never said that it takes is told, and nothing else."""
+"""The judge of test_clients.py: it reports what a client never said it supports, and nothing else."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def capabilities(path: str, value: Any = True) -> dict[str, Any]:
         ),
     ],
 )
-def test_what_the_server_asks_or_tells(message: Spoken, need: str) -> None:
+def test_requests_and_notifications_from_the_server(message: Spoken, need: str) -> None:
     assert len(complaints({}, [message])) == 1
     assert complaints(capabilities(need), [message]) == []
 
@@ -105,7 +105,7 @@ _ACTIONS = "textDocument.codeAction"
         ),
     ],
 )
-def test_what_the_server_answers(method: str, answer: Any, need: tuple[str, Any]) -> None:
+def test_answers_from_the_server(method: str, answer: Any, need: tuple[str, Any]) -> None:
     said = complaints({}, answered(method, answer))
     assert [each.partition(":")[0] for each in said] == [method]
     path, value = need
@@ -126,17 +126,17 @@ def test_what_the_server_answers(method: str, answer: Any, need: tuple[str, Any]
         answered("textDocument/semanticTokens/full", {"data": [0, 0, 4, 0, 0, 0, 3, 1, 0, 0]}),
     ],
 )
-def test_what_nobody_expects(log: list[Spoken]) -> None:
+def test_unexpected_messages(log: list[Spoken]) -> None:
     assert len(complaints({}, log)) == 1
 
 
-def test_a_file_is_made_only_where_the_client_makes_files() -> None:
+def test_a_file_is_created_only_if_the_client_can_create_files() -> None:
     edit = answered("textDocument/rename", {"documentChanges": [{"kind": "create"}]})
     assert len(complaints(capabilities("workspace.workspaceEdit.documentChanges"), edit)) == 1
     assert complaints(capabilities("workspace.workspaceEdit.resourceOperations", ["create"]), edit) == []
 
 
-def test_progress_begins_goes_on_and_ends() -> None:
+def test_progress_begins_continues_and_ends() -> None:
     create = sent("window/workDoneProgress/create", token="1")
     takes = capabilities("window.workDoneProgress")
     assert complaints(takes, [create, progress("begin"), progress("report"), progress("end")]) == []

@@ -51,7 +51,7 @@ def test_folding_and_selection() -> None:
         assert spot(second["range"]) == (0, 0, 5, 0)
 
 
-def test_names_of_open_programs_and_of_files_in_all_folders(tmp_path: Path) -> None:
+def test_names_in_open_programs_and_in_files_of_all_folders(tmp_path: Path) -> None:
     one, other = tmp_path / "one", tmp_path / "an other"
     for folder in (one, one / "deep", one / ".hidden", other):
         folder.mkdir()
@@ -69,7 +69,7 @@ def test_names_of_open_programs_and_of_files_in_all_folders(tmp_path: Path) -> N
         assert [each["name"] for each in found] == ["new_wave", "unsaved_wave", "later_wave", "wave_d", "anna"]
 
 
-def test_a_huge_folder_is_looked_through_only_so_far(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_huge_folder_is_searched_only_in_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for number in range(5):
         (tmp_path / f"{number}.improv").touch()
     assert programs_in([tmp_path]).complete

@@ -1,4 +1,4 @@
-"""Document sync: whatever an editor edits, in whatever unit it counts, our text is its text."""
+"""Document sync: after any edit, in any unit, our text is the editor's text."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Editor:
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
 @given(data=st.data())
-def test_our_text_is_the_editors(encoding: Encoding, data: st.DataObject) -> None:
+def test_the_server_has_the_same_text_as_the_editor(encoding: Encoding, data: st.DataObject) -> None:
     text = data.draw(texts)
     editor, document = Editor(text, encoding), opened(URI, 1, text)
     for version in range(2, 2 + data.draw(st.integers(1, 3))):
@@ -106,7 +106,7 @@ def test_our_text_is_the_editors(encoding: Encoding, data: st.DataObject) -> Non
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
 @given(text=texts)
-def test_positions_lead_back_to_their_offsets(encoding: Encoding, text: str) -> None:
+def test_positions_convert_back_to_their_offsets(encoding: Encoding, text: str) -> None:
     lines = LineIndex(text)
     for offset in range(len(text) + 1):
         if text[offset - 1 : offset + 1] != "\r\n":
@@ -114,7 +114,7 @@ def test_positions_lead_back_to_their_offsets(encoding: Encoding, text: str) -> 
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)
-def test_positions_beyond_a_line_or_inside_a_character_are_held_at_its_edge(encoding: Encoding) -> None:
+def test_positions_past_a_line_or_inside_a_character_move_to_its_edge(encoding: Encoding) -> None:
     lines = LineIndex("a😀\nb")
     assert to_offset(lines, types.Position(0, 99), encoding) == 2
     assert to_offset(lines, types.Position(9, 0), encoding) == 4

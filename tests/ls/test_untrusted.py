@@ -1,4 +1,4 @@
-"""Nothing in a program, improv.toml or the settings steers the editor that shows it."""
+"""Nothing in a program, improv.toml, or the settings can control the editor that shows it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ HOVERS = {
     }
 }
 EXACT = {"newText", "uri"}
-"""Fields that nobody is shown, and that must be as they are."""
+"""Fields that nobody sees, and that must stay as they are."""
 
 
 def shown(value: Any) -> Iterator[str]:
@@ -41,7 +41,7 @@ def shown(value: Any) -> Iterator[str]:
 
 
 def use(client: Client, folder: Path, word: str, key: str, numbers: Iterator[int]) -> None:
-    """Have the server say all it can of a program and its improv.toml."""
+    """Have the server say everything it can about a program and its improv.toml."""
     (folder / "improv.toml").write_text(TOML.format(quoted(key)), encoding="utf-8")
     uri = (folder / f"dance{next(numbers)}.improv").as_uri()
     text = PROGRAM.format(word)
@@ -58,7 +58,7 @@ def use(client: Client, folder: Path, word: str, key: str, numbers: Iterator[int
     client.notify("textDocument/didClose", document)
 
 
-def test_no_input_reaches_the_editor_as_it_is(tmp_path: Path) -> None:
+def test_no_input_reaches_the_editor_unescaped(tmp_path: Path) -> None:
     numbers = count()
     with Client(QUIET, capabilities=HOVERS) as client:
 
@@ -74,7 +74,7 @@ def test_no_input_reaches_the_editor_as_it_is(tmp_path: Path) -> None:
         check()
 
 
-def test_a_setting_is_echoed_as_what_it_is() -> None:
+def test_a_setting_is_echoed_literally() -> None:
     with Client(QUIET, capabilities={}) as client:
         for exploit in EXPLOITS.values():
             client.notify("workspace/didChangeConfiguration", {"settings": {"improv": {"backend": exploit}}})
@@ -85,7 +85,7 @@ def test_a_setting_is_echoed_as_what_it_is() -> None:
 
 
 @pytest.mark.parametrize("exploit", ["link", "image", "code"])
-def test_a_hover_has_no_links_of_the_files(tmp_path: Path, exploit: str) -> None:
+def test_a_hover_has_no_links_from_the_files(tmp_path: Path, exploit: str) -> None:
     (tmp_path / "improv.toml").write_text(
         "[robots.r]\nprofile = {0}\n[profiles.{0}]\nstep = 1\n".format(quoted(EXPLOITS[exploit]))
     )

@@ -70,7 +70,7 @@ def test_installed_ros_is_sourced_for_its_interpreter(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("said", [{}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_LOCALHOST_ONLY": "1"}])
-def test_how_far_discovery_reaches_is_not_for_a_setup_script_to_say(
+def test_setup_scripts_do_not_decide_how_far_discovery_reaches(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, said: dict[str, str]
 ) -> None:
     for name in ("ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"):
@@ -91,7 +91,7 @@ def test_how_far_discovery_reaches_is_not_for_a_setup_script_to_say(
     ("script", "why"),
     [("echo Traceback >&2; echo 'No module named rclpy' >&2; exit 1", "No module named rclpy"), ("exit 3", "it fails")],
 )
-def test_one_that_was_asked_for_must_do(tmp_path: Path, script: str, why: str) -> None:
+def test_a_requested_interpreter_must_work(tmp_path: Path, script: str, why: str) -> None:
     python = fake(tmp_path / "python", script)
     with pytest.raises(InterpreterError) as raised:
         find_ros_python(python)
@@ -100,6 +100,6 @@ def test_one_that_was_asked_for_must_do(tmp_path: Path, script: str, why: str) -
     )
 
 
-def test_one_that_is_not_there_is_named() -> None:
+def test_a_missing_interpreter_is_named() -> None:
     with pytest.raises(InterpreterError, match=r"^/nowhere/python cannot import rclpy \(no such file or directory\)"):
         find_ros_python("/nowhere/python")

@@ -1,26 +1,37 @@
-"""Who may stop what plays, and what becomes of those that are gone."""
+"""Who may stop what plays, and what happens to sockets whose process is gone."""
 
 from __future__ import annotations
 
+import os
+import shutil
 import socket
+import subprocess
+import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from improv_core.playback.stop_socket import StopSocket, StopSocketError, stop_all
+from improv_core.playback import stop_socket
+from improv_core.playback.stop_socket import StopSocket, StopSocketError, fixed_folder, stop_all
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(autouse=True)
 def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder with a short name: that of a socket has at most 107 bytes."""
+    """A folder with a short name: that of a socket has at most 107 bytes. `SHARED` is beside it."""
     with tempfile.TemporaryDirectory(dir="/tmp") as folder:
         monkeypatch.setenv("XDG_RUNTIME_DIR", folder)
+        monkeypatch.setattr(stop_socket, "RUNTIME", Path(folder, "users"))
+        monkeypatch.setattr(stop_socket, "SHARED", Path(folder, "shared"))
+        Path(folder, "shared").mkdir()
         yield Path(folder, "improv")
 
 
-def test_all_that_play_are_stopped() -> None:
+def test_all_playing_processes_are_stopped() -> None:
     stopped: list[str] = []
 
     def stop(name: str) -> str:
@@ -35,7 +46,7 @@ def test_all_that_play_are_stopped() -> None:
     assert list(stop_all()) == []
 
 
-def test_one_that_is_silent_holds_up_nobody(runtime: Path) -> None:
+def test_a_silent_process_delays_nobody(runtime: Path) -> None:
     made = StopSocket(lambda: "stopped")
     (path,) = runtime.iterdir()
     with socket.socket(socket.AF_UNIX) as silent, socket.socket(socket.AF_UNIX) as hangs:
@@ -54,15 +65,70 @@ def test_nobody_else_can_enter(runtime: Path) -> None:
     made.close()
 
 
-@pytest.mark.parametrize("trap", ["open to all", "a link"])
-def test_a_folder_that_is_not_ours_alone(trap: str, runtime: Path, tmp_path: Path) -> None:
-    if trap == "a link":
-        runtime.symlink_to(tmp_path)
+@pytest.mark.parametrize("trap", ["open to all", "a link", "a file"])
+def test_a_folder_that_others_can_use_is_not_used(trap: str, runtime: Path, tmp_path: Path) -> None:
+    folder = stop_socket.SHARED / f"improv-{os.getuid()}"
+    for each in (runtime, folder):
+        if trap == "a link":
+            each.symlink_to(tmp_path)
+        elif trap == "a file":
+            each.touch()
+        else:
+            each.mkdir()
+            each.chmod(0o777)
+    made = StopSocket(lambda: "stopped")
+    assert list(tmp_path.iterdir()) == []
+    assert fixed_folder() == fixed_folder() != folder
+    assert list(stop_all()) == ["stopped"]
+    made.close()
+
+
+@pytest.mark.parametrize("environment", ["unset", "another", "removed", "not a folder"])
+def test_the_socket_is_found_in_any_environment(
+    environment: str, runtime: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = StopSocket(lambda: "stopped")
+    if environment == "unset":
+        monkeypatch.delenv("XDG_RUNTIME_DIR")
+    elif environment == "removed":
+        shutil.rmtree(runtime)
     else:
-        runtime.mkdir()
-        runtime.chmod(0o777)
-    with pytest.raises(StopSocketError, match="remove it"):
+        monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path if environment == "another" else "/dev/null"))
+    assert list(stop_all()) == ["stopped"]
+    made.close()
+
+
+def test_without_any_folder_it_fails_with_one_line() -> None:
+    stop_socket.SHARED.rmdir()
+    with pytest.raises(StopSocketError, match="shared: No such file or directory"):
         StopSocket(lambda: "stopped")
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="needs root, to be other users")
+@pytest.mark.parametrize("taken", [False, True])
+def test_sudo_stops_its_callers_robots(taken: bool) -> None:
+    """Real processes and folders: the user is one that exists only here."""
+    user = 200_000 + os.getpid() * 2 + taken
+    usual = Path(f"/tmp/improv-{user}")
+    if taken:  # by another user
+        usual.mkdir(0o777)
+    become = f"import os, improv_core.playback.stop_socket as s; os.setgroups([]); os.setuid({user})"
+    code = f"{become}; reached = s.StopSocket(lambda: 'stopped it'); print(flush=True); input()"
+    plays = subprocess.Popen([sys.executable, "-c", code], env={}, stdin=-1, stdout=-1, text=True, cwd=ROOT)
+    assert plays.stdin
+    assert plays.stdout
+    assert plays.stdout.readline() == "\n"
+    made = [each for each in Path("/tmp").glob(f"improv-{user}*") if each.stat().st_uid == user]
+    try:
+        others = "import improv_core.playback.stop_socket as s; f = s._users; s._users = lambda: [*f()][1:]"
+        for begin, env in ((become, {}), (others, {"SUDO_UID": str(user)})):  # root's are those of other tests
+            command = [sys.executable, "-c", f"{begin}; print(*s.stop_all())"]
+            done = subprocess.run(command, env=env, text=True, capture_output=True, cwd=ROOT)
+            assert (done.stdout, done.stderr) == ("stopped it\n", "")
+    finally:
+        plays.communicate("\n")
+        for each in (*made, usual):
+            shutil.rmtree(each, ignore_errors=True)
 
 
 def test_one_that_was_killed(runtime: Path) -> None:
@@ -73,7 +139,7 @@ def test_one_that_was_killed(runtime: Path) -> None:
     assert list(runtime.iterdir()) == []
 
 
-def test_who_asks_for_something_else_stops_nothing(runtime: Path) -> None:
+def test_any_other_request_stops_nothing(runtime: Path) -> None:
     made = StopSocket(lambda: "stopped")
     (path,) = runtime.iterdir()
     with socket.socket(socket.AF_UNIX) as stranger:
@@ -83,3 +149,25 @@ def test_who_asks_for_something_else_stops_nothing(runtime: Path) -> None:
     assert list(stop_all()) == ["stopped"]
     made.close()
     assert list(runtime.iterdir()) == []
+
+
+def test_a_socket_survives_running_out_of_handles_or_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    failing = [OSError(24, "too many open files"), RuntimeError("can't start new thread")]
+    accept, begin = socket.socket.accept, threading.Thread.start
+
+    def accept_later(self: socket.socket) -> tuple[socket.socket, object]:
+        if failing and isinstance(failing[0], OSError):
+            raise failing.pop(0)
+        return accept(self)
+
+    def start(self: threading.Thread) -> None:
+        if "_answer" in self.name and failing:
+            raise failing.pop(0)
+        begin(self)
+
+    monkeypatch.setattr(socket.socket, "accept", accept_later)
+    monkeypatch.setattr(threading.Thread, "start", start)
+    made = StopSocket(lambda: "stopped")
+    assert [list(stop_all()), list(stop_all())] == [["stopped"], ["stopped"]]
+    assert failing == []
+    made.close()

@@ -1,11 +1,11 @@
-"""Nothing that was asked for before a stop plays after it, whichever threads both come from."""
+"""Nothing that was requested before a stop plays after it, no matter which threads both come from."""
 
 from __future__ import annotations
 
 import threading
 
 from improv_core.playback.stops import Stops
-from improv_core.stage.protocol import Load, ToStage
+from improv_core.stage.messages import Load, ToStage
 
 
 class Stage:
@@ -23,11 +23,11 @@ class Stage:
 
 
 def load(asked: int) -> Load:
-    """What was asked for after so many stops."""
+    """A request made after this many stops."""
     return {"type": "load", "generation": asked, "score": {}, "when": "restart", "backend": "fake"}
 
 
-def test_what_was_asked_for_before_a_stop_is_not_sent_after_it() -> None:
+def test_requests_made_before_a_stop_are_not_sent_after_it() -> None:
     stops, stage = Stops(), Stage()
     asked = stops.count
     stops.stop()  # also if no stage is there yet
@@ -38,7 +38,7 @@ def test_what_was_asked_for_before_a_stop_is_not_sent_after_it() -> None:
     assert stage.kinds == ["load"]
 
 
-def test_requests_of_a_page_carry_the_count_and_stops_among_them_are_obeyed_at_once() -> None:
+def test_page_requests_carry_the_count_and_their_stops_are_obeyed_at_once() -> None:
     stops, stage = Stops(), Stage()
     stops.add(stage)
     assert stops.arrive({"type": "restart"}) == 0
@@ -52,7 +52,19 @@ def test_requests_of_a_page_carry_the_count_and_stops_among_them_are_obeyed_at_o
     assert stage.kinds == ["hush", "pause"]
 
 
-def test_it_does_not_matter_how_threads_take_turns() -> None:
+def test_requests_made_before_the_machine_slept_are_not_sent_after_it() -> None:
+    slept = 1000.0
+    stops, stage = Stops(lambda: slept), Stage()
+    asked = stops.count
+    assert stops.send(load(asked), [stage], asked)
+    slept = 1030.0
+    assert not stops.send(load(asked), [stage], asked)
+    assert stops.send(load(2), [stage], stops.count)
+    assert [message.get("asleep") for message in stage.sent] == [1000.0, 1030.0]
+    assert stops.count == 1, "it has slept once"
+
+
+def test_threads_can_take_turns_in_any_order() -> None:
     stops, stage = Stops(), Stage()
     stops.add(stage)
     rounds = 20_000

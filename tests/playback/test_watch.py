@@ -1,11 +1,11 @@
-"""When a stage counts as hung, by a clock that the tests turn."""
+"""When a stage counts as hung, on a clock that the tests advance."""
 
 from __future__ import annotations
 
 import pytest
 
 from improv_core.playback.watch import HARMLESS_HANG_LIMIT, LOOK_PERIOD, PULSE_LIMIT, REST, Watch
-from improv_core.stage.protocol import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
+from improv_core.stage.messages import END_LIMIT, HANG_LIMIT, LOADING_LIMIT
 
 
 class Turned:
@@ -16,9 +16,10 @@ class Turned:
         self.watch = Watch(self.now)
         self.watch.moving(plays, False, self.now)
         self._real = real
+        self._number = 0
 
     def exceeds(self, seconds: float) -> float | None:
-        """The limit that the stage exceeds within so many seconds without an answer."""
+        """The limit that the stage exceeds within this many seconds without an answer."""
         for _ in range(round(seconds / LOOK_PERIOD)):
             self.now += LOOK_PERIOD
             if limit := self.watch.look(self.now, self._real):
@@ -26,21 +27,25 @@ class Turned:
         return None
 
     def ping(self) -> int:
-        number = self.watch.ping(self.now)
-        assert number
-        return number
+        assert self.watch.may_ping(self.now)
+        self.watch.ping(self.number())
+        return self._number
+
+    def number(self) -> int:
+        self._number += 1
+        return self._number
 
     def load(self) -> int:
-        """Send a score; the number of the ping behind it."""
-        self.watch.loading()
-        return self.ping()
+        """Send a score; returns the number of the ping after it."""
+        self.watch.loading(self.number())
+        return self._number
 
 
 @pytest.mark.parametrize(
     ("real", "plays", "limit"),
     [(True, True, HANG_LIMIT), (True, False, HARMLESS_HANG_LIMIT), (False, True, HARMLESS_HANG_LIMIT)],
 )
-def test_a_stage_hangs_that_does_not_answer(real: bool, plays: bool, limit: float) -> None:
+def test_a_stage_that_does_not_answer_is_hung(real: bool, plays: bool, limit: float) -> None:
     turned = Turned(real, plays)
     assert turned.exceeds(limit - LOOK_PERIOD) is None
     turned.watch.pong(turned.ping(), turned.now)
@@ -48,7 +53,7 @@ def test_a_stage_hangs_that_does_not_answer(real: bool, plays: bool, limit: floa
     assert turned.exceeds(3 * LOOK_PERIOD) == limit
 
 
-def test_a_stage_may_take_its_time_over_a_score_until_it_answers_what_comes_behind_it() -> None:
+def test_a_stage_may_take_long_over_a_score_until_it_answers_the_next_ping() -> None:
     turned = Turned()
     behind = turned.load()
     assert turned.exceeds(LOADING_LIMIT - LOOK_PERIOD) is None
@@ -65,14 +70,14 @@ def test_the_answer_to_one_score_does_not_end_the_time_for_the_next() -> None:
     assert turned.exceeds(3 * LOOK_PERIOD) == LOADING_LIMIT
 
 
-def test_a_stage_that_has_stopped_may_take_its_time_to_end() -> None:
+def test_a_stopped_stage_may_take_long_to_end() -> None:
     turned = Turned()
     turned.watch.stopped(turned.now)
     assert turned.exceeds(END_LIMIT) is None
     assert turned.exceeds(2 * HANG_LIMIT) == HANG_LIMIT
 
 
-def test_that_we_stood_still_says_nothing_about_the_stage() -> None:
+def test_our_own_stall_says_nothing_about_the_stage() -> None:
     turned = Turned()
     turned.now += 100
     assert turned.exceeds(HANG_LIMIT) is None
@@ -82,14 +87,14 @@ def test_that_we_stood_still_says_nothing_about_the_stage() -> None:
 def test_no_pings_go_out_while_our_event_loop_hangs() -> None:
     turned = Turned()
     turned.now += PULSE_LIMIT
-    assert turned.watch.ping(turned.now) == 1
+    assert turned.watch.may_ping(turned.now)
     turned.now += LOOK_PERIOD
-    assert turned.watch.ping(turned.now) is None
+    assert not turned.watch.may_ping(turned.now)
     turned.watch.look(turned.now, real=True)
-    assert turned.watch.ping(turned.now) == 2
+    assert turned.watch.may_ping(turned.now)
 
 
-def test_a_stage_rests_that_moves_nothing_and_has_answered() -> None:
+def test_a_stage_that_moves_nothing_and_has_answered_rests() -> None:
     turned = Turned(plays=False)
     assert not turned.watch.rests(REST)
     number = turned.ping()
@@ -105,7 +110,7 @@ def test_a_stage_rests_that_moves_nothing_and_has_answered() -> None:
     assert turned.watch.rests(30.1 + REST)
 
 
-def test_a_stage_that_rested_is_pinged_and_not_taken_for_hung() -> None:
+def test_a_stage_that_rested_is_pinged_before_it_counts_as_hung() -> None:
     turned = Turned()
     turned.watch.pong(turned.ping(), turned.now)
     turned.now += 100

@@ -14,22 +14,26 @@ from improv_core.program.script import read_script
 from improv_core.score.score_json import from_json, to_json
 
 CASES: list[dict[str, Any]] = json.loads((Path(__file__).parent.parent / "conformance.json").read_text())["cases"]
+ANALYSES = {case["program"]: analyze(case["program"]) for case in CASES}
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case["program"])
-def test_program_compiles_to_its_segments(case: dict[str, Any]) -> None:
+def segments(case: dict[str, Any]) -> dict[str, list[Any]]:
     script = read_script(json.dumps(case.get("senses", [])))
-    robots = compiled(analyze(case["program"]), script=script)["robots"]
-    assert list(robots) == list(case["robots"])
-    for name, expected in case["robots"].items():
-        segments = robots[name]["segments"]
-        assert len(segments) == len(expected)
-        for segment, wanted in zip(segments, expected, strict=True):
-            assert segment == pytest.approx(wanted, abs=1e-9)
+    return {
+        name: part["segments"] for name, part in compiled(ANALYSES[case["program"]], script=script)["robots"].items()
+    }
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case["program"])
-def test_score_survives_its_way_to_the_stage(case: dict[str, Any]) -> None:
-    score = score_of(analyze(case["program"]))
-    written = json.dumps(to_json(score))
-    assert json.dumps(to_json(from_json(json.loads(written)))) == written
+def expected(case: dict[str, Any]) -> dict[str, list[Any]]:
+    return {name: [pytest.approx(each, abs=1e-9) for each in robot] for name, robot in case["robots"].items()}
+
+
+def test_programs_compile_to_their_segments() -> None:
+    wrong = [case["program"] for case in CASES if segments(case) != expected(case)]
+    assert wrong == []
+    assert all(list(segments(case)) == list(case["robots"]) for case in CASES), "robots keep their order"
+
+
+def test_scores_survive_their_way_to_the_stage() -> None:
+    written = {program: json.dumps(to_json(score_of(analysis))) for program, analysis in ANALYSES.items()}
+    assert {program: json.dumps(to_json(from_json(json.loads(score)))) for program, score in written.items()} == written

@@ -53,7 +53,7 @@ def test_syntax_says_what_to_write() -> None:
         turtle1 repeat 4 forward
         ^^^^^^^ syntax: write `$` after the robot's name: `turtle1 $ …`
         forward left
-        ^^^^^^^^^^^^ syntax: write a robot or a name before the movement: `turtle1 $ …` or `name = …`
+        ^^^^^^^^^^^^ syntax: write a robot or a name before the movement: `r $ …` or `name = …`
         beat
         ^^^^ syntax: write a number after `beat`, such as `beat 60`
         turtle1 $ forward 😀
@@ -138,7 +138,7 @@ def test_one_beat_for_a_document() -> None:
     assert analysis.tempo == 90
 
 
-def test_what_has_no_end_has_no_reverse() -> None:
+def test_an_endless_movement_cannot_be_reversed() -> None:
     check("""
         x = repeat left
         r $ reverse x
@@ -200,7 +200,7 @@ def test_the_lines_of_a_robot_make_no_fraction_too_long() -> None:
     assert len(shorter.diagnostics) == 14
 
 
-def test_fractions_can_not_be_blown_up() -> None:
+def test_fractions_cannot_be_blown_up() -> None:
     nested = "r $ " + "fast 1.000000001 " * 199 + "left"
     (diagnostic,) = analyze(nested).diagnostics
     assert diagnostic.code == "bad-number"
@@ -217,12 +217,12 @@ def test_a_mistake_takes_nothing_else_down() -> None:
     assert analysis.meanings[0].movement.duration == 1
 
 
-def test_what_is_cut_off_is_never_performed() -> None:
+def test_cut_off_words_are_reported() -> None:
     check(
         """
         r $ forward left || right
                     ^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
-        r $ (repeat left) forward [right right]
+        s $ (repeat left) forward [right right]
                           ^^^^^^^^^^^^^^^^^^^^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
         r $ reverse (forward left || right)
                              ^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer, or remove this
@@ -239,7 +239,7 @@ def test_what_is_cut_off_is_never_performed() -> None:
                              ^^ empty-group: `[]` is empty: write a movement in it or remove it
         r $ [left slow 2 left forward || up down]
                               ^^^^^^^ never-performed: 1 of these 4 beats is never performed: make what plays alongside longer
-        r $ [left repeat left forward] up
+        t $ [left repeat left forward] up
             ^^^^^^^^^^^^^^^^^^^^^^^^^^ bracket-not-a-beat: this bracket never ends
                               ^^^^^^^ never-performed: `repeat` repeats only `left`, forever: put everything that it should repeat in `( )`
                                        ^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
@@ -250,6 +250,7 @@ def test_what_is_cut_off_is_never_performed() -> None:
                                           ^^^^ never-performed: 2 of these 4 beats are never performed: make what plays alongside longer, or remove this
         r $ repeat left
         r $ right
+        ^^^^^^^^^ never-performed: line 15 never ends, so this is never performed: give its `repeat` a number
         """,
         hints=True,
     )
@@ -259,8 +260,8 @@ def test_what_dice_may_choose_is_performed() -> None:
     check(
         """
         late (m) = ease (left m)
-        r $ choose (repeat left repeat right)
-        r $ shuffle (repeat left up repeat (up || right right))
+        t $ choose (repeat left repeat right)
+        s $ shuffle (repeat left up repeat (up || right right))
                                                         ^^^^^ never-performed: 1 of these 2 beats is never performed: make what plays alongside longer
         r $ rest || late up
         """,

@@ -45,7 +45,7 @@ def test_within_the_limits_nothing_is_said() -> None:
     """)
 
 
-def test_what_is_too_fast_to_be_smoothed() -> None:
+def test_movements_too_fast_to_be_smoothed() -> None:
     """What is smoothed is 4/3 times as fast in its middle. What is too fast anyway, or never smoothed, is not told."""
     check("""
         beat 49
@@ -69,7 +69,7 @@ def test_what_is_too_fast_to_be_smoothed() -> None:
     """)
 
 
-def test_a_smooth_robot_plays_what_is_smoothed() -> None:
+def test_a_robot_set_to_smooth_plays_smoothed_movements() -> None:
     """Within its limits. Others play the same program as it is written."""
     program = "tower burger $ left forward\n"
     speeds = {
@@ -179,7 +179,7 @@ def test_an_edit_of_the_tempo_is_felt_everywhere() -> None:
     assert analysis.edited(5, 7, "120").edited(5, 8, "60").diagnostics == ()
 
 
-def test_lines_that_are_not_shown_yet_are_told_as_fully_once_they_are() -> None:
+def test_diagnostics_held_back_are_complete_once_they_are_shown() -> None:
     lines = [
         *("burger $ strafeleft", "burger $ fast 9 forward", "burgr $ left", "burger $ left strafeleft fast 9 forward"),
         "burger $ fast 99 left",

@@ -73,7 +73,7 @@ def test_a_program_that_is_too_long_is_not_analyzed_until_it_is_shorter() -> Non
 def test_of_many_wrong_lines_the_first_are_marked_and_the_others_counted(line: str) -> None:
     analysis = analyze("".join(line.format(number) for number in range(2_000)))
     assert len(analysis.diagnostics) == MOST_SHOWN + 1
-    assert "more lines are wrong, and not marked yet" in analysis.diagnostics[-1].message
+    assert "more lines have problems that aren't marked yet" in analysis.diagnostics[-1].message
     assert not analysis.ok
 
 
@@ -81,7 +81,7 @@ def test_hints_that_are_not_marked_do_not_keep_a_program_from_playing() -> None:
     unused = "".join(f"name{number} = left\n" for number in range(2_000))
     analysis = analyze(f"{unused}r $ left\n")
     assert [each.message for each in analysis.diagnostics if each.code == "more-hints"] == [
-        "fix what is marked first: 1,500 more lines are wrong, and not marked yet"
+        "fix what is marked first: 1,500 more lines have hints that aren't marked yet"
     ]
     assert analysis.ok
     wrong = analyze(f"{unused}r $ oops\n")
@@ -89,7 +89,7 @@ def test_hints_that_are_not_marked_do_not_keep_a_program_from_playing() -> None:
     assert wrong.diagnostics[-1].code == "unknown-name"
 
 
-def test_lines_whose_lengths_can_not_be_added_keep_a_program_from_playing_also_if_they_are_not_marked() -> None:
+def test_errors_that_are_not_marked_still_keep_a_program_from_playing() -> None:
     shown = "r $ fast 1000 forward\n" * MOST_SHOWN  # too short for a command: a warning
     lengths = "".join(f"r $ fast {10**28 + number} forward\n" for number in range(60))
     analysis = analyze(shown + lengths)

@@ -14,14 +14,12 @@ from improv_core.diagnostics import Edit, Fix
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled
 from improv_core.robots.config import read_robots
-from improv_core.score.performance import Sensing
+from improv_core.score.performance import SenseSpan
+from tests.ide.cursor import applied
 
 
 def fixed(analysis: Analysis, fix: Fix) -> str:
-    text = analysis.text
-    for edit in sorted(fix.edits, key=lambda edit: edit.span, reverse=True):
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
-    return text
+    return applied(analysis.text, fix.edits)
 
 
 def check(code: str, before: str, after: str, robots: str = "") -> None:
@@ -169,7 +167,7 @@ def test_removing_what_is_never_performed_changes_nothing(movement: str) -> None
         for fix in each.fixes if each.code == "never-performed" else ():
             if fix.title == "Remove it":
                 after = analyze(fixed(analysis, fix))
-                for script in ([], [Sensing("near", None, 1, 2), Sensing("near", None, Fraction(7, 2), 4)]):
+                for script in ([], [SenseSpan("near", None, 1, 2), SenseSpan("near", None, Fraction(7, 2), 4)]):
                     assert_alike(compiled(after, 200, script), compiled(analysis, 200, script))
 
 

@@ -128,7 +128,7 @@ def test_numbers_of_the_new_words() -> None:
     """)
 
 
-def test_what_never_ends_has_no_length_to_change() -> None:
+def test_an_endless_movement_has_no_length_to_change() -> None:
     check("""
         x = repeat left
         r $ fit 2 x

@@ -128,7 +128,7 @@ def test_where_senses_come_from() -> None:
     check("anna bo $ until bump repeat left", robots=TWO_ROBOTS + BUMPER)
 
 
-def test_what_is_reached_while_senses_decide() -> None:
+def test_with_senses_only_unreachable_words_are_marked() -> None:
     """Only what can never be reached is marked."""
     check(
         """
@@ -164,7 +164,8 @@ def test_the_deepest_open_movement_is_performed() -> None:
     performer.advance(1)
     performer.settle(lambda sense: True)
     assert performer.velocity()[0].yaw == 1
-    too_deep = analyze(text + f"y = x{DEEP - 1} left left\nr $ y left")
+    end = len(text)
+    too_deep = analysis.edited(end, end, f"y = x{DEEP - 1} left left\nr $ y left")
     assert [each.code for each in too_deep.diagnostics] == ["too-deep"]
 
 

@@ -33,7 +33,7 @@ def test_slips_say_what_to_write() -> None:
         r $ repeat forward 4
                            ^ syntax: write `repeat 4 forward`: the number comes first
         r $ halfleft 45
-                     ^^ syntax: write `scale 45/45 halfleft`: the number comes first
+                     ^^ syntax: write `halfleft`: it turns by 45°
         r $ 2 forward
             ^ syntax: write `repeat 2 forward` or `scale 2 forward`
         Beat 60
@@ -43,17 +43,17 @@ def test_slips_say_what_to_write() -> None:
         anna, bob,cy $ forward
             ^ syntax: separate robots with spaces, without `,`
         forward left
-        ^^^^^^^^^^^^ syntax: write a robot or a name before the movement: `turtle1 $ …` or `name = …`
+        ^^^^^^^^^^^^ syntax: write a robot or a name before the movement: `r $ …` or `name = …`
         r $ wait Turn
             ^^^^ unknown-name: `wait` is not defined: did you mean `rest`?
                  ^^^^ unknown-name: `Turn` is not defined: did you mean `left` or `right`?
-        r $ repeat forward left
+        s $ repeat forward left
                            ^^^^ never-performed: `repeat` repeats only `forward`, forever: put everything that it should repeat in `( )`
-        r $ repeat reverse forward left right
+        t $ repeat reverse forward left right
                                    ^^^^^^^^^^ never-performed: `repeat` repeats only one movement, forever: put everything that it should repeat in `( )`
-        r $ repeat (forward left) right
+        u $ repeat (forward left) right
                                   ^^^^^ never-performed: what comes before this never ends: give its `repeat` a number, or remove this
-        r $ slow 2 left forward || rest
+        v $ slow 2 left forward || rest
                         ^^^^^^^ never-performed: 2 of these 3 beats are never performed: make what plays alongside longer, or remove this
         turtle2 = left
         ^^^^^^^ unused-name: nothing uses `turtle2`: if it is a robot, write `turtle2 $ …`
@@ -68,11 +68,30 @@ def test_slips_say_what_to_write() -> None:
         ("r $ left forward 2", ["r $ left repeat 2 forward", "r $ left scale 2 forward"]),
         ("r $ reverse [up [left]] 2", ["r $ reverse repeat 2 [up [left]]", "r $ reverse scale 2 [up [left]]"]),
         ("r $ (up # 2 times\n  2)", ["r $ (repeat 2 up # 2 times\n  )", "r $ (scale 2 up # 2 times\n  )"]),
-        ("r $ left 90", ["r $ scale 90/90 left"]),
+        ("r $ left 90", ["r $ left"]),
+        ("r $ left -90", ["r $ right"]),
+        ("r $ right 45", ["r $ halfright"]),
+        ("r $ halfleft 90", ["r $ left"]),
+        ("r $ left 180", ["r $ repeat 2 left", "r $ scale 2 left"]),
+        ("r $ halfright -30", ["r $ scale 30/90 left"]),
+        ("r $ forward -1", ["r $ backward"]),
+        ("r $ -1 forward", ["r $ backward"]),
+        ("r $ up -1/2 left", ["r $ scale 1/2 down left"]),
+        ("r $ up -2", ["r $ repeat 2 down", "r $ scale 2 down"]),
+        ("r $ (up left) -1", ["r $ retrograde (up left)"]),
+        ("r $ (up left) -2", ["r $ repeat 2 retrograde (up left)", "r $ scale 2 retrograde (up left)"]),
+        ("r $ forward 1", ["r $ forward"]),
+        ("r $ 1 forward", ["r $ forward"]),
+        ("r $ forward 0", ["r $ rest"]),
+        ("r $ rest -2", ["r $ repeat 2 rest"]),
+        ("r $ (up) 0", ["r $ (up)"]),
+        ("r $ forward 3/0", ["r $ forward"]),
+        ("r $ repeat forward -2", ["r $ repeat forward"]),
         ("r $ repeat forward 4", ["r $ repeat 4 forward"]),
         ("r $ up 2*3 (left)", ["r $ scale 2*3 up (left)"]),
         ("r $ 3/2 (left) up", ["r $ scale 3/2 (left) up"]),
-        ("r $ 90 left", ["r $ scale 90/90 left"]),
+        ("r $ 90 left", ["r $ left"]),
+        ("r $ 30 left", ["r $ scale 30/90 left"]),
         ("x = up\nr $ x 2 up", ["x = up\nr $ repeat 2 x up", "x = up\nr $ scale 2 x up", "x = up\nr $ x  up"]),
         ("f n = repeat n up\nr $ up", ["r $ up"]),
         ("BEAT 60\nr $ left", ["beat 60\nr $ left"]),
@@ -121,6 +140,70 @@ def test_a_parameter_in_brackets_takes_no_number() -> None:
     """)
 
 
+def test_a_lines_own_names_and_robots_are_taken_before_words_like_them() -> None:
+    check("""
+        dance = forward
+        ada $ left
+        dance
+        ^^^^^ syntax: write a robot first: `ada $ dance`
+        danse
+        ^^^^^ syntax: write a robot first: `ada $ dance`
+        dance left
+        ^^^^^^^^^^ syntax: write a robot first: `ada $ dance …`
+        reverse dance
+        ^^^^^^^^^^^^^ syntax: write a robot or a name before the movement: `ada $ …` or `name = …`
+    """)
+    check_fixes("dance = forward\ndance left", "dance = forward\nturtle1 $ dance left")
+    check_fixes("jump\njump = up", "turtle1 $ jump\njump = up")
+    check_fixes("jump = up\njump", "jump = up\nbo $ jump", robots="[robots.bo]\n")
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("beat 120 ada $ left", "beat 120\nada $ left"),
+        ("tempo 90*2  x = left", "beat 90*2\nx = left"),
+        ("ada & bo $ left", "ada  bo $ left"),
+        ("ada;bo + cy $ left", "ada bo  cy $ left"),
+    ],
+)
+def test_stray_words_before_a_sign_are_removed(before: str, after: str) -> None:
+    check_fixes(before, after)
+
+
+def test_the_word_and_between_robots_gets_a_hint() -> None:
+    check(
+        """
+        ada bo and cy $ left
+               ^^^ robot-named-and: this makes a robot called `and`: separate robots with spaces only
+        and ada $ left
+        """,
+        hints=True,
+    )
+    check_fixes("ada and bo $ left", "ada bo $ left")
+    listed = "[robots.ada]\n[robots.bo]\n"
+    check_fixes("ada and bo $ left", "ada bo $ left", robots=listed)
+    assert analyze("ada and bo $ left", read_robots(f"{listed}[robots.and]\n")).diagnostics == ()
+
+
+def test_lines_after_an_endless_one_are_marked() -> None:
+    check(
+        """
+        ada bo $ repeat forward
+        ada $ left
+        ^^^^^^^^^^ never-performed: line 1 never ends, so this is never performed: give its `repeat` a number
+        cy bo $ left
+           ^^ never-performed: line 1 never ends, so `bo` never performs this: give its `repeat` a number
+        dan $ until cue repeat left
+        dan $ up
+        ---
+        cy $ repeat left
+        ^^^^^^^^^^^^^^^^ never-performed: scene 1 above never ends, so this is never performed: give its `repeat` a number
+        """,
+        hints=True,
+    )
+
+
 @pytest.mark.parametrize("dashes", ["--", "- - -", "—"])
 def test_a_scene_begins_with_three_dashes(dashes: str) -> None:
     check_fixes(f"r $ left\n{dashes}\nr $ up", "r $ left\n---\nr $ up")
@@ -130,7 +213,7 @@ def test_a_listed_robot_that_is_defined_is_meant_to_play() -> None:
     check_fixes("ada = left\nbo $ up", "ada $ left\nbo $ up", "bo $ up", robots="[robots.ada]\n[robots.bo]\n")
 
 
-def test_what_is_cut_off_is_marked_and_not_only_faded() -> None:
+def test_cut_off_words_are_marked_and_not_only_faded() -> None:
     (problem,) = analyze("r $ forward left || rest").diagnostics
     assert problem.severity is Severity.INFORMATION
     assert problem.code in FADED

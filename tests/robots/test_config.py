@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 from dataclasses import asdict
 from fractions import Fraction
@@ -73,7 +74,7 @@ def test_a_robot_that_is_not_listed_may_do_anything() -> None:
     assert (robot.profile.step, robot.profile.motions, robot.profile.max_linear) == (TURTLESIM.step, MOTIONS, None)
 
 
-def test_a_profile_takes_from_its_base_what_it_does_not_say() -> None:
+def test_a_profile_inherits_from_its_base() -> None:
     found = check("""
         [robots.a]
         profile = "slow"
@@ -129,7 +130,7 @@ def test_robots_that_follow() -> None:
     assert [name for name, robot in found.robots.items() if robot.follow] == ["anna", "bert", "cleo", "emil"]
 
 
-def test_what_a_robot_is_told_follows_what_it_is_to_do() -> None:
+def test_commanded_steps_scale_with_the_step() -> None:
     found = check("""
         [profiles.lab]
         base = "turtlebot4"
@@ -227,7 +228,7 @@ def test_a_world() -> None:
     )
 
 
-def test_what_is_wrong_in_a_world_is_not_there() -> None:
+def test_wrong_parts_of_a_world_are_left_out() -> None:
     found = check("""
         [world]
         size = [6, 0]
@@ -411,16 +412,13 @@ def test_names_that_robots_cannot_have() -> None:
     assert found.robots == {}
 
 
-@pytest.mark.parametrize("topic", ["/cmd_vel", "/a/_b/c1", "/a__b", "/A_", "/" + "a" * 246])
-def test_topics_that_ros_takes(topic: str) -> None:
-    assert read_robots(f'[robots.a]\ntopic = "{topic}"').robots["a"].topic == topic
-
-
-@pytest.mark.parametrize("topic", ["/", "", "/a/", "//a", "/1a", "/a/2", "/a-b", "/a b", "/é", "/~", "/{a}", "/a\\n"])
-def test_topics_that_ros_refuses(topic: str) -> None:
-    found = read_robots(f'[robots.a]\ntopic = "{topic}"')
-    assert [diagnostic.span for diagnostic in found.diagnostics] == [(19, 21 + len(topic))]
-    assert found.robots["a"].topic == "/a/cmd_vel"
+def test_topics_that_ros_takes_and_those_that_it_refuses() -> None:
+    for topic in ("/cmd_vel", "/a/_b/c1", "/a__b", "/A_", "/" + "a" * 246):
+        assert read_robots(f'[robots.a]\ntopic = "{topic}"').robots["a"].topic == topic
+    for topic in ("/", "", "/a/", "//a", "/1a", "/a/2", "/a-b", "/a b", "/é", "/~", "/{a}", "/a\\n"):
+        found = read_robots(f'[robots.a]\ntopic = "{topic}"')
+        assert [diagnostic.span for diagnostic in found.diagnostics] == [(19, 21 + len(topic))]
+        assert found.robots["a"].topic == "/a/cmd_vel"
 
 
 def test_names_of_ros_are_not_too_long() -> None:
@@ -466,7 +464,7 @@ def test_a_namespace_is_before_all_names_that_do_not_begin_with_a_slash() -> Non
     assert found.publish
 
 
-def test_what_stops_robots_besides_the_program() -> None:
+def test_stop_and_deadman_settings() -> None:
     found = check("""
         [ros]
         namespace = "lab"
@@ -480,7 +478,7 @@ def test_what_stops_robots_besides_the_program() -> None:
     assert from_json(to_json(Score(Fraction(60), {}))).safety == check("").safety == Safety()
 
 
-def test_mistakes_in_what_stops_robots() -> None:
+def test_mistakes_in_the_stop_and_deadman_settings() -> None:
     check("""
         [ros]
         stop = "e-stop"
@@ -582,7 +580,7 @@ def test_wrong_keys_and_values_of_ros() -> None:
         """
         [robots.a]
         [robots.a]
-        ^^^^^^^^^ syntax: this section already exists above: merge the two
+        ^^^^^^^^^^ syntax: this section already exists above: merge the two
         """,
         """
         [robots.a]
@@ -621,60 +619,122 @@ def test_wrong_keys_and_values_of_ros() -> None:
         """,
     ],
 )
-def test_what_is_no_toml(drawn: str) -> None:
+def test_syntax_errors(drawn: str) -> None:
+    assert check(drawn).robots == {}
+
+
+@pytest.mark.parametrize(
+    "drawn",
+    [
+        """
+        [robots.a]
+        profile = turtlesim
+                  ^^^^^^^^^ syntax: write a value: a number, "text", [a list] or { a table }
+        topik = "/a"
+        ^^^^^ robots: `topik` is not valid here: did you mean `topic`?
+        [world]
+        size = [6]
+               ^^^ robots: write 2 numbers in meters, such as [6, 4]
+        walls = [[0, 0, 1, 1]
+                             ^ syntax: close the list with `]`
+        circles = 3
+                  ^ robots: write `circles` as a list, in `[` and `]`
+        """,
+        """
+        robts = 1
+        ^^^^^ robots: `robts` is not valid here: did you mean `robots`?
+        [robots.a] x
+                   ^ syntax: remove this or start a new line with it
+        topik = "below a wrong header, nobody knows what it is for"
+        y
+         ^ syntax: write `=` and a value after the key
+        [robots.b]
+        profile = "husk"
+                  ^^^^^^ robots: `husk` is not valid here: did you mean `husky`?
+        """,
+        """
+        [robots.a]
+        profile = "husky"
+        profile = "jackal"
+        ^^^^^^^^^^^^^^^^^^ syntax: this key already has a value: remove one of them
+        [robots.a] # twice
+        ^^^^^^^^^^ syntax: this section already exists above: merge the two
+        start = { x = "1" }
+                      ^^^ robots: write `x` in meters, from -1000 to 1000
+        [ros]
+        node = '''
+        [robots.a]
+        topic = 1
+        ''' x
+            ^ syntax: remove this or start a new line with it
+        """,
+        """
+        [[world.circles]]
+        x = 1
+        y = 0
+        radius =
+                ^ syntax: write a value: a number, "text", [a list] or { a table }
+        [[world.circles]]
+        x = "1"
+            ^^^ robots: write `x` in meters, from -1000 to 1000
+        y = 0
+        radius = 1
+        """,
+    ],
+)
+def test_a_syntax_error_hides_no_other_error(drawn: str) -> None:
+    assert check(drawn).robots == {}
+
+
+@pytest.mark.parametrize(
+    "drawn",
+    [
+        """
+        [profiles.rover]
+        step = 0.2m
+                  ^ syntax: remove this or start a new line with it
+        commanded_step = 9
+        noise = 0.1
+        [robots.a]
+        profile = "rovr"
+        follow = true
+        [formation]
+        shape = line
+                ^^^^ syntax: write a value: a number, "text", [a list] or { a table }
+        """,
+        """
+        [senses.wet]
+        topic = "wet"
+        message =
+                 ^ syntax: write a value: a number, "text", [a list] or { a table }
+        [profiles.rover
+                       ^ syntax: close the section name with `]`
+        step = 0.2
+        [robots.a]
+        profile = "rover"
+        """,
+    ],
+)
+def test_a_broken_table_causes_no_follow_up_errors(drawn: str) -> None:
     assert check(drawn).robots == {}
 
 
 def test_line_ends_of_other_systems_move_nothing() -> None:
     text = "\ufeff# 🐢\r\n[robots.a]\r\ntopic = 1\r\nstart = {\r\n"
-    (diagnostic,) = read_robots(text).diagnostics
-    assert (diagnostic.code, diagnostic.span) == ("syntax", (text.index("{") + 1,) * 2)
+    number, bracket = read_robots(text).diagnostics
+    assert (number.code, number.span) == ("robots", (text.index("1"), text.index("1") + 1))
+    assert (bracket.code, bracket.span) == ("syntax", (text.index("{") + 1,) * 2)
     (diagnostic,) = read_robots(text[: text.index("start")]).diagnostics
     assert (diagnostic.code, diagnostic.span) == ("robots", (text.index("1"), text.index("1") + 1))
 
 
-keys = st.sampled_from(
-    [
-        "robots",
-        "profiles",
-        "world",
-        "ros",
-        "namespace",
-        "use_sim_time",
-        "reset",
-        "a",
-        "b",
-        "base",
-        "step",
-        "motions",
-        "start",
-        "x",
-        "topic",
-        "senses",
-        "message",
-        "below",
-        "from",
-        "timeout",
-        "key",
-        "",
-    ]
+NAMES = (
+    "robots profiles world ros namespace use_sim_time reset a b base step motions start x topic senses message below"
 )
+keys = st.sampled_from([*NAMES.split(), "from", "timeout", "key", ""])
+VALUES = r'1 1e999 -0 nan true "a" "turtlesim" "/a" "sensor_msgs/LaserScan" 07:32:00 "\n"'
 anything = st.recursive(
-    st.sampled_from(
-        [
-            "1",
-            "1e999",
-            "-0",
-            "nan",
-            "true",
-            '"a"',
-            '"turtlesim"',
-            '"/a"',
-            '"sensor_msgs/LaserScan"',
-            "07:32:00",
-            '"\\n"',
-        ]
-    ),
+    st.sampled_from(VALUES.split()),
     lambda inner: (
         st.lists(inner, max_size=2).map(lambda items: f"[{','.join(items)}]")
         | st.dictionaries(keys, inner, max_size=3).map(
@@ -693,11 +753,11 @@ def test_no_text_raises(table: dict[str, str], end: str) -> None:
         assert len(diagnostic.message.splitlines()) == 1
 
 
-@pytest.mark.parametrize("profile", BUILT_IN.values(), ids=lambda profile: profile.name)
-def test_profiles_survive_json(profile: Profile) -> None:
-    data: dict[str, Any] = json.loads(json.dumps(asdict(profile)))
-    assert Profile(**data) == profile
-    assert hash(Profile(**data)) == hash(profile)
+def test_profiles_survive_json() -> None:
+    for profile in BUILT_IN.values():
+        data: dict[str, Any] = json.loads(json.dumps(asdict(profile)))
+        assert Profile(**data) == profile
+        assert hash(Profile(**data)) == hash(profile)
 
 
 def test_the_nearest_file_is_found(tmp_path: Path) -> None:
@@ -710,34 +770,43 @@ def test_the_nearest_file_is_found(tmp_path: Path) -> None:
     assert find_robots_file(folder / "not" / "there") == tmp_path / "a" / "improv.toml"
 
 
+def test_the_file_is_looked_for_above_the_program_and_not_above_where_one_stands(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    (tmp_path / "other").mkdir()
+    (tmp_path / "here" / "improv.toml").write_text("")
+    monkeypatch.chdir(tmp_path / "here")
+    assert find_robots_file(Path("../other")) is None
+    assert find_robots_file(Path("../here")) == tmp_path / "here" / "improv.toml"
+    (tmp_path / "improv.toml").write_text("")
+    assert find_robots_file(Path("../other")) == tmp_path / "improv.toml"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights there")
+def test_a_link_counts_where_it_stands_and_dots_after_it_lead_above_its_target(tmp_path: Path) -> None:
+    (tmp_path / "show").mkdir()
+    (tmp_path / "lab" / "dances").mkdir(parents=True)
+    (tmp_path / "show" / "tonight").symlink_to(tmp_path / "lab" / "dances")
+    for folder in ("show", "lab"):
+        (tmp_path / folder / "improv.toml").write_text("")
+    assert find_robots_file(tmp_path / "show" / "tonight") == tmp_path / "show" / "improv.toml"
+    assert find_robots_file(tmp_path / "show" / "tonight" / "..") == tmp_path / "lab" / "improv.toml"
+
+
 def test_whatever_has_the_name_is_found(strange_file: StrangeFile) -> None:
     path = strange_file.make("improv.toml")
     assert find_robots_file(path.parent) == path
 
 
-@pytest.mark.parametrize("block", BLOCKS)
-def test_what_the_page_shows_is_right(block: str) -> None:
-    assert read_robots(block).diagnostics == ()
+def test_the_examples_in_the_docs_are_right() -> None:
+    assert {block: found for block in BLOCKS if (found := read_robots(block).diagnostics)} == {}
 
 
 def test_the_page_has_every_key_and_the_built_in_numbers() -> None:
-    ours = (
-        "profile",
-        "start",
-        "topic",
-        "message",
-        "frame",
-        "reset",
-        "odom",
-        "namespace",
-        "node",
-        "publish",
-        "use_sim_time",
-        "base",
-        "commanded_step",
-        "commanded_quarter_turn",
-    )
-    for key in (*ours, *(set(Profile.__slots__) - {"name", "linear_scale", "angular_scale"})):
+    ours = "profile start topic message frame reset odom namespace node publish use_sim_time base commanded_step"
+    inner = {"name", "linear_scale", "angular_scale"}
+    for key in {*ours.split(), "commanded_quarter_turn", *Profile.__slots__} - inner:
         assert f"| `{key}` |" in PAGE
     for key in known(("senses", "near")).keys:
         assert f"`{key}`" in PAGE.split("## Senses\n")[1].split("\n## ")[0]

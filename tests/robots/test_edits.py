@@ -111,11 +111,11 @@ def test_lines_end_as_the_others_do() -> None:
         "[robots\n",
     ],
 )
-def test_what_is_left_to_its_author(text: str) -> None:
+def test_unusual_files_are_left_alone(text: str) -> None:
     check(text, None)
 
 
-def test_a_name_that_is_none_writes_nothing() -> None:
+def test_an_impossible_name_is_not_written() -> None:
     check("", None, starts={"anna]\n[ros": (1, 2, 3)})
 
 
@@ -132,7 +132,7 @@ def test_a_formation_in_a_file_without_one() -> None:
     check_form("[ros]\r\n", '[ros]\r\n\r\n[formation]\r\nshape = "line"\r\ndistance = 1.5\r\n')
 
 
-def test_another_formation_leaves_comments_and_what_else_there_is() -> None:
+def test_another_formation_leaves_comments_and_other_keys_alone() -> None:
     check_form(
         "[formation] # us\nshape = 'grid' # now\n# wide\ndistance = 3\n[ros]\n",
         '[formation] # us\nfacing = "out"\nshape = "circle" # now\n# wide\ndistance = 1.5\n[ros]\n',
@@ -218,5 +218,5 @@ def test_a_name_that_is_taken() -> None:
         'profiles.lab = { step = 1 }\n[robots.anna]\nprofile = "lab"\n',
     ],
 )
-def test_what_calibration_leaves_to_its_author(text: str) -> None:
+def test_calibration_leaves_unusual_files_alone(text: str) -> None:
     check_calibrated(text, None)

@@ -6,8 +6,6 @@ import math
 
 import pytest
 
-from improv_core.ide.robots_file.completion import complete
-from improv_core.ide.robots_file.hover import hover
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
@@ -70,7 +68,7 @@ def test_robots_of_a_program_stay_inside_the_walls() -> None:
     assert all(abs(x) < 3 and abs(y) < 3 for x, y, _ in starts(toml))
 
 
-def test_what_is_wrong_with_a_formation() -> None:
+def test_mistakes_in_a_formation() -> None:
     check("""
         [formation]
          ^^^^^^^^^ robots: add `shape`: `line`, `circle`, `grid`
@@ -117,17 +115,3 @@ def test_robots_that_would_overlap_or_stand_outside() -> None:
         [world]
         size = [4, 4]
     """)
-
-
-def test_the_editor_helps() -> None:
-    def offered(text: str) -> list[str]:
-        found = complete(text, len(text))
-        assert found
-        return [item.label for item in found.items]
-
-    assert "formation" in offered("[")
-    assert offered("[formation]\n")[:3] == ["shape", "distance", "facing"]
-    assert offered("[formation]\nshape = ") == ['"line"', '"circle"', '"grid"']
-    told = hover("[formation]\nfacing = 'in'", 14)
-    assert told
-    assert "to its center" in str(told)

@@ -68,7 +68,7 @@ def test_no_whole_tempo_may_fit() -> None:
     assert (found.tempo, found.slow) == (None, Fraction(20, 3))
 
 
-def test_what_has_no_limit_is_never_too_fast() -> None:
+def test_without_limits_nothing_is_too_fast() -> None:
     assert excess(Velocity(x=Fraction(10**400)), TURTLESIM, SIXTY) is None
 
 
@@ -79,7 +79,7 @@ def test_numbers_beyond_all_floats_do_no_harm() -> None:
 
 
 @given(velocities, tempos)
-def test_what_is_suggested_fits_and_is_the_best(velocity: Velocity, tempo: Fraction) -> None:
+def test_suggested_tempos_fit_and_are_the_fastest(velocity: Velocity, tempo: Fraction) -> None:
     found = excess(velocity, limited, tempo)
     if not found:
         return

@@ -40,7 +40,7 @@ ROBOTS = (
         ('key = "d"', Key("d")),
     ],
 )
-def test_what_is_declared(declared: str, expected: Source) -> None:
+def test_declared_senses(declared: str, expected: Source) -> None:
     robots = check(f"{ROBOTS}[senses.drop]\n{declared}\n")
     assert robots.sense("anna", "drop") == expected
     assert robots.sense_names == ("bump", "near", "cue", "drop")
@@ -48,7 +48,7 @@ def test_what_is_declared(declared: str, expected: Source) -> None:
     assert not robots.lacks("anna", "drop")
 
 
-def test_what_is_built_in() -> None:
+def test_built_in_senses() -> None:
     robots = check(ROBOTS)
     assert robots.sense("anna", "near") == BuiltIn("near")
     with pytest.raises(KeyError):
@@ -79,67 +79,45 @@ def test_a_declared_sense_replaces_a_built_in_one() -> None:
     assert not robots.lacks("anna", "near")
 
 
-@pytest.mark.parametrize(
-    "drawn",
-    [
-        """
+def test_errors_are_marked_where_they_are() -> None:
+    check("""
         senses = 1
                  ^ robots: write `senses` as a section: `[senses]`
-        """,
-        """
+    """)
+    check("""
         [senses]
         near = 1
                ^ robots: write `near` as a section: `[senses.near]`
-        """,
-        """
         [senses.forward]
                 ^^^^^^^ robots: `forward` can't be the name of a sense: use a word of your own
         key = "d"
-        """,
-        """
         [senses.2-near]
                 ^^^^^^ robots: `2-near` can't be the name of a sense: use a word of your own
         key = "d"
-        """,
-        """
         [senses.cue]
                 ^^^ robots: `cue` is always given by people: choose another name
         key = "d"
-        """,
-        """
-        [senses.drop]
-                ^^^^ robots: add `topic` and `message`, or `key`
-        """,
-        """
-        [senses.drop]
-                ^^^^ robots: add `topic` and `message`, or `key`
+        [senses.a]
+                ^ robots: add `topic` and `message`, or `key`
+        [senses.b]
+                ^ robots: add `topic` and `message`, or `key`
         below = 1
-        """,
-        """
-        [senses.drop]
+        [senses.c]
         key = "d"
         topic = "drop"
         ^^^^^ robots: this sense has a key, so `topic` has no effect: remove it
-        """,
-        """
-        [senses.drop]
+        [senses.d]
         key = "Enter"
               ^^^^^^^ robots: write `key` as one letter, a to z, or one digit
-        """,
-        """
-        [senses.drop]
+        [senses.e]
         topic = "drop"
         ^^^^^ robots: add `message`, the type on this topic, such as `std_msgs/Bool`
-        """,
-        """
-        [senses.drop]
+        [senses.f]
         topic = "a b"
                 ^^^^^ robots: use the letters a to z, digits, and `_` between the `/`, not starting with a digit
         message = "sensor_msgs/Rnge"
                   ^^^^^^^^^^^^^^^^^^ robots: `sensor_msgs/Rnge` is not valid here: did you mean `sensor_msgs/Range`?
-        """,
-        """
-        [senses.drop]
+        [senses.g]
         topic = "drop"
         message = "std_msgs/Bool"
         below = 1
@@ -148,30 +126,22 @@ def test_a_declared_sense_replaces_a_built_in_one() -> None:
         ^^^^ robots: `from` is not for std_msgs/Bool: remove it
         timeout = -1
                   ^^ robots: write `timeout` in seconds, from 0.05 to 60
-        """,
-        """
-        [senses.drop]
+        [senses.h]
         topic = "drop"
         message = "sensor_msgs/Range"
                   ^^^^^^^^^^^^^^^^^^^ robots: add `below` or `above`, a limit in meters
-        """,
-        """
-        [senses.drop]
+        [senses.i]
         topic = "drop"
         message = "sensor_msgs/Range"
         below = 1
         above = 2
         ^^^^^ robots: write `below` or `above`, not both
-        """,
-        """
-        [senses.drop]
+        [senses.j]
         topic = "drop"
         message = "sensor_msgs/LaserScan"
         below = -1
                 ^^ robots: write `below` in meters, from 0 to 1000
-        """,
-        """
-        [senses.drop]
+        [senses.k]
         topic = "drop"
         message = "sensor_msgs/LaserScan"
         below = 1
@@ -180,23 +150,15 @@ def test_a_declared_sense_replaces_a_built_in_one() -> None:
         to = -30
         timeout = 0
                   ^ robots: write `timeout` in seconds, from 0.05 to 60
-        """,
-        """
-        [senses.drop]
+        [senses.l]
         topic = "drop"
         message = "sensor_msgs/Joy"
         button = 1.5
                  ^^^ robots: write `button` as a whole number from 0 to 99
         timeout = false
                   ^^^^^ robots: write `timeout` in seconds, from 0.05 to 60
-        """,
-        """
         [profiles.a]
         step = 1
         near = 0
                ^ robots: write `near` in meters, from 0.001 to 100
-        """,
-    ],
-)
-def test_errors_are_marked_where_they_are(drawn: str) -> None:
-    check(drawn)
+    """)

@@ -57,7 +57,7 @@ def test_nothing_comes_in_a_comment(marked: str) -> None:
     "unfinished",
     ["pro", "profile", "profile =", 'profile = "tur', "profile = tur", "start = {", "start = { x = 1,", "start = [[1"],
 )
-def test_what_is_unfinished_hides_nothing_below(unfinished: str) -> None:
+def test_an_unfinished_line_hides_nothing_below(unfinished: str) -> None:
     text = f'[robots.anna]\n{unfinished}\ntopic = "/a"\n\n[robots.bert]\nprofile = "jackal"\n[world]\nsize = [6, 4]\n'
     found = find_positions(text).entries
     for keys, value in {

@@ -1,4 +1,4 @@
-"""Somebody who asks Improv's node for things, run by ROS's interpreter; a line of input each, and one of output.
+"""A client that asks Improv's node for things, run by ROS's interpreter; a line of input each, and one of output.
 
 `call NAME` calls a service (std_srvs/Trigger), `get NODE PARAMETER` and `set NODE PARAMETER NUMBER` are for parameters,
 and `nodes` lists them.

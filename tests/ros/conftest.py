@@ -1,52 +1,124 @@
-"""A ROS 2 of the test's own: its interpreter, an environment nobody else shares, and real subscribers."""
+"""A private ROS 2 for tests: its interpreter, an environment of its own, and real subscribers."""
 
 from __future__ import annotations
 
+import fcntl
 import json
 import math
 import os
 import queue
+import random
 import subprocess
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from itertools import count, islice
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from improv_core.score.senses import Message
+import improv_core
 from tests.needs import lacking
 
 LIMIT = 60.0
 """Seconds to wait for anything: discovery alone may take several on a busy machine."""
 
 DRIVER = Path(__file__).parent / "driver.py"
-LISTENER = Path(__file__).parent / "listener.py"
-SENSOR = Path(__file__).parent / "sensor.py"
+SITE = Path(__file__).parent / "site"
+BASE = Path(__file__).parent / "base.py"
+OTHERS = Path(__file__).parent / "others.py"
 OWN = Path(__file__).parents[2] / ".cache" / "ros" / "bin" / "python"
+Fields = dict[str, Any]
 
 
-class Listener:
-    """A subscriber in a process of its own, and what it has heard: dicts of topic, at, x, y, z, yaw."""
+class Others:
+    """A process in which others are in ROS; others.py says what they can do."""
 
-    def __init__(self, python: str, env: Mapping[str, str], *arguments: str) -> None:
-        self.heard: list[dict[str, Any]] = []
-        self._publishers = 0
-        self._changed = threading.Condition()
-        self._inbox: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
-        self._process = subprocess.Popen(
-            [python, LISTENER, *arguments], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
+    def __init__(self, python: str, env: Mapping[str, str]) -> None:
+        self._numbers = count()
+        self._inboxes: dict[int, Callable[[Fields], None]] = {}
+        self._done: queue.SimpleQueue[bool] = queue.SimpleQueue()
+        self.process = subprocess.Popen([python, OTHERS], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         threading.Thread(target=self._read, daemon=True).start()
-        while "ready" not in self._inbox.get(timeout=LIMIT):
-            pass  # a message may come first
 
     @property
     def pid(self) -> int:
-        return self._process.pid
+        return self.process.pid
 
-    def wait(self, fits: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+    def make(self, what: str, take: Callable[[Fields], None], **options: Any) -> int:
+        """Make a node, which has a number from then on. `take` gets what it says."""
+        number = next(self._numbers)
+        self._inboxes[number] = take
+        self.tell(number, what, **options)
+        return number
+
+    def tell(self, number: int, what: str, **options: Any) -> None:
+        """Tell a node something, and wait until it has done that."""
+        assert self.process.stdin
+        self.process.stdin.write(json.dumps([number, what, options]).encode() + b"\n")
+        self.process.stdin.flush()
+        assert self._done.get(timeout=LIMIT), "it has ended"
+
+    def end(self, number: int) -> None:
+        """End a node, which may have ended before."""
+        if number in self._inboxes and self.process.poll() is None:
+            self.tell(number, "close")
+            del self._inboxes[number]
+
+    def leave(self, domain: int) -> None:
+        """Have every node in a domain leave."""
+        self.tell(-1, "leave", domain=domain)
+
+    def kill(self) -> None:
+        """Have all of them vanish silently."""
+        self.process.kill()
+        self.process.wait(LIMIT)
+
+    def close(self) -> None:
+        """Have all of them leave."""
+        assert self.process.stdin
+        self.process.stdin.close()
+        try:
+            self.process.wait(LIMIT)
+        finally:
+            self.process.kill()
+
+    def _read(self) -> None:
+        assert self.process.stdout
+        for line in self.process.stdout:
+            number, what = json.loads(line)
+            if "done" in what:
+                self._done.put(True)
+            elif take := self._inboxes.get(number):
+                take(what)
+        self._done.put(False)
+
+
+class Listener:
+    """A subscriber among others, and what it has heard: dicts of topic, at, x, y, z, yaw."""
+
+    def __init__(
+        self,
+        others: Others,
+        *topics: str,
+        type: str = "geometry_msgs/Twist",
+        name: str = "",
+        domain: int | None = None,
+        **options: Any,
+    ) -> None:
+        self.heard: list[Fields] = []
+        self._others = others
+        self._publishers = 0
+        self._changed = threading.Condition()
+        self._inbox: queue.SimpleQueue[Fields] = queue.SimpleQueue()
+        kind = type.rpartition("/")[2]
+        options |= {"topics": topics, "type": type, "domain": domain}
+        self._number = others.make("listener", self._take, name=name or NAMES.get(kind, kind.lower()), **options)
+
+    def wait(self, fits: Callable[[Fields], bool]) -> Fields:
         """The next message that fits, which may be one heard before this call."""
         end = time.monotonic() + LIMIT
         while True:
@@ -58,35 +130,57 @@ class Listener:
             if fits(message):
                 return message
 
-    def wait_for_publishers(self, count: int) -> None:
-        """Until as many are known to publish on one of its topics."""
-        with self._changed:
-            assert self._changed.wait_for(lambda: self._publishers >= count, LIMIT)
+    def hear_all(self) -> None:
+        """Put what has come until now into `heard`."""
+        while not self._inbox.empty():
+            self.heard.append(self._inbox.get())
 
-    def kill(self) -> None:
-        """It vanishes without a word."""
-        self._process.kill()
+    def wait_for_publishers(self, fits: Callable[[int], bool]) -> None:
+        """Wait until the known number of publishers on its topics fits."""
+        with self._changed:
+            assert self._changed.wait_for(lambda: fits(self._publishers), LIMIT)
 
     def close(self) -> None:
-        assert self._process.stdin
-        self._process.stdin.close()
-        try:
-            self._process.wait(timeout=LIMIT)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            raise
+        """End it unless it has ended already; `heard` then has everything."""
+        self._others.end(self._number)
+        self.hear_all()
 
-    def _read(self) -> None:
-        assert self._process.stdout
-        with self._process.stdout as lines:
-            for line in lines:
-                message = json.loads(line)
-                if "publishers" in message:
-                    with self._changed:
-                        self._publishers = message["publishers"]
-                        self._changed.notify_all()
-                else:
-                    self._inbox.put(message)
+    def _take(self, message: Fields) -> None:
+        if "publishers" in message:
+            with self._changed:
+                self._publishers = message["publishers"]
+                self._changed.notify_all()
+        else:
+            self._inbox.put(message)
+
+
+NAMES = {"Twist": "listener"}
+"""The nodes of listeners, where they aren't called as their types: a node can't have two types on one topic."""
+
+
+class Publisher:
+    """Publishes these fields, nested ones with dots, again and again until others come, or once. None is silence."""
+
+    def __init__(
+        self,
+        others: Others,
+        topic: str,
+        type: str,
+        *,
+        hz: float = 20,
+        name: str = "publisher",
+        domain: int | None = None,
+        **options: Any,
+    ) -> None:
+        self._others = others
+        options |= {"topic": topic, "type": type, "hz": hz, "name": name, "domain": domain}
+        self._number = others.make("publisher", lambda what: None, **options)
+
+    def __call__(self, fields: Fields | None, *, once: bool = False) -> None:
+        self._others.tell(self._number, "publish", fields=fields, once=once)
+
+    def close(self) -> None:
+        self._others.end(self._number)
 
 
 class Sink:
@@ -104,15 +198,77 @@ class Sink:
         self.process.stdin.flush()
         return self._answer()
 
+    def repeat(self, listener: Listener, robot: str, *twist: float) -> None:
+        """Send this again and again, as the player does, until the listener hears anything."""
+        end = time.monotonic() + LIMIT
+        while not listener.heard:
+            assert time.monotonic() < end
+            self("send", robot, *twist)
+            listener.hear_all()
+
     def close(self) -> None:
         self.process.communicate(timeout=LIMIT)
 
     def _answer(self) -> Any:
         assert self.process.stdout
-        return json.loads(self.process.stdout.readline())
+        is_done, value = json.loads(self.process.stdout.readline())
+        assert is_done, value
+        return value
 
 
+PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
+SHORT_LEASE = {PROFILES: str(Path(__file__).with_name("short_lease.xml"))}
+"""With this, others miss one that is killed after two seconds: its lease ends, which usually takes 20."""
 Listen = Callable[..., Listener]
+Publish = Callable[..., Publisher]
+Start = Callable[..., Sink]
+
+PATIENT = {
+    "stage.messages.HANG_LIMIT": 20.0,
+    "stage.messages.SILENCE_LIMIT": 20.0,
+    "stage.relief.ANSWER_LIMIT": 20.0,
+    "stage.relief.START_LIMIT": LIMIT,
+    "stage.relief.READY_LIMIT": LIMIT,
+    "stage.decide.LATE": 20.0,
+    "stage.sinks.ros.STANDBY_LIMIT": 20.0,
+    "stage.sinks.ros_reader.START_LIMIT": LIMIT,
+    "stage.sinks.ros_reader.SILENT_LIMIT": 20.0,
+    "stage.sinks.ros_reader.ALIVE_LIMIT": 20.0,
+    "playback.interpreter.PROBE_LIMIT": LIMIT,
+}
+"""Limits with which nothing of ours counts as failed because the machine is busy, and beat 0 waits for the standby."""
+
+
+def with_limits(**limits: float) -> dict[str, str]:
+    """Variables with which our processes have these limits, and otherwise patient ones: `stage__decide__LATE=1`."""
+    named = {name.replace("__", "."): limit for name, limit in limits.items()}
+    for name in named.keys() | PATIENT.keys():
+        module, _, limit = name.rpartition(".")
+        source = Path(improv_core.__file__).parent.joinpath(*module.split(".")).with_suffix(".py")
+        assert f"\n{limit} = " in source.read_text(encoding="utf-8"), f"there is no {name}"
+    return {"IMPROV_TEST_LIMITS": json.dumps(PATIENT | named), "PYTHONPATH": str(SITE)}
+
+
+def with_code(code: str) -> dict[str, str]:
+    """Variables with which every Python runs this first."""
+    return {"IMPROV_TEST_CODE": code, "PYTHONPATH": str(SITE)}
+
+
+_domains = count(random.SystemRandom().randrange(100))
+
+
+@contextmanager
+def a_domain() -> Iterator[int]:
+    """A domain in which nobody else on this machine tests: not another worker, not another run."""
+    for number in islice(_domains, 100):
+        # The domains that are safe beside Linux's ephemeral ports end at 101, in which nobody listens.
+        domain = 1 + number % 100
+        with ExitStack() as stack, suppress(BlockingIOError, PermissionError):
+            file = stack.enter_context(Path(tempfile.gettempdir(), f"improv-tests-domain-{domain}").open("w"))
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            yield domain
+            return
+    raise AssertionError("all domains are taken")
 
 
 @pytest.fixture(scope="session")
@@ -125,90 +281,123 @@ def ros_python() -> str:
 
 
 @pytest.fixture(scope="session")
-def ros_env(ros_python: str) -> dict[str, str]:
-    """An environment in which our server finds ROS 2, on this machine only, in a domain of this run's own."""
-    return {
-        **os.environ,
-        "IMPROV_ROS_PYTHON": ros_python,
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        # The domains that are safe beside Linux's ephemeral ports end at 101.
-        "ROS_DOMAIN_ID": str(1 + os.getpid() % 100),
-    }
+def ros_env(ros_python: str) -> Iterator[dict[str, str]]:
+    """An environment in which our server finds ROS 2, on this machine only, in a domain of this worker's own."""
+    with a_domain() as domain:
+        yield {
+            **os.environ,
+            **with_limits(),
+            "IMPROV_ROS_PYTHON": ros_python,
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "ROS_DOMAIN_ID": str(domain),
+            PROFILES: str(Path(__file__).with_name("quick_discovery.xml")),
+        }
+
+
+@pytest.fixture(scope="session")
+def others(ros_python: str, ros_env: Mapping[str, str]) -> Iterator[Others]:
+    """One process for all who listen and publish; a test that kills some starts another."""
+    others = Others(ros_python, ros_env)
+    yield others
+    others.close()
+
+
+@pytest.fixture
+def alone(ros_env: Mapping[str, str], others: Others) -> Iterator[dict[str, str]]:
+    """The environment with a domain of this test's own: it kills or halts a process of ROS, and the graph remembers
+    that for a while."""
+    with a_domain() as domain:
+        yield {**ros_env, "ROS_DOMAIN_ID": str(domain)}
+        others.leave(domain)
+
+
+@pytest.fixture
+def fragile(ros_python: str, alone: Mapping[str, str]) -> Iterator[Others]:
+    """Others to be killed."""
+    others = Others(ros_python, {**alone, **SHORT_LEASE})
+    yield others
+    others.kill()
+
+
+@pytest.fixture
+def where(request: pytest.FixtureRequest) -> int | None:
+    """The domain in which this test's listeners and publishers are: its own, if it has one."""
+    if "alone" in request.fixturenames:
+        return int(request.getfixturevalue("alone")["ROS_DOMAIN_ID"])
+    return None
 
 
 @pytest.fixture(scope="module")
-def turtle(ros_python: str, ros_env: dict[str, str]) -> Iterator[Listener]:
+def turtle(others: Others) -> Iterator[Listener]:
     """One listener for all tests of a module, as turtle1: somebody else moves it in each."""
-    turtle = Listener(ros_python, ros_env, "/turtle1/cmd_vel")
+    turtle = Listener(others, "/turtle1/cmd_vel")
     yield turtle
     turtle.close()
 
 
 @pytest.fixture
-def listen(ros_python: str, ros_env: dict[str, str]) -> Iterator[Listen]:
-    """Starts others in ROS: `listen("/r/cmd_vel", "--stamped")`; listener.py says what they can do."""
-    listeners: list[Listener] = []
+def listen(others: Others, where: int | None) -> Iterator[Listen]:
+    """Starts listeners: `listen("/r/cmd_vel", type=STAMPED)`; others.py says what they can do."""
+    with ExitStack() as stack:
 
-    def start(*arguments: str) -> Listener:
-        listeners.append(Listener(ros_python, ros_env, *arguments))
-        return listeners[-1]
+        def start(*topics: str, **options: Any) -> Listener:
+            listener = Listener(others, *topics, domain=where, **options)
+            stack.callback(listener.close)
+            return listener
 
-    yield start
-    for listener in listeners:
-        listener.close()
-
-
-@pytest.fixture
-def start(ros_python: str, ros_env: dict[str, str]) -> Iterator[Callable[..., Sink]]:
-    """Starts sinks, with variables that differ from the environment of all tests."""
-    sinks: list[Sink] = []
-
-    def begin(*arguments: str, **variables: str) -> Sink:
-        sinks.append(Sink(ros_python, {**ros_env, **variables}, *arguments))
-        return sinks[-1]
-
-    yield begin
-    for sink in sinks:
-        sink.close()
+        yield start
 
 
 @pytest.fixture
-def sink(start: Callable[..., Sink]) -> Sink:
-    return start()
+def publish(others: Others, where: int | None) -> Iterator[Publish]:
+    """Starts publishers: `publish("/e_stop", "std_msgs/Bool", best_effort=True)`."""
+    with ExitStack() as stack:
+
+        def start(topic: str, type: str, **options: Any) -> Publisher:
+            publisher = Publisher(others, topic, type, domain=where, **options)
+            stack.callback(publisher.close)
+            return publisher
+
+        yield start
 
 
+@pytest.fixture(scope="session")
+def driver(ros_python: str, ros_env: Mapping[str, str]) -> Iterator[Sink]:
+    driver = Sink(ros_python, ros_env)
+    driver("leave")
+    yield driver
+    driver.close()
+
+
+@pytest.fixture
+def sink(driver: Sink) -> Iterator[Sink]:
+    """A new sink, in a process that is there already."""
+    driver.description = driver("anew")
+    yield driver
+    driver("leave")
+
+
+@pytest.fixture
+def start(ros_python: str, alone: Mapping[str, str]) -> Iterator[Start]:
+    """Starts sinks in processes of their own, with variables that differ from the environment of all tests."""
+    with ExitStack() as stack:
+
+        def begin(*arguments: str, **variables: str) -> Sink:
+            sink = Sink(ros_python, {**alone, **variables}, *arguments)
+            stack.callback(sink.close)
+            return sink
+
+        yield begin
+
+
+STAMPED = "geometry_msgs/TwistStamped"
 SCAN = {"angle_min": -math.pi, "angle_max": math.pi, "angle_increment": math.pi / 180, "range_min": 0.1}
 SCAN |= {"range_max": 10.0}
 
 
-def scan(ahead: float) -> dict[str, Any]:
+def scan(ahead: float) -> Fields:
     """A scan in which something is straight ahead, and nothing else."""
     return {**SCAN, "ranges": [math.inf] * 175 + [ahead] * 10 + [math.inf] * 175}
-
-
-class Sensor:
-    """A publisher in a process of its own."""
-
-    def __init__(self, process: subprocess.Popen[str]) -> None:
-        self.process = process
-
-    def __call__(self, fields: dict[str, Any] | None, **more: Any) -> None:
-        print(json.dumps(fields and {**fields, **more}), file=self.process.stdin, flush=True)
-
-
-Sense = Callable[..., Sensor]
-
-SHORT_LEASE = Path(__file__).with_name("short_lease.xml")
-
-
-@pytest.fixture
-def sensor(script: Script) -> Sense:
-    """Starts sensors. Others miss one that is killed after two seconds: its lease ends, which usually takes 20."""
-
-    def start(topic: str, message: Message) -> Sensor:
-        return Sensor(script(SENSOR, topic, message, FASTRTPS_DEFAULT_PROFILES_FILE=str(SHORT_LEASE)))
-
-    return start
 
 
 Script = Callable[..., "subprocess.Popen[str]"]

@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
-import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-import pytest
-
-from tests.ls.client import CAPABILITIES, Client
+from tests.ls.client import CAPABILITIES, ProcessClient
 from tests.processes import descendants, wait_until_gone
 from tests.ros.conftest import LIMIT, Listener
 
 URI = "file:///dance.improv"
 OPTIONS = {"backend": "ros", "page": {"open": False}}
 BEFORE, AFTER = "turtle1 $ repeat forward\n", "beat 90\nturtle1 $ repeat forward\n"
-"""Two endless dances, told apart by their speeds: `BEFORE_SPEED` and `AFTER_SPEED`, in m/s."""
+"""Two endless dances that differ in speed: `BEFORE_SPEED` and `AFTER_SPEED`, in m/s."""
 BEFORE_SPEED, AFTER_SPEED = 2, 3
-SOON = 0.5 + 2.0
-"""Seconds to the first zero, with what a busy machine adds; `python -m tests.benchmarks faults` measures it."""
-BY_STANDBY = 6.0
-"""The same where a standby sends it, which may be so young that it has to discover the robot first."""
-ENDED = "the stage exited unexpectedly: its robots were stopped; save to play again"
-SIGNALS = [signal.SIGKILL, signal.SIGTERM, signal.SIGINT]
-DEADLY = pytest.mark.parametrize("number", SIGNALS, ids=[number.name for number in SIGNALS])
-Record = Callable[[str, object], None]
+ENDED = "the stage exited unexpectedly: a new one is stopping the robots; save to play again"
 
 
 class Conductor(Protocol):
@@ -56,7 +45,7 @@ class Server:
         uri: str = URI,
         backend: str = "ros",
     ) -> None:
-        self.client = Client({**OPTIONS, "backend": backend, "ros": {"standby": standby}}, capabilities, env)
+        self.client = ProcessClient({**OPTIONS, "backend": backend, "ros": {"standby": standby}}, capabilities, env)
         self.pid = self.client.process.pid
         self._version = 0
         self.uri = uri
@@ -150,44 +139,30 @@ def dances(conductor: Conductor, listener: Listener) -> None:
         listener.wait(at_speed(BEFORE_SPEED))
 
 
-def stands(listener: Listener, since: float, within: float, record: Record) -> float:
-    """The robot is told to stop in time; when it heard that."""
-    zero = listener.wait(lambda message: message["at"] > since and still(message))["at"]
-    record("seconds to zero", round(zero - since, 3))
-    assert zero - since < within
-    return float(zero)
-
-
-def plays_the_next_save(conductor: Conductor, listener: Listener, zero: float) -> None:
-    """Nothing has moved since the zero, and the next save plays."""
-    conductor.save(AFTER)
-    listener.wait(at_speed(AFTER_SPEED))
-    assert all(still(message) for message in listener.heard[:-1] if message["at"] >= zero)
-
-
 def survives(
-    conductor: Conductor, listener: Listener, fault: Callable[[int], object], line: str, within: float, record: Record
-) -> float:
-    """What holds when a fault hits the stage, whose process id it is given, or what is around it.
-
-    The seconds until the line was said.
-    """
+    conductor: Conductor, listener: Listener, fault: Callable[[int], object], line: str, stands: bool = True
+) -> None:
+    """What holds when a fault hits the stage, whose process id it is given, or what is around it: the robot stands,
+    one line says why, the next save plays, and nothing is left of processes that were replaced."""
     dances(conductor, listener)
-    listener.wait_for_publishers(2)  # the stage's and the standby's
     conductor.complaints()
     ours = descendants(conductor.pid)
     stage, standby = ours
-    began = time.monotonic()
     fault(stage)
     conductor.wait_for_line(line)
-    said = time.monotonic() - began
-    record("seconds to the line", round(said, 3))
-    zero = stands(listener, began, within, record)
-    plays_the_next_save(conductor, listener, zero)
+    if stands:
+        listener.wait(still)
+    listener.hear_all()
+    conductor.save(AFTER)
+    try:
+        moves = listener.wait(lambda message: not still(message))
+    except AssertionError as failure:
+        failure.add_note(f"what is wrong was told: {conductor.complaints()}")
+        raise
+    assert at_speed(AFTER_SPEED)(moves), "nothing has moved before"
     assert conductor.complaints() == [], "one line is all that is said"
     now = descendants(conductor.pid)
     assert len(now) == 2
     if stage not in now:
         assert standby not in now
         wait_until_gone(ours, LIMIT)
-    return said

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 import queue
 import signal
 import sys
 import time
+import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -15,11 +18,15 @@ from typing import Any
 
 sys.path.append(str(Path(__file__).parents[2]))  # as the stage does: last, and not installed
 
+from rclpy.utilities import get_default_context
+
 from improv_core.score import senses
+from improv_core.score.algebra import stand
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import TURTLESIM
-from improv_core.score.score import Part, Score
-from improv_core.stage.sinks import RawPoses
+from improv_core.score.score import Deadman, Part, Safety, Score
+from improv_core.stage.arrivals import End
+from improv_core.stage.sinks import Alarm, Edge, RawPoses
 from improv_core.stage.sinks.ros import Ros
 
 LIMIT = 60.0
@@ -30,12 +37,20 @@ def answer(value: Any) -> None:
     print(json.dumps(value), flush=True)
 
 
-def prepare(topics: dict[str, str], restart: bool = True, profile: Any = (), **part: Any) -> None:
+def prepare(
+    topics: dict[str, str],
+    restart: bool = True,
+    profile: Any = (),
+    stop: str | None = None,
+    deadman: tuple[str, int] | None = None,
+    **part: Any,
+) -> None:
     """Robots on these topics; what is given of a part and its profile is alike for all."""
     made = replace(TURTLESIM, **dict(profile))
     part["senses"] = senses.from_json(part.get("senses", {}))
-    parts = {robot: Part(robot, (), made, Pose(), topic, **part) for robot, topic in topics.items()}
-    sink.prepare(Score(Fraction(60), parts), restart)
+    parts = {robot: Part(robot, (stand(1),), made, Pose(), topic, **part) for robot, topic in topics.items()}
+    safety = Safety(stop=stop, deadman=deadman and Deadman(*deadman))
+    sink.prepare(Score(Fraction(60), parts, safety=safety), restart)
 
 
 def send(robot: str, x: float, y: float, z: float, yaw: float) -> None:
@@ -57,6 +72,7 @@ def until(fits: Callable[[], Any]) -> None:
     while not fits():
         if time.monotonic() > end:
             raise TimeoutError(f"missing: {sink.missing()}, warnings: {sink.warnings()}")
+        sink.advance(0.0)
         time.sleep(0.01)
 
 
@@ -78,8 +94,27 @@ def find(lines: str, robot: str, part: str) -> str:
     return str(methods[lines]()[robot])
 
 
+def until_ready() -> None:
+    """Until a standby could stop all robots."""
+
+    def ready() -> bool:
+        return sink._standby.works and sink._standby.is_ready(set(sink._topics))
+
+    until(ready)
+
+
 def until_missing() -> None:
     until(sink.missing)
+
+
+def until_paid() -> None:
+    """Until no robot is owed a zero."""
+
+    def paid() -> bool:
+        sink.owed.pay(time.monotonic())
+        return sink.owed.due == math.inf
+
+    until(paid)
 
 
 def until_no_warnings() -> None:
@@ -95,20 +130,33 @@ def offered(topic: str) -> tuple[str, ...]:
     return tuple(sorted(info.topic_type for info in sink._node.get_publishers_info_by_topic(topic)))
 
 
+def _next(kind: Any) -> Any:
+    """The next of this kind that is heard. Look around meanwhile, as the player does."""
+    end = time.monotonic() + LIMIT
+    while time.monotonic() < end:
+        sink.advance(0.0)
+        with suppress(queue.Empty):
+            if isinstance(found := heard.get(timeout=0.05), kind):
+                return found
+    raise TimeoutError(f"no {kind} was heard; missing: {sink.missing()}, warnings: {sink.warnings()}")
+
+
 def edge() -> Any:
-    """The next edge: robot, sense, value; and how long ago it came."""
-    found = edges.get(timeout=LIMIT)
-    return [*found.what, found.value], time.monotonic() - found.at
+    """The next edge: what it is about, and its value."""
+    found = _next(Edge)
+    what = found.what
+    return [*([what] if isinstance(what, str) else what), found.value]
 
 
-def no_more_edges() -> bool:
-    return edges.empty()
+def alarm() -> str:
+    """The next line that stops all robots."""
+    found = _next(Alarm | End)
+    return str(found.message if isinstance(found, Alarm) else found.problem)
 
 
 def pose() -> Any:
     """The next pose: robot, source, x, y, heading; and how long ago it came."""
-    while not isinstance(found := edges.get(timeout=LIMIT), RawPoses):
-        pass
+    found = _next(RawPoses)
     robot, source, where, at, _ = found.poses[0]
     return [robot, source, where.x, where.y, round(where.heading, 6)], time.monotonic() - at
 
@@ -119,15 +167,41 @@ def end(*_: object) -> None:
     sys.exit(0)
 
 
+def leave() -> None:
+    """Leave ROS."""
+    global is_there
+    if is_there:
+        is_there = False
+        sink.close()
+        get_default_context(shutting_down=True)  # the next sink gets another
+        while not heard.empty():
+            heard.get()
+
+
+def anew() -> str:
+    """Another sink in place of this one; its description."""
+    global sink, is_there
+    leave()
+    sink, is_there = make(), True
+    return sink.description
+
+
+def make() -> Ros:
+    return Ros(None, "standby" in sys.argv[1:], heard.put, lambda request: None)
+
+
 signal.signal(signal.SIGTERM, end)
-edges: queue.SimpleQueue[Any] = queue.SimpleQueue()
-sink = Ros(None, "standby" in sys.argv[1:], edges.put, lambda request: None)
-answer(sink.description)
+heard: queue.SimpleQueue[Any] = queue.SimpleQueue()
+sink, is_there = make(), True
+answer([True, sink.description])
 methods: dict[str, Callable[..., Any]] = {
+    "anew": anew,
+    "leave": leave,
     "prepare": prepare,
-    "missing": sink.missing,
-    "warnings": sink.warnings,
-    "resetting": sink.resetting,
+    "node": lambda: sink._node.get_fully_qualified_name(),
+    "missing": lambda: sink.missing(),
+    "warnings": lambda: sink.warnings(),
+    "resetting": lambda: sink.resetting(),
     "send": send,
     "refuse": refuse,
     "wait": wait,
@@ -135,13 +209,19 @@ methods: dict[str, Callable[..., Any]] = {
     "find": find,
     "edge": edge,
     "pose": pose,
-    "no_more_edges": no_more_edges,
+    "alarm": alarm,
+    "guard": lambda *topics: sink.guard(topics),
+    "until_ready": until_ready,
     "until_missing": until_missing,
     "until_no_warnings": until_no_warnings,
+    "until_paid": until_paid,
     "offered": offered,
     "until_offered": until_offered,
 }
 for line in sys.stdin:
     method, arguments, named = json.loads(line)
-    answer(methods[method](*arguments, **named))
-sink.close()
+    try:
+        answer([True, methods[method](*arguments, **named)])
+    except Exception:  # the next test can go on with another sink
+        answer([False, traceback.format_exc()])
+leave()

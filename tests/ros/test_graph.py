@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Mapping
+from pathlib import Path
 
-from improv_core.stage.protocol import FOLDER
-from tests.ros.conftest import LIMIT
+import pytest
+
+from improv_core.stage.messages import FOLDER
+from tests.ros.conftest import LIMIT, PROFILES
+
+pytestmark = pytest.mark.slow("somebody looks, and fails, in a process of its own")
 
 WITNESS = f"""
 import subprocess, sys, time
@@ -22,12 +27,16 @@ def until(fits, limit):
     return fits()
 came = until(lambda: "improv_look" in node.get_node_names(), {LIMIT})
 code = looking.wait()
-# Well before the lease of a node that says nothing is over, after 20 s.
-left = until(lambda: "improv_look" not in node.get_node_names(), 10)
+# Well before the lease of a node that says nothing is over, after 300 s here.
+left = until(lambda: "improv_look" not in node.get_node_names(), {LIMIT})
 print(came, code, left)
 """
 
 
-def test_one_who_fails_to_look_leaves_the_graph(ros_python: str, ros_env: Mapping[str, str]) -> None:
-    done = subprocess.run([ros_python, "-c", WITNESS], env=ros_env, capture_output=True, text=True, timeout=LIMIT * 2)
+def test_a_failed_look_leaves_the_graph(ros_python: str, ros_env: Mapping[str, str], tmp_path: Path) -> None:
+    lease, announced = "<leaseDuration><sec>300</sec></leaseDuration>", "<leaseAnnouncement>"
+    profiles = tmp_path / "profiles.xml"
+    profiles.write_text(Path(ros_env[PROFILES]).read_text().replace(announced, lease + announced))
+    env = {**ros_env, PROFILES: str(profiles)}
+    done = subprocess.run([ros_python, "-c", WITNESS], env=env, capture_output=True, text=True, timeout=LIMIT * 2)
     assert done.stdout == "True 1 True\n", done.stderr

@@ -1,158 +1,138 @@
-"""What people press while robots move: real publishers of an emergency stop and of a gamepad."""
+"""What people press while robots move: real publishers of an emergency stop and of a gamepad.
+
+What follows for robots is asked in tests/stage (test_interlocks.py, test_player.py, test_loop.py) and tests/playback.
+"""
 
 from __future__ import annotations
 
-import subprocess
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
-from tests.ros.conftest import Listener, Script, Sense
-from tests.ros.dance import (
-    AFTER,
-    AFTER_SPEED,
-    BEFORE,
-    BEFORE_SPEED,
-    BY_STANDBY,
-    SOON,
-    Record,
-    Server,
-    at_speed,
-    dances,
-    stands,
-    still,
-)
+from tests.ros.conftest import Listen, Publish, Publisher, Sink, Start, with_limits
+from tests.ros.dance import AFTER, AFTER_SPEED, Server, at_speed, dances, still
 
-PRESSER = Path(__file__).parent / "presser.py"
-STOP = '[ros]\nstop = "/e_stop"\n'
-DEADMAN = '[ros]\ndeadman = { topic = "/joy", button = 4 }\n'
-REFUSED = "✗ the emergency stop on /e_stop is on: release it, then save again"
-STOPPED = "the emergency stop on /e_stop is on, so all robots were stopped"
+pytestmark = pytest.mark.slow("processes of ROS find each other")
+
+TURTLE = {"turtle1": "/turtle1/cmd_vel"}
+STOP = "std_msgs/Bool"
+ON, OFF = {"data": True}, {"data": False}
+HELD, LOOSE = {"buttons": [0, 0, 0, 0, 1]}, {"buttons": [0, 0, 0, 0, 0]}
+BUTTON = "button 4 on /joy"
 
 
-class Presser:
-    """Somebody who publishes what is pressed."""
-
-    def __init__(self, process: subprocess.Popen[str]) -> None:
-        self.process = process
-
-    def __call__(self, line: str) -> None:
-        print(line, file=self.process.stdin, flush=True)
-
-
-Press = Callable[..., Presser]
-
-
-@pytest.fixture
-def presser(script: Script) -> Press:
-    return lambda *arguments: Presser(script(PRESSER, *arguments))
-
-
-@pytest.fixture
-def server(ros_env: dict[str, str], tmp_path: Path) -> Iterator[Callable[[str], Server]]:
-    """Starts a server for a program beside an `improv.toml`."""
-    started: list[Server] = []
-
-    def start(toml: str) -> Server:
-        (tmp_path / "improv.toml").write_text(toml)
-        started.append(Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()))
-        return started[-1]
-
-    yield start
-    for each in started:
-        each.__exit__(None)
-
-
-def test_an_emergency_stop(
-    presser: Press, server: Callable[[str], Server], turtle: Listener, record_property: Record
+@pytest.mark.parametrize("best_effort", [True])
+def test_from_an_emergency_stop_to_robots_that_stand(
+    best_effort: bool, publish: Publish, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path
 ) -> None:
-    """Of the kind that is hardest to hear: best effort. A latched one is below, and a reliable one is heard twice."""
-    press = presser("--stop", "/e_stop", "--best-effort")
-    conductor = server(STOP)
-    dances(conductor, turtle)
-    began = time.monotonic()
-    press("stop true")
-    stands(turtle, began, SOON, record_property)
-    conductor.wait_for_line(STOPPED)
-    conductor.type(AFTER)
-    conductor.client.save(conductor.uri)
-    conductor.wait_for_line(REFUSED)
-    press("stop false")
-    conductor.wait_for_line("the emergency stop on /e_stop is off: save to play again")
-    assert all(still(message) for message in turtle.heard if message["at"] > began + SOON)
-    conductor.save(AFTER)
-    turtle.wait(at_speed(AFTER_SPEED))
-
-
-def test_an_emergency_stop_that_is_on_before_the_first_save(
-    presser: Press, server: Callable[[str], Server], turtle: Listener
-) -> None:
-    press = presser("--stop", "/e_stop", "--latched")
-    press("stop true")
-    began = time.monotonic()
-    conductor = server(STOP)
-    conductor.type(BEFORE)
-    conductor.client.save(conductor.uri)
-    conductor.wait_for_line(STOPPED)
-    press("stop false")
-    conductor.wait_for_line("the emergency stop on /e_stop is off: save to play again")
-    conductor.save(AFTER)
-    turtle.wait(at_speed(AFTER_SPEED))
-    assert not any(at_speed(BEFORE_SPEED)(message) for message in turtle.heard if message["at"] > began)
-
-
-def test_an_emergency_stop_that_nobody_publishes(server: Callable[[str], Server], turtle: Listener) -> None:
-    conductor = server(STOP)
-    conductor.save(BEFORE)
-    conductor.wait_for_line("nobody publishes on /e_stop, so the emergency stop there stops nothing")
-    turtle.wait(at_speed(BEFORE_SPEED))
-    assert conductor.complaints() == []
-
-
-def moves(turtle: Listener, since: float) -> None:
-    turtle.wait(lambda message: message["at"] > since and at_speed(BEFORE_SPEED)(message))
-
-
-def test_a_deadman_button(
-    presser: Press, server: Callable[[str], Server], turtle: Listener, record_property: Record
-) -> None:
-    press = presser("--joy", "/joy")
-    conductor = server(DEADMAN)
-    began = time.monotonic()
-    conductor.save(BEFORE)
-    conductor.wait_for_line("paused: to let robots move, hold button 4 on /joy")
-    for release in ("joy 0", "joy silent"):
-        assert not any(message["x"] for message in turtle.heard if message["at"] > began)
-        pressed = time.monotonic()
-        press("joy 1")
-        moves(turtle, pressed)  # on a busy machine it may also have moved before, after the button had seemed silent
-        released = time.monotonic()
-        press(release)
-        began = stands(turtle, released, SOON, record_property)
-        conductor.wait_for_line("paused: to let robots move, hold button 4 on /joy")
-    press("joy 1")
-    moves(turtle, began)
-    another = presser("--joy", "/joy")
-    another("joy 0")
-    for _ in range(3):
+    """Of the kind that is hardest to hear: best effort."""
+    turtle, stop = listen("/turtle1/cmd_vel"), publish("/e_stop", STOP, best_effort=best_effort)
+    (tmp_path / "improv.toml").write_text('[ros]\nstop = "/e_stop"\n')
+    with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as conductor:
+        dances(conductor, turtle)
+        stop(ON)
         turtle.wait(still)
-    assert all(map(still, turtle.heard[-3:])), "two gamepads pause robots, and don't start them in between"
-    another("joy silent")
-    moves(turtle, time.monotonic())
+        conductor.wait_for_line("the emergency stop on /e_stop is on, so all robots were stopped")
+        conductor.type(AFTER)
+        conductor.client.save(conductor.uri)
+        conductor.wait_for_line("✗ the emergency stop on /e_stop is on: release it, then save again")
+        stop(OFF)
+        conductor.wait_for_line("the emergency stop on /e_stop is off: save to play again")
+        turtle.hear_all()
+        conductor.save(AFTER)
+        moves = turtle.wait(lambda message: not still(message))
+        assert at_speed(AFTER_SPEED)(moves), "nothing has moved before"
 
 
-def test_a_stage_that_can_not_hear_a_button_any_more(
-    presser: Press, sensor: Sense, server: Callable[[str], Server], turtle: Listener, record_property: Record
+def stops(sink: Sink, value: bool) -> None:
+    assert sink("edge") == ["/e_stop", value]
+
+
+@pytest.mark.parametrize("kind", ["latched", "reliable", "best_effort"])
+def test_an_emergency_stop_of_each_kind(kind: str, publish: Publish, sink: Sink) -> None:
+    """A latched one may be on before anybody listens: beat 0 waits until that is known."""
+    sinks_first = kind != "latched"
+    if sinks_first:
+        sink("prepare", TURTLE, stop="/e_stop")
+    stop = publish("/e_stop", STOP, **({} if kind == "reliable" else {kind: True}))
+    if sinks_first:
+        stop(ON)
+    else:
+        stop(ON, once=True)
+        sink("prepare", TURTLE, stop="/e_stop")
+        sink("wait_for_reset")
+    stops(sink, True)
+    stop(OFF)
+    stops(sink, False)
+
+
+def test_each_press_stops_although_another_publisher_keeps_sending_false(publish: Publish, start: Start) -> None:
+    sink = start(**with_limits(stage__interlocks__RELEASED=0.0))
+    publish("/e_stop", STOP, hz=100)(OFF)
+    press = publish("/e_stop", STOP)
+    sink("prepare", TURTLE, stop="/e_stop")
+    sink("wait_for_reset")
+    stops(sink, False)
+    for _ in range(15):
+        press(ON, once=True)
+        stops(sink, True)
+        stops(sink, False)
+
+
+def test_an_emergency_stop_that_is_on_is_listened_to_although_no_score_names_it(publish: Publish, sink: Sink) -> None:
+    """An earlier stage has heard it."""
+    stop = publish("/e_stop", STOP)
+    sink("guard", "/e_stop")
+    sink("prepare", TURTLE)
+    stop(OFF)
+    stops(sink, False)
+
+
+def test_a_source_without_a_publisher_is_named(sink: Sink) -> None:
+    sink("prepare", TURTLE, stop="/e_stop", deadman=["/joy", 4])
+    assert sink("find", "warnings", "/e_stop", "") == (
+        "nobody publishes on /e_stop, so the emergency stop there stops nothing"
+    )
+    assert sink("find", "warnings", "/joy", "") == "nobody publishes on /joy, so robots wait for it"
+
+
+@pytest.fixture
+def joy(publish: Publish) -> Publisher:
+    return publish("/joy", "sensor_msgs/Joy", hz=50)
+
+
+def holds(sink: Sink, value: bool | None) -> None:
+    """On a busy machine, the button may seem silent in between."""
+    while sink("edge") != [BUTTON, value]:
+        pass
+
+
+def test_a_deadman_button_that_is_held_released_and_silent(joy: Publisher, sink: Sink) -> None:
+    sink("prepare", TURTLE, deadman=["/joy", 4])
+    for fields, value in ((HELD, True), (LOOSE, False), (HELD, True), (None, None)):
+        joy(fields)
+        holds(sink, value)
+
+
+def test_a_held_button_counts_only_while_no_other_gamepad_denies_it(
+    joy: Publisher, publish: Publish, sink: Sink
 ) -> None:
-    press = presser("--joy", "/joy")
-    conductor = server(f"{DEADMAN}use_sim_time = true\n")
-    press("joy 1")
-    conductor.save(BEFORE)
-    moves(turtle, time.monotonic())
-    clock = sensor("/clock", "rosgraph_msgs/Clock")
-    began = time.monotonic()
-    clock({"clock.sec": -1})
-    conductor.wait_for_line("the stage failed: a message from ROS 2 can't be handled (Seconds value must not be ")
-    stands(turtle, began, BY_STANDBY, record_property)
+    another = publish("/joy", "sensor_msgs/Joy", hz=50)
+    sink("prepare", TURTLE, deadman=["/joy", 4])
+    joy(HELD)
+    holds(sink, True)
+    another(LOOSE)
+    holds(sink, False)
+    another(None)
+    holds(sink, True)
+
+
+def test_a_stage_that_can_no_longer_hear_a_button(joy: Publisher, publish: Publish, sink: Sink) -> None:
+    """It ends, and with that stops its robots: test_loop.py."""
+    sink("prepare", TURTLE, deadman=["/joy", 4], use_sim_time=True)
+    joy(HELD)
+    holds(sink, True)
+    publish("/clock", "rosgraph_msgs/Clock")({"clock.sec": -1})
+    line = sink("alarm")
+    assert line.startswith("a message from ROS 2 can't be handled (Seconds value must not be ")

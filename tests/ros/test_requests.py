@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import signal
 import subprocess
 import sys
 import time
@@ -14,11 +13,12 @@ from typing import Any
 
 import pytest
 
-from tests.ros.conftest import LIMIT, Listen
+from tests.ros.conftest import LIMIT, Listen, Sink
 from tests.ros.dance import Server, at_speed, still
 
+pytestmark = pytest.mark.slow("starts what plays, and somebody who asks")
+
 ASKER = Path(__file__).with_name("asker.py")
-NODE = '[ros]\nnode = "conductor"\n'
 PROGRAM = "turtle1 $ repeat forward\n"
 SPEED = 2.0
 """m/s of a step of 2 m at tempo 60."""
@@ -26,7 +26,7 @@ SPEED = 2.0
 Ask = Callable[[str], Any]
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def ask(ros_python: str, ros_env: Mapping[str, str]) -> Iterator[Ask]:
     """Asks what asker.py understands."""
     pipe = subprocess.PIPE
@@ -41,14 +41,6 @@ def ask(ros_python: str, ros_env: Mapping[str, str]) -> Iterator[Ask]:
 
     yield answer
     process.communicate(timeout=LIMIT)
-
-
-@contextmanager
-def server(env: Mapping[str, str], folder: Path) -> Iterator[Server]:
-    """A language server whose node is called conductor."""
-    (folder / "improv.toml").write_text(NODE)
-    with Server(env, uri=(folder / "dance.improv").as_uri()) as made:
-        yield made
 
 
 @contextmanager
@@ -74,7 +66,8 @@ def until(ask: Ask, line: str, expected: Any) -> None:
 def test_services_and_parameters(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
     """To play, pause and stop; speed, which can be set; and tempo, which can be read."""
     robot = listen("/turtle1/cmd_vel")
-    with server(ros_env, tmp_path) as editor:
+    (tmp_path / "improv.toml").write_text('[ros]\nnode = "conductor"\n')
+    with Server(ros_env, uri=(tmp_path / "dance.improv").as_uri()) as editor:
         editor.save(PROGRAM)
         robot.wait(at_speed(SPEED))
         until(ask, "call /conductor/play", [True, "it plays already"])
@@ -101,38 +94,27 @@ def test_services_and_parameters(ask: Ask, listen: Listen, ros_env: Mapping[str,
         editor.complaints()
 
 
-def test_before_anything_is_played(ask: Ask, ros_env: Mapping[str, str], tmp_path: Path) -> None:
-    with play(ros_env, tmp_path, "a $ repeat forward\n", "--ros-args", "-r", "__node:=early"):
-        until(ask, "call /early/stop", [True, "all robots are being stopped"])
+def test_before_anything_is_played(ask: Ask, sink: Sink) -> None:
+    assert ask(f"call {sink('node')}/stop") == [True, "all robots are being stopped"]
+    assert ask(f"call {sink('node')}/pause") == [False, "nothing plays"]
 
 
 def test_ros_arguments(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
-    """A name, remapping, which holds for the standby too, a speed, and the QoS of a topic."""
-    robot = listen("/base/cmd_vel", "--best-effort")
-    reliable = listen("/base/cmd_vel", "--name", "reliable")
+    """A name, remapping, which holds for the standby too, QoS, and the file of parameters that `ros2 launch` passes."""
+    robot = listen("/base/cmd_vel", best_effort=True)
+    reliable = listen("/base/cmd_vel", name="reliable")
     best_effort = "qos_overrides./base/cmd_vel.publisher.reliability:=best_effort"
-    words = ["-r", "__node:=dancer", "-r", "/turtle1/cmd_vel:=/base/cmd_vel", "-p", "speed:=0.5", "-p", best_effort]
-    with play(ros_env, tmp_path, PROGRAM, "--ros-args", *words):
+    parameters = tmp_path / "launch_params"
+    parameters.write_text("/**:\n  ros__parameters:\n    speed: 0.5\n")
+    words = ["-r", "__node:=dancer", "-r", "/turtle1/cmd_vel:=/base/cmd_vel", "-p", best_effort]
+    with play(ros_env, tmp_path, PROGRAM, "--ros-args", *words, "--params-file", str(parameters)):
         robot.wait(at_speed(SPEED / 2))
-        robot.wait_for_publishers(2)
+        robot.wait_for_publishers(lambda count: count == 2)
         assert ask("get /dancer speed") == 0.5
         assert all(still(message) or message["x"] == SPEED / 2 for message in robot.heard)
         assert ask("call /dancer/stop") == [True, "all robots are being stopped"]
         robot.wait(still)
         assert reliable.heard == []
-
-
-def test_what_a_launch_file_passes(ask: Ask, listen: Listen, ros_env: Mapping[str, str], tmp_path: Path) -> None:
-    robot = listen("/turtle1/cmd_vel")
-    parameters = tmp_path / "launch_params"
-    parameters.write_text("/**:\n  ros__parameters:\n    speed: 0.5\n")
-    with play(
-        ros_env, tmp_path, PROGRAM, "--ros-args", "-r", "__node:=improv", "--params-file", str(parameters)
-    ) as playing:
-        robot.wait(at_speed(SPEED / 2))
-        assert ask("get /improv speed") == 0.5
-        playing.send_signal(signal.SIGINT)  # as `ros2 launch` ends its nodes
-        robot.wait(still)
 
 
 def test_arguments_that_ros_refuses(ros_env: Mapping[str, str], tmp_path: Path) -> None:

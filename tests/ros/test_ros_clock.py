@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import time
 
-from tests.ros.conftest import Listen, Sink
+import pytest
+
+from tests.ros.conftest import STAMPED, Listen, Publish, Sink
+
+pytestmark = pytest.mark.slow("processes of ROS find each other")
 
 TOPIC = "/turtle1/cmd_vel"
 TURTLE = {"turtle1": TOPIC}
+SIMULATED = {"clock.sec": 12, "clock.nanosec": 500_000_000}
 
 
-def test_stamps_are_of_this_machine(sink: Sink, listen: Listen) -> None:
-    robot = listen(TOPIC, "--stamped")
+def test_stamps_come_from_this_machine(sink: Sink, listen: Listen) -> None:
+    robot = listen(TOPIC, type=STAMPED)
     sink("prepare", TURTLE)
     sink("wait")
     before = time.time()
@@ -19,12 +24,12 @@ def test_stamps_are_of_this_machine(sink: Sink, listen: Listen) -> None:
     assert before <= robot.wait(lambda message: True)["stamp"] <= time.time()
 
 
-def test_stamps_are_of_the_simulation(sink: Sink, listen: Listen) -> None:
-    robot = listen(TOPIC, "--stamped")
+def test_stamps_come_from_the_simulation(sink: Sink, listen: Listen, publish: Publish) -> None:
+    robot = listen(TOPIC, type=STAMPED)
     sink("prepare", TURTLE, use_sim_time=True)
     line = f"no time has arrived on /clock, so messages on {TOPIC} are stamped 0: start the simulation"
     assert sink("find", "missing", "turtle1", "/clock") == line
-    listen("--clock", "12.5")
+    publish("/clock", "rosgraph_msgs/Clock")(SIMULATED)
     sink("wait")
     sink("send", "turtle1", 1, 0, 0, 0)
     assert robot.wait(lambda message: True)["stamp"] == 12.5
@@ -39,8 +44,9 @@ def test_a_robot_that_takes_no_stamps_needs_no_clock(sink: Sink, listen: Listen)
     sink("wait")
 
 
-def test_a_clock_that_is_not_used_is_said(sink: Sink, listen: Listen) -> None:
-    listen(TOPIC, "--stamped", "--clock", "12.5")
+def test_an_unused_clock_is_reported(sink: Sink, listen: Listen, publish: Publish) -> None:
+    listen(TOPIC, type=STAMPED)
+    publish("/clock", "rosgraph_msgs/Clock")(SIMULATED)
     sink("prepare", TURTLE)
     sink("wait")
     line = sink("find", "warnings", "turtle1", "/clock")

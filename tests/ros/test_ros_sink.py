@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from tests.ros.conftest import LIMIT, Listen, Listener, Sink
+from tests.ros.conftest import LIMIT, STAMPED, Listen, Listener, Others, Sink, Start
+from tests.ros.dance import at_speed
+
+pytestmark = pytest.mark.slow("processes of ROS find each other")
 
 TURTLE = {"turtle1": "/turtle1/cmd_vel"}
 
@@ -21,9 +23,9 @@ def last(message: dict[str, Any]) -> bool:
     return bool(message["yaw"] == 9)
 
 
-@pytest.mark.parametrize("kind", [(), ("--stamped",)], ids=["Twist", "TwistStamped"])
-def test_every_twist_arrives_as_it_is_in_order(sink: Sink, listen: Listen, kind: tuple[str, ...]) -> None:
-    listener = listen("/turtle1/cmd_vel", *kind)
+@pytest.mark.parametrize("kind", ["geometry_msgs/Twist", STAMPED])
+def test_every_twist_arrives_as_it_is_in_order(sink: Sink, listen: Listen, kind: str) -> None:
+    listener = listen("/turtle1/cmd_vel", type=kind)
     sink("prepare", TURTLE)
     sink("wait")
     # A whole number comes from JSON as an int, which rclpy would take for another number without a word.
@@ -34,13 +36,35 @@ def test_every_twist_arrives_as_it_is_in_order(sink: Sink, listen: Listen, kind:
     assert heard(listener) == twists
 
 
-def test_who_is_not_heard_is_named_until_a_listener_comes(sink: Sink, listen: Listen, ros_env: dict[str, str]) -> None:
+def test_topics_without_listeners_are_named_until_one_comes(
+    sink: Sink, listen: Listen, ros_env: dict[str, str]
+) -> None:
     sink("prepare", TURTLE)
     where = f"ROS 2, domain {ros_env['ROS_DOMAIN_ID']}, this machine only"
     assert sink("missing") == {"turtle1": f"nothing is listening on /turtle1/cmd_vel ({where})"}
-    listen("/turtle1/cmd_vel")
+    for _ in range(2):
+        listener = listen("/turtle1/cmd_vel")
+        sink("wait")
+        assert sink("missing") == {}
+        listener.close()
+        assert sink("find", "missing", "turtle1", where) == f"nothing is listening on /turtle1/cmd_vel ({where})"
+
+
+def test_a_killed_listener_affects_no_other_and_is_served_when_it_returns(
+    start: Start, listen: Listen, fragile: Others
+) -> None:
+    here, gone = listen("/turtle1/cmd_vel"), Listener(fragile, "/turtle2/cmd_vel")
+    sink = start()
+    sink("prepare", {**TURTLE, "turtle2": "/turtle2/cmd_vel"})
     sink("wait")
-    assert sink("missing") == {}
+    sink("send", "turtle2", 1, 0, 0, 0)
+    gone.wait(lambda message: message["x"] == 1)
+    fragile.kill()
+    for speed in range(1, 200):  # many more than a publisher keeps until they are confirmed
+        for robot in ("turtle2", "turtle1"):
+            sink("send", robot, speed, 0, 0, 0)
+        here.wait(at_speed(speed))
+    sink.repeat(listen("/turtle2/cmd_vel"), "turtle2", 0, 0, 0, 9)
 
 
 def test_publishers_are_kept_over_later_scores(sink: Sink, listen: Listen) -> None:
@@ -59,7 +83,7 @@ def test_publishers_are_kept_over_later_scores(sink: Sink, listen: Listen) -> No
     assert heard(listener, "/new/cmd_vel") == [(0, 0, 0, 9)]
 
 
-def test_a_score_that_takes_over_misses_nobody_who_is_there(sink: Sink, listen: Listen) -> None:
+def test_a_score_that_takes_over_misses_no_listener(sink: Sink, listen: Listen) -> None:
     listener = listen("/turtle1/cmd_vel", "/new/cmd_vel")
     sink("prepare", TURTLE)
     sink("wait")
@@ -69,8 +93,9 @@ def test_a_score_that_takes_over_misses_nobody_who_is_there(sink: Sink, listen: 
     listener.wait(last)
 
 
-def test_signals_are_ours_and_the_last_zero_still_goes_out(sink: Sink, listen: Listen) -> None:
+def test_signals_are_ours_and_the_last_zero_still_goes_out(start: Start, listen: Listen) -> None:
     listener = listen("/turtle1/cmd_vel")
+    sink = start()
     sink("prepare", TURTLE)
     sink("wait")
     sink("send", "turtle1", 1, 0, 0, 0)
@@ -79,28 +104,7 @@ def test_signals_are_ours_and_the_last_zero_still_goes_out(sink: Sink, listen: L
     assert sink.process.wait(LIMIT) == 0
 
 
-@pytest.mark.parametrize(
-    ("given", "reach"),
-    [("", "this machine only"), ("OFF", "no discovery"), ("localhost", "this machine only")],
-)
-def test_the_environment_says_how_far_it_reaches(start: Callable[..., Sink], given: str, reach: str) -> None:
-    sink = start(ROS_AUTOMATIC_DISCOVERY_RANGE=given, ROS_DOMAIN_ID="101")
-    assert sink.description == f"ROS 2, domain 101, {reach}"
-
-
-@pytest.mark.parametrize(
-    ("release", "given", "only", "reach"),
-    [
-        ("humble", "", "0", "this machine only"),  # sourcing Humble says 0
-        ("humble", "SUBNET", "0", "the whole subnet"),
-        ("humble", "SUBNET", "1", "this machine only"),
-        ("jazzy", "SUBNET", "1", "this machine only"),
-        ("jazzy", "SUBNET", "0", "the whole subnet"),
-        ("kilted", "SUBNET", "1", "the whole subnet"),
-    ],
-)
-def test_each_release_has_its_variable(
-    start: Callable[..., Sink], release: str, given: str, only: str, reach: str
-) -> None:
-    sink = start(ROS_DISTRO=release, ROS_AUTOMATIC_DISCOVERY_RANGE=given, ROS_LOCALHOST_ONLY=only, ROS_DOMAIN_ID="101")
-    assert sink.description == f"ROS 2, domain 101, {reach}"
+def test_the_environment_says_how_far_it_reaches(start: Start) -> None:
+    """test_discovery.py asks the same for each release and each variable."""
+    sink = start(ROS_DISTRO="humble", ROS_AUTOMATIC_DISCOVERY_RANGE="", ROS_LOCALHOST_ONLY="0", ROS_DOMAIN_ID="101")
+    assert sink.description == "ROS 2, domain 101, this machine only"

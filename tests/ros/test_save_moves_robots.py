@@ -1,120 +1,116 @@
-"""From a save in an editor to a real subscriber: order, values, times, and that robots stop whatever happens."""
+"""From a save in an editor to a real subscriber: which velocities in which order. When is asked with a turned clock."""
 
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable
-from itertools import groupby, pairwise
+from collections.abc import Iterator, Mapping
+from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.ls.client import Client
-from tests.processes import descendants, wait_until_gone
-from tests.ros.conftest import LIMIT, Listener
-from tests.ros.dance import SOON
+from tests.ros.conftest import Listener, Others
+from tests.ros.dance import Server, still
 
-URI = "file:///dance.improv"
-OPTIONS = {"backend": "ros", "page": {"open": False}}
-Listen = Callable[..., Listener]
+pytestmark = pytest.mark.slow("starts a server and its stages, and robots drive")
+
+QUARTER = math.pi / 2
 
 
-def still(message: dict[str, Any]) -> bool:
-    return not any(message[axis] for axis in ("x", "y", "z", "yaw"))
+@pytest.fixture(scope="module")
+def server(ros_env: Mapping[str, str]) -> Server:
+    """With the simulator alongside."""
+    return Server(ros_env, backend="auto")
 
 
-def moving(message: dict[str, Any]) -> bool:
+@pytest.fixture(scope="module")
+def everybody(others: Others, server: Server) -> Iterator[Listener]:
+    """It stays while robots are stopped: otherwise, they would be told to stop again and again."""
+    listener = Listener(others, *(f"/{robot}/cmd_vel" for robot in ("turtle1", "ghost", "bert", "other", "here")))
+    yield listener
+    server.client.__exit__(None, None, None)  # its standby tries for a while to tell `gone` to stop
+    listener.close()
+
+
+@pytest.fixture
+def robots(everybody: Listener, server: Server) -> Iterator[Listener]:
+    """What is heard by all of them, which stand at the end."""
+    everybody.hear_all()
+    everybody.heard.clear()
+    yield everybody
+    server.client.request("workspace/executeCommand", {"command": "improv.hush"})
+
+
+def topics(messages: list[dict[str, Any]]) -> set[str]:
+    return {message["topic"] for message in messages if not still(message)}
+
+
+def velocities(messages: list[dict[str, Any]]) -> list[dict[str, float]]:
+    """Each that was held, without zeros: the first ones may be owed from an earlier dance."""
+    told = [{axis: message[axis] for axis in ("x", "y", "z", "yaw")} for message in messages if not still(message)]
+    return [velocity for velocity, _ in groupby(told)]
+
+
+def moving(message: Mapping[str, Any]) -> bool:
     return not still(message)
 
 
-def phases(messages: list[dict[str, Any]]) -> list[tuple[float, dict[str, float]]]:
-    """Each velocity that was held, and for how long it was, until the next one came."""
-    changes = []
-    for velocity, group in groupby(messages, lambda message: {axis: message[axis] for axis in ("x", "y", "z", "yaw")}):
-        changes.append((next(group)["at"], velocity))
-    return [(after[0] - before[0], before[1]) for before, after in pairwise(changes)]
-
-
-def test_save_is_heard_in_order_value_and_time(listen: Listen, ros_env: dict[str, str]) -> None:
-    listener = listen("/turtle1/cmd_vel")
-    with Client(OPTIONS, env=ros_env) as client:
-        client.open(URI, "beat 120\nturtle1 $ forward [left right] strafeleft || rest rest up\n")
-        client.save(URI)
-        assert client.wait_for_line("▶").endswith(
-            f"▶ turtle1 3 beats, 1.5 s at beat 120, ROS 2, domain {ros_env['ROS_DOMAIN_ID']}, this machine only"
-        )
-        listener.wait(moving)
-        for _ in range(3):
-            listener.wait(still)
-    quarter = math.pi / 2
-    heard = phases(listener.heard)
-    assert [velocity for _, velocity in heard] == [
+def test_a_listener_hears_a_save_in_order_and_exactly_and_then_zeros(server: Server, robots: Listener) -> None:
+    server.type("beat 120\nturtle1 $ forward [left right] strafeleft || rest rest up\n")
+    server.client.save(server.uri)
+    line = server.client.wait_for_line("▶")
+    assert "▶ turtle1 3 beats, 1.5 s at beat 120, ROS 2, domain " in line
+    assert line.endswith(", this machine only, with the simulator alongside")
+    robots.wait(lambda message: message["y"] == 4)
+    for _ in range(3):
+        robots.wait(still)
+    assert velocities(robots.heard) == [
         {"x": 4, "y": 0, "z": 0, "yaw": 0},
-        {"x": 0, "y": 0, "z": 0, "yaw": pytest.approx(4 * quarter)},
-        {"x": 0, "y": 0, "z": 0, "yaw": pytest.approx(-4 * quarter)},
+        {"x": 0, "y": 0, "z": 0, "yaw": pytest.approx(4 * QUARTER)},
+        {"x": 0, "y": 0, "z": 0, "yaw": pytest.approx(-4 * QUARTER)},
         {"x": 0, "y": 4, "z": 4, "yaw": 0},
     ]
-    assert [held for held, _ in heard] == pytest.approx([0.5, 0.25, 0.25, 0.5], abs=0.12)
-    assert all(still(message) for message in listener.heard[-3:])
 
 
-def test_the_simulator_plays_beside_it_as_a_twin(listen: Listen, ros_env: dict[str, str]) -> None:
-    """And when the server is killed, robots stop, and nothing of either is left."""
-    listener = listen("/turtle1/cmd_vel")
-    with Client({**OPTIONS, "backend": "auto"}, env=ros_env) as client:
-        client.open(URI, "turtle1 $ repeat (forward left)\n")
-        client.save(URI)
-        assert client.wait_for_line("▶").endswith("this machine only, with the simulator alongside")
-        listener.wait(moving)
-        ours = descendants(client.process.pid)
-        assert len(ours) == 3, "two stages and a standby"
-        killed = time.monotonic()
-        client.process.kill()
-        assert listener.wait(lambda message: message["at"] > killed and still(message))["at"] - killed < SOON
-        wait_until_gone(ours, LIMIT)
+def test_a_save_with_errors_lets_the_dance_continue_and_a_stop_ends_it(server: Server, robots: Listener) -> None:
+    server.save("turtle1 $ repeat forward\n")
+    robots.wait(moving)
+    server.type("turtle1 $ repeat (forward\n")
+    server.client.save(server.uri)
+    server.wait_for_line("✗ line 1: close this bracket with `)`; the previous dance keeps playing")
+    robots.hear_all()
+    assert robots.wait(lambda message: True)["x"] == 2
+    server.client.request("workspace/executeCommand", {"command": "improv.hush"})
+    robots.wait(still)
+    assert velocities(robots.heard) == [{"x": 2, "y": 0, "z": 0, "yaw": 0}]
 
 
-def test_what_no_robot_plays_is_danced_in_the_simulator_alone(listen: Listen, ros_env: dict[str, str]) -> None:
-    listener = listen("/turtle1/cmd_vel", "/ghost/cmd_vel")
-    with Client({**OPTIONS, "backend": "both"}, env=ros_env) as client:
-        client.open(URI, "x = repeat left\nturtle1 $ repeat forward\n")
-        client.save(URI)
-        listener.wait(moving)
-        client.request("workspace/executeCommand", {"command": "improv.play", "arguments": ["x"]})
-        assert client.wait_for_line("▶ x: ").endswith("▶ x: ghost ∞, endless at beat 60, simulator")
-        listener.wait(still)
-        client.save(URI)
-        client.wait_for_line("▶ turtle1 ∞")
-        listener.wait(moving)
-    assert {message["topic"] for message in listener.heard} == {"/turtle1/cmd_vel"}
+def test_a_dance_without_real_robots_plays_only_in_the_simulator(server: Server, robots: Listener) -> None:
+    program = "x = repeat left\nturtle1 $ repeat forward\n"
+    server.save(program)
+    robots.wait(moving)
+    server.client.request("workspace/executeCommand", {"command": "improv.play", "arguments": ["x"]})
+    assert server.client.wait_for_line("▶ x: ").endswith("▶ x: ghost ∞, endless at beat 60, simulator")
+    robots.wait(still)
+    server.save(program)
+    robots.wait(moving)
+    assert topics(robots.heard) == {"/turtle1/cmd_vel"}
 
 
-def test_a_wrong_save_lets_the_dance_go_on_and_hush_ends_it(listen: Listen, ros_env: dict[str, str]) -> None:
-    listener = listen("/turtle1/cmd_vel")
-    with Client(OPTIONS, env=ros_env) as client:
-        client.open(URI, "turtle1 $ repeat forward\n")
-        client.save(URI)
-        listener.wait(moving)
-        client.change(URI, 2, {"text": "turtle1 $ repeat (forward\n"})
-        client.save(URI)
-        client.wait_for_line("✗ line 1: close this bracket with `)`; the previous dance keeps playing")
-        told = time.monotonic()
-        assert listener.wait(lambda message: message["at"] > told)["x"] == 2
-        assert not any(still(message) for message in listener.heard)
-        client.request("workspace/executeCommand", {"command": "improv.hush"})
-        listener.wait(still)
+def test_a_robot_with_a_new_topic_is_stopped_on_the_old_one(server: Server, robots: Listener, tmp_path: Path) -> None:
+    uri = (tmp_path / "dance.improv").as_uri()
+    text = "bert $ repeat forward\n"
+    server.client.open(uri, text)
+    server.client.save(uri)
+    robots.wait(moving)
+    (tmp_path / "improv.toml").write_text('[robots.bert]\ntopic = "/other/cmd_vel"\n')
+    server.client.save(uri)
+    robots.wait(lambda message: still(message) and message["topic"] == "/bert/cmd_vel")
+    robots.wait(lambda message: moving(message) and message["topic"] == "/other/cmd_vel")
 
 
-def test_a_robot_that_nobody_hears_is_named(listen: Listen, ros_env: dict[str, str]) -> None:
-    listener = listen("/here/cmd_vel")
-    with Client(OPTIONS, env=ros_env) as client:
-        client.open(URI, "here $ repeat forward\ngone $ repeat left\n")
-        client.save(URI)
-        line = client.wait_for_line("nothing is listening on /gone/cmd_vel")
-        assert line.endswith("this machine only)")
-        listener.wait(moving)
-        # The node and its publishers are kept: the next save need not wait for anything.
-        client.change(URI, 2, {"text": "here $ repeat left\n"})
-        client.save(URI)
-        listener.wait(lambda message: message["yaw"] > 0)
+def test_a_robot_that_nobody_hears_is_named_and_the_others_play(server: Server, robots: Listener) -> None:
+    server.save("here $ repeat forward\ngone $ repeat left\n")
+    assert server.client.wait_for_line("nothing is listening on /gone/cmd_vel").endswith("this machine only)")
+    robots.wait(moving)

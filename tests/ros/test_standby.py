@@ -1,23 +1,28 @@
-"""A stage that can't stop its robots any more: its standby does."""
+"""A stage that can no longer stop its robots: its standby does, and another one takes the place of one that is lost.
+
+test_relief.py and test_standby.py in tests/stage ask when; here only the standby of a sink could stop anything.
+"""
 
 from __future__ import annotations
 
 import os
 import signal
-import time
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
 from tests.processes import descendants, wait_until_gone
-from tests.ros.conftest import LIMIT, Listen, Listener, Sink
-from tests.ros.dance import BY_STANDBY, Record, stands, still
+from tests.ros.conftest import LIMIT, Listen, Listener, Sink, Start, with_code, with_limits
+from tests.ros.dance import still
+
+pytestmark = pytest.mark.slow("starts processes to end them")
 
 TOPICS = ("/turtle1/cmd_vel", "/turtle2/cmd_vel")
 
 
 @pytest.fixture
-def sink(start: Callable[..., Sink]) -> Sink:
+def sink(start: Start) -> Sink:
     return start("standby")
 
 
@@ -26,25 +31,30 @@ def moving(listen: Listen, sink: Sink) -> Listener:
     turtles = listen(*TOPICS)
     sink("prepare", {"turtle1": TOPICS[0], "turtle2": TOPICS[1]})
     sink("wait")
-    sink("send", "turtle1", 1.0, 0.0, 0.0, 0.0)
-    turtles.wait(lambda message: message["x"] == 1.0)
+    moves(turtles, sink)
     return turtles
+
+
+def moves(turtles: Listener, sink: Sink, speed: float = 1.0) -> None:
+    sink("send", "turtle1", speed, 0.0, 0.0, 0.0)
+    turtles.wait(lambda message: message["x"] == speed)
 
 
 FAULTS: dict[str, Callable[[int], None]] = {
     "killed": lambda pid: os.kill(pid, signal.SIGKILL),
     "halted": lambda pid: os.kill(pid, signal.SIGSTOP),
-    "hung": lambda pid: None,  # between two calls the driver does nothing: nobody hears that it lives
+    "hung": lambda pid: None,
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_stage_that_fails(fault: str, listen: Listen, sink: Sink, record_property: Record) -> None:
+def test_a_stage_that_fails(fault: str, listen: Listen, start: Start) -> None:
+    limit = 3.0 if fault == "hung" else LIMIT
+    sink = start("standby", **with_limits(stage__messages__HANG_LIMIT=limit))
     turtles = moving(listen, sink)
     standby = descendants(sink.process.pid)
-    began = time.monotonic()
     FAULTS[fault](sink.process.pid)
-    stands(turtles, began, BY_STANDBY, record_property)
+    turtles.wait(still)
     wait_until_gone(standby, LIMIT)
     assert sink.process.wait(LIMIT) == -signal.SIGKILL
     turtles.close()
@@ -53,16 +63,30 @@ def test_a_stage_that_fails(fault: str, listen: Listen, sink: Sink, record_prope
     )
 
 
-def test_a_stage_that_has_stopped_its_robots(listen: Listen, sink: Sink) -> None:
+def test_a_stage_that_is_killed_before_its_robots_have_confirmed_that_they_stand(listen: Listen, sink: Sink) -> None:
     turtles = moving(listen, sink)
     sink("send", "turtle1", 0.0, 0.0, 0.0, 0.0)
     turtles.wait(still)
-    heard = len(turtles.heard)
     ours = descendants(sink.process.pid)
+    sink.process.kill()
+    turtles.wait(still)
+    wait_until_gone(ours, LIMIT)
+    turtles.close()
+    assert {message["topic"] for message in turtles.heard} == {TOPICS[0]}
+
+
+def test_a_stage_whose_robots_have_confirmed_that_they_stand(listen: Listen, sink: Sink) -> None:
+    turtles = moving(listen, sink)
+    sink("send", "turtle1", 0.0, 0.0, 0.0, 0.0)
+    sink("until_paid")
+    turtles.wait(still)
+    ours = descendants(sink.process.pid)
+    turtles.hear_all()
+    before = len(turtles.heard)
     sink.process.kill()
     wait_until_gone(ours, LIMIT)
     turtles.close()
-    assert len(turtles.heard) == heard
+    assert turtles.heard[before:] == []
 
 
 def test_a_stage_that_ends_while_a_robot_moves(listen: Listen, sink: Sink) -> None:
@@ -71,3 +95,69 @@ def test_a_stage_that_ends_while_a_robot_moves(listen: Listen, sink: Sink) -> No
     sink.close()
     turtles.wait(still)
     assert sink.process.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("number", "what"), [(signal.SIGKILL, "has ended"), (signal.SIGSTOP, "does not answer")], ids=["killed", "halted"]
+)
+def test_a_standby_that_is_lost_is_replaced_while_robots_move(
+    number: int, what: str, listen: Listen, start: Start
+) -> None:
+    """The dance goes on, the lost one is gone, and the new one stops the robots when the stage is killed."""
+    sink = start("standby", **with_limits(stage__relief__ANSWER_LIMIT=2.0))
+    turtles = moving(listen, sink)
+    (standby,) = before = descendants(sink.process.pid)
+    os.kill(standby, number)
+    line = f"the standby process {what}: another one starts"
+    assert sink("find", "warnings", line, line) == line
+    wait_until_gone(before, LIMIT)
+    sink("until_ready")
+    now = descendants(sink.process.pid)
+    assert standby not in now
+    moves(turtles, sink, 2.0)
+    assert not any(map(still, turtles.heard))
+    sink.process.kill()
+    turtles.wait(still)
+    wait_until_gone(now, LIMIT)
+
+
+NO_STANDBY = """\
+import subprocess
+begin = subprocess.Popen.__init__
+started = []
+
+def begin_once(self, command, *arguments, **named):
+    if any(str(word).endswith("standby.py") for word in command):
+        started.append(command)
+        if len(started) > 1:
+            raise OSError("no more processes")
+    begin(self, command, *arguments, **named)
+
+subprocess.Popen.__init__ = begin_once
+"""
+
+
+def test_robots_that_move_without_a_standby_for_too_long_are_stopped(listen: Listen, start: Start) -> None:
+    """The sink says so; in tests/stage, test_loop.py asks what the stage makes of that."""
+    sink = start("standby", **{**with_limits(stage__relief__READY_LIMIT=1.0), **with_code(NO_STANDBY)})
+    turtles = moving(listen, sink)
+    (standby,) = descendants(sink.process.pid)
+    os.kill(standby, signal.SIGKILL)
+    assert sink("alarm") == (
+        "no standby process was ready to stop the robots for 1 s, so all were stopped: "
+        "save to play again, or turn off `ros.standby`"
+    )
+    assert not any(map(still, turtles.heard))
+
+
+def test_two_stages_on_one_robot_name_each_other(listen: Listen, start: Start) -> None:
+    """And not each other's standby."""
+    turtle = {"turtle1": TOPICS[0]}
+    sinks: list[Any] = [start("standby"), start("standby")]
+    listen(TOPICS[0])
+    for sink in sinks:
+        sink("prepare", turtle)
+    for sink, other in (sinks, sinks[::-1]):
+        line = sink("find", "warnings", "turtle1", "other nodes")
+        assert line.startswith(f"other nodes also publish to {TOPICS[0]}: /improv_")
+        assert f"_{other.process.pid}; robots obey all of them" in line

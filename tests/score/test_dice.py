@@ -12,14 +12,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.score import movement as algebra
-from improv_core.score.dice import chance, choose, dice_of, seed, shuffle, throwing
+from improv_core.score import algebra
+from improv_core.score.algebra import hold, pace, repeat, series
+from improv_core.score.dice import chance, choose, seed, shuffle, throwing
 from improv_core.score.equality import same
-from improv_core.score.movement import ENDLESS, STILL, Movement, all_by, hold, pace, repeat, series
+from improv_core.score.movement import ENDLESS, STILL, Movement, all_by
 from improv_core.score.path import extent, pose_at
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.ramps import ease, ramp
 from improv_core.score.score_json import from_json, to_json
+from improv_core.score.throws import dice_of
 from improv_core.score.walk import Moment, walk
 from improv_core.text import Span
 from tests.score.test_movement import (
@@ -124,7 +126,7 @@ def test_throws_are_counted_as_the_table_says(movement: Movement) -> None:
 
 
 @given(finite_dances, st.fractions(1, 4, max_denominator=4))
-def test_what_is_retraced_returns_home(movement: Movement, number: Fraction) -> None:
+def test_retracing_leads_back_home(movement: Movement, number: Fraction) -> None:
     there = seed(movement, number)
     there_and_back = series([there, algebra.gain(algebra.reverse(there), BACK)])
     part = part_of(there_and_back)
@@ -167,7 +169,7 @@ def _joined(moments: Sequence[Moment]) -> list[tuple[Any, Any]]:
 
 
 @given(finite_dances, st.integers(0, 3), st.integers(0, 10**9))
-def test_what_a_robot_rests_before_does_not_change_its_throws(movement: Movement, rests: int, throw: int) -> None:
+def test_rests_before_a_movement_do_not_change_its_throws(movement: Movement, rests: int, throw: int) -> None:
     """So the robots of one line, and the voices of a canon, are in unison."""
     alone = throwing(movement, throw)
     canon = series([algebra.repeat(REST, rests), alone])
@@ -219,7 +221,7 @@ def _walked_end(movement: Movement) -> tuple[float, ...]:
         lambda: seed(F, Fraction(0)),
     ],
 )
-def test_what_can_not_be_made(make: Any) -> None:
+def test_impossible_movements_are_refused(make: Any) -> None:
     with pytest.raises(ValueError, match=r" "):
         make()
 
@@ -260,7 +262,7 @@ BEYOND_THE_DEFINITION = ("ramp", "ramps", "accumulate")
 
 
 @pytest.mark.parametrize("name", HUGE)
-def test_what_is_huge_is_performed_from_anywhere(name: str) -> None:
+def test_huge_movements_can_start_anywhere(name: str) -> None:
     """Each of these would take hours, or all memory, if it were expanded."""
     movement = HUGE[name]
     middle = 10**14 if movement.duration == ENDLESS else int(movement.duration // 3)
@@ -277,7 +279,7 @@ def test_what_is_huge_is_performed_from_anywhere(name: str) -> None:
     extent(movement)
 
 
-def test_where_too_many_throws_lead_is_not_told() -> None:
+def test_after_too_many_throws_the_pose_is_unknown() -> None:
     few, many = (repeat(series([F, choose([L, R])]), times) for times in (2_000, 200_000))
     assert pose_at(part_of(few), 4_000)
     assert extent(few)

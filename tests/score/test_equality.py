@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 
 from improv_core.program.analysis import analyze
-from improv_core.score import movement as algebra
+from improv_core.score import algebra
 from improv_core.score.dice import chance, choose, seed, shuffle, throwing
 from improv_core.score.equality import same
 from improv_core.score.movement import Movement

@@ -92,7 +92,7 @@ def test_without_it_the_same_unicycle_does_not() -> None:
 
 
 @pytest.mark.parametrize(("delay", "converges"), [(SAFE_DELAY, True), (2.2 * SAFE_DELAY, False)])
-def test_the_delay_that_is_allowed_is_half_of_what_makes_it_swing_for_ever(delay: float, *, converges: bool) -> None:
+def test_the_allowed_delay_is_half_of_what_makes_it_oscillate_forever(delay: float, *, converges: bool) -> None:
     step = 0.001
     errors = deque([1.0] * (round(delay / step) + 1), round(delay / step) + 1)
     for _ in range(round(30 / step)):

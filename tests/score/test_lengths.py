@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from improv_core.score.algebra import hold, pace, parallel, repeat, series
 from improv_core.score.lengths import lengths
-from improv_core.score.movement import ENDLESS, Duration, Movement, Velocity, hold, pace, parallel, repeat, series
-from improv_core.score.performance import Sensing, perform
+from improv_core.score.movement import ENDLESS, Duration, Movement, Velocity
+from improv_core.score.performance import SenseSpan, perform
 from improv_core.score.reactions import Condition, if_else, pause, until
 
 FORWARD = hold(Velocity(x=1))
@@ -62,14 +63,14 @@ movements = st.recursive(
 beats = st.fractions(0, 12, max_denominator=8)
 scripts = st.lists(
     st.tuples(st.sampled_from(["near", "bump"]), beats, beats).map(
-        lambda each: Sensing(each[0], None, each[1], each[1] + each[2])
+        lambda each: SenseSpan(each[0], None, each[1], each[1] + each[2])
     ),
     max_size=4,
 )
 
 
 @given(movements, scripts)
-def test_every_performance_lasts_so_long(movement: Movement, script: list[Sensing]) -> None:
+def test_every_performance_lasts_so_long(movement: Movement, script: list[SenseSpan]) -> None:
     found = lengths(movement)
     lasted: Duration = 0
     for _, moment in perform([{"robot": movement}], script):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.score.motion import STILL, Twist
+from improv_core.score.motion import STILL, Pose, Twist
 
 speeds = st.floats(-1e6, 1e6)
 twists = st.builds(Twist, speeds, speeds, speeds, speeds)
@@ -59,3 +59,11 @@ def test_a_balanced_twist_drives_both_wheels_equally_far() -> None:
     assert (right - left) / ((left + right) / 2) == pytest.approx(0.5 * 0.233 / 0.2)
     assert told.y == 0.1
     assert STILL.balanced(0.98, 0.233) == STILL
+
+
+@pytest.mark.parametrize(("x", "y", "ahead", "left"), [(1, 0, 2, 2), (0, 1, -2, 2), (1, 1, 0, 4)])
+def test_who_turns_left_by_a_quarter_drives_an_arc_whichever_way_it_looks(
+    x: float, y: float, ahead: float, left: float
+) -> None:
+    pose = Pose().after(Twist(x, y, yaw=math.pi / 2), 1)
+    assert (pose.x, pose.y, pose.heading) == pytest.approx((ahead / math.pi, left / math.pi, math.pi / 2))

@@ -14,12 +14,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.program.analysis import analyze
-from improv_core.score import movement as algebra
+from improv_core.score import algebra
 from improv_core.score.dice import Chance, Choose, Seed, Shuffle, Throwing, chance, choose, seed, shuffle
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, SAME, STILL, Exact, Movement, Velocity, all_by
 from improv_core.score.profiles import TURTLESIM
-from improv_core.score.ramps import Ramp, ease, ramp
+from improv_core.score.ramps import Ramp, Stepped, ease, ramp
 from improv_core.score.score import Part, Score
 from improv_core.score.walk import walk
 
@@ -60,7 +60,7 @@ def velocity_at(movement: Movement, beat: Fraction, stream: str = "0", throw: in
         return within(movement.body, Fraction(movement.duration) - beat - Fraction(1, 10**9))
     if isinstance(movement, algebra.Use):
         return within(movement.body, beat)
-    if isinstance(movement, Ramp):
+    if isinstance(movement, Stepped):
         played = Fraction(0)
         for lasts, rate in steps_of(movement):
             if beat < lasts:
@@ -103,7 +103,7 @@ def thrown(stream: str, key: str) -> int:
 
 
 def has_dice(movement: Movement) -> bool:
-    return isinstance(movement, (Choose, Shuffle, Chance, Seed)) or any(map(has_dice, algebra.parts(movement)))
+    return isinstance(movement, (Choose, Shuffle, Chance, Seed)) or any(map(has_dice, movement.parts))
 
 
 def throws(movement: Movement) -> int:
@@ -115,14 +115,14 @@ def throws(movement: Movement) -> int:
     if isinstance(movement, algebra.Parallel) or (isinstance(movement, algebra.Repeat) and movement.times is None):
         return 1
     times = (movement.times or 0) if isinstance(movement, algebra.Repeat) else 1
-    return times * sum(map(throws, algebra.parts(movement)))
+    return times * sum(map(throws, movement.parts))
 
 
-def steps_of(movement: Ramp) -> Iterator[tuple[Fraction, Fraction]]:
+def steps_of(movement: Stepped) -> Iterator[tuple[Fraction, Fraction]]:
     """The steps of `ramp a b m` and `ease m`, with their rates."""
     body = Fraction(movement.body.duration)
-    if movement.rates:
-        start, end = movement.rates
+    if isinstance(movement, Ramp):
+        start, end = movement.start, movement.end
         lasts = 2 * body / (start + end)
         steps = max(1, math.ceil(8 * lasts))
         for step in range(steps):

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from improv_core.score.movement import ENDLESS, Exact, Movement, Velocity, all_by, hold, pace, parallel, repeat, series
-from improv_core.score.performance import Sensing, perform
+from improv_core.score.algebra import hold, pace, parallel, repeat, series
+from improv_core.score.movement import ENDLESS, Exact, Movement, Velocity, all_by
+from improv_core.score.performance import SenseSpan, perform
 from improv_core.score.performer import Decision, Performer
 from improv_core.score.reactions import Condition, if_else, pause, until
 from improv_core.score.walk import Moment, walk
@@ -24,15 +25,15 @@ SHORT = 12
 """Beats of an endless performance that are looked at."""
 
 
-def near(start: str, end: str | float = ENDLESS) -> Sensing:
-    return Sensing("near", None, Fraction(start), Fraction(end) if isinstance(end, str) else end)
+def near(start: str, end: str | float = ENDLESS) -> SenseSpan:
+    return SenseSpan("near", None, Fraction(start), Fraction(end) if isinstance(end, str) else end)
 
 
-def bump(start: str, end: str | float = ENDLESS) -> Sensing:
+def bump(start: str, end: str | float = ENDLESS) -> SenseSpan:
     return near(start, end)._replace(sense="bump")
 
 
-def performed(movement: Movement, *script: Sensing) -> str:
+def performed(movement: Movement, *script: SenseSpan) -> str:
     """What is done, and up to which beat: `forward 2.3, rest 3`."""
     words = {FORWARD.uniform: "forward", LEFT.uniform: "left", REST.uniform: "rest"}
     parts: list[tuple[str, float]] = []
@@ -60,17 +61,19 @@ ROAMER = repeat(series([until(repeat(FORWARD), NEAR), LEFT]))
         (series([repeat(if_else(NOTHING, LEFT, NEAR), 5), FORWARD]), [near("1.5")], "left 2, forward 3"),
         (repeat(if_else(NOTHING, NOTHING, NEAR)), [], "rest 12"),
         (parallel([if_else(NOTHING, LEFT, NEAR), FORWARD]), [near("0")], "forward 1"),
+        (series([parallel([until(repeat(FORWARD), NEAR), repeat(REST, 4)]), LEFT]), [near("1.3")],
+         "forward 1.3, rest 2, left 3"),
         (ROAMER, [near("1.5", "2.5"), near("11", "11.6")], "forward 1.5, rest 2, left 3, forward 11, rest 12"),
         (until(series([FORWARD, if_else(NOTHING, LEFT, NEAR)]), BUMP), [near("0"), bump("1")], "forward 1, rest 2"),
         (until(until(FORWARD, NEAR), BUMP), [bump("1")], "forward 1"),
     ],
 )  # fmt: skip
-def test_what_is_performed(movement: Movement, script: Sequence[Sensing], expected: str) -> None:
+def test_what_is_performed(movement: Movement, script: Sequence[SenseSpan], expected: str) -> None:
     assert performed(movement, *script) == expected
 
 
 @given(finite_movements | finite_dances, st.fractions(Fraction(1, 4), 2, max_denominator=4))
-def test_what_senses_nothing_is_walked(movement: Movement, rate: Fraction) -> None:
+def test_open_movements_without_edges_play_like_closed_ones(movement: Movement, rate: Fraction) -> None:
     """Also within words of senses, and at another pace."""
     open_movement = pace(until(pause(movement, NEAR), BUMP), rate)
     moments = [moment for _, moment in perform([{"robot": open_movement}], [])]
@@ -93,7 +96,7 @@ def test_looking_more_often_changes_nothing(beats: list[Fraction]) -> None:
     assert performed(ROAMER, sensing, *often) == performed(ROAMER, sensing)
 
 
-def test_what_was_decided() -> None:
+def test_decisions_are_told() -> None:
     performer = Performer(series([until(repeat(FORWARD), NEAR), if_else(LEFT, REST, NEAR)]))
     sensed: Callable[[str], bool] = lambda sense: False  # noqa: E731
     assert performer.settle(sensed) == []

@@ -7,7 +7,8 @@ from improv_core.program.compiler import score_of
 from improv_core.score.primitives import PRIMITIVES
 from improv_core.score.walk import walk
 from improv_core.stage.viewer.lookahead import about
-from improv_core.syntax.vocabulary import Kind, of_kind
+from improv_core.syntax.vocabulary import of_kind
+from improv_core.syntax.words import Kind
 
 
 def test_every_primitive_of_the_language_moves_as_the_table_says() -> None:

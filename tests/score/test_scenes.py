@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from improv_core.program.analysis import analyze
-from improv_core.score import movement as algebra
+from improv_core.score import algebra
 from improv_core.score.equality import same
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, STILL, Exact, Movement

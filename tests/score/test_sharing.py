@@ -10,8 +10,9 @@ import pytest
 from improv_core.playback.editions import MOST_SENT, Editions
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import score_of
+from improv_core.score import score_json
 from improv_core.score.score import Score
-from improv_core.score.score_json import MOST_KNOWN, LackingError, Read, Written, from_json, to_json
+from improv_core.score.score_json import LackingError, RowsRead, RowsWritten, from_json, to_json
 from improv_core.score.walk import walk
 
 PROGRAM = (
@@ -23,7 +24,7 @@ class Line:
     """A writer and a reader, with JSON in between."""
 
     def __init__(self) -> None:
-        self.editions, self.writer, self.reader, self.generation = Editions(), Written(), Read(), 0
+        self.editions, self.writer, self.reader, self.generation = Editions(), RowsWritten(), RowsRead(), 0
 
     def write(self, analysis: Analysis) -> dict[str, Any]:
         self.generation += 1
@@ -67,14 +68,14 @@ def test_words_that_have_moved_are_written_though_the_part_stays_the_same() -> N
     assert second.parts["bert"].editions == first.parts["bert"].editions
 
 
-def test_a_reader_that_has_missed_a_score_says_so_and_a_whole_one_helps() -> None:
+def test_a_reader_that_missed_a_score_asks_for_a_whole_one() -> None:
     line, analysis = Line(), analyze(PROGRAM)
     line.read(line.write(analysis))
     line.write(edited(analysis, "x4 x5", "x4 left x5"))  # lost
     analysis = edited(analysis, "x4 x5", "x4 right x5")
     with pytest.raises(LackingError):
         line.read(line.write(analysis))
-    line.writer = Written()
+    line.writer = RowsWritten()
     check(line.read(line.write(analysis)), analysis)
 
 
@@ -82,10 +83,10 @@ def test_a_part_that_nobody_has_sent_is_lacking() -> None:
     data = Line().write(analyze(PROGRAM))
     data["parts"]["anna"] = None
     with pytest.raises(LackingError):
-        from_json(data, Read())
+        from_json(data, RowsRead())
 
 
-def test_after_a_score_that_can_not_be_read_the_next_one_has_to_be_whole() -> None:
+def test_after_an_unreadable_score_the_next_one_has_to_be_whole() -> None:
     """Its writer counts on it: what it calls the same as before must not be what was before that."""
     line, first = Line(), analyze(PROGRAM)
     second = edited(first, "x4 x5", "x4 left x5")
@@ -97,17 +98,18 @@ def test_after_a_score_that_can_not_be_read_the_next_one_has_to_be_whole() -> No
         line.read({**back, "tempo": "0"})
     with pytest.raises(LackingError):
         line.read(line.write(edited(first, "x4 x5", "x4 x5 # again")))
-    line.writer = Written()
+    line.writer = RowsWritten()
     check(line.read(line.write(first)), first)
 
 
-def test_the_movements_that_are_kept_do_not_grow_for_ever() -> None:
+def test_the_movements_that_are_kept_do_not_grow_forever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(score_json, "MOST_KNOWN", most := 500)
     line = Line()
     for turn in range(2, 20):
         line.writer = line.writer.renewed()
-        analysis = analyze("".join(f"x{name} = forward left {turn}\nr $ x{name}\n" for name in range(300)))
+        analysis = analyze("".join(f"x{name} = forward left {turn}\nr $ x{name}\n" for name in range(20)))
         check(line.read(line.write(analysis)), analysis)
-    assert len(line.reader.movements) < 2 * MOST_KNOWN
+    assert len(line.reader.movements) < 2 * most
 
 
 SAME = [

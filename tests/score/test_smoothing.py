@@ -73,7 +73,7 @@ def test_what_is_smoothed(program: str, written: str) -> None:
     check(program, written)
 
 
-def test_what_would_be_too_fast_is_left() -> None:
+def test_movements_that_would_become_too_fast_are_not_smoothed() -> None:
     """A name of several stretches that is too fast somewhere is left everywhere."""
 
     def fits(velocity: Velocity) -> bool:

@@ -19,8 +19,8 @@ from improv_core.services.calibration import (
     PRECISION,
     QUARTERS,
     Goal,
+    MeasuredSettings,
     Round,
-    Settings,
     Straight,
     are_whole,
     calibrate,
@@ -36,17 +36,18 @@ from improv_core.services.calibration import (
     turning_dance,
     with_settings,
 )
-from improv_core.stage.protocol import MeasuredRobot, to_pose_json
+from improv_core.stage.fields import to_pose_json
+from improv_core.stage.messages import MeasuredRobot
 from improv_core.stage.sinks.dynamics import Wheels
 
 GOAL = Goal(10, 0.2, math.pi / 2)
 SEPARATION = TURTLEBOT4.wheel_separation
-NOMINAL = Settings(0.2, math.pi / 2, 1.0)
+NOMINAL = MeasuredSettings(0.2, math.pi / 2, 1.0)
 START = Pose(3.0, -2.0, heading=2.5)
 wheels = st.floats(0.9, 1.1)
 
 
-def driven(told: Settings, left: float, right: float) -> tuple[Pose, Pose]:
+def driven(told: MeasuredSettings, left: float, right: float) -> tuple[Pose, Pose]:
     """Where each dance takes a base from `START` whose wheels roll so far for each meter."""
     base = Wheels(left, right, SEPARATION, 0.0, "")
     dances = (Twist(x=told.commanded_step), GOAL.steps), (Twist(yaw=told.commanded_quarter_turn), QUARTERS)
@@ -56,7 +57,7 @@ def driven(told: Settings, left: float, right: float) -> tuple[Pose, Pose]:
     return straight, turning
 
 
-def measured(told: Settings, left: float, right: float) -> Round:
+def measured(told: MeasuredSettings, left: float, right: float) -> Round:
     straight, turning = driven(told, left, right)
     return Round(straight_by_poses(START, straight), turn_by_poses(START, turning, GOAL))
 
@@ -66,7 +67,7 @@ def measured(told: Settings, left: float, right: float) -> Round:
 def test_a_base_without_noise_is_calibrated_after_two_passes(
     left: float, right: float, step: float, turn: float, left_right: float
 ) -> None:
-    told = Settings(0.2 * step, math.pi / 2 * turn, left_right)
+    told = MeasuredSettings(0.2 * step, math.pi / 2 * turn, left_right)
     for _ in range(2):  # the wheels' mean also depends a little on left_right
         told = calibrate(told, GOAL, [measured(told, left, right)], SEPARATION).settings
     after = measured(told, left, right)
@@ -182,7 +183,7 @@ def test_every_built_in_profile_can_dance_both(name: str) -> None:
 
 
 def test_a_profile_keeps_its_settings() -> None:
-    settings = Settings(0.2105, 1.65, 1.02)
+    settings = MeasuredSettings(0.2105, 1.65, 1.02)
     calibrated = with_settings(TURTLEBOT4, settings)
     assert settings_of(TURTLEBOT4) == NOMINAL
     assert astuple(settings_of(calibrated)) == pytest.approx(astuple(settings))

@@ -7,7 +7,7 @@ from improv_core.program.analysis import analyze
 from improv_core.robots.config import read_robots
 from improv_core.services.page_editor import MOST_PROBLEMS, PageEditor
 from improv_core.services.program_file import TEMPLATE
-from improv_core.stage.protocol import Analyzed
+from improv_core.stage.editing import Analyzed
 
 PAGE, OTHER = 1, 2
 
@@ -34,8 +34,25 @@ def test_words_have_the_colors_that_editors_give_them() -> None:
 def test_a_problem_has_its_place_its_message_and_its_fixes() -> None:
     (problem,) = ask(PageEditor(read_robots("")), "r $ left\ns $ forwrd\n")["problems"]
     assert (problem["start"], problem["end"], problem["line"], problem["severity"]) == (13, 19, 2, "error")
-    assert problem["fixes"] == [{"title": "Change to forward", "edits": [{"start": 13, "end": 19, "text": "forward"}]}]
-    assert len(ask(PageEditor(read_robots("")), "r $ x\n" * 200)["problems"]) == MOST_PROBLEMS
+    edits = [{"start": 13, "end": 19, "text": "forward"}]
+    (fix,) = problem["fixes"]
+    assert fix == {"title": "Change to forward", "kind": "unknown-name: Change to forward", "edits": edits}
+
+
+def test_of_many_problems_the_first_are_listed_and_all_are_counted() -> None:
+    answer = ask(PageEditor(read_robots("")), "r $ x\n" * 200)
+    assert (len(answer["problems"]), answer["count"]) == (MOST_PROBLEMS, 200)
+
+
+def test_fixes_that_may_be_made_together_are_of_one_kind() -> None:
+    program = "unused = left\nidle = left\nr $ forwrd forwrd lef near\n"
+    problems = ask(PageEditor(read_robots("")), program)["problems"]
+    kinds = {fix["title"]: fix["kind"] for each in problems for fix in each["fixes"]}
+    assert kinds["Change to forward"] == "unknown-name: Change to forward"
+    assert kinds["Change to left"] != kinds["Change to forward"]
+    assert kinds["Define near as rest above"] == ""  # once defined, it needs no second definition
+    removals = [fix["kind"] for each in problems for fix in each["fixes"] if fix["title"].startswith("Remove")]
+    assert removals == ["unused-name", "unused-name"]
 
 
 def test_problems_of_the_robots_file_are_listed_until_it_is_right() -> None:

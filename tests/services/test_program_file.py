@@ -9,7 +9,7 @@ import pytest
 
 from improv_core.program.files import ReadError
 from improv_core.services.program_file import TEMPLATE, Version, WriteError, create, read_version, write_text
-from improv_core.stage.protocol import LONGEST_TEXT
+from improv_core.stage.fields import LONGEST_TEXT
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from improv_core.services.study import HEADINGS, Distances, Noted, append, cells, read, rows, total
-from improv_core.stage.protocol import Sent
+from improv_core.stage.messages import Sent
 
 MILLISECOND = 1_000_000
 

@@ -1,4 +1,4 @@
-"""A save with `continue` edits what plays: what the player sends, by a clock that the tests turn."""
+"""A save with `continue` edits what plays: what the player sends, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from improv_core.playback.editions import Editions
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Safety, Score
 from improv_core.stage.listeners import LOOK_AT
-from improv_core.stage.protocol import Entry, TransportMessage, When
+from improv_core.stage.messages import Takeover, TransportMessage, When
 from improv_core.stage.setpoints import LAST_ZEROS
-from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks import Edge, StopButton
 from tests.stage.test_player import DEADMAN, QUARTER, STOP, Memory, Stage, score
 
 ANNA = "anna $ repeat (forward [left right])\n"
@@ -55,7 +55,7 @@ class Continuing(Stage):
         if isinstance(message, dict) and message["type"] == "transport":
             self.editions.plays(message["generation"])
 
-    def save(self, program: str | Score, when: When = "beat", entry: Entry | None = None) -> Score:
+    def save(self, program: str | Score, when: When = "beat", entry: Takeover | None = None) -> Score:
         """Load a program as the parent would. The score that was sent."""
         self.generation += 1
         sent = self.editions.number(score(program) if isinstance(program, str) else program, self.generation)
@@ -71,7 +71,7 @@ class Continuing(Stage):
 
 
 def check_untouched(robot: str, program: str, disturb: Callable[[Continuing], None], seconds: float = 20.0) -> None:
-    """Whatever happens to the others, a robot gets the very commands it gets if nothing happens, at the same times."""
+    """No matter what happens to the others, a robot gets the same commands at the same times as if nothing happened."""
     alone, disturbed = Continuing(), Continuing()
     alone.save(program, "restart")
     alone.run(seconds)
@@ -122,7 +122,7 @@ def test_an_edited_part_begins_at_its_own_beat_0_while_the_beat_goes_on_counting
 
 
 @pytest.mark.parametrize(("when", "beat"), [("now", 5.5), ("beat", 6), ("bar", 8), ("end", 12)])
-def test_changes_take_effect_when_they_are_to(when: When, beat: float) -> None:
+def test_changes_take_effect_when_they_should(when: When, beat: float) -> None:
     stage = Continuing()
     stage.save("bert $ repeat 12 forward\n", "restart")
     stage.run(5.5)
@@ -132,7 +132,7 @@ def test_changes_take_effect_when_they_are_to(when: When, beat: float) -> None:
     assert stage.transport["beats"] == beat + 12
 
 
-def test_a_bar_has_as_many_beats_as_asked_for() -> None:
+def test_a_bar_has_the_requested_number_of_beats() -> None:
     stage = Continuing()
     stage.save(BERT, "restart")
     stage.run(1.5)
@@ -141,7 +141,7 @@ def test_a_bar_has_as_many_beats_as_asked_for() -> None:
     assert stage.transport["begins"] == {"bert": 3}
 
 
-def test_a_new_tempo_keeps_everybodys_beat() -> None:
+def test_a_new_tempo_keeps_everyones_beat() -> None:
     stage = Continuing()
     stage.save("beat 60\nanna $ repeat (forward left)\n", "restart")
     stage.run(2.5)
@@ -164,7 +164,7 @@ def test_a_robot_that_is_gone_stops_and_a_new_one_begins() -> None:
     check_untouched("anna", ANNA + BERT, disturb)
 
 
-def test_what_changes_only_its_place_in_the_text_plays_on() -> None:
+def test_a_part_that_only_moves_in_the_text_plays_on() -> None:
     def disturb(stage: Continuing) -> None:
         stage.run(2.5)
         stage.save(f"# a comment\n\nx = [left   right]\nanna $ repeat (forward   x) # more\n{EDITED}")
@@ -211,7 +211,7 @@ def test_another_profile_begins_the_part_again() -> None:
     assert changes(stage, "bert", 2.5) == [(3, 0.5, 0), (4, 0, QUARTER)]
 
 
-def test_a_robot_that_is_removed_and_back_within_a_beat_has_never_been_away() -> None:
+def test_a_robot_removed_and_restored_within_a_beat_was_never_away() -> None:
     def disturb(stage: Continuing) -> None:
         stage.run(2.1)
         stage.save(ANNA)
@@ -221,7 +221,7 @@ def test_a_robot_that_is_removed_and_back_within_a_beat_has_never_been_away() ->
     check_untouched("bert", ANNA + BERT, disturb)
 
 
-def test_a_robot_that_is_back_while_it_is_being_stopped_moves_again() -> None:
+def test_a_robot_that_returns_while_it_is_being_stopped_moves_again() -> None:
     stage = Continuing()
     stage.save(ANNA + BERT, "restart")
     stage.run(2.5)
@@ -318,7 +318,7 @@ def test_everything_begins_again_at_the_end() -> None:
     assert (stage.transport["beat"], stage.transport["beats"]) == (3, 3)
 
 
-def test_a_part_that_has_ended_is_not_touched_while_others_play() -> None:
+def test_a_part_that_has_ended_is_left_alone_while_others_play() -> None:
     def disturb(stage: Continuing) -> None:
         stage.run(2.5)
         stage.save("anna $ forward\nbert $ right\n")
@@ -338,7 +338,7 @@ def test_a_save_shortly_before_the_end_begins_everything_again_at_the_next_beat(
     assert stage.transport["begins"] == {"anna": 2}
 
 
-def test_a_muted_robot_that_plays_on_hears_nothing_of_a_save() -> None:
+def test_a_muted_robot_that_plays_on_is_unaffected_by_a_save() -> None:
     stage = Continuing()
     stage.save(ANNA + BERT, "restart")
     stage.run(2.25)
@@ -403,7 +403,7 @@ class Pair:
         self.sent[self.leader.generation] = sent
 
     def run(self, seconds: float) -> None:
-        """In small steps, so that the twin hears soon of what the leading stage did."""
+        """In small steps, so that the twin soon hears what the leading stage did."""
         end = self.leader.now + seconds
         while self.leader.now < end:
             self.leader.run(0.01)
@@ -411,14 +411,14 @@ class Pair:
             told = self.leader.transports[-1]
             if told["state"] == "playing" and told["generation"] == max(self.sent) > self.known:
                 self.known = told["generation"]
-                entry: Entry = {"beat": told["beat"], "monotonic": told["monotonic"]}
+                entry: Takeover = {"beat": told["beat"], "monotonic": told["monotonic"]}
                 entry["begins"] = told.get("begins", {})
                 when: When = "restart" if told["restarted"] == self.known else "now"
                 self.twin.player.load(self.sent[self.known], self.known, when, self.twin.now, entry)
 
 
 @pytest.mark.parametrize("late", [0.0, 0.005, 0.3])
-def test_the_twin_follows_the_stage_that_leads(late: float) -> None:
+def test_the_twin_follows_the_leading_stage(late: float) -> None:
     pair, dice = Pair(late), random.Random(1)
     pair.save(ANNA + BERT, "restart")
     for turn in range(60):
@@ -464,7 +464,7 @@ def test_the_twin_restarts_when_a_deadman_button_lets_the_leader_begin() -> None
 
 
 @pytest.mark.parametrize("when", ["restart", "now"])
-def test_a_robot_under_another_name_is_not_told_to_stop_in_between(when: When) -> None:
+def test_a_renamed_robot_is_not_stopped_in_between(when: When) -> None:
     def on_one_topic(program: str) -> Score:
         made = score(program)
         return replace(made, parts={name: replace(part, topic="/cmd_vel") for name, part in made.parts.items()})
@@ -482,7 +482,7 @@ def test_a_robot_under_another_name_is_not_told_to_stop_in_between(when: When) -
 
 
 def test_robots_that_enter_later_are_met_at_once() -> None:
-    """Their listeners are found before their first command, and nobody waits at the beat until that is done."""
+    """Their listeners are found before their first command, and nobody waits for that at the beat."""
     stage = Continuing()
     stage.save(ANNA, "restart")
     stage.run(2.5)
@@ -493,7 +493,7 @@ def test_robots_that_enter_later_are_met_at_once() -> None:
     assert stage.sink.prepared == [True, False]
 
 
-def test_who_left_gets_all_zeros_even_if_the_dance_restarts_at_once() -> None:
+def test_a_robot_that_left_gets_all_its_zeros_even_if_the_dance_restarts_at_once() -> None:
     stage = Continuing()
     stage.save(ANNA + BERT, "restart")
     stage.run(2.5)
@@ -545,7 +545,7 @@ def test_a_save_does_not_forget_that_a_robot_has_gone_away() -> None:
 
 
 @pytest.mark.parametrize("asked", ["save", "seek"])
-def test_a_robot_that_goes_away_is_noticed_however_often_somebody_saves_or_seeks(asked: str) -> None:
+def test_a_robot_that_goes_away_is_noticed_despite_saves_and_seeks(asked: str) -> None:
     robots = [f"r{number}" for number in range(LOOK_AT * 3)]
     crowd = "".join(f"{robot} $ repeat (forward left)\n" for robot in robots)
     stage = Continuing()
@@ -562,7 +562,7 @@ def test_a_robot_that_goes_away_is_noticed_however_often_somebody_saves_or_seeks
     assert (stage.transport["state"], stage.transport.get("waits_for")) == ("paused", [robots[-1]])
 
 
-def test_what_has_been_told_is_not_told_again_with_every_save() -> None:
+def test_reports_are_not_repeated_at_every_save() -> None:
     stage = Continuing()
     stage.sink.deaf = {"bert": "nothing is listening on /bert/cmd_vel"}
     stage.save(ANNA + BERT, "restart")
@@ -582,7 +582,7 @@ def test_a_save_while_an_emergency_stop_is_on_is_refused() -> None:
     stage.sink.real = True
     stage.save(guarded(ANNA, Safety(stop=STOP)), "restart")
     stage.run(1)
-    stage.player.sense(Edge(STOP, True, stage.now), stage.now)
+    stage.player.sense(Edge(StopButton(STOP), True, stage.now), stage.now)
     stage.save(guarded(ANNA + EDITED, Safety(stop=STOP)))
     stage.run(1)
     assert (stage.transport["state"], stage.transport["generation"]) == ("stopped", 1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
 
 from improv_core.stage.discovery import LOCALHOST_ONLY, PEERS, RANGE, REACH, advice, described, limited, unsourced
@@ -14,7 +16,7 @@ RELEASES = ("foxy", "humble", "iron", "jazzy", "kilted", "rolling")
     ("release", "given", "only", "reach"),
     [
         ("humble", None, None, HERE),
-        ("humble", None, "0", HERE),  # sourcing Humble sets 0; nobody has asked for it
+        ("humble", None, "0", HERE),  # sourcing Humble sets 0, though nobody asked for it
         ("humble", None, "1", HERE),
         ("humble", "", "0", HERE),
         ("humble", "SUBNET", None, SUBNET),
@@ -42,7 +44,7 @@ def test_what_a_stage_reaches(release: str | None, given: str | None, only: str 
     assert described(limited(environment(release, given, only))) == f"domain 0, {reach}"
 
 
-def test_a_setting_counts_only_where_the_environment_says_nothing() -> None:
+def test_a_setting_counts_only_if_the_environment_says_nothing() -> None:
     assert limited({}, "SUBNET")[RANGE] == "SUBNET"
     assert limited({RANGE: "OFF"}, "SUBNET")[RANGE] == "OFF"
 
@@ -68,16 +70,11 @@ def test_peers_on_other_machines_are_named_where_they_count(env: dict[str, str],
     assert described(limited({**env, PEERS: "lab.local", "ROS_DOMAIN_ID": "7"})) == expected
 
 
-@pytest.mark.parametrize("release", RELEASES)
-@pytest.mark.parametrize("given", [None, *REACH])
-@pytest.mark.parametrize("only", [None, "0", "1"])
-@pytest.mark.parametrize("wanted", ["LOCALHOST", "SUBNET"])
-def test_following_the_advice_has_the_promised_effect(
-    release: str, given: str | None, only: str | None, wanted: str
-) -> None:
-    env = environment(release, given, only)
-    changes = dict(change.split("=") for change in advice(env, wanted).split(" and "))
-    assert described(limited({**env, **changes})) == f"domain 0, {REACH[wanted]}"
+def test_following_the_advice_has_the_promised_effect() -> None:
+    for release, given, only, wanted in product(RELEASES, [None, *REACH], [None, "0", "1"], ["LOCALHOST", "SUBNET"]):
+        env = environment(release, given, only)
+        changes = dict(change.split("=") for change in advice(env, wanted).split(" and "))
+        assert described(limited({**env, **changes})) == f"domain 0, {REACH[wanted]}", (env, wanted)
 
 
 def test_sourcing_does_not_widen_the_reach() -> None:

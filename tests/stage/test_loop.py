@@ -1,4 +1,4 @@
-"""What a stage does with what arrives, by a clock that the tests turn."""
+"""What a stage does with what arrives, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 import math
 import queue
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -15,21 +15,15 @@ import pytest
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.profiles import TURTLEBOT4
 from improv_core.score.score import Deadman, Safety, Score
-from improv_core.score.score_json import Read, to_json
-from improv_core.score.senses import Key
-from improv_core.stage.loop import Arrival, End, Opened, Play, Reading, run
+from improv_core.score.score_json import RowsRead, to_json
+from improv_core.score.senses import Key, RobotSense
+from improv_core.stage.arrivals import Arrival, End, First, Play
+from improv_core.stage.commands import Held, KeySense, Released, Speed
+from improv_core.stage.loop import Opened, run
+from improv_core.stage.messages import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT, FromStage, Load, Ping, When
+from improv_core.stage.parent import Parent
 from improv_core.stage.pipes import arrival
-from improv_core.stage.protocol import (
-    DEADMAN_LIMIT,
-    LOADING_LIMIT,
-    SILENCE_LIMIT,
-    FromStage,
-    Held,
-    KeySense,
-    Load,
-    Ping,
-    Released,
-)
+from improv_core.stage.sinks import Alarm, Edge, RawPoses
 from tests.stage.test_player import Memory, score
 
 START = 1000.0
@@ -43,12 +37,35 @@ def load(program: str) -> Play:
     return Play(message, score(program))
 
 
-class Turned:
-    """A clock, and the inbox of a stage that turns it: everything arrives at its time, in seconds from the start."""
+@dataclass(frozen=True)
+class FromRos:
+    """What arrives, but not through the stage's own input."""
 
-    def __init__(self, arrivals: Sequence[tuple[float, Arrival]]) -> None:
+    arrival: Arrival
+
+
+class Reading:
+    """A long line has arrived, and is being read."""
+
+
+Event = Arrival | FromRos | Reading
+
+
+class Turned:
+    """A clock, and the inbox of a stage that turns it: everything arrives at its time, in seconds from the start.
+
+    From `sleeps_at` on, the machine has slept for half a minute.
+    """
+
+    def __init__(self, arrivals: Sequence[tuple[float, Event]], sleeps_at: float = math.inf) -> None:
         self._arrivals = list(arrivals)
         self._now = START
+        self._sleeps_at = START + sleeps_at
+        self._has_channel = any(isinstance(each, First) for _, each in arrivals)
+        self.parent = Parent()
+
+    def asleep(self) -> float:
+        return 1030.0 if self._now >= self._sleeps_at else 1000.0
 
     def now(self) -> float:
         return self._now
@@ -66,15 +83,43 @@ class Turned:
         if START + at > end:
             raise queue.Empty
         del self._arrivals[0]
+        if isinstance(next_one, FromRos):
+            return next_one.arrival
+        if isinstance(next_one, Reading):
+            self.parent.reading(self._now)
+            return self.get(timeout=None if timeout is None else end - self._now)
+        if isinstance(next_one, First):
+            self.parent.speaks(self._now, pings=next_one.message == PING)
+        elif not self._has_channel:
+            self.parent.speaks(self._now, pings=next_one == PING)
         return next_one
 
 
-def perform(sink: Memory, *arrivals: tuple[float, Arrival]) -> list[FromStage]:
-    """What a stage with real robots says until the last of the arrivals has ended it."""
-    sink.real = True
+class Slow(Memory):
+    """It needs two seconds to prepare a score, and then a moment until beat 0."""
+
+    def prepare(self, score: Score, restart: bool) -> None:
+        super().prepare(score, restart)
+        self.resets = True
+        self.turned.wait_until(self.turned.now() + 2)
+
+    def resetting(self) -> bool:
+        resets, self.resets = self.resets, False
+        return resets
+
+    turned: Turned
+
+
+def perform(
+    sink: Memory, *arrivals: tuple[float, Event], real: bool = True, sleeps_at: float = math.inf
+) -> list[FromStage]:
+    """What a stage says until the last of the arrivals has ended it."""
+    sink.real = real
     told: list[FromStage] = []
-    turned = Turned(arrivals)
-    run(Opened(sink, told.append), turned, turned)
+    turned = Turned(arrivals, sleeps_at)
+    if isinstance(sink, Slow):
+        sink.turned = turned
+    run(Opened(sink, told.append), turned, turned, turned.parent)
     return told
 
 
@@ -86,7 +131,7 @@ def zeros(sink: Memory, robot: str) -> list[float]:
     return [round(at, 9) for name, at, twist in sink.sent if name == robot and twist == STILL]
 
 
-def test_who_ends_while_listeners_are_waited_for_never_begins() -> None:
+def test_a_stage_that_ends_while_waiting_for_listeners_never_begins() -> None:
     sink = Memory()
     sink.deaf = {"r": "nothing is listening"}
     told = perform(sink, (0, load("r $ forward\n")), (0.1, End()))
@@ -101,7 +146,7 @@ def test_every_robot_gets_its_last_three_zeros_at_the_end() -> None:
 
 
 @pytest.mark.parametrize("broken", ["a", "r", "z"])
-def test_every_other_robot_gets_its_last_zeros_where_one_can_not_be_told(broken: str) -> None:
+def test_all_others_get_their_last_zeros_if_one_robot_cannot_be_reached(broken: str) -> None:
     sink = Memory()
     sink.breaks_at = (0.503, broken)
     told = perform(sink, (0, load("a r z $ repeat forward\n")), (9, End()))
@@ -110,7 +155,7 @@ def test_every_other_robot_gets_its_last_zeros_where_one_can_not_be_told(broken:
     assert told[-1] == {"type": "stopped", "message": f"{broken} has no publisher any more"}
 
 
-def test_real_robots_stop_where_the_parent_no_longer_pings() -> None:
+def test_real_robots_stop_when_the_parent_no_longer_pings() -> None:
     sink = Memory()
     told = perform(sink, (0, PING), (0, load("r $ repeat forward\n")), (9, End()))
     assert errors(told) == [
@@ -119,15 +164,97 @@ def test_real_robots_stop_where_the_parent_no_longer_pings() -> None:
     assert zeros(sink, "r") == [0.5, 0.55, 0.6]
 
 
-def test_a_parent_that_never_pings_need_not_begin() -> None:
+def test_a_parent_that_has_never_pinged_may_stay_silent() -> None:
     told = perform(Memory(), (0, load("r $ repeat forward\n")), (9, End()))
     assert errors(told) == []
 
 
-def test_a_parent_that_is_silent_because_we_read_is_not_hung() -> None:
-    arrivals: list[tuple[float, Arrival]] = [(0.0, PING), (0.0, load("r $ repeat forward\n")), (0.1, Reading())]
+def test_a_parent_is_not_hung_while_the_stage_reads_a_long_line() -> None:
+    arrivals: list[tuple[float, Event]] = [(0.0, PING), (0.0, load("r $ repeat forward\n")), (0.1, Reading())]
     assert errors(perform(Memory(), *arrivals, (LOADING_LIMIT, End()))) == []
     assert len(errors(perform(Memory(), *arrivals, (LOADING_LIMIT + 0.2, End())))) == 1
+
+
+SPEED: Speed = {"type": "speed", "factor": 1.0}
+SILENT = f"Improv was suspended or hung for {SILENCE_LIMIT} s, so all robots were stopped: save to play again"
+
+
+@pytest.mark.parametrize(
+    "other",
+    [SPEED, Edge("/joy", True, START), Edge(RobotSense("r", "near"), True, START), RawPoses([])],
+    ids=["a parameter", "a button", "a sense", "poses"],
+)
+def test_only_messages_from_the_parent_are_signs_of_its_life(other: Arrival) -> None:
+    sink = Memory()
+    others: list[tuple[float, Event]] = [(count / 10, FromRos(other)) for count in range(1, 50)]
+    told = perform(sink, (0, PING), (0, load("r $ repeat forward\n")), *others, (9, End()))
+    assert errors(told) == [SILENT]
+    assert zeros(sink, "r") == [0.5, 0.55, 0.6]
+
+
+def test_our_own_work_is_not_the_parents_silence() -> None:
+    pings: list[tuple[float, Event]] = [(count / 10, PING) for count in range(40)]
+    told = perform(Slow(), (0, PING), (0, load("r $ repeat forward\n")), *pings, (4, End()))
+    assert errors(told) == []
+    assert states(told)[-1] == "stopped"
+    assert states(told)[-2] == "playing"
+
+
+def test_a_parent_that_falls_silent_while_we_work_counts_as_hung_afterward() -> None:
+    told = perform(Slow(), (0, PING), (0, load("r $ repeat forward\n")), (9, End()))
+    assert errors(told) == [SILENT]
+    stopped = [each["monotonic"] for each in told if each["type"] == "transport" and each["state"] == "stopped"]
+    assert START + 2 < stopped[0] <= START + 2 + SILENCE_LIMIT
+
+
+def test_robots_do_not_move_if_the_parent_hangs_before_the_button_is_held() -> None:
+    sink = Memory()
+    told = perform(sink, (0, PING), (0, guarded("r $ repeat forward\n")), (2, FromRos(HELD)), (9, End()))
+    assert errors(told) == [SILENT]
+    assert all(twist == STILL for *_, twist in sink.sent)
+
+
+SLEPT = "the machine was asleep for 30 s, so all robots were stopped: save to play again"
+
+
+def test_real_robots_stand_after_the_machine_has_slept() -> None:
+    sink = Memory()
+    told = perform(sink, (0, load("r $ repeat forward\n")), (9, End()), sleeps_at=2.01)
+    assert errors(told) == [SLEPT]
+    assert zeros(sink, "r") == [2.05, 2.1, 2.15], "nothing else is sent to them after it woke"
+    assert max(at for _, at, twist in sink.sent if twist != STILL) < 2.01
+
+
+def test_robots_that_wait_for_a_button_do_not_move_after_the_machine_has_slept() -> None:
+    sink = Memory()
+    told = perform(sink, (0, guarded("r $ repeat forward\n")), (5, HELD), (9, End()), sleeps_at=2)
+    assert errors(told) == [SLEPT]
+    assert all(twist == STILL for *_, twist in sink.sent)
+
+
+def test_a_score_from_before_the_machine_slept_is_refused_and_one_from_after_it_plays() -> None:
+    def asked(asleep: float) -> Play:
+        play = load("r $ repeat forward\n")
+        return replace(play, load={**play.load, "asleep": asleep})
+
+    sink = Memory()
+    told = perform(sink, (2, asked(1000.0)), (5, asked(1030.0)), (9, End()), sleeps_at=1)
+    assert errors(told) == ["the machine was asleep since somebody asked for this program: save to play it"]
+    assert min(at for _, at, twist in sink.sent if twist != STILL) == 0.0
+    assert states(told)[:2] == ["stopped", "playing"]
+
+
+def test_the_simulator_goes_on_after_the_machine_has_slept() -> None:
+    told = perform(Memory(), (0, load("r $ repeat forward\n")), (9, End()), real=False, sleeps_at=2)
+    assert errors(told) == []
+
+
+def test_an_alarm_stops_moving_robots_and_says_why() -> None:
+    sink = Memory()
+    alarm = FromRos(Alarm("no standby"))
+    told = perform(sink, (0, alarm), (0, load("r $ repeat forward\n")), (0.51, alarm), (2, alarm), (9, End()))
+    assert errors(told) == ["no standby"]
+    assert zeros(sink, "r") == [0.51, 0.56, 0.61]
 
 
 def test_a_ping_is_answered_with_its_number() -> None:
@@ -135,7 +262,7 @@ def test_a_ping_is_answered_with_its_number() -> None:
     assert {"type": "pong", "number": 7} in told
 
 
-def test_all_but_a_hush_is_done_as_of_the_time_it_was_asked_for() -> None:
+def test_everything_but_a_stop_takes_effect_at_its_requested_time() -> None:
     sink = Memory()
     told = perform(
         sink,
@@ -153,45 +280,48 @@ TOO_LONG = [["hold", [1, 0, 0, 0], 1, None], *(["repeat", place, 10**9] for plac
 
 
 @pytest.mark.parametrize("movements", [[["dance"]], [], TOO_LONG], ids=["unknown", "missing", "too long"])
-def test_a_score_that_can_not_be_played_is_one_error_and_stops_the_robots(movements: list[Any]) -> None:
+def test_a_score_that_cannot_be_played_is_one_error_and_stops_the_robots(movements: list[Any]) -> None:
     sink = Memory()
     data = to_json(score("r $ forward\n"))
     data["movements"], data["parts"]["r"]["scenes"] = movements, [len(movements) - 1]
     message: Load = {"type": "load", "generation": 2, "score": data, "when": "restart", "backend": "memory"}
     told = perform(
-        sink, (0, load("r $ repeat forward\n")), (0.51, arrival(json.dumps(message).encode(), Read())), (9, End())
+        sink, (0, load("r $ repeat forward\n")), (0.51, arrival(json.dumps(message).encode(), RowsRead())), (9, End())
     )
     (line,) = errors(told)
     assert line.startswith("this program can't be played: ")
     assert zeros(sink, "r") == [0.51, 0.56, 0.61]
 
 
-def test_a_sink_that_fails_at_a_new_score_ends_the_stage_which_stops_the_robots() -> None:
+@pytest.mark.parametrize("when", ["restart", "now"])
+def test_a_sink_that_fails_at_a_new_score_ends_the_stage_which_stops_the_robots(when: When) -> None:
     sink = Memory()
     sink.refuses = {"s"}
-    told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, load("s $ forward\n")), (9, End()))
+    other = load("s $ forward\n")
+    other.load["when"] = when
+    told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, other), (9, End()))
     assert told[-1] == {"type": "stopped", "message": "s can't be prepared"}
     assert zeros(sink, "r")[-3:] == [0.51, 0.56, 0.61]
 
 
-def test_a_line_that_is_no_message_is_one_error_and_what_plays_goes_on() -> None:
+def test_a_line_that_is_not_a_message_is_one_error_and_playing_continues() -> None:
     sink = Memory()
-    told = perform(sink, (0, load("r $ forward\n")), (0.51, arrival(b"no JSON\n", Read())), (9, End()))
+    told = perform(sink, (0, load("r $ forward\n")), (0.51, arrival(b"no JSON\n", RowsRead())), (9, End()))
     assert errors(told) == ["this line is not JSON"]
     assert zeros(sink, "r") == [1, 1.05, 1.1]
 
 
-def test_what_fails_while_it_plays_ends_the_stage_with_the_reason() -> None:
+def test_a_failure_while_playing_ends_the_stage_with_its_reason() -> None:
     sink = Memory()
     told: list[FromStage] = []
     turned = Turned([(0, load("r $ forward\n")), (9, End())])
     sink.breaks_at = (0.2, "r")
-    assert run(Opened(sink, told.append), turned, turned) == 1
+    assert run(Opened(sink, told.append), turned, turned, turned.parent) == 1
     assert told[-1] == {"type": "stopped", "message": "r has no publisher any more"}
     assert all(twist == Twist(2.0) for *_, twist in sink.sent)
 
 
-def test_robots_that_can_not_be_stopped_are_not_said_to_stand() -> None:
+def test_robots_that_cannot_be_stopped_are_not_reported_as_stopped() -> None:
     sink = Memory()
     sink.breaks_at = (0.0, "r")
     standing = {robot: replace(part, scenes=()) for robot, part in score("r s $ forward\n").parts.items()}
@@ -237,20 +367,25 @@ def test_a_page_that_dies_while_a_key_is_held_counts_as_letting_it_go() -> None:
     assert sensed == [(True, 1.0), (False, round(1.1 + DEADMAN_LIMIT, 6))]
 
 
-def test_only_beside_real_robots_simulated_ones_keep_their_limits() -> None:
+def test_simulated_robots_keep_limits_only_beside_real_ones() -> None:
     def shown(entry: bool) -> str:
         play = load("a $ forward")
         limited = {name: replace(part, profile=TURTLEBOT4) for name, part in play.score.parts.items()}
         message: Load = {**play.load, "entry": {"beat": 0, "monotonic": START}} if entry else play.load
         scores: list[Score] = []
         turned = Turned([(0, Play(message, replace(play.score, parts=limited))), (9, End())])
-        run(Opened(Memory(), lambda told: None, lambda score, generation: scores.append(score)), turned, turned)
+        run(
+            Opened(Memory(), lambda told: None, lambda score, generation: scores.append(score)),
+            turned,
+            turned,
+            turned.parent,
+        )
         return scores[0].parts["a"].profile.dynamics
 
     assert (shown(entry=False), shown(entry=True)) == ("ideal", "limits")
 
 
-def test_a_score_that_counts_on_a_lost_one_is_asked_for_again_and_what_plays_goes_on() -> None:
+def test_a_score_that_builds_on_a_lost_one_is_asked_for_again_while_the_dance_goes_on() -> None:
     sink = Memory()
     message: Load = {
         "type": "load",
@@ -259,7 +394,7 @@ def test_a_score_that_counts_on_a_lost_one_is_asked_for_again_and_what_plays_goe
         "when": "beat",
         "backend": "memory",
     }
-    lost = arrival(json.dumps(message).encode(), Read())
+    lost = arrival(json.dumps(message).encode(), RowsRead())
     told = perform(sink, (0, load("r $ repeat forward\n")), (0.51, lost), (2, End()))
     assert {"type": "lacks", "generation": 7} in told
     assert errors(told) == []

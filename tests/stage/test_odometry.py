@@ -19,8 +19,10 @@ from improv_core.score.following import OLDEST
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.profiles import TURTLEBOT3_BURGER, TURTLESIM
 from improv_core.score.score import Part
+from improv_core.stage.doing import REST
 from improv_core.stage.odometry import CONTINUOUS, QUIET, RECENT, Odometry
-from improv_core.stage.player import REST, Player, Told
+from improv_core.stage.player import Player
+from improv_core.stage.reports import Told
 from improv_core.stage.sinks import RawPose
 from improv_core.stage.sinks.simulator import Simulator
 from tests.stage.test_player import Stage, score
@@ -52,14 +54,14 @@ class Robot:
         self.stage.run(seconds)
 
     def pose(self, world: Pose, ago: float = 0.0) -> dict[str, Any] | None:
-        """What is told of a pose; None if nothing is."""
+        """What is reported about a pose; None if nothing is."""
         before = len(self.measured)
         raw = RawPose("r", self.source, self.frame.then(world), self.stage.now - ago)
         self.player.measure([raw], self.stage.now)
         return self.measured[-1]["robots"]["r"] if len(self.measured) > before else None
 
     def off(self, world: Pose, ago: float = 0.0) -> tuple[float, float]:
-        """How far off it is in meters and degrees, as is told of a pose."""
+        """How far off it is in meters and degrees, as reported about a pose."""
         told = self.pose(world, ago)
         assert told
         found = error(told["pose"], told["ideal"])
@@ -108,7 +110,7 @@ def test_a_pose_counts_from_when_it_came() -> None:
     robot.run(1.1)
     assert robot.off(Pose(1.8), ago=0.2) == (0, 0)
     assert robot.off(Pose(2, 0, 0, math.radians(4.5)), ago=0.05) == (0, 0)
-    assert robot.pose(Pose(1.8), ago=0.1) is None  # older than what has been told
+    assert robot.pose(Pose(1.8), ago=0.1) is None  # older than what has been reported
 
 
 def test_it_is_measured_until_it_has_come_to_rest() -> None:
@@ -122,7 +124,7 @@ def test_it_is_measured_until_it_has_come_to_rest() -> None:
     assert robot.pose(Pose(9)) is None
 
 
-def test_after_a_seek_it_counts_as_being_where_the_score_has_it() -> None:
+def test_after_a_seek_a_robot_counts_as_being_where_the_score_puts_it() -> None:
     robot = Robot()
     robot.play()
     robot.pose(Pose())
@@ -139,7 +141,7 @@ def test_after_a_seek_it_counts_as_being_where_the_score_has_it() -> None:
     assert robot.off(Pose(2, 0.3)) == (0, 0)
 
 
-def test_a_save_goes_on_from_where_the_robot_ideally_is() -> None:
+def test_a_save_continues_from_where_the_robot_ideally_is() -> None:
     robot = Robot()
     robot.play("beat 60\nr $ repeat forward\n")
     robot.pose(Pose())
@@ -175,7 +177,7 @@ def test_odometry_that_jumps_has_started_over_but_localization_has_corrected_its
     assert robot.lines == ([line] if jumps else [])
 
 
-def test_odometry_that_never_stops_jumping_is_told_once() -> None:
+def test_odometry_that_never_stops_jumping_is_reported_once() -> None:
     robot = Robot(frame=Pose())
     robot.play()
     for x in (0, 5) * 200:  # of two robots on one topic
@@ -187,7 +189,7 @@ def test_odometry_that_never_stops_jumping_is_told_once() -> None:
     assert len(robot.lines) == 2
 
 
-def test_a_reset_between_two_performances_is_no_jump() -> None:
+def test_a_reset_between_two_performances_does_not_count_as_a_jump() -> None:
     robot = Robot()
     robot.play()
     robot.pose(Pose())
@@ -261,7 +263,7 @@ def test_a_robot_that_follows_is_pulled_back_and_changes_keep_their_times() -> N
     assert ends == [(3, 0)]
 
 
-def test_what_is_too_old_or_too_far_off() -> None:
+def test_poses_that_are_too_old_or_too_far_off() -> None:
     robot = Follower()
     robot.play()
     robot.pose(Pose())
@@ -275,7 +277,7 @@ def test_what_is_too_old_or_too_far_off() -> None:
     assert 0.5 + OLDEST - 0.05 <= at <= 0.5 + OLDEST + 0.05
     rests = robot.pose(Pose(-9))
     assert rests
-    assert not rests["follows"]  # it is to stand
+    assert not rests["follows"]  # it should stand
 
 
 def test_a_seek_forgets_how_far_off_it_was() -> None:

@@ -1,4 +1,4 @@
-"""What is seen from outside of a performance, by what a real player says of it."""
+"""What can be seen of a performance from outside, from what a real player says about it."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ import pytest
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 from improv_core.stage import outlook
+from improv_core.stage.fields import PoseJson
+from improv_core.stage.messages import MeasuredRobot, RobotInstant, Sensed, When
 from improv_core.stage.outlook import AHEAD, MOST_POSES, Outlook
-from improv_core.stage.protocol import MeasuredRobot, Moment, PoseJson, Sensed, When
 from improv_core.stage.viewer.lookahead import MOST_SENSED
-from improv_core.stage.viewer.messages import Stretch
+from improv_core.stage.viewer.messages import RobotWindow
 from tests.stage.test_player import Stage, score
 
 
 class Watched(Stage):
-    """A player, and an outlook that hears all it says."""
+    """A player, and an outlook that hears everything it says."""
 
     def __init__(self, *, real: bool = True) -> None:
         super().__init__()
@@ -50,10 +51,10 @@ class Watched(Stage):
         return list(self.outlook.path(robot))
 
 
-def test_of_what_was_sensed_only_the_latest_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_latest_sensed_value_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     looked: list[Sequence[Sensed]] = []
 
-    def window(score: Score, start: float, end: float, sensed: Sequence[Sensed]) -> dict[str, Stretch]:
+    def window(score: Score, start: float, end: float, sensed: Sequence[Sensed]) -> dict[str, RobotWindow]:
         looked.append(sensed)
         return {}
 
@@ -62,7 +63,7 @@ def test_of_what_was_sensed_only_the_latest_is_kept(monkeypatch: pytest.MonkeyPa
     stage.load("r $ repeat forward\n")
     stage.outlook.take(next(message for message in stage.told if message["type"] == "transport"))
     for at in range(2 * MOST_SENSED):
-        moment: Moment = {"generation": 1, "robot": "r", "beat": at / 100, "performed": at / 100, "wall": 0}
+        moment: RobotInstant = {"generation": 1, "robot": "r", "beat": at / 100, "performed": at / 100, "wall": 0}
         stage.outlook.take({"type": "sensed", "sense": "bump", "value": at % 2 == 0, **moment})
     stage.outlook.look(stage.now)
     assert [len(looked[0]), looked[0][-1]["beat"]] == [MOST_SENSED, (2 * MOST_SENSED - 1) / 100]
@@ -110,7 +111,7 @@ def test_the_length_of_a_path(program: str, length: int) -> None:
     assert len(stage.path()) == length
 
 
-def test_there_is_no_path_if_nothing_is_to_come() -> None:
+def test_there_is_no_path_if_nothing_is_left_to_play() -> None:
     stage = Watched()
     stage.load("r $ repeat forward\n")
     assert stage.path()
@@ -126,7 +127,7 @@ def test_there_is_no_path_if_nothing_is_to_come() -> None:
     assert stage.outlook.transport["state"] == "stopped"
 
 
-def test_a_save_goes_on_from_where_robots_are() -> None:
+def test_a_save_continues_from_where_robots_are() -> None:
     """Real robots don't say where they are: the part that begins does so where the one before ideally was."""
     stage = Watched()
     stage.load("r $ repeat forward\nb $ repeat left\n")
@@ -188,7 +189,7 @@ def test_in_the_frame_of_odometry() -> None:
     assert (last.x, last.y) == pytest.approx((0, 67))
 
 
-def test_nothing_is_known_before_anything_is_said() -> None:
+def test_nothing_is_known_before_the_first_message() -> None:
     outlook = Outlook()
     outlook.look(0.0)
     assert (outlook.beat(0.0), outlook.sight("r", 0.0).pose, list(outlook.path("r"))) == (0, None, [])

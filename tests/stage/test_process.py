@@ -1,10 +1,12 @@
-"""The stage as a process: what it says, and that it ends cleanly however it is ended."""
+"""The stage as a process: what it says, and that it always ends cleanly."""
 
 from __future__ import annotations
 
 import json
 import os
 import signal
+import socket
+import struct
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -18,18 +20,25 @@ from improv_core import stage
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score_json import to_json
+from improv_core.stage.pipes import LONGEST
 
 LIMIT = 30
+COMMAND = [sys.executable, str(Path(stage.__file__).parent), "--sink", "simulator"]
+DEEP = 100_000
+
+
+def load(program: str) -> bytes:
+    score = to_json(score_of(analyze(program)))
+    message = {"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "simulator"}
+    return json.dumps(message).encode() + b"\n"
 
 
 class Process:
     """A stage with the simulator, spoken to as its parent does."""
 
     def __init__(self, env: Mapping[str, str] = MappingProxyType({})) -> None:
-        folder = Path(stage.__file__).parent
-        command = [sys.executable, str(folder), "--sink", "simulator"]
         pipe = subprocess.PIPE
-        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, env={**os.environ, **env})
+        self.process = subprocess.Popen(COMMAND, stdin=pipe, stdout=pipe, stderr=pipe, env={**os.environ, **env})
         ready = self.wait("ready")
         assert ready["protocol"] == 1
         self.page: str = ready["page"]
@@ -40,9 +49,7 @@ class Process:
         self.process.stdin.flush()
 
     def play(self, program: str) -> None:
-        score = to_json(score_of(analyze(program)))
-        message = {"type": "load", "generation": 1, "score": score, "when": "restart", "backend": "simulator"}
-        self.write(json.dumps(message).encode() + b"\n")
+        self.write(load(program))
         assert self.wait("transport")["state"] == "playing"
 
     def wait(self, kind: str) -> dict[str, Any]:
@@ -85,11 +92,60 @@ def test_end_of_input_in_the_middle_of_a_line(process: Process) -> None:
     process.ends()
 
 
-def test_what_it_does_not_understand_it_says_and_plays_on(process: Process) -> None:
-    process.write(b"no JSON\n[1]\n" + b'{"type": "dance"}\n{"type": "load", "generation": 2, "score": {}}\n')
-    for part in ("not JSON", "not a message", "`dance`", "`load` needs"):
-        assert part in process.wait("error")["message"]
-    process.write(b'{"type": "ping", "number": 1}\n')
-    process.wait("pong")
-    process.write(b'{"type": "hush"}\n')
+def test_hundreds_of_empty_scenes_end_at_once(process: Process) -> None:
+    process.play("---\n" * 480 + "r $ fast 10 forward\n")
+    assert process.wait("transport")["state"] == "ended"
+
+
+HOSTILE = [
+    b"[" * DEEP + b"]" * DEEP,
+    b'{"type": "load", "score": ' + b'{"a":' * DEEP + b"1" + b"}" * DEEP + b"}",
+    b'{"type": "seek", "beat": NaN}',
+    b'{"type": "seek", "beat": 1e999}',
+    b'{"type": "seek", "beat": 1' + b"0" * 4000 + b"}",
+    b'{"type": "seek", "beat": 1' + b"0" * 5000 + b"}",
+    b'{"type": "speed", "factor": Infinity}',
+    b'{"type": "speed", "type": 1}',
+    b'{"type": "silence", "muted": "r", "soloed": []}',
+    b'{"type": "hush"\xff}',
+    b"\x00\x00\x00\x00",
+    b"\xff\xfe",
+    b'{"type": "' + b"x" * 100_000 + b'"}',
+]
+
+
+def test_a_stage_refuses_hostile_lines_and_still_obeys(process: Process) -> None:
+    for number, line in enumerate(HOSTILE):
+        process.write(line + b"\n")
+        assert len(process.wait("error")["message"]) < 1_000
+        process.write(b'{"type": "ping", "number": %d}\n' % number)  # only now: answers to pings overtake errors
+        assert process.wait("pong")["number"] == number
+    piece = b"x" * 1_000_000
+    for _ in range(LONGEST // len(piece) + 36):
+        process.write(piece)
+    process.write(b"\n")
+    assert process.wait("error")["message"] == "this program can't be played: it is longer than 64 MB"
     assert process.wait("transport")["state"] == "stopped"
+    process.write(b'{"type": "ping", "number": 99}\n')
+    assert process.wait("pong")["number"] == 99
+
+
+def test_an_input_that_fails_ends_the_stage_which_stops_the_robots() -> None:
+    listener = socket.create_server(("127.0.0.1", 0))
+    ours = socket.create_connection(listener.getsockname())
+    theirs, _ = listener.accept()
+    process = subprocess.Popen(COMMAND, stdin=theirs.fileno(), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    theirs.close()
+    listener.close()
+    assert process.stdout
+    told = map(json.loads, process.stdout)
+    ours.sendall(load("r $ repeat forward\n"))
+    while next(told).get("state") != "playing":
+        pass
+    ours.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    ours.close()  # without a goodbye, so that reading fails
+    *_, transport, stopped = told
+    assert transport["state"] == "stopped"
+    assert stopped["message"].startswith("the stage can't read its input: ")
+    output, log = process.communicate(timeout=LIMIT)
+    assert (output, log, process.returncode) == (b"", b"", 1)

@@ -9,18 +9,11 @@ from typing import Any, get_type_hints
 
 import pytest
 
-from improv_core.stage.protocol import (
-    FromReader,
-    FromStage,
-    ProtocolError,
-    ToPublisher,
-    ToReader,
-    ToStage,
-    ToStandby,
-    by_type,
-    read_from_stage,
-    read_to_stage,
-)
+from improv_core.stage.messages import FromStage, ToStage, read_from_stage, read_to_stage
+from improv_core.stage.publisher_messages import ToPublisher
+from improv_core.stage.reader_messages import FromReader, ToReader
+from improv_core.stage.standby_messages import ToStandby
+from improv_core.stage.typed_lines import ProtocolError, by_type
 from improv_core.stage.viewer.messages import FromPage, ToPage
 
 PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
@@ -115,6 +108,6 @@ def test_anything_else_is_refused_with_the_reason(line: str, problem: str) -> No
     "command",
     [{}, {"type": "dance"}, {"type": "seek"}, {"type": "place", "starts": {"r": {"x": 1, "y": 2}}}],
 )
-def test_a_request_of_no_known_form_is_refused(command: dict[str, Any]) -> None:
+def test_a_request_of_unknown_form_is_refused(command: dict[str, Any]) -> None:
     with pytest.raises(ProtocolError, match="`command` of `request` has a wrong value"):
         read_from_stage(json.dumps({"type": "request", "command": command}).encode())

@@ -1,4 +1,4 @@
-"""Open parts in the player: what it sends and tells when senses change, by a clock that the tests turn."""
+"""Open parts in the player: what it sends and reports when senses change, on a clock that the tests advance."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from fractions import Fraction
 
 import pytest
 
+from improv_core.score.algebra import hold, parallel, repeat, series
 from improv_core.score.motion import Pose
-from improv_core.score.movement import Movement, Velocity, hold, parallel, repeat, series
+from improv_core.score.movement import Movement, Velocity
 from improv_core.score.reactions import Condition, if_else, pause, until
 from improv_core.score.score import Part, Score
 from improv_core.score.senses import BUILT_IN, Key, RobotSense, Source, Topic
-from improv_core.stage.protocol import When
+from improv_core.stage.messages import When
 from improv_core.stage.sensing import foreseen
 from improv_core.stage.sinks import Edge
 from improv_core.text import Span
@@ -28,32 +29,20 @@ SENSES: Mapping[str, Source] = {**BUILT_IN, "near": LIDAR}
 GOES, TURNS, STANDS = (2, 0), (0, QUARTER), (0, 0)
 
 Moves = list[tuple[float, tuple[float, float]]]
+Scenes = Movement | tuple[Movement, ...]
 
 
-def open_score(
-    tempo: int = 60, senses: Mapping[str, Source] = SENSES, **parts: Movement | tuple[Movement, ...]
-) -> Score:
-    return Score(
-        Fraction(tempo),
-        {
-            robot: Part(
-                robot,
-                scenes if isinstance(scenes, tuple) else (scenes,),
-                PROFILE,
-                Pose(),
-                f"/{robot}/cmd_vel",
-                senses=senses,
-                editions=tuple(
-                    hash((robot, id(each))) for each in (scenes if isinstance(scenes, tuple) else (scenes,))
-                ),
-            )
-            for robot, scenes in parts.items()
-        },
-    )
+def open_score(tempo: int = 60, senses: Mapping[str, Source] = SENSES, **parts: Scenes) -> Score:
+    made = {}
+    for robot, given in parts.items():
+        scenes = given if isinstance(given, tuple) else (given,)
+        editions = tuple(hash((robot, id(each))) for each in scenes)
+        made[robot] = Part(robot, scenes, PROFILE, Pose(), f"/{robot}/cmd_vel", senses=senses, editions=editions)
+    return Score(Fraction(tempo), made)
 
 
 class Reacting(Stage):
-    """A stage whose robots sense what the tests say."""
+    """A stage whose robots sense what the tests tell them to."""
 
     def __init__(self, start: float = 1000.0) -> None:
         super().__init__(start)
@@ -70,6 +59,16 @@ class Reacting(Stage):
     def feel(self, robot: str, sense: str, value: bool | None, ago: float = 0.0) -> None:
         self.player.sense(Edge(RobotSense(robot, sense), value, self.now - ago), self.now)
 
+    def act(self, *story: float | str) -> None:
+        """Seconds pass, somebody gives the cue, or anna senses that something is near or far, or senses nothing."""
+        for each in story:
+            if not isinstance(each, str):
+                self.run(each)
+            elif each == "cue":
+                self.player.cue(self.now)
+            else:
+                self.feel("anna", "near", {"near": True, "far": False, "silence": None}[each])
+
     def moves(self, robot: str = "anna") -> Moves:
         return [(at, (x, yaw)) for at, x, yaw in self.sink.changes(robot)]
 
@@ -83,23 +82,26 @@ class Reacting(Stage):
         return [(each["robot"], each["sense"], each["beat"], each["value"]) for each in found]
 
 
-def test_an_edge_changes_the_velocity_at_its_time_and_what_follows_is_on_the_beat() -> None:
+def playing(
+    near: bool | None = False, tempo: int = 60, senses: Mapping[str, Source] = SENSES, **parts: Scenes
+) -> Reacting:
+    """A stage that plays these parts, whose robots sense that something is near, or not, or nothing at all."""
     stage = Reacting()
-    stage.begin(open_score(anna=ROAMER))
-    stage.run(2.25)
-    stage.feel("anna", "near", True)
-    stage.run(0.25)
-    stage.feel("anna", "near", False)
-    stage.run(3)
+    stage.begin(open_score(tempo, senses, **parts), near=near)
+    return stage
+
+
+def test_an_edge_changes_the_velocity_at_its_time_and_what_follows_is_on_the_beat() -> None:
+    stage = playing(anna=ROAMER)
+    stage.act(2.25, "near", 0.25, "far", 3)
     assert stage.moves() == [(0, GOES), (2.25, STANDS), (3, TURNS), (4, GOES)]
     assert stage.decisions == [("anna", 2.25, True)]
     (decided,) = [each for each in stage.told if each["type"] == "decided"]
     assert (decided["sources"], decided["performed"], decided["generation"]) == ([[-1, *HERE]], 2.25, 1)
 
 
-def test_an_edge_is_taken_at_its_own_time_though_it_arrives_later() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=ROAMER))
+def test_an_edge_counts_from_its_own_time_though_it_arrives_later() -> None:
+    stage = playing(anna=ROAMER)
     stage.run(1.999)
     stage.now += 0.003  # beat 2 is due, and the edge came before it
     stage.feel("anna", "near", True, ago=0.004)
@@ -108,7 +110,7 @@ def test_an_edge_is_taken_at_its_own_time_though_it_arrives_later() -> None:
     assert stage.moves() == [(0, GOES), (1.998, STANDS), (2, TURNS)]
 
 
-def test_the_others_are_sent_what_they_would_be_sent_anyway() -> None:
+def test_the_other_robots_are_sent_the_same_as_without_the_edge() -> None:
     alone, beside = Reacting(), Reacting()
     alone.begin(open_score(bert=repeat(series([FORWARD, LEFT]))))
     beside.begin(open_score(bert=repeat(series([FORWARD, LEFT])), anna=ROAMER))
@@ -120,13 +122,8 @@ def test_the_others_are_sent_what_they_would_be_sent_anyway() -> None:
 
 
 def test_a_pause_takes_whole_beats_and_looks_again_after_each() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=pause(repeat(FORWARD, 4), NEAR, HERE)))
-    stage.run(1.5)
-    stage.feel("anna", "near", True)
-    stage.run(1.6)
-    stage.feel("anna", "near", False)
-    stage.run(10)
+    stage = playing(anna=pause(repeat(FORWARD, 4), NEAR, HERE))
+    stage.act(1.5, "near", 1.6, "far", 10)
     assert stage.moves() == [(0, GOES), (1.5, STANDS), (3.5, GOES), (6, STANDS)]
     assert stage.decisions == [("anna", 1.5, True), ("anna", 2.5, True)]
     assert stage.states == ["playing", "ended"]
@@ -134,9 +131,8 @@ def test_a_pause_takes_whole_beats_and_looks_again_after_each() -> None:
 
 
 @pytest.mark.parametrize(("near", "move"), [(True, TURNS), (False, GOES)])
-def test_an_if_is_decided_by_what_holds_when_it_begins(near: bool, move: tuple[float, float]) -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=series([FORWARD, if_else(LEFT, FORWARD, NEAR, HERE)])))
+def test_an_if_is_decided_by_what_is_true_when_it_begins(near: bool, move: tuple[float, float]) -> None:
+    stage = playing(anna=series([FORWARD, if_else(LEFT, FORWARD, NEAR, HERE)]))
     stage.run(0.5)
     stage.feel("anna", "near", near)
     stage.run(5)
@@ -146,8 +142,7 @@ def test_an_if_is_decided_by_what_holds_when_it_begins(near: bool, move: tuple[f
 
 @pytest.mark.parametrize("near", [True, False])
 def test_a_first_scene_that_may_be_empty_is_decided_too(near: bool) -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=(if_else(LEFT, series([]), NEAR, HERE), FORWARD)), near=near)
+    stage = playing(anna=(if_else(LEFT, series([]), NEAR, HERE), FORWARD), near=near)
     stage.run(5)
     assert stage.moves() == ([(0, TURNS), (1, GOES), (2, STANDS)] if near else [(0, GOES), (1, STANDS)])
     assert stage.decisions == [("anna", 0, near)]
@@ -157,9 +152,7 @@ def test_a_cue_holds_for_an_instant_and_for_everybody() -> None:
     stage = Reacting()
     anna, bert = until(repeat(FORWARD), CUE), until(repeat(LEFT), CUE)
     stage.begin(open_score(anna=anna, bert=bert))
-    stage.run(2.5)
-    stage.player.cue(stage.now)
-    stage.run(5)
+    stage.act(2.5, "cue", 5)
     assert stage.moves("anna") == [(0, GOES), (2.5, STANDS)]
     assert stage.moves("bert") == [(0, TURNS), (2.5, STANDS)]
     assert stage.states == ["playing", "ended"]
@@ -167,8 +160,7 @@ def test_a_cue_holds_for_an_instant_and_for_everybody() -> None:
 
 
 def test_a_key_is_a_sense_while_it_is_held() -> None:
-    stage = Reacting()
-    stage.begin(open_score(senses={"drop": Key("d")}, anna=pause(repeat(FORWARD), Condition("drop", True))))
+    stage = playing(senses={"drop": Key("d")}, anna=pause(repeat(FORWARD), Condition("drop", True)))
     stage.run(1.5)
     stage.player.hold_key("d", True, stage.now)
     stage.player.hold_key("x", True, stage.now)
@@ -192,40 +184,26 @@ def test_the_senses_of_simulated_robots_can_be_forced_and_those_of_real_ones_not
 
 
 def test_a_robot_stands_while_a_sense_that_it_reads_is_silent_and_its_beats_go_on() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=series([until(series([FORWARD, LEFT] * 3), NEAR), LEFT])), near=None)
-    stage.run(1.5)
-    stage.feel("anna", "near", False)
-    stage.run(1)
-    stage.feel("anna", "near", None)
-    stage.run(2.25)
-    stage.feel("anna", "near", False)
-    stage.run(5)
+    stage = playing(anna=series([until(series([FORWARD, LEFT] * 3), NEAR), LEFT]), near=None)
+    stage.act(1.5, "far", 1, "silence", 2.25, "far", 5)
     assert stage.moves() == [(0, STANDS), (1.5, TURNS), (2, GOES), (2.5, STANDS), (4.75, GOES), (5, TURNS), (7, STANDS)]
 
 
 def test_a_robot_that_had_to_decide_without_knowing_stands_until_it_knows() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=series([if_else(LEFT, repeat(FORWARD, 3), NEAR), LEFT])), near=None)
-    stage.run(1.5)
-    stage.feel("anna", "near", True)
-    stage.run(5)
+    stage = playing(anna=series([if_else(LEFT, repeat(FORWARD, 3), NEAR), LEFT]), near=None)
+    stage.act(1.5, "near", 5)
     assert stage.moves() == [(0, STANDS), (1.5, GOES), (3, TURNS), (4, STANDS)]
 
 
-def test_silence_of_a_sense_that_is_not_read_now_is_no_reason_to_stand() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=series([repeat(FORWARD, 2), until(LEFT, NEAR)])), near=None)
+def test_a_silent_sense_matters_only_while_it_is_read() -> None:
+    stage = playing(anna=series([repeat(FORWARD, 2), until(LEFT, NEAR)]), near=None)
     stage.run(5)
     assert stage.moves() == [(0, GOES), (2, STANDS)]
 
 
-def test_a_scene_waits_for_all_and_the_next_begins_on_a_whole_beat() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=(until(repeat(FORWARD), CUE), LEFT), bert=(FORWARD, LEFT)))
-    stage.run(4.25)
-    stage.player.cue(stage.now)
-    stage.run(5)
+def test_a_scene_ends_when_all_are_done_and_the_next_begins_on_a_whole_beat() -> None:
+    stage = playing(anna=(until(repeat(FORWARD), CUE), LEFT), bert=(FORWARD, LEFT))
+    stage.act(4.25, "cue", 5)
     assert stage.moves("anna") == [(0, GOES), (4.25, STANDS), (5, TURNS), (6, STANDS)]
     assert stage.moves("bert") == [(0, GOES), (1, STANDS), (5, TURNS), (6, STANDS)]
     second = stage.transports[1]
@@ -237,20 +215,14 @@ def test_a_scene_waits_for_all_and_the_next_begins_on_a_whole_beat() -> None:
 
 
 def test_parallel_voices_react_one_by_one() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=parallel([until(repeat(FORWARD), NEAR), repeat(LEFT)])))
-    stage.run(1.5)
-    stage.feel("anna", "near", True)
-    stage.run(5)
+    stage = playing(anna=parallel([until(repeat(FORWARD), NEAR), repeat(LEFT)]))
+    stage.act(1.5, "near", 5)
     assert stage.moves() == [(0, (2, QUARTER)), (1.5, TURNS), (2, STANDS)]
 
 
-def test_pausing_and_resuming_keeps_what_was_decided() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=series([until(repeat(FORWARD), NEAR), repeat(LEFT, 4)])))
-    stage.run(1.5)
-    stage.feel("anna", "near", True)
-    stage.run(1.75)
+def test_pausing_and_resuming_keeps_earlier_decisions() -> None:
+    stage = playing(anna=series([until(repeat(FORWARD), NEAR), repeat(LEFT, 4)]))
+    stage.act(1.5, "near", 1.75)
     stage.player.pause(stage.now)
     stage.run(10)
     stage.player.resume(stage.now)
@@ -258,39 +230,27 @@ def test_pausing_and_resuming_keeps_what_was_decided() -> None:
     assert stage.moves() == [(0, GOES), (1.5, STANDS), (2, TURNS), (3.25, STANDS), (13.25, TURNS), (16, STANDS)]
 
 
-def test_speed_changes_keep_what_was_decided() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=series([until(repeat(FORWARD), NEAR), repeat(LEFT, 4)])))
-    stage.run(1.5)
-    stage.feel("anna", "near", True)
-    stage.run(1.5)
+def test_speed_changes_keep_earlier_decisions() -> None:
+    stage = playing(anna=series([until(repeat(FORWARD), NEAR), repeat(LEFT, 4)]))
+    stage.act(1.5, "near", 1.5)
     stage.player.set_speed(2, stage.now)
     stage.run(10)
     assert stage.moves() == [(0, GOES), (1.5, STANDS), (2, TURNS), (3, (0, 2 * QUARTER)), (4.5, STANDS)]
 
 
-def test_seeking_forgets_what_was_decided() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=(series([until(repeat(FORWARD, 8), NEAR), LEFT]), LEFT)))
-    stage.run(1.5)
-    stage.feel("anna", "near", True)
-    stage.run(0.25)
-    stage.feel("anna", "near", False)
-    stage.run(1)
+def test_seeking_forgets_earlier_decisions() -> None:
+    stage = playing(anna=(series([until(repeat(FORWARD, 8), NEAR), LEFT]), LEFT))
+    stage.act(1.5, "near", 0.25, "far", 1)
     stage.player.seek(7, stage.now)
     stage.run(10)
     assert stage.moves() == [(0, GOES), (1.5, STANDS), (2, TURNS), (2.75, GOES), (3.75, TURNS), (5.75, STANDS)]
 
 
 def test_a_muted_robot_decides_unseen() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=ROAMER))
+    stage = playing(anna=ROAMER)
     stage.run(0.5)
     stage.player.set_silent(["anna"], [], stage.now)
-    stage.run(1)
-    stage.feel("anna", "near", True)
-    stage.feel("anna", "near", False)
-    stage.run(0.75)
+    stage.act(1, "near", "far", 0.75)
     stage.player.set_silent([], [], stage.now)
     stage.run(0.5)
     assert stage.moves() == [(0, GOES), (0.5, STANDS), (2.25, TURNS)]
@@ -301,56 +261,41 @@ def test_a_save_leaves_an_open_part_that_is_the_same_alone() -> None:
     first = open_score(anna=ROAMER, bert=repeat(LEFT))
     for stage in (alone, edited):
         stage.begin(first)
-        stage.run(1.5)
-        stage.feel("anna", "near", True)
-        stage.run(0.25)
-        stage.feel("anna", "near", False)
-        stage.run(0.75)
+        stage.act(1.5, "near", 0.25, "far", 0.75)
     edited.player.load(open_score(anna=ROAMER, bert=repeat(FORWARD)), 2, "beat", edited.now)
     for stage in (alone, edited):
-        stage.run(3.25)
-        stage.feel("anna", "near", True)
-        stage.run(3)
+        stage.act(3.25, "near", 3)
     sent = [[each for each in stage.sink.sent if each[0] == "anna"] for stage in (alone, edited)]
     assert sent[0] == sent[1]
     assert edited.moves("bert") == [(0, TURNS), (3, GOES)]
 
 
-def test_a_save_that_is_to_wait_for_the_end_waits_until_senses_have_ended_it() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=until(repeat(FORWARD), CUE)))
+def test_a_save_set_to_wait_for_the_end_waits_until_senses_end_it() -> None:
+    stage = playing(anna=until(repeat(FORWARD), CUE))
     stage.run(1.5)
     stage.player.load(open_score(anna=LEFT), 2, "end", stage.now)
-    stage.run(5)
-    stage.player.cue(stage.now)
-    stage.run(5)
+    stage.act(5, "cue", 5)
     assert stage.moves() == [(0, GOES), (6.5, STANDS), (7, TURNS), (8, STANDS)]
 
 
-def test_a_save_does_not_wait_for_the_end_of_what_never_ends() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=ROAMER))
+def test_a_save_does_not_wait_for_the_end_of_an_endless_score() -> None:
+    stage = playing(anna=ROAMER)
     stage.run(1.5)
     stage.player.load(open_score(anna=repeat(LEFT)), 2, "end", stage.now)
     stage.run(5)
     assert stage.moves() == [(0, GOES), (2, TURNS)]
 
 
-def test_a_stop_is_obeyed_whatever_is_sensed() -> None:
-    stage = Reacting()
-    stage.begin(open_score(anna=ROAMER))
+def test_a_stop_is_obeyed_no_matter_what_is_sensed() -> None:
+    stage = playing(anna=ROAMER)
     stage.run(1.5)
     stage.player.hush(stage.now)
-    stage.feel("anna", "near", True)
-    stage.run(1)
-    stage.feel("anna", "near", False)
-    stage.player.cue(stage.now)
-    stage.run(5)
+    stage.act("near", 1, "far", "cue", 5)
     assert stage.moves() == [(0, GOES), (1.5, STANDS)]
     assert stage.states == ["playing", "stopped"]
 
 
-def test_a_part_that_changes_without_end_stops_and_the_others_play_on() -> None:
+def test_a_part_that_never_stops_changing_is_stopped_and_the_others_play_on() -> None:
     stage = Reacting()
     hurried = until(repeat(hold(Velocity(1), Fraction(1, 10**9))), NEAR)
     stage.begin(open_score(anna=hurried, bert=repeat(LEFT, 3)))
@@ -360,7 +305,7 @@ def test_a_part_that_changes_without_end_stops_and_the_others_play_on() -> None:
     assert stage.sink.changes("anna")[-1][1:] == STANDS
 
 
-def test_another_stage_performs_the_same_from_the_edges_that_are_told() -> None:
+def test_another_stage_performs_the_same_from_the_reported_edges() -> None:
     leads, follows = Reacting(), Reacting()
     voices = parallel([until(repeat(FORWARD), NEAR), pause(repeat(LEFT), NOT_NEAR)])
     dance = open_score(tempo=97, anna=repeat(series([voices, if_else(LEFT, FORWARD, NEAR)])), bert=ROAMER)
@@ -381,11 +326,9 @@ def test_another_stage_performs_the_same_from_the_edges_that_are_told() -> None:
         assert [at for at, _ in follows.moves(robot)] == pytest.approx([at for at, _ in moves], abs=1e-3)
 
 
-def test_what_is_sensed_is_told_with_beat_and_time() -> None:
-    stage = Reacting()
-    stage.begin(open_score(tempo=120, anna=ROAMER))
+def test_sensed_changes_are_reported_with_beat_and_time() -> None:
+    stage = playing(tempo=120, anna=ROAMER)
     assert sorted(stage.edges) == [("anna", "bump", 0, False), ("anna", "near", 0, False)]
-    stage.run(0.75)
-    stage.feel("anna", "near", True)
+    stage.act(0.75, "near")
     stage.feel("bert", "near", True)  # nobody reads it
     assert stage.edges[2:] == [("anna", "near", 1.5, True)]

@@ -12,7 +12,7 @@ from improv_core.commands.rehearsal import perform
 from improv_core.program.compiler import score_of
 from improv_core.score.motion import Twist
 from improv_core.score.senses import CUE, RobotSense
-from improv_core.stage.player import Told
+from improv_core.stage.reports import Told
 from improv_core.stage.sensing import Foreseen
 from improv_core.stage.sinks.simulator import Simulator
 from tests.commands.command_line import REACTING
@@ -23,7 +23,7 @@ DANCERS = ["ada", "bo", "cy"]
 
 
 class Watched(Simulator):
-    """A simulator that remembers what it was sent and what its player told."""
+    """A simulator that remembers what it was sent and what its player reported."""
 
     def __init__(self) -> None:
         super().__init__(period=None)

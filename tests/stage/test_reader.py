@@ -1,4 +1,4 @@
-"""What the reader of sensors tells the stage: it is told what topics say, and the time."""
+"""What the reader of sensors tells the stage, given what topics say and the time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from improv_core.score.senses import RobotSense, Topic
-from improv_core.stage.reader import LOOK, Senses
+from improv_core.stage.reader import LOOK, HeardSenses
 from improv_core.stage.sinks import Edge
 
 HIT = Topic("/anna/hit", "std_msgs/Bool")
@@ -18,13 +18,13 @@ Told = list[tuple[str, bool | None]]
 
 
 class Reading:
-    """Senses that are looked at as often as the reader does; `told` is what it told: robot and value."""
+    """Senses, checked as often as the reader does it; `told` is what it reported: robot and value."""
 
     def __init__(self, sources: dict[RobotSense, Topic]) -> None:
         self.now = 0.0
         self.published = True
         self.told: Told = []
-        self.senses = Senses(self.now)
+        self.senses = HeardSenses(self.now)
         self.read(sources)
 
     def read(self, sources: dict[RobotSense, Topic]) -> None:
@@ -96,7 +96,7 @@ def test_what_is_told(story: Callable[[Reading], None], expected: Told) -> None:
     assert reading.told == expected
 
 
-def test_a_sensor_that_tells_only_changes() -> None:
+def test_a_sensor_that_sends_only_changes() -> None:
     reading = Reading({ANNA: CHANGES})
     reading.published = False
     reading.wait(1)

@@ -1,4 +1,4 @@
-"""What messages say of a sense, also those that no sensor should send."""
+"""What messages say about a sense, including those that no sensor should send."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_the_sector_of_a_scan(angle: int, expected: bool, first: float, step: fl
     assert holds(AHEAD, scan({angle: 0.4}, first, step)) is expected
 
 
-def test_a_sector_behind() -> None:
+def test_a_sector_behind_the_robot() -> None:
     behind = replace(AHEAD, start=math.radians(150), end=math.radians(210))
     for first in (-180, 0):
         assert holds(behind, scan({-170: 0.4}, first)) is True

@@ -14,7 +14,7 @@ SLOT = PERIOD / SLOTS
 
 
 def crowd(count: int, rate: float = RATE, at: float = 0.0) -> Repeats:
-    """So many robots that were sent a velocity at the same time."""
+    """This many robots that were sent a velocity at the same time."""
     repeats = Repeats()
     for number in range(count):
         repeats.hold(f"r{number}", rate, at)
@@ -22,7 +22,7 @@ def crowd(count: int, rate: float = RATE, at: float = 0.0) -> Repeats:
 
 
 def play(repeats: Repeats, until: float, cost: float = 0.0, begin: float = 0.0) -> dict[str, list[float]]:
-    """When each robot is sent a repeat, if sending one takes so many seconds."""
+    """When each robot is sent a repeat, if sending one takes this many seconds."""
     sent: dict[str, list[float]] = {}
     now = begin
     while (now := max(now, repeats.due)) <= until:
@@ -70,7 +70,7 @@ def test_others_do_not_shift_the_repeats_of_a_robot() -> None:
     assert sent + play(repeats, 2.0, begin=1.0)["r4"] == alone
 
 
-def test_who_changes_faster_than_the_rate_is_hardly_repeated() -> None:
+def test_robots_that_change_faster_than_the_rate_are_hardly_repeated() -> None:
     repeats = crowd(1)
     count = 0
     for step in range(1000):
@@ -89,7 +89,7 @@ def test_a_hiccup_leaves_one_repeat_of_each_robot_and_the_rate_as_it_was() -> No
     assert repeats.news() is None
 
 
-def test_a_machine_that_is_too_slow_repeats_more_slowly_and_says_so_once() -> None:
+def test_a_slow_machine_repeats_less_often_and_says_so_once() -> None:
     repeats = crowd(1000)
     told = []
     cost = 1 / 12_000  # 12 times a second for each robot
@@ -119,7 +119,7 @@ def test_the_rate_is_never_lowered_so_far_that_bases_stop() -> None:
     assert repeats.hopeless
 
 
-def test_a_machine_that_was_too_slow_still_is_until_fewer_robots_play() -> None:
+def test_a_slow_machine_stays_slow_until_fewer_robots_play() -> None:
     repeats = crowd(1000)
     for second in range(5):
         play(repeats, second + 1.0, 1 / 12_000, second + 0.0)
@@ -151,7 +151,7 @@ def test_each_rate_has_its_own_turns() -> None:
     assert [len(sent[robot]) for robot in ("r0", "fast", "slow")] == [40, 2000, 2]
 
 
-def test_nobody_is_due_where_nobody_moves() -> None:
+def test_nobody_is_due_if_nobody_moves() -> None:
     repeats = crowd(3)
     for number in range(3):
         repeats.release(f"r{number}")

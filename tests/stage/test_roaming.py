@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from improv_core.commands.rehearsal import perform
 from improv_core.program.analysis import analyze
@@ -17,7 +18,7 @@ from improv_core.program.compiler import score_of
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 from improv_core.score.world import Box, Circle, Wall, World
-from improv_core.stage.player import Told
+from improv_core.stage.reports import Told
 from improv_core.stage.sinks.simulator import Simulator
 from tests.commands.command_line import run
 
@@ -54,7 +55,7 @@ def walled(dice: random.Random) -> World:
     )
 
 
-@pytest.mark.parametrize("seed", range(100))
+@pytest.mark.parametrize("seed", range(settings().max_examples // 5))
 def test_a_roamer_never_hits_a_wall(seed: int) -> None:
     dice = random.Random(seed)
     simulator, told = Simulator(period=None), list[Told]()
@@ -81,7 +82,7 @@ def test_an_edge_has_the_time_of_a_step() -> None:
     assert near["performed"] * 240 == round(near["performed"] * 240)
 
 
-def test_only_changes_are_told() -> None:
+def test_only_changes_are_reported() -> None:
     simulator, told = Simulator(period=None), list[Told]()
     perform(score(ROAMER, World((6, 6))), simulator, 10.0, told.append)
     values = [each["value"] for each in told if each["type"] == "sensed"]

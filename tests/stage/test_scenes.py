@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from improv_core.stage.protocol import When
+from improv_core.stage.messages import When
 from tests.stage.test_continuing import Continuing, changes
 from tests.stage.test_player import QUARTER
 
@@ -37,7 +37,7 @@ def test_a_save_edits_the_scene_that_plays_and_the_next_one_shifts() -> None:
     check_moves(stage, "bert", [(0, LEFT), (2, RIGHT), (6, FORWARD), (10, STANDS)])
 
 
-def test_a_change_of_a_later_scene_touches_nobody_before_that_scene() -> None:
+def test_a_change_to_a_later_scene_affects_nobody_before_it() -> None:
     alone, edited = Continuing(), Continuing()
     for stage in (alone, edited):
         stage.save(TWO, "restart")
@@ -52,7 +52,7 @@ def test_a_change_of_a_later_scene_touches_nobody_before_that_scene() -> None:
     check_moves(edited, "bert", [(0, LEFT), (4, RIGHT), (6, STANDS)])
 
 
-def test_a_change_of_an_earlier_scene_touches_nobody() -> None:
+def test_a_change_to_an_earlier_scene_affects_nobody() -> None:
     alone, edited = Continuing(), Continuing()
     for stage in (alone, edited):
         stage.save(TWO, "restart")
@@ -90,7 +90,7 @@ def test_dice_of_a_scene_that_begin_at_another_throw_are_a_change() -> None:
 
 
 @pytest.mark.parametrize(("when", "beat"), [("now", 5.5), ("beat", 6), ("bar", 8), ("end", 8)])
-def test_changes_take_effect_when_they_are_to(when: When, beat: float) -> None:
+def test_changes_take_effect_when_they_should(when: When, beat: float) -> None:
     stage = Continuing()
     stage.save(TWO, "restart")
     stage.run(5.5)
@@ -110,7 +110,7 @@ def test_a_scene_that_is_deleted_while_it_plays_gives_way_to_the_one_above() -> 
     check_moves(stage, "anna", [(0, FORWARD), (4, RIGHT), (6, FORWARD), (10, STANDS)])
 
 
-def test_seeking_goes_to_any_scene_also_back() -> None:
+def test_seeking_reaches_any_scene_even_backward() -> None:
     stage = Continuing()
     stage.save(TWO, "restart")
     stage.run(1)
@@ -119,3 +119,11 @@ def test_seeking_goes_to_any_scene_also_back() -> None:
     stage.player.seek(3, stage.now)
     stage.run(20)
     check_moves(stage, "anna", [(0, FORWARD), (1, RIGHT), (2.5, FORWARD), (3.5, RIGHT), (7.5, STANDS)])
+
+
+def test_a_scene_lets_those_above_it_play_to_their_ends() -> None:
+    stage = Continuing()
+    stage.save("anna $ forward\nbert $ slow 5/2 forward\n---\nanna bert $ left\n", "restart")
+    stage.run(20)
+    check_moves(stage, "anna", [(0, FORWARD), (1, STANDS), (3, LEFT), (4, STANDS)])
+    check_moves(stage, "bert", [(0, (0.8, 0)), (2.5, STANDS), (3, LEFT), (4, STANDS)])

@@ -1,24 +1,25 @@
-"""When a standby takes over: it is told what the stage says, and the time."""
+"""When a standby takes over, given what the stage says and the time."""
 
 from __future__ import annotations
 
 import pytest
 
-from improv_core.stage.protocol import ToStandby
-from improv_core.stage.standby import LOOK, Watch
+from improv_core.stage.standby import LOOK, ParentWatch
+from improv_core.stage.standby_messages import ToStandby
 
 MOVES: ToStandby = {"type": "moves", "topic": "/r/cmd_vel", "frame": "base_link", "patience": 0.5}
 PULSE: ToStandby = {"type": "pulse", "patience": 0.5}
 LOADS: ToStandby = {"type": "pulse", "patience": 10.0}
 STANDS: ToStandby = {"type": "stands"}
+PAID: ToStandby = {"type": "paid", "topic": "/r/cmd_vel"}
 END: ToStandby = {"type": "end"}
 
 Story = list[tuple[float, ToStandby]]
 
 
 def verdict(story: Story, now: float, gone: bool = False, halted: bool = False) -> bool:
-    """Whether robots have to be stopped at a time, after what the stage said at others; looked at again and again."""
-    watch = Watch(0.0)
+    """Whether robots have to be stopped at a time, after what the stage said at earlier times; checked repeatedly."""
+    watch = ParentWatch(0.0)
     looks = round(now / LOOK)
     for look in range(looks):
         for at, message in story:
@@ -49,11 +50,44 @@ def test_a_stage_that_says_nothing(story: Story, now: float, expected: bool) -> 
 @pytest.mark.parametrize("how", ["gone", "halted"])
 def test_a_stage_that_is_gone_or_halted(how: str) -> None:
     assert verdict([(0.0, MOVES)], 0.3, **{how: True})
-    assert not verdict([(0.0, MOVES), (0.1, STANDS)], 0.3, **{how: True}), "robots stand: they are somebody else's"
+    known = [(0.0, MOVES), (0.1, STANDS), (0.2, PAID)]
+    assert not verdict(known, 0.3, **{how: True}), "robots stand, and have heard it: they are somebody else's"
 
 
-def test_a_standby_that_was_halted_itself() -> None:
-    watch = Watch(0.0)
+def test_robots_that_may_not_have_heard_that_they_were_stopped() -> None:
+    """They stand as far as is known, so only a stage that is halted has to be killed; one that is gone leaves the debt
+    to the standby."""
+    stopped: Story = [(0.0, MOVES), (0.1, STANDS)]
+    assert verdict(stopped, 0.3, halted=True)
+    assert not verdict(stopped, 0.3, gone=True)
+    assert not verdict(stopped, 11.0)
+
+
+OTHER: ToStandby = {"type": "moves", "topic": "/s/cmd_vel", "frame": "base_link", "patience": 0.5}
+OWES: ToStandby = {"type": "owes", "topic": "/s/cmd_vel", "frame": "base_link"}
+
+
+@pytest.mark.parametrize(
+    ("said", "owed", "moved"),
+    [
+        ([MOVES, OTHER], set(), {"/r/cmd_vel", "/s/cmd_vel"}),
+        ([MOVES, OTHER, STANDS], {"/r/cmd_vel", "/s/cmd_vel"}, set()),
+        ([MOVES, OTHER, STANDS, PAID], {"/s/cmd_vel"}, set()),
+        ([MOVES, OTHER, PAID], set(), {"/s/cmd_vel"}),
+        ([MOVES, OTHER, PAID, STANDS], {"/s/cmd_vel"}, set()),
+        ([MOVES, STANDS, MOVES], set(), {"/r/cmd_vel"}),
+        ([MOVES, OWES], {"/s/cmd_vel"}, {"/r/cmd_vel"}),
+    ],
+)
+def test_robots_that_are_owed_a_zero(said: list[ToStandby], owed: set[str], moved: set[str]) -> None:
+    watch = ParentWatch(0.0)
+    for message in said:
+        watch.take(message, 0.0)
+    assert ({*watch.owed}, {*watch.moved}) == (owed, moved)
+
+
+def test_a_standby_that_was_itself_halted() -> None:
+    watch = ParentWatch(0.0)
     watch.take(MOVES, 0.0)
     looks = [watch.must_stop(5.0 + look * LOOK, gone=False, halted=False) for look in range(6)]
     assert looks == [False] * 5 + [True], "the stage gets as much time again"

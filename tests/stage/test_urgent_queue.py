@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from improv_core.score.senses import RobotSense
-from improv_core.stage.sinks import Edge
+from improv_core.stage.sinks import Edge, StopButton
 from improv_core.stage.urgent_queue import MOST_SENSED, UrgentQueue
 
 
@@ -34,7 +34,7 @@ def order(*kinds: str) -> str:
         ("seek ping speed ping", "ping ping seek speed"),
         ("speed silence hush", "hush speed silence"),
         ("seek ping hush ping", "ping hush ping"),
-        # What was asked for before a stop is not done after it; what was asked for later is.
+        # Requests from before a stop are not obeyed after it; later ones are.
         ("seek pause resume speed hush seek", "hush speed seek"),
         ("held seek released held", "released seek held"),
         # Scores stay where they are, and so does what belongs to them.
@@ -48,7 +48,7 @@ def test_order(put: str, got: str) -> None:
     assert order(*put.split()) == got
 
 
-def test_who_waits_gets_what_arrives_first() -> None:
+def test_a_waiting_reader_gets_the_first_arrival() -> None:
     waiting: UrgentQueue[int] = UrgentQueue()
     with pytest.raises(queue.Empty):
         waiting.get(timeout=0)
@@ -59,16 +59,16 @@ def test_who_waits_gets_what_arrives_first() -> None:
 def test_edges_overtake_everything_else_and_stay_in_order() -> None:
     waiting: UrgentQueue[object] = UrgentQueue()
     seek, hush, score = {"type": "seek"}, {"type": "hush"}, "SCORE"
-    on, off = Edge("/e_stop", True, 1.0), Edge("/e_stop", False, 2.0)
+    on, off = Edge(StopButton("/e_stop"), True, 1.0), Edge(StopButton("/e_stop"), False, 2.0)
     for item in (score, seek, on, hush, off):
         waiting.put(item)
     assert [waiting.get() for _ in range(4)] == [on, off, score, hush]
 
 
-def test_what_robots_sense_overtakes_all_but_a_stop() -> None:
+def test_sensed_changes_overtake_everything_but_a_stop() -> None:
     waiting: UrgentQueue[object] = UrgentQueue()
     seek, hush = {"type": "seek"}, {"type": "hush"}
-    pressed, near = Edge("/e_stop", True, 1.0), Edge(RobotSense("a", "near"), True, 2.0)
+    pressed, near = Edge(StopButton("/e_stop"), True, 1.0), Edge(RobotSense("a", "near"), True, 2.0)
     far = replace(near, value=False)
     for item in (seek, near, pressed):
         waiting.put(item)

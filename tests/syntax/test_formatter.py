@@ -253,11 +253,11 @@ def test_width() -> None:
     check(f"x = {inside}{inside}()", f"x = {inside}{inside}()\n")
 
 
-def test_what_is_broken_and_fits_is_joined() -> None:
+def test_broken_brackets_that_fit_are_joined() -> None:
     check("x = (\n  forward\n\n  || left\n) [\nup\n]\n", "x = (forward || left) [up]\n")
 
 
-def test_what_is_wrong_stays_as_it_is() -> None:
+def test_wrong_statements_keep_their_layout() -> None:
     check("  x = (a   b\n\n    c  # not closed\ny=a\n r$ ,  a\n", "x = (a   b\n\n    c  # not closed\ny = a\nr$ ,  a\n")
 
 
@@ -269,7 +269,7 @@ def test_edits_are_where_something_changes() -> None:
 def test_deepest_and_longest() -> None:
     check_laws(f"x = {'(' * 199}left{')' * 199}")
     check_laws(f"x = {'([left] fast 2 ' * 60}{'left ' * 500}# deep\n{')' * 60}")
-    check_laws(f"x = {'()' * 5000}{'(left)' * 5000}")
+    check_laws(f"x = {'()' * 1000}{'(left)' * 1000}")
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.improv")), ids=lambda path: path.stem)
@@ -290,15 +290,8 @@ LEADS = [
     "chance 1/2",
     "f 3",
     "reverse",
-    "retrograde",
-    "repeat",
-    "repeat 3",
-    "repeat 0",
-    "reflect YZ",
-    "fast 2",
-    "slow 3/2",
-    "scale 1.50",
 ]
+LEADS += ["retrograde", "repeat", "repeat 3", "repeat 0", "reflect YZ", "fast 2", "slow 3/2", "scale 1.50"]
 HEADS = ["f n (m) =", "x =", "größe =", "r1 $", "r1 r2 $", "my-robot $", "1 $", "r3 $ left ||"]
 WHOLE = ["---", "f n (m) = repeat n*2/3 ( m )", "beat 92.5", "beat 0", "beat +60", "x = ( ) [ ]"]
 WRONG = ["x = ( left", "r $ [ left ( up ]", "x = left )", "beat", "r $ fast", "x left", "= up", "r $ left , right"]
@@ -358,21 +351,8 @@ def test_layout_of_programs(text: str) -> None:
 
 
 PIECES = [*"()[]()[]$==,-#x\t\n\n\r\f\xa0\ufeff\u2028😀", "||", " ", "\r\n", "\nx=", "\nr $", "YZ", "3/2", "1.5", "4"]
-PIECES += [
-    "\n||",
-    "\nelse ",
-    "if near ",
-    "\n---\n",
-    "*",
-    "\nf n (m) =",
-    "beat ",
-    "repeat",
-    "reflect",
-    "fast ",
-    "forward",
-    "left ",
-    "r ",
-]
+PIECES += ["\n||", "\nelse ", "if near ", "\n---\n", "*", "\nf n (m) =", "beat ", "repeat", "reflect", "fast "]
+PIECES += ["forward", "left ", "r "]
 
 
 @given(st.lists(st.sampled_from(PIECES), max_size=40).map("".join))

@@ -63,7 +63,6 @@
 (insert "anna $ nonsense\n")
 (save)
 (await "refusal while it plays" (told "✗ line 5"))
-(robot "moves")
 (await "still lit" (lit))
 
 (improv-pause)
@@ -75,7 +74,6 @@
 (await "resume" (> (or (beat) 0) 10000))
 (improv-mute "anna")
 (await "muted is not lit" (null (lit)))
-(robot "stands")
 (improv-mute "anna")
 (await "lit again" (lit))
 
@@ -87,16 +85,14 @@
 (exchange "nonsense" "left")
 (exchange "repeat" "until cue repeat")
 (improv-play)
-(robot "moves")
+(await "playing until the cue" (lit))
 (improv-cue)
-(robot "stands")
 (await "ended" (equal (mode-line) " ■ ended"))
 (at "until")
 (delete-char (length "until cue "))
 (setq init-messages nil)
 (improv-play)
 (await "playing what is not saved" (told "▶ anna ∞, endless at beat 120, simulator"))
-(robot "moves")
 (await "lit by the command" (lit))
 
 (setq init-messages nil)
@@ -114,7 +110,5 @@
 (await "nothing is left of the buffer" (null (left-behind)))
 (robot "moves")
 (improv-hush)
-(robot "stands")
-(kill-emacs 0)
 
 ;;; session.el ends here

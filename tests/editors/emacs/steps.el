@@ -4,7 +4,7 @@
 
 (require 'cl-lib)
 
-(defconst limit 40 "Seconds, for a busy machine.")
+(defconst limit 60 "Seconds, for a busy machine.")
 
 (defmacro await (what &rest seen)
   "Wait until the forms SEEN are true; say WHAT was awaited if they never are."

@@ -1,9 +1,9 @@
 -- What `:checkhealth improv` and `:help improv` say; the path of what is written is in the environment.
 
-local person = dofile(vim.env.IMPROV_PERSON)
+local person = require("person")
 
 person.session(function()
-  person.await("the server", function() return #vim.lsp.get_clients { bufnr = 0 } > 0 end)
+  person.open()
   vim.cmd.checkhealth("improv")
   vim.fn.writefile(vim.api.nvim_buf_get_lines(0, 0, -1, false), vim.env.IMPROV_REPORT)
 

@@ -1,6 +1,6 @@
 -- Who uses a name, all safe fixes at once, and the beat of the line that plays.
 
-local person = dofile(vim.env.IMPROV_PERSON)
+local person = require("person")
 local await = person.await
 
 local function ask(method, params)
@@ -14,9 +14,8 @@ local function hint()
 end
 
 person.session(function()
-  await("the error", function() return #vim.diagnostic.get(0) > 0 end)
-  vim.api.nvim_buf_set_lines(0, 0, -1, false, { "beat 120", "x = forward, left", "turtle1 $ repeat x" })
-  await("another error", function() return (vim.diagnostic.get(0)[1] or {}).lnum == 1 end)
+  person.open("beat 120", "x = forward, left", "turtle1 $ repeat x")
+  await("the error", function() return (vim.diagnostic.get(0)[1] or {}).lnum == 1 end)
   vim.lsp.buf.code_action({ context = { only = { "source.fixAll.improv" }, diagnostics = {} }, apply = true })
   await("the fix", function() return vim.fn.getline(2) == "x = forward left" end)
 

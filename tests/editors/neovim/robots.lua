@@ -1,9 +1,12 @@
 -- A person's session in an improv.toml with a misspelled profile; other TOML files are left alone.
 
-local person = dofile(vim.env.IMPROV_PERSON)
+local person = require("person")
 
 person.session(function()
-  local folder = vim.fs.dirname(vim.api.nvim_buf_get_name(0))
+  local folder = vim.fs.dirname(vim.env.IMPROV_PROGRAM)
+  for _, name in ipairs { "improv.toml", "other.toml" } do
+    vim.fn.writefile({ "[robots.turtle1]", 'profile = "turtlebot3_burgr"', "" }, folder .. "/" .. name)
+  end
   vim.cmd.edit(folder .. "/improv.toml")
   assert(vim.bo.filetype == "toml")
   person.await("the server", function() return #vim.lsp.get_clients { bufnr = 0, name = "improv" } > 0 end)
@@ -14,7 +17,7 @@ person.session(function()
 
   local function ask(method, line, column)
     local params = { textDocument = vim.lsp.util.make_text_document_params(), position = { line = line, character = column } }
-    return vim.lsp.buf_request_sync(0, method, params, 40000)
+    return vim.lsp.buf_request_sync(0, method, params, person.LIMIT)
   end
   local _, hover = next(ask("textDocument/hover", 1, 2))
   assert(vim.inspect(hover.result.contents):find("the kind of robot", 1, true), vim.inspect(hover))

@@ -1,6 +1,6 @@
 -- A person's session with an open, wrong program. Each step waits for what the person would see.
 
-local person = dofile(vim.env.IMPROV_PERSON)
+local person = require("person")
 local await = person.await
 
 local function floating_text()

@@ -1,6 +1,6 @@
 -- The words that play, in light: they are where the text is, whatever is typed, and go out when nothing plays.
 
-local person = dofile(vim.env.IMPROV_PERSON)
+local person = require("person")
 local await_lit, await_status = person.await_lit, person.await_status
 
 local function insert(row, column, ...)
@@ -15,7 +15,7 @@ local function has_ended(client)
 end
 
 person.session(function()
-  person.await("the server", function() return #vim.lsp.get_clients { bufnr = 0 } > 0 end)
+  person.open()
 
   -- 𝒹 is one letter, two units in UTF-16, four bytes in UTF-8.
   person.write("# 🤖", "𝒹 = right", "a $ repeat (𝒹 forward)", "bob $ repeat left")
@@ -24,16 +24,6 @@ person.session(function()
   await_status("^▶ beat %d+/∞, 60 bpm, simulator$")
   vim.cmd.ImprovSpeed("2")
   await_status("^▶ beat %d+/∞, 120 bpm, simulator$")
-
-  if vim.fn.has("nvim-0.12") == 1 then -- older ones show lenses after each line
-    vim.lsp.codelens.enable(true)
-    vim.fn.cursor(4, 1)
-    person.await("the lenses in their order", function()
-      vim.cmd.redraw()
-      return person.above(4) == "▶ this line · ∞ | ▶ play all | ■ hush | mute | solo"
-    end)
-    vim.lsp.codelens.enable(false)
-  end
 
   -- Only a line, a selection, or a name plays, and the save brings the rest back.
   vim.fn.cursor(4, 1)

@@ -74,7 +74,7 @@ def _session(page: Page) -> Iterator[Look]:
     yield from look(page, 1)
     for _ in range(2):  # what is offered, and what the word takes
         page.keyboard.press("Escape")
-    page.keyboard.press("Control+S")
+    page.keyboard.press("Alt+.")
     with suppress(AssertionError):
         expect(framed_page(page).get_by_role("button", name="Stop")).to_be_visible(timeout=8000)
     yield from look(page, 7)
@@ -84,14 +84,14 @@ def _session(page: Page) -> Iterator[Look]:
     word(page, "left").first.dblclick()
     yield from _type(page, "lft")
     page.keyboard.press("Escape")
-    page.keyboard.press("Control+S")
+    page.keyboard.press("Alt+.")
     yield from look(page, 3)
     word(page, "lft").first.dblclick()
     yield from _type(page, "right")
     page.keyboard.press("Escape")
-    page.keyboard.press("Control+S")
+    page.keyboard.press("Alt+.")
     yield from look(page, 5)
-    page.keyboard.press("Control+.")
+    page.keyboard.press("Alt+.")
     expect(page.locator(".statusbar-item[id$='improv.status']")).to_have_text(re.compile("stopped"))
     yield from look(page, 1.5)
 

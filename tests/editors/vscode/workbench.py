@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import re
@@ -13,15 +14,17 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from urllib.request import urlopen
 
 from playwright.sync_api import FrameLocator, Locator, Page, expect, sync_playwright
 
-from tests.editors.editors import ROOT, find
+from tests.editors.editors import LIMIT, ROOT, find
 from tests.needs import need
 
+HERE, FOLDER = Path(__file__).parent, ROOT / "editors" / "vscode"
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
 FLAGS += ["--disable-background-networking", "--disable-component-update", "--disable-sync"]
 QUIET = {
@@ -36,14 +39,57 @@ PATIENCE = 60.0
 
 @cache
 def packaged() -> Path:
-    """The extension as a .vsix, made once for all tests."""
-    folder = ROOT / "editors" / "vscode"
-    if not (folder / "node_modules").is_dir():
-        subprocess.run([need("npm"), "ci"], cwd=folder, check=True, capture_output=True)
-    env = {**os.environ, "PYTHON": sys.executable}
-    made = subprocess.run([need("npm"), "run", "package"], cwd=folder, env=env, capture_output=True, text=True)
-    assert made.returncode == 0, made.stdout + made.stderr
-    return folder / "improv.vsix"
+    """The extension as a .vsix, made anew if what goes into it has changed. No two processes make it at once."""
+    package, made_of = FOLDER / "improv.vsix", FOLDER / "dist" / "made-of"
+    with _alone():
+        _bring_modules()
+        if not (package.exists() and made_of.exists() and made_of.read_text() == _hash_of_sources()):
+            env = {**os.environ, "PYTHON": sys.executable}
+            made = subprocess.run([need("npm"), "run", "package"], cwd=FOLDER, env=env, capture_output=True, text=True)
+            assert made.returncode == 0, made.stdout + made.stderr
+            made_of.write_text(_hash_of_sources())
+    return package
+
+
+def bundle(folder: Path, *scripts: Path) -> None:
+    """Bundle scripts that import parts of the extension, each into a file in this folder that node runs."""
+    with _alone():
+        _bring_modules()
+    options = ["--bundle", "--platform=node", "--format=esm", "--out-extension:.js=.mjs", f"--outdir={folder}"]
+    command = ["node_modules/.bin/esbuild", *map(str, scripts), *options, f"--alias:vscode={HERE / 'vscode.mjs'}"]
+    subprocess.run(command, cwd=FOLDER, check=True, capture_output=True)
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """While no other process is here: tests run side by side, and all build in one folder."""
+    with (FOLDER / "package.json").open() as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def _bring_modules() -> None:
+    if not (FOLDER / "node_modules" / ".package-lock.json").exists():  # what npm writes last
+        subprocess.run([need("npm"), "ci"], cwd=FOLDER, check=True, capture_output=True)
+
+
+def _hash_of_sources() -> str:
+    """Of all that the extension and the wheel in it are made of."""
+    made = {"node_modules", "dist", "wheel", "__pycache__"}
+    own = [
+        "editors/vscode",
+        "improv_core",
+        "improv_ls",
+        "docs/diagnostics.md",
+        "pyproject.toml",
+        "README.md",
+        "LICENSE",
+    ]
+    total = sha256()
+    for path in sorted(path for each in own for path in (ROOT / each, *(ROOT / each).rglob("*"))):
+        if path.is_file() and not made.intersection(path.relative_to(ROOT).parts) and path.suffix != ".vsix":
+            total.update(f"{path.relative_to(ROOT)}\0".encode() + path.read_bytes())
+    return total.hexdigest()
 
 
 @contextmanager
@@ -95,7 +141,12 @@ def run_command(page: Page, title: str) -> None:
 
 def framed_page(page: Page) -> FrameLocator:
     """The page with the robots, in the panel beside the text."""
-    return page.frame_locator("iframe.webview.ready").frame_locator("iframe#active-frame").frame_locator("iframe")
+    return framed(page).frame_locator("iframe")
+
+
+def framed(page: Page) -> FrameLocator:
+    """What an extension shows in a panel of its own."""
+    return page.frame_locator("iframe.webview.ready").frame_locator("iframe#active-frame")
 
 
 def keep_picture(page: Page, name: str) -> None:
@@ -141,12 +192,17 @@ def _code_server(folder: Path, work: Path, env: Mapping[str, str]) -> Iterator[s
     with (folder / "log").open("wb") as log:
         server = subprocess.Popen([*command, str(work)], env=env, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
     try:
-        end = time.monotonic() + PATIENCE
-        while time.monotonic() < end:
-            with suppress(OSError), urlopen(f"http://{address}/healthz"):
-                break
+        end = time.monotonic() + LIMIT
+        while not _answers(address):
+            assert time.monotonic() < end, (folder / "log").read_text()
             time.sleep(0.1)
         yield f"http://{address}"
     finally:
         server.terminate()
         server.wait(PATIENCE)
+
+
+def _answers(address: str) -> bool:
+    with suppress(OSError), urlopen(f"http://{address}/healthz"):
+        return True
+    return False

@@ -6,6 +6,7 @@ import pytest
 
 from improv_core.ide.rename import RefusalError
 from improv_core.ide.robots_file.references import declarations, rename_profile, symbol_at, uses
+from tests.ide.cursor import applied
 
 TEXT = """\
 [profiles.rover]
@@ -44,9 +45,7 @@ def test_all_names_of_a_robot_or_profile() -> None:
 def renamed(text: str, word: str, new: str) -> str:
     symbol = symbol_at(text, text.index(word))
     assert symbol
-    for edit in reversed(rename_profile(text, symbol, new)):
-        text = text[: edit.span.start] + edit.text + text[edit.span.end :]
-    return text
+    return applied(text, rename_profile(text, symbol, new))
 
 
 def test_a_profile_is_renamed_with_its_uses() -> None:

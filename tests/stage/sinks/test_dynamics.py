@@ -30,7 +30,7 @@ def test_ideal_robots_have_no_motors() -> None:
     assert motors_of(TURTLEBOT4, "r") is None
 
 
-def test_motors_have_the_limits_of_their_profile_and_ours_where_it_has_none() -> None:
+def test_motors_have_the_limits_of_their_profile_or_else_ours() -> None:
     create = Profile("create", 0.2, max_linear_acceleration=0.9, max_angular=1.9, dynamics="motors")
     assert motors_of(create, "r") == Motors(None, 1.9, 0.9, 5.0)
 
@@ -113,7 +113,7 @@ def test_noise_is_the_same_each_time_and_as_large_as_the_profile_says() -> None:
     ).map(lambda commands: sorted(commands, key=lambda command: command[0])),
     st.lists(st.integers(0, 4 * 240), max_size=8).map(sorted),
 )
-def test_asking_in_between_changes_nothing_and_no_limit_is_broken(
+def test_asking_in_between_changes_nothing_and_exceeds_no_limit(
     motors: Motors, commands: list[tuple[float, Twist]], steps: list[int]
 ) -> None:
     motion, left, passed = Motion(0.0, Pose()), commands, [Motion(0.0, Pose())]

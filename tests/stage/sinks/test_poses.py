@@ -58,7 +58,7 @@ def test_the_pose_in_each_message(kind: str, frame: str, child: str, heading: fl
 
 
 @pytest.mark.parametrize("kind", TEXTS)
-def test_what_is_no_pose(kind: str) -> None:
+def test_broken_poses_are_refused(kind: str) -> None:
     for wrong in (math.nan, math.inf, 1e300):
         assert pose_in(message(kind, Pose(wrong)), TEXTS[kind]) is None
         assert pose_in(message(kind, Pose(), z=wrong, w=wrong), TEXTS[kind]) is None

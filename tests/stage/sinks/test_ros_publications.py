@@ -1,4 +1,4 @@
-"""What is published of what plays, before rclpy sends it."""
+"""What is published about what plays, before rclpy sends it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from improv_core.stage.outlook import Outlook
-from improv_core.stage.protocol import Health
+from improv_core.stage.publisher_messages import Health
 from improv_core.stage.sinks.ros_publications import diagnose, path_topics
 from tests.stage.test_player import Stage, score
 
@@ -32,7 +32,7 @@ def test_topics_of_robots_with_all_kinds_of_names(robots: list[str], names: list
     assert all(re.fullmatch("(/[A-Za-z_][A-Za-z0-9_]*)+", topic) and len(topic) <= 247 for topic in topics.values())
 
 
-def test_the_layout_for_foxglove_shows_topics_that_there_are() -> None:
+def test_the_layout_for_foxglove_shows_existing_topics() -> None:
     text = (Path(__file__).parents[3] / "examples" / "ros" / "foxglove.json").read_text(encoding="utf-8")
     layout = json.loads(text)
     topics = {"/improv/markers", "/improv/transport", "/diagnostics", "/rosout"}

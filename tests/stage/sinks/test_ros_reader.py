@@ -8,12 +8,13 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
 from improv_core.score.senses import RobotSense, Topic
 from improv_core.stage.sinks import Edge, RawPoses, ros_reader
-from improv_core.stage.sinks.ros_reader import Reader
+from improv_core.stage.sinks.ros_reader import RosReader
 
 LIMIT = 60.0
 ANNA = RobotSense("anna", "bump")
@@ -23,8 +24,8 @@ EDGE = '{"type": "edge", "robot": "anna", "sense": "bump", "value": false, "at":
 @contextmanager
 def reading(
     monkeypatch: pytest.MonkeyPatch, script: str
-) -> Iterator[tuple[Reader, queue.SimpleQueue[Edge | RawPoses]]]:
-    """A reader whose process runs a script, and what it hands on."""
+) -> Iterator[tuple[RosReader, queue.SimpleQueue[Edge | RawPoses]]]:
+    """A reader whose process runs a script, and what it passes on."""
     heard: queue.SimpleQueue[Edge | RawPoses] = queue.SimpleQueue()
     processes: list[subprocess.Popen[bytes]] = []
 
@@ -34,7 +35,7 @@ def reading(
         return processes[-1]
 
     monkeypatch.setattr(ros_reader, "_start", start)
-    reader = Reader("node", heard.put, time.monotonic)
+    reader = RosReader("node", heard.put, time.monotonic)
     reader.read({ANNA: Topic("/anna/bump", "std_msgs/Bool")}, {})
     try:
         yield reader, heard
@@ -44,7 +45,7 @@ def reading(
 
 
 @pytest.mark.parametrize("line", ["[WARN] [reader]: a line of some library", '{"type": "edge"}', "[]"])
-def test_what_can_not_be_read_leaves_no_sense_as_it_was(monkeypatch: pytest.MonkeyPatch, line: str) -> None:
+def test_an_unreadable_line_makes_all_senses_unknown(monkeypatch: pytest.MonkeyPatch, line: str) -> None:
     with reading(monkeypatch, f"print({EDGE!r}, flush=True); print({line!r}, flush=True); input()") as (reader, heard):
         assert heard.get(timeout=LIMIT) == Edge(ANNA, False, 1.0)
         silent = heard.get(timeout=LIMIT)
@@ -57,3 +58,51 @@ def test_a_process_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch) 
     script = f"import time; print({EDGE!r}, flush=True); time.sleep({LIMIT})"
     with reading(monkeypatch, script) as (_, heard):
         heard.get(timeout=LIMIT)
+
+
+FROZEN = f"""\
+import sys, time
+ALIVE = '{{"type": "alive"}}\\n'
+print(ALIVE + {EDGE!r} + "\\n" + ALIVE, end="", flush=True)
+sys.stdin.readline()  # what to read
+sys.stdin.readline()
+"""
+"""It says something, and then hangs for good."""
+
+
+def test_a_frozen_process_no_longer_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long before it is replaced."""
+    monkeypatch.setattr(ros_reader, "ALIVE_LIMIT", LIMIT)
+    with reading(monkeypatch, FROZEN) as (reader, heard):
+        assert heard.get(timeout=LIMIT) == Edge(ANNA, False, 1.0)
+        silent = heard.get(timeout=LIMIT)
+        assert isinstance(silent, Edge)
+        assert (silent.what, silent.value) == (ANNA, None)
+        assert reader.problem is None
+
+
+AWAKE = f"""\
+import os, sys, time
+ALIVE = '{{"type": "alive"}}\\n'
+print(ALIVE + {EDGE!r}, flush=True)
+while not os.path.exists("GATE"):
+    time.sleep(0.01)
+print(ALIVE + {EDGE!r}.replace("false", "true"), flush=True)
+while True:
+    print(ALIVE, end="", flush=True)
+    time.sleep(0.05)
+"""
+"""It says something, and then nothing until a file is there."""
+
+
+def test_a_process_that_resumes_counts_again_once_it_has_caught_up(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """What it said before it hung may no longer be true."""
+    monkeypatch.setattr(ros_reader, "ALIVE_LIMIT", LIMIT)
+    gate = tmp_path / "gate"
+    with reading(monkeypatch, AWAKE.replace("GATE", str(gate))) as (_, heard):
+        edges = [heard.get(timeout=LIMIT) for _ in range(2)]
+        gate.touch()
+        edges.append(heard.get(timeout=LIMIT))
+        assert [edge.value for edge in edges if isinstance(edge, Edge)] == [False, None, True]

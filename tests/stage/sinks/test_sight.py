@@ -40,7 +40,7 @@ ALL_AROUND = (-math.pi, math.pi)
     ],
 )
 @pytest.mark.parametrize("turn", [0.0, 1.0, math.pi])
-def test_what_is_in_the_way(world: World, expected: bool, turn: float) -> None:
+def test_obstacles_in_the_way(world: World, expected: bool, turn: float) -> None:
     assert is_in_the_way(turned(scene(world), turn), Pose(heading=turn), RADIUS, REACH) is expected
 
 
@@ -74,6 +74,11 @@ scenes = st.builds(
     circles=st.lists(st.builds(Circle, places, places, st.floats(0.05, 1)), max_size=2).map(tuple),
 ).map(scene)
 poses = st.builds(Pose, places, places, heading=st.floats(-7, 7))
+
+
+def test_a_wall_behind_does_not_block_a_robot_that_has_hardly_turned() -> None:
+    things = scene(World(walls=(Wall(-1, 0, -2, 0),)))
+    assert not is_in_the_way(things, Pose(heading=1e-233), RADIUS, REACH)
 
 
 @given(scenes, poses)

@@ -13,12 +13,12 @@ from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose
 from improv_core.stage.player import Player
 from improv_core.stage.sinks.simulator import Simulator
-from improv_core.stage.sinks.trails import MOST_PLACES, Place, Trail
+from improv_core.stage.sinks.trails import MOST_PLACES, TimedPose, Trail
 
 FREQUENCY = 50
 
 
-def check(program: str, robots: str = "", seconds: float = 10.0, slack: float = 1e-9) -> list[Place]:
+def check(program: str, robots: str = "", seconds: float = 10.0, slack: float = 1e-9) -> list[TimedPose]:
     """Play a program; the places of ada's trail, which is off her poses by at most `slack` meters."""
     simulator = Simulator()
     player = Player(simulator, lambda message: None, lambda: 0.0)
@@ -36,7 +36,7 @@ def check(program: str, robots: str = "", seconds: float = 10.0, slack: float = 
     return places
 
 
-def on(places: list[Place], at: float) -> tuple[float, float]:
+def on(places: list[TimedPose], at: float) -> tuple[float, float]:
     """The point of a trail at a time: on the arc between two places."""
     index = next(index for index, place in enumerate(places) if place.at >= at)
     if index == 0:
@@ -61,7 +61,7 @@ def test_a_straight_line_has_two_places_however_long_it_takes() -> None:
     assert len(check("ada $ slow 9 forward rest\n")) == 2
 
 
-def test_who_accelerates_is_followed_closely() -> None:
+def test_the_trail_of_an_accelerating_robot_is_close() -> None:
     check(
         "ada $ forward (forward || left) left forward\n",
         "[robots.ada]\nprofile = 'p'\n[profiles.p]\nbase = 'turtlebot4'\ndynamics = 'motors'\n",
@@ -69,7 +69,7 @@ def test_who_accelerates_is_followed_closely() -> None:
     )
 
 
-def test_who_slides_along_a_wall_is_followed_closely() -> None:
+def test_the_trail_of_a_robot_sliding_along_a_wall_is_close() -> None:
     wall = "[world]\nwalls = [[-9, 1, 9, 1]]\n"
     check("ada $ halfleft slow 8 scale 4 forward\n", f"[robots.ada]\nprofile = 'turtlesim'\n{wall}", slack=0.02)
 

@@ -1,4 +1,4 @@
-"""Walls, obstacles, heights and bumps: what simulated robots can't pass, and what is told of it."""
+"""Walls, obstacles, heights and bumps: what simulated robots can't pass, and what is reported about it."""
 
 from __future__ import annotations
 
@@ -62,12 +62,11 @@ def test_a_bump_says_when_and_where() -> None:
     (bump,) = simulator.snapshot().bumps
     assert bump.at == pytest.approx((2 - RADIUS) / 2, abs=2 / 240)
     assert (bump.x, bump.y) == pytest.approx((2.0, 0.0), abs=0.01)
-    met = "an obstacle"
-    assert simulator.warnings() == {"a": f"a bumped into {met}: start them farther apart or change their paths"}
+    assert simulator.warnings() == {"a": "a bumped into an obstacle: change its start or its path"}
     assert simulator.warnings({"b"}) == {}
 
 
-def test_whoever_goes_along_a_wall_bumps_once() -> None:
+def test_a_robot_sliding_along_a_wall_bumps_once() -> None:
     simulator = stage(World(walls=(Wall(-9, 1, 9, 1),)), a=Pose(heading=math.pi / 4))
     pose = drive(simulator, 3.0, a=FORWARD)["a"]
     assert pose.y == pytest.approx(1 - RADIUS, abs=0.002)
@@ -75,7 +74,7 @@ def test_whoever_goes_along_a_wall_bumps_once() -> None:
     assert len(simulator.snapshot().bumps) == 1
 
 
-def test_two_that_meet_twice_bump_twice_and_it_is_told_once() -> None:
+def test_robots_that_meet_twice_bump_twice_but_are_warned_about_once() -> None:
     simulator = stage(World(), a=Pose(), b=Pose(2.0, heading=math.pi))
     for at, twist in [(0.0, FORWARD), (1.0, Twist(x=-2.0)), (2.0, FORWARD)]:
         for robot in ("a", "b"):
@@ -92,7 +91,7 @@ def test_robots_that_only_stand_close_do_not_bump() -> None:
 
 
 @pytest.mark.parametrize(("height", "passes"), [(0.0, False), (0.5, False), (0.7, True)])
-def test_who_flies_above_another_passes(height: float, passes: bool) -> None:
+def test_a_robot_flying_above_another_passes(height: float, passes: bool) -> None:
     simulator = stage(World(), a=Pose(), above=Pose(2.0, z=height))
     pose = drive(simulator, 2.0, a=FORWARD)["a"]
     assert (pose.x == pytest.approx(4.0)) is passes
@@ -100,7 +99,7 @@ def test_who_flies_above_another_passes(height: float, passes: bool) -> None:
     assert (simulator.poses()["above"] == Pose(2.0, z=height)) is passes
 
 
-def test_who_was_above_another_bumps_once_it_comes_down() -> None:
+def test_a_robot_that_lands_on_another_bumps_once() -> None:
     simulator = stage(World(), a=Pose(z=1.0), b=Pose(0.1))
     for at, twist in [(0.0, STILL), (0.5, Twist(z=-0.5)), (2.5, STILL)]:
         simulator.send("a", twist, at)
@@ -114,7 +113,7 @@ def test_who_was_above_another_bumps_once_it_comes_down() -> None:
     assert bump.at == pytest.approx(0.5 + (1.0 - 2 * RADIUS) / 0.5, abs=2 / 240)
 
 
-def test_who_rises_and_sinks_beside_another_does_not_bump() -> None:
+def test_a_robot_rising_beside_another_does_not_bump() -> None:
     simulator = stage(World(), a=Pose(), b=Pose(2 * RADIUS - 0.0005))
     for at, twist in [(0.0, Twist(z=0.5)), (0.5, Twist(z=-0.5)), (1.0, STILL)]:
         simulator.send("a", twist, at)
@@ -123,7 +122,7 @@ def test_who_rises_and_sinks_beside_another_does_not_bump() -> None:
 
 
 @pytest.mark.parametrize("waits", [0.0, 1.0])
-def test_who_overlaps_something_at_its_start_bumps_once_when_it_drives_in(waits: float) -> None:
+def test_a_robot_that_starts_in_a_wall_bumps_once_when_it_drives_on(waits: float) -> None:
     simulator = stage(World(size=(6, 6)), a=Pose(2.9, 2.9))
     simulator.send("a", FORWARD, waits)
     simulator.advance(waits + 3.0)
@@ -139,9 +138,10 @@ def test_small_and_fast_robots_pass_nothing_either(radius: float, speed: float) 
         score = Score(Fraction(60), {"a": Part("a", (), profile, Pose(), "/a/cmd_vel")}, world=world)
         simulator.prepare(score, restart=True)
         simulator.send("a", Twist(x=speed), 0.0)
-        simulator.advance(4.0)
-        simulator.send("a", STILL, 4.0)  # and are not thrown back
-        simulator.advance(5.0)
+        there = 3 / speed + 0.5
+        simulator.advance(there)
+        simulator.send("a", STILL, there)  # and are not thrown back
+        simulator.advance(there + 0.1)
         assert simulator.poses()["a"].x == pytest.approx(3 - radius, abs=0.002)
         assert [bump.robots for bump in simulator.snapshot().bumps] == [("a",)]
 
@@ -193,21 +193,21 @@ twists = st.builds(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10)
 @given(
-    st.lists(st.tuples(st.floats(0, 2), st.sampled_from("abc"), twists), max_size=12),
-    st.lists(st.floats(0, 3), max_size=20),
+    st.lists(st.tuples(st.floats(0, 1), st.sampled_from("abc"), twists), max_size=12),
+    st.lists(st.floats(0, 1.5), max_size=20),
     st.sampled_from(["ideal", "motors"]),
 )
-def test_poses_are_bit_equal_whatever_the_frames(
+def test_poses_are_identical_at_any_frame_rate(
     told: list[tuple[float, str, Twist]], frames: list[float], dynamics: str
 ) -> None:
     world = World(size=(4, 3), circles=(Circle(0.5, 0.9, 0.2),), boxes=(Box(-1, -1, 0.5, 0.3, 0.3),))
     starts = {"a": Pose(-1), "b": Pose(1, heading=math.pi), "c": Pose(0, -0.8, heading=1)}
     ends = []
-    for times in ([], frames, [frame / 60 for frame in range(180)]):
+    for times in ([], frames, [frame / 60 for frame in range(90)]):
         simulator = stage(world, dynamics, **starts)
-        # As the player does it: what is due is sent first, then time goes on.
+        # As the player does it: what is due is sent first, then time advances.
         events = sorted(
             [(at, 0, robot, twist) for at, robot, twist in told] + [(at, 1, "", STILL) for at in times],
             key=lambda event: event[:2],
@@ -217,7 +217,7 @@ def test_poses_are_bit_equal_whatever_the_frames(
                 simulator.advance(at)
             else:
                 simulator.send(robot, twist, at)
-        simulator.advance(3.0)
+        simulator.advance(1.5)
         ends.append((simulator.poses(), simulator.snapshot().bumps))
     assert ends[0] == ends[1] == ends[2]
 

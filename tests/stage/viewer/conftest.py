@@ -8,26 +8,31 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect, sync_playwright
 
-from improv_core.playback.playback import Playback
-from improv_core.playback.start import Options
+from improv_core.playback.playback import Playback, Start
+from improv_core.playback.stage_process import Stage
+from improv_core.playback.start import Options, start_stage
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.robots.config import read_robots
 from improv_core.score.motion import Pose
+from improv_core.score.movement import ENDLESS
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part
-from improv_core.stage.protocol import PageRequest, State, TransportMessage, Watched, When
+from improv_core.stage.commands import PageRequest, Watched
+from improv_core.stage.messages import State, TransportMessage, When
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.tickets import issue
 from improv_core.stage.viewer.server import Viewer
 from tests.needs import need
+from tests.stage_on_thread import start_on_thread
 
 FLAGS = [
     "--headless",
@@ -39,7 +44,8 @@ FLAGS = [
     "--disable-component-update",
     "--disable-sync",
 ]
-LIMIT = 20.0
+LIMIT = 60.0
+"""Seconds to wait for anything on a busy machine."""
 TOKEN = "a token"
 
 
@@ -89,13 +95,17 @@ def transport(generation: int, state: State, beats: float | None = 8.0, beat: fl
 
 
 class Show:
-    """A simulator's stage that plays programs, as an editor has it, run by an event loop on a thread of its own."""
+    """A simulator's stage that plays programs, as an editor has it, run by an event loop on a thread of its own.
 
-    def __init__(self) -> None:
+    The stage is a process, unless it is started otherwise.
+    """
+
+    def __init__(self, start: Start = start_stage) -> None:
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever)
         self._thread.start()
-        self._playback = Playback(Options(backend="sim", takes_start_poses=True), lambda message, leads: None, Stops())
+        options = Options(backend="sim", takes_start_poses=True)
+        self._playback = Playback(options, lambda message, leads: None, Stops(), start)
 
     def play(self, program: str, robots: str = "", when: When = "restart") -> None:
         analysis = analyze(program, read_robots(robots))
@@ -109,8 +119,20 @@ class Show:
         assert link
         return link
 
+    @property
+    def stops(self) -> int:
+        """How many stops have arrived."""
+        return self._playback.stops.count
+
+    @property
+    def stage(self) -> int:
+        """The number of the process that plays, if it is one."""
+        stage = self._playback._leader
+        assert isinstance(stage, Stage)
+        return stage._process.pid
+
     def end_stage(self) -> None:
-        """As if it had never been started: only what is played next starts another."""
+        """As if it had never been started: only the next play starts another."""
         self._run(self._playback.close)
 
     def close(self) -> None:
@@ -125,23 +147,49 @@ class Show:
 
 @pytest.fixture
 def show() -> Iterator[Show]:
-    show = Show()
+    show = Show(start_on_thread)
     yield show
     show.close()
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    chromium = need("chromium")
+@dataclass(frozen=True)
+class Chromium:
+    """A browser, a window in which pages are tabs, and the event loop that both need."""
+
+    browser: Browser
+    window: BrowserContext
+    loop: asyncio.AbstractEventLoop
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Chromium]:
+    """One browser and window for all tests of a worker: each server has a port of its own, so pages share nothing.
+
+    That loop is running as long as the browser does. While no test uses the browser, it is hidden: `asyncio.run` of
+    another test would refuse to run beside it.
+    """
+    path = need("chromium")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
-        yield browser
+        browser, loop = playwright.chromium.launch(executable_path=path, args=FLAGS), asyncio.get_running_loop()
+        window = browser.new_context(viewport={"width": 1280, "height": 800})
+        asyncio._set_running_loop(None)
+        yield Chromium(browser, window, loop)
+        asyncio._set_running_loop(loop)
         browser.close()
 
 
 @pytest.fixture
-def page(browser: Browser) -> Iterator[Page]:
-    """A page on which nothing may go wrong unnoticed."""
+def browser(chromium: Chromium) -> Iterator[Browser]:
+    asyncio._set_running_loop(chromium.loop)
+    expect.set_options(timeout=LIMIT * 1000)
+    yield chromium.browser
+    expect.set_options(timeout=None)
+    asyncio._set_running_loop(None)
+
+
+@pytest.fixture
+def page(browser: Browser, chromium: Chromium) -> Iterator[Page]:
+    """A page on which no error goes unnoticed."""
     wrong: list[str] = []
 
     def listen(message: ConsoleMessage) -> None:
@@ -149,7 +197,7 @@ def page(browser: Browser) -> Iterator[Page]:
         if message.type in ("error", "warning") and "net::ERR_CONNECTION" not in message.text:
             wrong.append(message.text)
 
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page = chromium.window.new_page()
     page.set_default_timeout(LIMIT * 1000)
     page.on("console", listen)
     page.on("pageerror", lambda error: wrong.append(f"{error} {error.stack}"))
@@ -166,10 +214,28 @@ def artifacts() -> Path:
 
 
 def watch(page: Page, show: Show) -> Page:
-    """Open the page of a show, and wait until it knows what is to come."""
+    """Open the page of a show, wait until it knows what is coming, and put the focus on the stage."""
     page.goto(show.url)
     wait(page, "window.improv?.connected && Object.keys(improv.known).length > 0")
+    page.locator("#stage").focus()  # keys work there
     return page
+
+
+@pytest.fixture
+def still(page: Page, viewer: Viewer, simulator: Simulator) -> Callable[..., Page]:
+    """Opens the page of a program that is still at its first beat. There is no stage behind it."""
+
+    def open_page(program: str, robots: str = "") -> Page:
+        score = score_of(analyze(program, read_robots(robots)))
+        simulator.prepare(score, restart=True)
+        viewer.show(score, 1)
+        viewer.publish(transport(1, "paused", None if score.beats == ENDLESS else float(score.beats)))
+        page.goto(link(viewer))
+        wait(page, "window.improv?.connected && Object.keys(improv.known).length > 0")
+        page.locator("#stage").focus()  # keys work there
+        return page
+
+    return open_page
 
 
 def wait(page: Page, condition: str) -> None:

@@ -15,7 +15,7 @@ from playwright.sync_api import Page, expect, sync_playwright
 from tests.editors.vscode.film import FRAME, Look, look, save
 from tests.needs import need
 from tests.stage.viewer.conftest import FLAGS, wait
-from tests.stage.viewer.test_editor import Edit
+from tests.stage.viewer.editing import Edit
 
 SIZE = {"width": 1040, "height": 580}
 LINE = ("bo ", "$ ", "rep", "eat ", "4 ", "(fow", "rard ", "|| ", "left)")

@@ -1,4 +1,4 @@
-"""Film a robot that dances on while another one's line is saved: `python -m tests.stage.viewer.film film.webp`.
+"""Film a robot that keeps dancing while another one's line is saved: `python -m tests.stage.viewer.film film.webp`.
 
 Needs Chromium and `pip install pillow`.
 """
@@ -37,7 +37,7 @@ def main() -> None:
 
 
 def _session(page: Page, show: Show) -> Iterator[Look]:
-    """Bert's line is saved anew every few seconds."""
+    """Bert's line is saved again every few seconds."""
     show.play(_program(LINES[0]))
     watch(page, show)
     for generation, line in enumerate(LINES, 1):

@@ -2,75 +2,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.stage.viewer.conftest import Show, wait, watch
 
-DANCE = "beat 60\nsquare = repeat 4 (forward left)\nverse = square square forward\nada $ verse verse\n"
+LETTERS = "text => parseFloat(getComputedStyle(text).fontSize)"
 NAME = "the_robot_with_the_longest_name"
 
 
-def test_present_shows_the_stage_and_the_beat_alone(page: Page, show: Show, artifacts: Path) -> None:
+@pytest.mark.slow("draws full screen")
+def test_present_shows_the_stage_the_program_and_the_beat(page: Page, show: Show, artifacts: Path) -> None:
     show.play(f"beat 60\nada {NAME} $ repeat forward\n")
     watch(page, show)
     page.set_viewport_size({"width": 1920, "height": 1080})
-    beat = page.locator("#beat-now")
-    small = beat.bounding_box()
-    page.keyboard.press("p")
-    for hidden in ("#timeline", "#score", "#tools", "#controls", "#caption"):
+    beat, program = page.locator("#beat-now"), page.locator("#score-text")
+    small, letters = beat.bounding_box(), program.evaluate(LETTERS)
+    page.get_by_role("button", name="Present").click()
+    for hidden in ("#timeline", "#tools", "#controls", "#caption"):
         expect(page.locator(hidden)).to_be_hidden()
     wait(page, "document.getElementById('stage').clientHeight === innerHeight")
     large = beat.bounding_box()
     assert small
     assert large
     assert large["height"] > 5 * small["height"]
-    wait(page, f"improv.robots.ada && improv.toScreen(improv.robots.ada.x, 0).x > {large['x'] + large['width']}")
+    assert program.evaluate(LETTERS) > 1.3 * letters
+    expect(program.locator(".moving.lit")).to_have_text(["forward"])
+    wait(page, f"improv.robots.ada && improv.toScreen(improv.robots.ada.x, 0).y > {large['y'] + large['height']}")
     page.screenshot(path=artifacts / "page-present.png")
-    page.keyboard.press("p")
-    expect(page.locator("#timeline")).to_be_visible()
-    page.keyboard.press("p")
+
+    for part, key in (("Program", "s"), ("Beat", "b")):  # the page names the key
+        button = page.get_by_role("button", name=f"{part} {key.upper()}")
+        shown = program if part == "Program" else beat
+        page.keyboard.press(key)
+        expect(shown).to_be_hidden()
+        expect(button).to_have_attribute("aria-pressed", "false")
+        button.click()
+        expect(shown).to_be_visible()
+    for key in "lt?":  # of panels that are hidden
+        page.keyboard.press(key)
     page.keyboard.press("Escape")  # stops, as everywhere
     expect(page.locator("#state")).to_have_text("stopped")
+    page.keyboard.press("p")
+    expect(page.locator("#timeline")).to_be_visible()
+    expect(page.get_by_role("dialog", name="Help")).to_be_hidden()
+    expect(page.get_by_label("Trails")).to_have_value("Infinity")
+
+
+def test_on_a_phone_presented_robots_are_not_below_stop(still: Callable[..., Page], artifacts: Path) -> None:
+    page = still(f"{' '.join(f'r{number}' for number in range(12))} $ repeat rest\n")
+    page.set_viewport_size({"width": 390, "height": 844})
     page.get_by_role("button", name="Present").click()
-    expect(page.locator("#score")).to_be_visible()
+    stop = page.locator("#stop").bounding_box()
+    assert stop
+    wait(page, f"improv.robots.r0 && improv.toScreen(0, 0).y > {stop['y'] + stop['height']}")
+    page.screenshot(path=artifacts / "page-present-small.png")
 
 
-def test_names_stand_where_phrases_begin(page: Page, show: Show) -> None:
-    show.play(DANCE)
-    watch(page, show)
-    found = page.evaluate(
-        """async ([text]) => {
-          const { labels, Reader } = await import("/items.js")
-          const words = { forward: [1, 0, 0, 0], left: [0, 0, 0, 1] }
-          const at = (word, from = 0) => [text.indexOf(word, from), text.indexOf(word, from) + word.length]
-          const [one, other] = [at("verse", text.indexOf("$")), at("verse", text.lastIndexOf("verse"))]
-          const [first, second] = [at("square", text.indexOf("verse")), at("square", text.lastIndexOf("square"))]
-          const square = (names) => [0, 1, 2, 3].flatMap(() => [[...names, at("forward")], [...names, at("left")]])
-          const end = at("forward", second[1])
-          const verse = (name) => [...square([name, first]), ...square([name, second]), [name, end]]
-          const velocity = { x: 1, y: 0, z: 0, yaw: 0 }
-          const stretches = [...verse(one), ...verse(other)].map((words, start) => ({ start, velocity, words }))
-          const reader = new Reader(text, words)
-          const show = (from) => labels(stretches, from, 34, reader).map(({ start, text }) => `${start} ${text}`)
-          return [show(0), show(12)]
-        }""",
-        [DANCE],
-    )
-    whole = ["0 verse › square", "8 square", "17 verse › square", "25 square"]
-    assert found == [whole, whole]  # wherever the view begins
-
-
-def test_the_score_scrolls_to_the_word_that_plays(page: Page, show: Show) -> None:
-    show.play("#\n" * 80 + "step = forward\n" + "#\n" * 80 + "ada $ repeat step\n")
-    watch(page, show)
+def test_the_score_scrolls_to_the_word_that_plays(still: Callable[..., Page]) -> None:
+    page = still("#\n" * 80 + "step = forward\n" + "#\n" * 80 + "ada $ repeat step\n")
     expect(page.locator("#score-text .moving.lit")).to_be_in_viewport()
 
 
-def test_long_names_fit_and_letters_are_explained(page: Page, show: Show) -> None:
-    show.play(f"beat 60\nada {NAME} $ repeat forward\n")
-    watch(page, show)
+def test_long_names_fit_and_letters_are_explained(still: Callable[..., Page]) -> None:
+    page = still(f"beat 60\nada {NAME} $ repeat forward\n")
     for width in (390, 1280):
         page.set_viewport_size({"width": width, "height": 844})
         name = page.locator(f"li[data-robot={NAME}] .name")
@@ -93,7 +91,7 @@ def test_long_names_fit_and_letters_are_explained(page: Page, show: Show) -> Non
         expect(page.locator("#help dt").get_by_text(word, exact=True).first).to_be_visible()
 
 
-def test_a_formation_is_offered_and_not_written_unasked(page: Page, show: Show, artifacts: Path) -> None:
+def test_a_formation_is_offered_but_written_only_on_request(page: Page, show: Show, artifacts: Path) -> None:
     show.play("ada $ rest\nbo $ rest\n")
     watch(page, show)
     page.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")

@@ -10,7 +10,7 @@ BEFORE = "beat 240\nanna $ repeat slow 50 forward\nbert $ repeat slow 40 left\n"
 AFTER = "# bert has another line, and anna's has moved\n" + BEFORE.replace("slow 40 left", "slow 40 right")
 
 
-def test_the_page_goes_on_counting_and_lights_what_plays_where_it_is_now(page: Page, show: Show) -> None:
+def test_the_page_keeps_counting_and_lights_playing_words_where_they_are_now(page: Page, show: Show) -> None:
     show.play(BEFORE)
     lit = watch(page, show).locator("#score-text .lit")
     expect(lit).to_have_text(["forward", "left"])
@@ -25,7 +25,7 @@ def test_the_page_goes_on_counting_and_lights_what_plays_where_it_is_now(page: P
     assert page.evaluate("improv.moved") == {}  # both are on their paths
 
 
-def test_a_seek_back_shows_who_has_not_begun(page: Page, show: Show) -> None:
+def test_a_seek_back_shows_which_robots_have_not_begun(page: Page, show: Show) -> None:
     show.play(BEFORE)
     lit = watch(page, show).locator("#score-text .lit")
     wait(page, "improv.beat > 6")
@@ -33,7 +33,7 @@ def test_a_seek_back_shows_who_has_not_begun(page: Page, show: Show) -> None:
     expect(lit).to_have_text(["forward", "right"])
     page.keyboard.press("k")  # pause
     expect(page.locator("#state")).to_have_text("paused")
-    page.evaluate("document.activeElement.blur()")
+    page.locator("#stage").focus()
     beat = page.evaluate("improv.transport.begins.bert")
     while page.evaluate("improv.beat") >= beat:
         page.keyboard.press("ArrowLeft")

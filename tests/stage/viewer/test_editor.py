@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import queue
+import os
 import subprocess
-import threading
 from collections.abc import Callable, Iterator
 from itertools import product
 from pathlib import Path
@@ -13,17 +12,14 @@ from typing import Any, Literal
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from improv_core.stage.protocol import LONGEST_TEXT
-from improv_core.stage.tickets import issue
-from tests.commands.command_line import IMPROV, LIMIT
+from improv_core.stage.fields import LONGEST_TEXT
+from tests.commands.command_line import IMPROV
 from tests.needs import lacking
-from tests.page import token_behind
-from tests.stage.viewer.conftest import Show, wait, watch
+from tests.stage.viewer.conftest import LIMIT, Show, wait, watch
+from tests.stage.viewer.editing import IDLE, PLAYING, Edit
 from tests.stage.viewer.test_looks import AXE
 
 SQUARE = "beat 60\nada $ repeat 4 (forward left)\n"
-IDLE = "document.querySelector('#file-state').textContent === 'saved'"
-PLAYING = "improv.transport.state === 'playing'"
 
 # Whether the colored text lies exactly below the text that is written.
 ALIGNED = """() => {
@@ -36,55 +32,6 @@ ALIGNED = """() => {
   const end = ink.lastElementChild.getBoundingClientRect().bottom + parseFloat(getComputedStyle(ink).paddingBottom)
   return [shown === text.value, same, Math.round(end - ink.getBoundingClientRect().top) - height]
 }"""
-
-
-class Edit:
-    """`improv edit` on one file, and pages of it in one browser."""
-
-    def __init__(self, file: Path, browser: Browser) -> None:
-        self.file = file
-        command = [*IMPROV, "edit", str(file), "--backend", "sim", "--no-browser"]
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
-        threading.Thread(target=self._read, daemon=True).start()
-        url = self.wait("watch it at").split()[-1]
-        self._token, self._address = token_behind(url), url.partition("?")[0]
-        self._context = browser.new_context(viewport={"width": 1280, "height": 800})
-        self._wrong: list[str] = []
-
-    def page(self) -> Page:
-        """Another page of the program."""
-        page = self._context.new_page()
-        page.set_default_timeout(LIMIT * 1000)
-        page.on("console", lambda message: self._wrong.append(message.text) if message.type == "error" else None)
-        page.on("pageerror", lambda error: self._wrong.append(f"{error} {error.stack}"))
-        page.goto(f"{self._address}?ticket={issue(self._token)}")
-        wait(page, f"window.improv?.connected && {IDLE}")
-        return page
-
-    def wait(self, part: str) -> str:
-        """The next line in the terminal with `part` in it."""
-        while part not in (line := self._lines.get(timeout=LIMIT)):
-            pass
-        return line
-
-    def close(self) -> None:
-        self._context.close()
-        self._process.terminate()
-        assert self._process.wait(LIMIT) == 130
-        assert self._wrong == []
-
-    def _read(self) -> None:
-        assert self._process.stdout
-        for line in self._process.stdout:
-            self._lines.put(line)
-
-
-@pytest.fixture(autouse=True)
-def patience() -> Iterator[None]:
-    expect.set_options(timeout=LIMIT * 1000)
-    yield
-    expect.set_options(timeout=None)
 
 
 @pytest.fixture
@@ -109,6 +56,7 @@ def write(page: Page, keys: str) -> None:
     page.keyboard.type(keys)
 
 
+@pytest.mark.slow("writes a program as people do")
 def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], Edit], artifacts: Path) -> None:
     edited = edit("\ufeff# 🤖🤖\r\nbeat 60\r\n")
     page = edited.page()
@@ -150,6 +98,7 @@ def test_a_program_is_typed_fixed_by_a_button_and_played(edit: Callable[[str], E
     expect(page.locator("#state")).to_have_text("stopped")
 
 
+@pytest.mark.slow("opens three pages")
 def test_unsaved_text_is_there_after_a_reload_and_on_a_new_page(edit: Callable[[str], Edit]) -> None:
     edited = edit(SQUARE)
     page = edited.page()
@@ -179,7 +128,27 @@ def test_unsaved_text_is_there_after_a_reload_and_on_a_new_page(edit: Callable[[
     assert edited.file.read_text() == SQUARE
 
 
-def test_a_stop_also_stops_what_is_to_be_saved_and_played_next(edit: Callable[[str], Edit]) -> None:
+@pytest.mark.slow("starts a process, and a stage's process")
+def test_a_process_that_edits_saves_plays_and_says_how_to_continue_after_its_end(tmp_path: Path, page: Page) -> None:
+    file = tmp_path / "dance.improv"
+    file.write_text(SQUARE)
+    command = [*IMPROV, "edit", str(file), "--backend", "sim", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        page.goto(next(process.stdout).split()[-1])
+        wait(page, f"window.improv?.connected && {IDLE}")
+        write(page, "# saved\n")
+        page.keyboard.press("Control+Enter")
+        wait(page, f"{PLAYING} && {IDLE}")
+        assert file.read_text() == f"{SQUARE}# saved\n"
+        write(page, "# not saved")
+        process.terminate()
+        expect(page.locator("#notice")).to_contain_text("To continue, run improv edit in the terminal.")
+        expect(page.locator("#file-state")).not_to_have_text("saved")
+        assert process.wait(LIMIT) == 130
+
+
+def test_a_stop_also_stops_a_save_that_is_about_to_play(edit: Callable[[str], Edit]) -> None:
     show = edit(SQUARE)
     page = show.page()
     # All at once: the second save waits for the answer to the first one.
@@ -196,11 +165,12 @@ def test_a_stop_also_stops_what_is_to_be_saved_and_played_next(edit: Callable[[s
       press("Escape", false)
     }""")
     wait(page, IDLE)
-    assert page.evaluate("window.sent.filter(type => ['write', 'hush'].includes(type))") == ["write", "hush"]
+    assert page.evaluate("window.sent.filter(type => ['write', 'stop'].includes(type))") == ["write", "stop"]
     page.keyboard.press("Control+Enter")
     wait(page, PLAYING)
 
 
+@pytest.mark.slow("writes on two pages at once")
 def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
     edit: Callable[[str], Edit], artifacts: Path
 ) -> None:
@@ -217,26 +187,49 @@ def test_two_pages_and_another_program_change_one_file_and_no_version_is_lost(
     expect(versions).to_contain_text("Another program has changed dance.improv")
     one.screenshot(path=artifacts / "edit-versions.png")
     one.keyboard.press("Control+Enter")  # asks first
-    expect(one.get_by_role("button", name="Use the file's")).to_be_focused()
+    expect(one.get_by_role("button", name="Use the version on disk")).to_be_focused()
     assert edited.file.read_text() == f"{SQUARE}# theirs\n"
     one.reload()
     expect(versions).to_contain_text("Another program has changed dance.improv")
     one.get_by_role("button", name="Keep mine").click()
+    expect(one.get_by_role("button", name="Keep mine")).to_be_hidden()
+    expect(versions).to_contain_text("Another text, from")
     expect(one.locator("#text")).to_have_value(f"{SQUARE}# one\n# mine\n")
     one.get_by_role("button", name="Save and play").click()
     wait(one, IDLE)
     assert edited.file.read_text() == f"{SQUARE}# one\n# mine\n"
     one.get_by_role("button", name="Show it instead").click()
     expect(one.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
+    one.keyboard.press("Control+z")
+    expect(one.locator("#text")).to_have_value(f"{SQUARE}# one\n# mine\n")
+    one.get_by_role("button", name="Show it instead").click()  # it can still be opened
+    expect(one.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
+    one.screenshot(path=artifacts / "edit-kept.png")
     write(two, "# two\n")
     one.keyboard.press("Control+Enter")
     expect(two.locator("#versions")).to_be_visible()
-    two.get_by_role("button", name="Use the file's").click()
+    two.get_by_role("button", name="Use the version on disk").click()
     expect(two.locator("#text")).to_have_value(f"{SQUARE}# theirs\n")
     two.keyboard.press("Control+z")
     expect(two.locator("#text")).to_have_value(f"{SQUARE}# one\n# mine\n# two\n")
 
 
+def test_another_text_with_the_same_time_asks_which_one_to_use(edit: Callable[[str], Edit]) -> None:
+    edited = edit(SQUARE)
+    page = edited.page()
+    write(page, "# mine\n")
+    before, new = edited.file.stat(), edited.file.with_name("new")
+    new.write_text(f"{SQUARE}# their\n")
+    os.utime(new, ns=(before.st_atime_ns, before.st_mtime_ns))
+    new.replace(edited.file)
+    page.keyboard.press("Control+Enter")
+    page.get_by_role("button", name="Keep mine").click()
+    page.keyboard.press("Control+Enter")
+    wait(page, IDLE)
+    assert edited.file.read_text() == f"{SQUARE}# mine\n"
+
+
+@pytest.mark.slow("writes in a program of a thousand lines")
 def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(
     edit: Callable[[str], Edit], artifacts: Path
 ) -> None:
@@ -260,6 +253,7 @@ def test_a_thousand_lines_are_colored_and_the_cursor_stays_in_view(
     assert page.locator("#text").get_attribute("maxlength") == str(LONGEST_TEXT)
 
 
+@pytest.mark.slow("axe looks at four pages")
 def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], artifacts: Path) -> None:
     if not AXE.exists():
         lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
@@ -272,7 +266,7 @@ def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], 
         page.set_viewport_size({"width": width, "height": height})
         write(page, "b")
         expect(page.locator("#offers li").first).to_be_visible()
-        expect(page.locator("#mistakes .fix").first).to_be_visible()
+        expect(page.locator("#mistakes .quick").first).to_be_visible()
         for name in ("Stop", "Play", "Save and play"):
             expect(page.get_by_role("button", name=name, exact=name != "Stop")).to_be_in_viewport(ratio=1)
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
@@ -280,6 +274,110 @@ def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], 
         assert [(each["id"], [node["target"] for node in each["nodes"]]) for each in found] == []
         page.screenshot(path=artifacts / f"edit-{width}-{scheme}.png")
         page.keyboard.press("Backspace")
+    page.set_viewport_size({"width": 390, "height": 500})  # a phone's keyboard is open
+    for name in ("Stop", "Save and play"):
+        expect(page.get_by_role("button", name=name)).to_be_in_viewport(ratio=1)
+    expect(page.locator("#controls")).to_be_hidden()
+    for part, least in (("#hall", 150), ("#paper", 80)):
+        box = page.locator(part).bounding_box()
+        assert box
+        assert box["height"] > least
+    page.screenshot(path=artifacts / "edit-phone-keyboard.png")
+
+
+@pytest.mark.slow("plays from three formations")
+def test_robots_start_where_they_were_moved_and_the_page_says_that_nothing_keeps_it(
+    edit: Callable[[str], Edit], artifacts: Path
+) -> None:
+    edited = edit("beat 60\nada bo $ repeat 4 (forward left)\n")
+    page = edited.page()
+    page.get_by_role("button", name="Save and play").click()
+    wait(page, PLAYING)
+    page.get_by_role("button", name="Stop").click()
+    wait(page, "improv.transport.state === 'stopped'")
+    page.get_by_role("button", name="Starts").click()
+    dialog = page.get_by_role("dialog", name="Start poses")
+    card = dialog.bounding_box()
+    assert card
+    wait(page, f"improv.toScreen(0, 0).x > {card['x'] + card['width'] + 16}")  # the rings are beside it
+
+    x = dialog.get_by_label("x", exact=True).first
+    x.fill("3")
+    expect(dialog).to_contain_text("This is not kept")
+    wait(page, "improv.toScreen(3, 0).x < document.getElementById('stage').clientWidth - 30")  # its ring is in view
+    expect(dialog.locator("#start-poses-offer-lines")).to_contain_text(
+        "[robots.ada]\nstart = { x = 3, y = 0, heading = 0 }"
+    )
+    page.screenshot(path=artifacts / "edit-starts.png")
+    page.get_by_role("button", name="Play", exact=True).click()
+    wait(page, f"{PLAYING} && improv.robots.ada.x > 2.99")
+
+    dialog.get_by_text("Formation", exact=True).click()
+    dialog.get_by_label("Distance in meters").fill("8")
+    dialog.get_by_role("button", name="Circle, in").click()
+    expect(x).to_have_value("0")  # the rings show where they will start
+    expect(dialog.get_by_label("y", exact=True).first).to_have_value("4")
+    page.get_by_role("button", name="Restart").click()
+    wait(page, f"{PLAYING} && improv.robots.ada.y > 2 && Math.abs(improv.robots.bo.y + 4) < 2")
+    page.reload()
+    wait(page, "window.improv?.connected && improv.robots.ada")
+    page.get_by_role("button", name="Starts").click()
+    expect(dialog.get_by_label("y", exact=True).first).to_have_value("4")
+    assert sorted(each.name for each in edited.file.parent.iterdir()) == ["dance.improv"]
+
+
+@pytest.mark.slow("lists 45 messages at two sizes")
+def test_each_message_has_a_row_and_all_of_a_kind_are_fixed_at_once(
+    edit: Callable[[str], Edit], artifacts: Path
+) -> None:
+    edited = edit("beat 60\n" + "".join(f"r{number} $ forwrd left\n" for number in range(45)))
+    page = edited.page()
+    rows = page.locator("#mistakes-list li")
+    expect(rows).to_have_count(45)
+    expect(page.get_by_role("heading", name="45 messages")).to_be_visible()
+    page.keyboard.press("Control+Enter")
+    expect(page.locator("#problems-title")).to_contain_text("fix 45 errors")
+    for width, height in ((1280, 800), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        heights = rows.evaluate_all("rows => rows.map(row => row.getBoundingClientRect().height)")
+        assert max(heights) < 40  # one line
+        stage, listed = page.locator("#hall").bounding_box(), page.locator("#mistakes").bounding_box()
+        assert stage
+        assert listed
+        assert stage["height"] > 0.3 * height
+        assert listed["height"] < 0.33 * height
+        page.screenshot(path=artifacts / f"edit-messages-{width}.png")
+    rows.first.locator(".where").focus()
+    page.keyboard.press("ArrowDown")
+    expect(rows.nth(1).locator(".where")).to_be_focused()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    expect(rows.nth(1).locator(".source")).to_have_text("r1 $ forwrd left")
+    page.get_by_role("button", name="Change to forward: all 45").click()
+    expect(page.locator("#mistakes")).to_be_hidden()
+    expect(page.locator("#text")).to_have_value(
+        "beat 60\n" + "".join(f"r{each} $ forward left\n" for each in range(45))
+    )
+    page.keyboard.press("Control+z")
+    expect(rows).to_have_count(45)  # one step back
+
+
+@pytest.mark.slow("opens the page twice")
+def test_lines_are_numbered_unless_numbers_are_turned_off(edit: Callable[[str], Edit]) -> None:
+    page = edit(SQUARE).page()
+    text = page.locator("#text")
+    margin = "text => parseFloat(getComputedStyle(text).paddingLeft)"
+    wide = text.evaluate(margin)
+    line = page.locator("#ink > div").nth(1)
+    assert line.evaluate("line => getComputedStyle(line, '::before').content") == "counter(line)"
+    assert page.evaluate(ALIGNED) == [True, True, 0]
+    page.get_by_role("button", name="Help").click()
+    page.get_by_role("button", name="Line numbers").click()
+    assert text.evaluate(margin) < wide
+    assert line.evaluate("line => getComputedStyle(line, '::before').content") == "none"
+    page.reload()
+    wait(page, f"window.improv?.connected && {IDLE}")
+    assert text.evaluate(margin) < wide
 
 
 def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:
@@ -290,7 +388,7 @@ def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:
 
     said = page.evaluate(
         """() => new Promise(done => {
-          const token = encodeURIComponent(sessionStorage.getItem("improv.token"))
+          const token = encodeURIComponent(localStorage.getItem("improv.token"))
           const socket = new WebSocket(`ws://${location.host}/live?token=${token}`)
           const said = []
           socket.onopen = () => {

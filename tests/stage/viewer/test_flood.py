@@ -1,91 +1,132 @@
-"""A page that floods its stage with requests: everybody is still heard, judged by the order of messages."""
+"""A page that floods its stage with requests: everyone is still heard, as the order of messages shows."""
 
 from __future__ import annotations
 
 import asyncio
-import json
+import http.client
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from contextlib import contextmanager, suppress
+from urllib.parse import urlsplit
 
 import aiohttp
+import pytest
 
-from tests.stage.test_process import LIMIT, Process
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.score_json import RowsRead, to_json
+from improv_core.stage.__main__ import SystemClock, open_sink, options_in
+from improv_core.stage.arrivals import Arrival, End
+from improv_core.stage.json_pieces import dumps
+from improv_core.stage.loop import run
+from improv_core.stage.messages import FromStage, ToStage
+from improv_core.stage.parent import Parent
+from improv_core.stage.pipes import arrival
+from improv_core.stage.urgent_queue import UrgentQueue
+from tests.stage.viewer.conftest import LIMIT
 
-TOKEN = "a token"
-FEW = 200
-"""Seeks that a stage may answer before something urgent. A flood sends thousands in the same time."""
-
-
-class Flooded:
-    """A stage that plays, with a page that asks for one beat after another, and a parent that passes requests on."""
-
-    def __init__(self, process: Process) -> None:
-        self._process = process
-        self._hushes = threading.Event()
-        self._over = threading.Event()
-        self._sent = 0
-
-    def hush(self) -> None:
-        """Have the page stop everything, in the midst of its flood."""
-        self._hushes.set()
-
-    def write(self, message: dict[str, Any]) -> None:
-        self._process.write(json.dumps(message).encode() + b"\n")
-
-    def until(self, **wanted: object) -> int:
-        """Wait for a message with these values; how many seeks were answered before it."""
-        answered = 0
-        assert self._process.process.stdout
-        for line in self._process.process.stdout:
-            message = json.loads(line)
-            if message.items() >= wanted.items():
-                return answered
-            if message["type"] == "request" and message["command"]["type"] != "watched":
-                self.write(message["command"])
-            answered += message["type"] == "transport"
-        raise AssertionError(f"the stage ended before {wanted}")
-
-    @contextmanager
-    def flood(self) -> Iterator[None]:
-        thread = threading.Thread(target=lambda: asyncio.run(self._flood()))
-        thread.start()
-        try:
-            yield
-        finally:
-            self._over.set()
-            thread.join(LIMIT)
-        assert self._sent > 10 * FEW
-
-    async def _flood(self) -> None:
-        address = self._process.page
-        async with (
-            aiohttp.ClientSession() as session,
-            session.ws_connect(f"{address}live?token={TOKEN}", origin=address.rstrip("/")) as page,
-        ):
-            while not self._over.is_set() or self._sent <= 10 * FEW:
-                await page.send_json({"type": "seek", "beat": self._sent % 7})
-                self._sent += 1
-                if self._hushes.is_set():
-                    self._hushes.clear()
-                    await page.send_json({"type": "hush"})
+TOKEN = "a-token"
+FEW = 3
+"""Seeks that a stage may answer before something urgent: those that it had taken already when that came."""
+DANCE = to_json(score_of(analyze("r $ repeat forward\n")))
 
 
-def test_pings_are_answered_and_a_stop_is_obeyed_while_a_page_floods_its_stage() -> None:
-    process = Process({"IMPROV_PAGE_TOKEN": TOKEN})
-    process.play("r $ repeat forward\n")
-    flooded = Flooded(process)
+class Stage:
+    """A stage on a thread, and a parent that passes requests of pages on to it and keeps what both say, in order."""
+
+    def __init__(self) -> None:
+        self._inbox: UrgentQueue[Arrival] = UrgentQueue()
+        self._said = threading.Condition()
+        self._log: list[FromStage | ToStage] = []
+        opened, ready = open_sink(options_in(["--sink", "simulator"]), self._hear, self._inbox.put, TOKEN)
+        self.page, self._leave = ready["page"], opened.leave
+        self._thread = threading.Thread(target=run, args=(opened, self._inbox, SystemClock(), Parent()))
+        self._thread.start()
+
+    def write(self, message: ToStage) -> int:
+        """Send a message; its place in the log."""
+        with self._said:
+            self._log.append(message)
+            self._said.notify_all()
+            self._inbox.put(arrival(dumps(message), RowsRead()))
+            return len(self._log)
+
+    def until(self, since: int = 0, **wanted: object) -> tuple[int, int]:
+        """Wait for a message with these values: its place in the log, and how many seeks were answered before it."""
+        with self._said:
+            at = since
+            while True:
+                while len(self._log) <= at:
+                    assert self._said.wait(LIMIT), f"not said: {wanted}"
+                if self._log[at].items() >= wanted.items():
+                    return at, sum(each["type"] == "transport" for each in self._log[since:at])
+                at += 1
+
+    def close(self) -> None:
+        self._inbox.put(End())
+        self._thread.join(LIMIT)
+        self._leave()
+
+    def _hear(self, message: FromStage) -> None:
+        with self._said:
+            self._log.append(message)
+            self._said.notify_all()
+        if message["type"] == "request" and message["command"]["type"] in ("seek", "hush"):
+            self.write(message["command"])
+
+
+@pytest.fixture
+def stage() -> Iterator[Stage]:
+    stage = Stage()
+    yield stage
+    stage.close()
+
+
+@contextmanager
+def flood(page: str) -> Iterator[threading.Semaphore]:
+    """Ask for one beat after another, on and on. Released each time that the server has cut this off."""
+    over, cut = threading.Event(), threading.Semaphore(0)
+
+    async def ask() -> None:
+        async with aiohttp.ClientSession() as session:
+            while not over.is_set():
+                with suppress(ConnectionError, aiohttp.ClientError):
+                    async with session.ws_connect(
+                        f"{page}live?token={TOKEN}&page=p", origin=page.rstrip("/")
+                    ) as socket:
+                        beat = 0
+                        while not over.is_set():
+                            await socket.send_json({"type": "seek", "beat": (beat := (beat + 1) % 7)})
+                cut.release()
+
+    thread = threading.Thread(target=lambda: asyncio.run(ask()))
+    thread.start()
     try:
-        with flooded.flood():
-            for number in range(1, 21):
-                flooded.until(type="transport", state="playing")  # the answer to a seek
-                flooded.write({"type": "ping", "number": number})
-                assert flooded.until(type="pong", number=number) < FEW
-            flooded.hush()
-            assert flooded.until(type="request", command={"type": "hush"}) < FEW
-            flooded.write({"type": "hush"})
-            assert flooded.until(type="transport", state="stopped") < FEW
+        yield cut
     finally:
-        process.process.kill()
-        process.process.wait(LIMIT)
+        over.set()
+        thread.join(LIMIT)
+
+
+def press(page: str) -> int:
+    """Send a stop as a page does, again and again until it is confirmed; the status of the last answer."""
+    while True:
+        connection = http.client.HTTPConnection(urlsplit(page).netloc, timeout=LIMIT)
+        connection.request("POST", f"/stop?token={TOKEN}&page=p&number=1", headers={"Origin": page.rstrip("/")})
+        if (status := connection.getresponse().status) != 202:
+            return status
+
+
+def test_pings_are_answered_and_a_stop_is_obeyed_while_a_page_floods_its_stage(stage: Stage) -> None:
+    stage.write({"type": "load", "generation": 1, "score": DANCE, "when": "restart", "backend": "simulator"})
+    at, _ = stage.until(type="transport", state="playing")
+    with flood(stage.page) as cut:
+        for number in range(1, 21):
+            at, _ = stage.until(at + 1, type="transport", state="playing")  # the answer to a seek
+            _, answered = stage.until(stage.write({"type": "ping", "number": number}), type="pong", number=number)
+            assert answered <= FEW
+        assert cut.acquire(timeout=LIMIT)
+        assert press(stage.page) == 204
+        at, _ = stage.until(at, type="hush", mark="p 1")
+        _, answered = stage.until(at, type="transport", state="stopped")
+        assert answered <= FEW

@@ -1,43 +1,24 @@
-"""What the page says of a program that can't play, and of one that is still to be saved."""
+"""What the page says about a program that can't play, and about one that has not been saved yet."""
 
 from __future__ import annotations
 
+import queue
+from collections.abc import Callable
 from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.viewer.server import Viewer
-from tests.ls.client import Client
-from tests.stage.viewer.conftest import Show, link, wait, watch
-
-URI = "file:///dances/solo.improv"
-
-
-def test_a_wrong_save_shows_on_every_page_until_one_is_right(page: Page) -> None:
-    with Client({"backend": "sim"}) as client:
-        client.open(URI, "ada $ repeat forward\n")
-        client.save(URI)
-        (url,) = client.wait_for_page()
-        page.goto(url)
-        wait(page, "window.improv?.connected && improv.transport.state === 'playing'")
-        problems = page.get_by_role("alert")
-        expect(problems).to_be_hidden()
-        client.change(URI, 2, {"text": "ada $ repeat forward\nbo $ forwrd left\n"})
-        client.save(URI)
-        expect(problems).to_contain_text("solo.improv can't play: fix an error and save it again")
-        expect(problems.locator("li")).to_have_text("line 2forwrd`forwrd` is not defined: did you mean `forward`?")
-        assert page.evaluate("improv.transport.state") == "playing"  # the previous dance
-        page.reload()
-        expect(problems.locator("code")).to_have_text("forwrd")
-        client.change(URI, 3, {"text": "ada $ repeat forward\nbo $ forward left\n"})
-        client.save(URI)
-        expect(problems).to_be_hidden()
+from tests.stage.viewer.conftest import LIMIT, link, transport
 
 
 def test_before_anything_plays_the_page_names_the_file_and_shows_no_empty_panels(
     page: Page, viewer: Viewer, artifacts: Path
 ) -> None:
-    viewer.publish({"type": "program", "name": "solo.improv", "folder": "/dances", "problems": []})
+    viewer.publish({"type": "program", "name": "solo.improv", "folder": "/dances", "problems": [], "count": 0})
     page.goto(link(viewer))
     expect(page.locator("#hint")).to_contain_text("Save solo.improv to see it dance")
     expect(page.locator("#hint")).to_contain_text("It is in /dances")
@@ -46,25 +27,28 @@ def test_before_anything_plays_the_page_names_the_file_and_shows_no_empty_panels
     page.screenshot(path=artifacts / "page-waiting.png")
 
 
-def test_a_program_without_robots_says_what_is_missing(page: Page, show: Show) -> None:
-    show.play("ada $ rest\n")
-    watch(page, show)
+def test_a_program_without_robots_says_what_is_missing(still: Callable[..., Page], viewer: Viewer) -> None:
+    page = still("ada $ rest\n")
     expect(page.locator("#hint")).to_be_hidden()
-    show.play("step = forward left\n")
+    viewer.show(score_of(analyze("step = forward left\n")), 2)
+    viewer.publish(transport(2, "ended", 0.0))
     expect(page.locator("#hint")).to_contain_text("This program has no robots")
     expect(page.locator("#hint")).to_contain_text("Write the name of a robot, a dollar sign, and what it does.")
-    show.play("ada $ rest\n")
+    viewer.show(score_of(analyze("ada $ rest\n")), 3)
+    viewer.publish(transport(3, "playing", 1.0))
     expect(page.locator("#hint")).to_be_hidden()
 
 
-def test_escape_closes_help_without_a_stop(page: Page, show: Show) -> None:
-    show.play("ada $ repeat forward\n")
-    watch(page, show)
+def test_escape_closes_help_without_a_stop(
+    still: Callable[..., Page], commands: queue.SimpleQueue[PageRequest | Watched]
+) -> None:
+    page = still("ada $ repeat forward\n")
     page.keyboard.press("?")
     expect(page.locator("#help")).to_be_visible()
     page.keyboard.press("Escape")
     expect(page.locator("#help")).to_be_hidden()
-    assert page.evaluate("improv.transport.state") == "playing"
+    page.keyboard.press("k")
+    assert [commands.get(timeout=LIMIT)["type"] for _ in range(2)] == ["watched", "resume"]  # and no stop between them
     page.keyboard.press("?")
     page.keyboard.press("Space")
-    expect(page.locator("#state")).to_have_text("stopped")
+    assert commands.get(timeout=LIMIT)["type"] == "hush"

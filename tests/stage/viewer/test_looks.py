@@ -1,9 +1,9 @@
-"""What the page looks like, for everyone: what is drawn and lit, sizes and themes, files to take away, axe's rules."""
+"""What the page looks like, for everyone: what is drawn and lit, sizes, themes, files to download, and axe's rules."""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -16,30 +16,29 @@ from playwright.sync_api import Browser, Page, expect
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
+from improv_core.score.motion import Twist
 from improv_core.score.svg import plot
+from improv_core.stage.sinks.simulator import Simulator
+from improv_core.stage.viewer.server import Viewer
 from tests.needs import lacking
-from tests.stage.viewer.conftest import Show, wait, watch
+from tests.stage.viewer.conftest import Show, transport, wait, watch
 from tests.stage.viewer.looks import COUNT, PIXEL, SLANTED
 
 ROOT = Path(__file__).parents[3]
 AXE = ROOT / ".cache" / "axe" / "node_modules" / "axe-core" / "axe.min.js"
 
+SCHEMES: tuple[Literal["light"], Literal["dark"]] = ("light", "dark")
+CARDS = {"Help": "Help", "Starts": "Start poses", "Save": "Save"}
 FAINT = [222, 164, 124]  # half of the first robot's color in the light
 
 
-def still(page: Page, show: Show, program: str = "beat 60\nada $ forward left forward\n") -> Page:
-    """A page of a program that stands at its first beat."""
-    show.play(program)
+def test_the_words_that_play_are_lit_even_after_emoji(page: Page, show: Show) -> None:
+    show.play("beat 60 # 🤖🤖 dance\nstep = forward || left\nada $ step right\n")
     watch(page, show)
     page.keyboard.press("n")  # which pauses, also a short dance that is over already
     wait(page, "improv.transport.state === 'paused'")
     page.keyboard.press("Home")
     wait(page, "improv.transport.state === 'paused' && improv.beat === 0")
-    return page
-
-
-def test_the_words_that_play_are_lit_also_after_emoji(page: Page, show: Show) -> None:
-    still(page, show, "beat 60 # 🤖🤖 dance\nstep = forward || left\nada $ step right\n")
     lit = page.locator("#score-text .lit")
     expect(lit).to_have_text(["forward", "left", "step"])
     page.keyboard.press("n")
@@ -56,10 +55,12 @@ PAINTED = f"""(
   window.count > 100 && window.same > 10
 )"""
 """A path ahead has been painted, and for ten frames nothing more."""
+DANCE = "beat 60\nada $ forward left forward\n"
 
 
-def test_the_path_ahead_is_drawn_and_can_be_hidden(page: Page, show: Show) -> None:
-    still(page, show)
+@pytest.mark.slow("looks at every pixel, again and again")
+def test_the_path_ahead_is_drawn_and_can_be_hidden(still: Callable[..., Page]) -> None:
+    page = still(DANCE)
     wait(page, PAINTED)
     page.keyboard.press("a")
     wait(page, f"({COUNT})({FAINT}) < 40")
@@ -67,14 +68,12 @@ def test_the_path_ahead_is_drawn_and_can_be_hidden(page: Page, show: Show) -> No
     wait(page, f"({COUNT})({FAINT}) > 100")
 
 
-def test_trails_can_be_cleared_and_turned_off(page: Page, show: Show) -> None:
-    robots = "[robots.ada]\nstart = {x=0,y=0.3}\n"
-    show.play("ada $ rest\n", robots)
-    watch(page, show)
-    show.play("beat 60\nada $ forward forward forward\n", robots)  # seen from its beginning
-    wait(page, "improv.robots.ada.x > 1.2")
-    page.keyboard.press("k")
-    wait(page, "improv.transport.state === 'paused'")
+def test_trails_can_be_cleared_and_turned_off(still: Callable[..., Page], viewer: Viewer, simulator: Simulator) -> None:
+    page = still("beat 60\nada $ forward forward forward\n", "[robots.ada]\nstart = {x=0,y=0.3}\n")
+    simulator.send("ada", Twist(2.0), 0.0)
+    simulator.advance(0.6)
+    viewer.publish(transport(1, "paused", 3.0, 0.6))  # what is ahead begins there
+    wait(page, "improv.robots.ada.x > 1.19")
     ground = f"({PIXEL})(0.55, 0.3) === '251,250,247'"
     wait(page, f"!({ground})")
     page.get_by_label("Trails").select_option("off")
@@ -83,11 +82,11 @@ def test_trails_can_be_cleared_and_turned_off(page: Page, show: Show) -> None:
     wait(page, f"!({ground})")
     page.get_by_role("button", name="Clear").click()
     wait(page, ground)
-    assert page.evaluate("improv.transport.state") == "paused"  # it is only drawn otherwise
 
 
-def test_an_endless_program_goes_on_being_known(page: Page, show: Show) -> None:
-    show.play("beat 240\nada $ repeat (forward left)\nbo $ forward\n")
+@pytest.mark.slow("robots drive in real time")
+def test_an_endless_program_stays_known(page: Page, show: Show) -> None:
+    show.play("beat 960\nada $ repeat (forward left)\nbo $ forward\n")
     watch(page, show)
     expect(page.locator("li[data-robot=ada] .endless")).to_be_visible()
     expect(page.locator("li[data-robot=bo] .endless")).to_have_count(0)
@@ -95,77 +94,39 @@ def test_an_endless_program_goes_on_being_known(page: Page, show: Show) -> None:
     wait(page, f"improv.beat > 20 && improv.known.ada >= {known} + 16")
 
 
-def test_a_program_that_takes_over_goes_on_from_where_the_robots_are(page: Page, show: Show) -> None:
-    show.play("beat 240\nada $ repeat forward\n")
-    watch(page, show)
-    wait(page, "improv.robots.ada.x > 3")
-    show.play("beat 60\nada $ left forward\n", when="now")
-    wait(page, "Math.abs(improv.known.ada - improv.transport.begins?.ada - 2) < 1e-6")
-    expect(page.locator("#score-text")).to_contain_text("left forward")
-    assert page.evaluate("improv.robots.ada.x") > 2.9
-
-
-def test_the_path_ahead_begins_exactly_where_a_program_takes_over(page: Page, show: Show) -> None:
+def test_a_program_that_takes_over_continues_exactly_where_the_robots_are(page: Page, show: Show) -> None:
     show.play("beat 240\nada $ repeat forward\n")
     watch(page, show)
     wait(page, "improv.robots.ada.x > 3")
     show.play("beat 120\nada $ repeat left\n", when="now")
     wait(page, "improv.known.ada > improv.transport.begins?.ada && improv.beat > improv.transport.begins?.ada + 2")
-    assert page.evaluate("improv.moved") == {}  # it was where the score has it
+    expect(page.locator("#score-text")).to_contain_text("repeat left")
+    assert page.evaluate("improv.robots.ada.x") > 2.9
+    assert page.evaluate("improv.moved") == {}  # the path ahead begins where the score has it
 
 
-def test_a_page_that_was_held_up_leaves_the_path_ahead_where_it_is(page: Page, show: Show) -> None:
+def test_a_delayed_page_leaves_the_path_ahead_in_place(page: Page, show: Show) -> None:
     show.play("beat 240\nada $ repeat (forward left)\n")
     watch(page, show)
-    for _ in range(3):
-        beat = page.evaluate("improv.beat")
-        page.evaluate("() => { const end = performance.now() + 400; while (performance.now() < end); }")
-        wait(page, f"improv.beat > {beat} + 3")
-        assert page.evaluate("improv.moved") == {}
+    beat = page.evaluate("improv.beat")
+    page.evaluate("() => { const end = performance.now() + 400; while (performance.now() < end); }")
+    wait(page, f"improv.beat > {beat} + 3")
+    assert page.evaluate("improv.moved") == {}
 
 
-def test_the_timeline_is_there_wherever_it_is_scrolled_to(page: Page, show: Show, artifacts: Path) -> None:
-    show.play("".join(f"robot{number} $ repeat 8 (forward left)\n" for number in range(12)))
-    watch(page, show)
-    expect(page.locator("#cast-list li")).to_have_count(12)
-    page.locator("#tracks").evaluate("tracks => tracks.scrollTo(0, tracks.scrollHeight)")
-    wait(page, "document.getElementById('tracks').scrollTop > 100")
-    tracks, rows = (page.locator(each).bounding_box() for each in ("#tracks", "#rows"))
-    assert tracks
-    assert rows
-    assert rows["y"] == pytest.approx(tracks["y"], abs=1)
-    page.screenshot(path=artifacts / "page-scrolled.png")
-
-
-def test_a_seek_after_a_long_pause_draws_no_way_between(page: Page, show: Show) -> None:
-    show.play("beat 120\nada $ forward left forward left forward left forward\n")
-    watch(page, show)
-    wait(page, "improv.robots.ada.y > 1.9")
-    page.keyboard.press("k")
-    wait(page, "improv.transport.state === 'paused'")
-    began = page.evaluate("performance.now()")
-    wait(page, f"performance.now() > {began} + 2500")
-    ahead = page.evaluate(f"({PIXEL})(0, 1.3)")
-    page.get_by_role("button", name="Paths").click()
-    wait(page, f"({PIXEL})(0, 1.3) !== '{ahead}'")  # all is painted anew, at the very time of the seek
-    page.keyboard.press("Home")
-    wait(page, "improv.robots.ada.y < 0.1")
-    assert page.evaluate(f"({PIXEL})(1.3, 1.3)") == "251,250,247"
-
-
+@pytest.mark.slow("looks at dozens of frames")
 def test_scrubbing_while_paused_draws_no_way_between(page: Page, show: Show) -> None:
-    names = [f"r{number:02}" for number in range(30)]
+    names = [f"r{number}" for number in range(6)]
     starts = "".join(f"[robots.{name}]\nstart = {{ y = {-3 * row} }}\n" for row, name in enumerate(names))
     page.add_init_script(SLANTED)
     show.play("".join(f"{name} $ repeat 60 (forward left forward right)\n" for name in names), starts)
     watch(page, show)
-    wait(page, "improv.beat > 1")
     page.keyboard.press("k")
     wait(page, "improv.transport.state === 'paused'")
     line = page.locator("#playline").bounding_box()
     assert line
     page.evaluate("watched = true")
-    for number in range(100):
+    for number in range(12):
         page.mouse.move(line["x"] + line["width"] * (0.1 + 0.37 * number % 0.8), line["y"] + 50)
         if number % 4 == 0:
             page.mouse.down()
@@ -176,15 +137,22 @@ def test_scrubbing_while_paused_draws_no_way_between(page: Page, show: Show) -> 
     assert page.evaluate("slanted") == 0
 
 
-def test_a_page_that_gets_small_keeps_room_for_the_stage(page: Page, show: Show) -> None:
-    still(page, show)
-    expect(page.locator("#score")).to_be_visible()
-    page.set_viewport_size({"width": 390, "height": 700})
-    expect(page.locator("#score")).to_be_hidden()
-    expect(page.locator("#timeline")).to_be_visible()
-    wait(page, "document.getElementById('stage').clientHeight > 200")
+def test_a_page_that_was_small_for_a_while_shows_the_same_as_before(still: Callable[..., Page]) -> None:
+    page = still(DANCE)
+    for hidden in ([], ["#timeline"], ["#timeline", "#score"]):
+        page.set_viewport_size({"width": 390, "height": 700})  # as when a phone is turned
+        if not hidden:
+            expect(page.locator("#score")).to_be_hidden()
+            expect(page.locator("#timeline")).to_be_visible()
+            wait(page, "document.getElementById('stage').clientHeight > 200")
+        page.set_viewport_size({"width": 1280, "height": 800})  # and turned back
+        for panel in ("#timeline", "#score"):
+            expect(page.locator(panel)).to_be_visible(visible=panel not in hidden)
+        for panel in ("#timeline", "#score")[len(hidden) :][:1]:
+            page.locator(f"#show-{panel[1:]}").click()
 
 
+@pytest.mark.slow("draws fifty robots")
 def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Show, artifacts: Path) -> None:
     names = [f"r{index}" for index in range(50)]
     starts = (f"[robots.{name}]\nstart = {{x={5 * (i % 10)},y={-5 * (i // 10)}}}\n" for i, name in enumerate(names))
@@ -193,14 +161,14 @@ def test_fifty_robots_are_shown_without_holding_up_the_page(page: Page, show: Sh
     wait(page, "Object.keys(improv.robots).length === 50 && Object.keys(improv.known).length === 50 && improv.beat > 2")
     expect(page.locator("#cast-list li")).to_have_count(50)
     frames = page.evaluate("improv.frames")
-    wait(page, f"improv.frames > {frames + 60}")
+    wait(page, f"improv.frames > {frames + 20}")
     page.screenshot(path=artifacts / "page-fifty.png")
 
 
-def test_after_the_end_the_page_says_so_and_goes_on_with_what_is_played_next(
+def test_after_the_end_the_page_says_so_and_shows_what_plays_next(
     page: Page, show: Show, artifacts: Path, tmp_path: Path
 ) -> None:
-    program = "beat 60\nada $ forward left forward\n"
+    program = "beat 60\nada $ forward left slow 100 forward\n"
     show.play(program)
     watch(page, show)
     wait(page, "improv.robots.ada.x > 0.2")
@@ -247,56 +215,100 @@ def served(folder: Path) -> Iterator[str]:
         server.shutdown()
 
 
-def test_what_the_server_should_not_say_is_dropped(page: Page, show: Show) -> None:
-    still(page, show)
-    read = page.evaluate(
-        """async () => {
-          const { read } = await import("/messages.js")
-          return [
-            "", "{", "7", "null", "[]", "{}", '{"type":"constructor"}',
-            '{"type":"poses","at":0,"placed":0,"poses":[[0,0,0]]}',
-            '{"type":"poses","at":0,"placed":0,"poses":{"ada":[0,0,0,0]}}',
-            '{"type":"poses","at":null,"placed":0,"poses":[]}', '{"type":"poses","at":0,"poses":[]}',
-            '{"type":"transport","generation":1,"state":"dancing"}',
-            '{"type":"robots","robots":[]}', '{"type":"bumps","bumps":[{}]}',
-            '{"type":"window","generation":1,"from":0,"to":1,"robots":{"ada":{"pose":null,"moments":[[0]],"until":1}}}',
-          ].map(read)
-        }"""
-    )
-    assert read == [None] * 15
+@pytest.mark.slow("looks at ten buttons at four sizes")
+def test_everything_has_room(still: Callable[..., Page], artifacts: Path) -> None:
+    page = still("beat 60\nada $ (forward || left) [forward left]\nbo $ repeat (forward || right)\n")
+    buttons = ("Stop", "Play", "Restart", "Step to the next beat", "Slower", "Faster")
+    for width, height in ((390, 844), (844, 390), (1280, 800), (1920, 1080)):
+        page.set_viewport_size({"width": width, "height": height})
+        for name in (*buttons, "Timeline", "Score", "Present", "Help"):
+            button = page.get_by_role("button", name=name, exact=name != "Stop")
+            expect(button).to_be_in_viewport(ratio=1)
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        box = page.locator("#hall").bounding_box()
+        assert box
+        assert box["height"] > 120
+        for scheme in SCHEMES:
+            page.emulate_media(color_scheme=scheme)
+            page.screenshot(path=artifacts / f"page-{width}-{scheme}.png")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390), (1280, 800), (1920, 1080)])
-def test_everything_has_room(
-    page: Page, show: Show, artifacts: Path, scheme: Literal["light", "dark"], width: int, height: int
-) -> None:
-    page.emulate_media(color_scheme=scheme)
-    page.set_viewport_size({"width": width, "height": height})
-    still(page, show, "beat 60\nada $ (forward || left) [forward left]\nbo $ repeat (forward || right)\n")
-    transport = ("Stop", "Play", "Restart", "Step to the next beat", "Slower", "Faster")
-    for name in (*transport, "Timeline", "Score", "Present", "Help"):
-        button = page.get_by_role("button", name=name, exact=name != "Stop")
-        expect(button).to_be_in_viewport(ratio=1)
-    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    box = page.locator("#hall").bounding_box()
-    assert box
-    assert box["height"] > 120
-    page.screenshot(path=artifacts / f"page-{width}-{scheme}.png")
+COVERED = """() => {
+  const inside = ({ left, top, right, bottom }) => left >= 0 && top >= 0 && right <= innerWidth && bottom <= innerHeight
+  const all = document.querySelectorAll("#bar button, #tools button, #presenting button, #cast button")
+  return [...all].filter(each => each.checkVisibility()).filter(each => {
+    const box = each.getBoundingClientRect()
+    if (each.closest("#cast")) return box.right > innerWidth
+    const hit = document.elementFromPoint((box.left + box.right) / 2, (box.top + box.bottom) / 2)
+    return !inside(box) || !each.contains(hit)
+  }).map(each => each.id)
+}"""
+"""The buttons that are cut off or covered."""
+WIDTHS = ((1920, 1080), (1280, 800), (900, 700), (800, 700), (757, 800), (740, 800), (721, 800), (390, 844), (320, 640))
 
 
-def test_who_wants_no_motion_gets_a_view_that_stands(page: Page, show: Show) -> None:
+@pytest.mark.slow("looks at nine sizes, twice each")
+def test_stop_is_whole_and_the_stage_is_large_at_every_width(still: Callable[..., Page], artifacts: Path) -> None:
+    page = still("beat 60\n" + "".join(f"r{number:02} $ repeat 8 (forward left)\n" for number in range(12)))
+    expect(page.locator("#cast-list li")).to_have_count(12)
+    present = page.get_by_role("button", name="Present")
+    for width, height in WIDTHS:
+        page.set_viewport_size({"width": width, "height": height})
+        wait(page, f"document.getElementById('stage').clientWidth <= {width}")
+        assert page.evaluate(COVERED) == [], f"at {width} pixels"
+        stop = page.get_by_role("button", name="Stop").bounding_box()
+        assert stop
+        assert stop["y"] < 60  # an editor's messages lie at the bottom
+        box, tools, tracks = (page.locator(each).bounding_box() for each in ("#hall", "#tools", "#tracks"))
+        assert box
+        assert tools
+        assert tracks
+        assert box["height"] > 0.49 * height, f"at {width} pixels"
+        assert tools["height"] < 60  # one row
+        assert tracks["height"] < 0.26 * height  # the rest is scrolled to
+        page.screenshot(path=artifacts / f"page-twelve-{width}.png")
+        present.click()
+        assert page.evaluate(COVERED) == [], f"presenting at {width} pixels"
+        page.get_by_role("button", name="End").click()
+    page.locator("#tracks").evaluate("tracks => tracks.scrollTo(0, tracks.scrollHeight)")
+    wait(page, "document.getElementById('tracks').scrollTop > 100")
+    tracks, rows = (page.locator(each).bounding_box() for each in ("#tracks", "#rows"))
+    assert tracks
+    assert rows
+    assert rows["y"] == pytest.approx(tracks["y"], abs=1)  # the timeline is there wherever it is scrolled to
+    page.screenshot(path=artifacts / "page-scrolled.png")
+
+
+def test_tools_without_room_unfold(page: Page, still: Callable[..., Page]) -> None:
+    page.set_viewport_size({"width": 320, "height": 640})
+    still(DANCE)
+    view = page.get_by_role("button", name="View")
+    clear = page.get_by_role("button", name="Clear")
+    expect(clear).to_be_hidden()
+    view.press("Enter")
+    expect(view).to_have_attribute("aria-expanded", "true")
+    for name in ("Clear", "Paths", "Starts", "Save"):
+        expect(page.get_by_role("button", name=name)).to_be_in_viewport(ratio=1)
+    assert page.evaluate(COVERED) == []
+    page.get_by_role("button", name="Save").click()
+    expect(clear).to_be_hidden()
+    page.get_by_role("button", name="Close").click()
+    expect(view).to_be_focused()
+
+
+def test_reduced_motion_gives_a_still_view(page: Page, still: Callable[..., Page], simulator: Simulator) -> None:
     page.emulate_media(reduced_motion="reduce")
-    still(page, show)
+    still(DANCE)
     assert page.evaluate("getComputedStyle(document.querySelector('.lamp')).transform") == "none"
     view = page.evaluate("improv.view")
-    page.keyboard.press("n")
-    wait(page, "improv.beat === 1 && improv.robots.ada.x > 1.9")
+    simulator.send("ada", Twist(2.0), 0.0)
+    simulator.advance(1.0)
+    wait(page, "improv.robots.ada.x > 1.9")
     assert page.evaluate("improv.view") == view
 
 
-def test_the_paths_can_be_taken_away_as_svg_and_png(page: Page, show: Show, tmp_path: Path) -> None:
-    still(page, show, "beat 60\nada $ forward || left\nbo $ forward\n")
+def test_the_paths_can_be_downloaded_as_svg_and_png(still: Callable[..., Page], tmp_path: Path) -> None:
+    page = still("beat 60\nada $ forward || left\nbo $ forward\n")
     page.get_by_role("button", name="Save").click()
     svg = downloaded(page, "SVG", tmp_path / "paths.svg").read_text(encoding="utf-8")
     assert svg == plot(score_of(analyze("beat 60\nada $ forward || left\nbo $ forward\n")))
@@ -306,7 +318,7 @@ def test_the_paths_can_be_taken_away_as_svg_and_png(page: Page, show: Show, tmp_
     assert max(width, height) == 2400
 
 
-def test_a_video_can_be_taken_away(page: Page, show: Show, tmp_path: Path) -> None:
+def test_a_video_can_be_downloaded(page: Page, show: Show, tmp_path: Path) -> None:
     show.play("beat 60\nada $ repeat (forward || left)\n")
     watch(page, show)
     page.get_by_role("button", name="Save").click()
@@ -327,16 +339,18 @@ def downloaded(page: Page, button: str, path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("card", [None, "Help", "Starts", "Save"])
-def test_axe_finds_nothing(browser: Browser, show: Show, scheme: Literal["light", "dark"], card: str | None) -> None:
+@pytest.mark.slow("axe looks at the page with each card")
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_axe_finds_nothing(page: Page, still: Callable[..., Page], scheme: Literal["light", "dark"]) -> None:
     if not AXE.exists():
         lacking("axe-core is not installed: npm install --prefix .cache/axe axe-core")
-    page = browser.new_page(color_scheme=scheme, viewport={"width": 1280, "height": 800})
-    still(page, show, "# a dance\nbeat 60\nada $ (forward || left) forward\nbo $ repeat right\n")
-    if card:
-        page.get_by_role("button", name=card, exact=True).click()
+    page.emulate_media(color_scheme=scheme)
+    still("# a dance\nbeat 60\nada $ (forward || left) forward\nbo $ repeat right\n")
     page.evaluate(AXE.read_text(encoding="utf-8"))
-    found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
-    assert [(rule["id"], [node["html"] for node in rule["nodes"]]) for rule in found] == []
-    page.close()
+    for card in ("", "Help", "Starts", "Save"):
+        if card:
+            page.get_by_role("button", name=card, exact=True).click()
+        found: list[dict[str, Any]] = page.evaluate("axe.run().then(({ violations }) => violations)")
+        assert [(rule["id"], [node["html"] for node in rule["nodes"]]) for rule in found] == [], card
+        if card:
+            page.get_by_role("dialog", name=CARDS[card]).get_by_role("button", name="Close").click()

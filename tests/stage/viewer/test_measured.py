@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.stage.viewer.conftest import Show, wait, watch
@@ -29,6 +30,7 @@ AT_REST = """(
 """For 90 frames, the robot has been off by the same."""
 
 
+@pytest.mark.slow("robots drive in real time")
 def test_the_page_says_how_far_off_a_robot_is_and_was(page: Page, show: Show) -> None:
     show.play("beat 60\nada $ fast 2 (forward left forward left)\nbert $ left\n", WORN)
     watch(page, show)

@@ -6,7 +6,7 @@ import pytest
 
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.stage.protocol import Sensed
+from improv_core.stage.messages import Sensed
 from improv_core.stage.viewer.lookahead import window
 
 ROAMER = "ada $ repeat (until near (repeat forward) left)\n"

@@ -11,7 +11,7 @@ from playwright.sync_api import Page, expect
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.senses import BuiltIn, Key, Senses, Topic
-from improv_core.stage.protocol import PageRequest, Watched
+from improv_core.stage.commands import PageRequest, Watched
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
 from tests.stage.viewer.conftest import LIMIT, link, transport, wait
@@ -94,9 +94,7 @@ def test_the_cue_has_a_button_and_a_key(sensing: Page, commands: queue.SimpleQue
     assert asked(commands) == {"type": "cue"}
 
 
-def test_a_key_that_is_a_sense_does_nothing_else(
-    sensing: Page, commands: queue.SimpleQueue[PageRequest | Watched]
-) -> None:
+def test_a_sense_key_does_nothing_else(sensing: Page, commands: queue.SimpleQueue[PageRequest | Watched]) -> None:
     sensing.keyboard.down("l")
     for _ in range(3):  # repeated while it is held
         assert asked(commands) == {"type": "key", "key": "l", "held": True}

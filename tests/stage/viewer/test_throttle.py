@@ -1,11 +1,11 @@
-"""How often a page may ask for something, by a clock that the tests turn."""
+"""How often a page may ask for something, on a clock that the tests advance."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from improv_core.stage.protocol import PageRequest
-from improv_core.stage.viewer.throttle import Throttle
+from improv_core.stage.commands import PageRequest
+from improv_core.stage.viewer.throttle import MOST, Flood, Throttle
 
 
 class Turned:
@@ -25,13 +25,15 @@ class Turned:
     def turn(self) -> str:
         """What is passed on a period later."""
         later, self._later = self._later, []
-        assert len(later) <= 1
+        assert len(later) <= 2  # one for stops
         for do in later:
             do()
         return self._taken()
 
     def _pass(self, request: PageRequest) -> None:
-        self.passed.append(f"{request['beat']:g}" if request["type"] == "seek" else request["type"])
+        self.passed.append(
+            f"{request['beat']:g}" if request["type"] == "seek" else str(request.get("mark", request["type"]))
+        )
 
     def _taken(self) -> str:
         passed, self.passed = self.passed, []
@@ -40,6 +42,7 @@ class Turned:
 
 REQUESTS: dict[str, PageRequest] = {
     "hush": {"type": "hush"},
+    **{mark: {"type": "hush", "mark": mark} for mark in ("ada 1", "ada 2", "ada 3", "bo 1")},
     "pause": {"type": "pause"},
     "resume": {"type": "resume"},
     "restart": {"type": "restart"},
@@ -49,12 +52,12 @@ REQUESTS: dict[str, PageRequest] = {
 
 def test_a_single_request_is_passed_on_at_once() -> None:
     turned = Turned()
-    for request in REQUESTS:
+    for request in ("hush", "pause", "resume", "restart", "speed"):
         assert turned.ask(request) == request
         assert turned.turn() == ""
 
 
-def test_of_many_the_latest_of_each_kind_is_passed_on() -> None:
+def test_the_latest_of_each_kind_is_passed_on() -> None:
     turned = Turned()
     assert turned.ask(*range(3000), "speed", 5, "pause", 6) == "0"
     assert turned.turn() == "speed pause 6"
@@ -64,7 +67,20 @@ def test_of_many_the_latest_of_each_kind_is_passed_on() -> None:
     assert turned.ask(8) == "8"
 
 
-def test_a_stop_in_a_flood_is_passed_on_and_nothing_that_was_asked_for_before() -> None:
+def test_a_stop_in_a_flood_is_passed_on_at_once_without_earlier_requests() -> None:
     turned = Turned()
-    assert turned.ask(0, 1, "restart", "speed", "resume", "hush", "hush", 2, 3) == "0"
-    assert turned.turn() == "speed hush 3"
+    assert turned.ask(0, 1, "restart", "speed", "resume", "hush", "hush", 2, 3) == "0 hush"
+    assert sorted(turned.turn().split()) == ["3", "hush", "speed"]
+
+
+def test_the_latest_stop_of_each_page_is_passed_on() -> None:
+    turned = Turned()
+    assert turned.ask("ada 1", "ada 2", "bo 1", "ada 3") == "ada 1"
+    assert turned.turn() == "bo 1 ada 3"
+
+
+def test_a_page_that_sends_more_than_ours_ever_do_counts_as_flooding() -> None:
+    flood = Flood()
+    assert not any(flood.counts(7.0 + number / MOST) for number in range(10 * MOST))
+    assert [flood.counts(20.0) for _ in range(MOST + 1)] == [*[False] * MOST, True]
+    assert not flood.counts(21.0)

@@ -6,17 +6,19 @@ import re
 import shlex
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from improv_core.program.analysis import analyze
 from tests.commands.command_line import run
 from tests.stage.viewer.conftest import wait
-from tests.stage.viewer.test_editor import Edit
+from tests.stage.viewer.editing import Edit
 
 ROOT = Path(__file__).parents[3]
 TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow("plays the whole tutorial")
 def test_each_step_does_what_the_tutorial_says(tmp_path: Path, browser: Browser) -> None:
     (_, installing), (_, editing), (_, template), *steps = re.findall(r"^```(\w+)\n(.*?)^```", TUTORIAL, re.M | re.S)
     assert installing.strip() in (ROOT / "README.md").read_text(encoding="utf-8")

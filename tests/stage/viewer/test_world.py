@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-import pytest
+from collections.abc import Callable
+
 from playwright.sync_api import Page, expect
 
-from tests.stage.viewer.conftest import Show, wait, watch
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.robots.config import read_robots
+from improv_core.score.motion import Twist
+from improv_core.stage.sinks.simulator import Simulator
+from improv_core.stage.viewer.server import Viewer
+from tests.stage.viewer.conftest import transport, wait
 from tests.stage.viewer.looks import COUNT, PIXEL
 
 WALL, GROUND, BUMP = "107,114,128", "251,250,247", [201, 42, 42]
@@ -18,15 +25,14 @@ def check(page: Page, **colors: tuple[float, float]) -> None:
         wait(page, f"({PIXEL})({x}, {y}) === '{WALL if name.startswith('wall') else GROUND}'")
 
 
-def test_walls_and_obstacles_are_drawn_where_they_are_and_in_view(page: Page, show: Show) -> None:
+def test_walls_and_obstacles_are_drawn_where_they_are_and_in_view(still: Callable[..., Page]) -> None:
     world = """[world]
 size = [10, 8]
 walls = [[-4, -3, -2, -1]]
 circles = [{ x = 2, y = -2, radius = 0.5 }]
 boxes = [{ x = -3, y = 2, width = 2, height = 0.5, heading = 90 }]
 """
-    show.play("ada $ rest", world)
-    watch(page, show)
+    page = still("ada $ rest", world)
     check(page, wall_rim=(-5, 1), wall_line=(-3.02, -2.02), wall_circle=(2.4, -2), ground_beside=(2.6, -2.6))
     check(page, wall_box=(-3, 2.9), ground_box=(-2.3, 2.3))
     for x in (-5, 5):
@@ -38,52 +44,48 @@ boxes = [{ x = -3, y = 2, width = 2, height = 0.5, heading = 90 }]
             assert 0 < place["y"] < box["height"]
 
 
-def test_two_robots_that_drive_into_each_other_bump(page: Page, show: Show) -> None:
-    show.play("beat 60\nada bo $ repeat 6 rest forward forward\n", FACING)
-    watch(page, show)
+def test_two_robots_that_drive_into_each_other_bump(still: Callable[..., Page], simulator: Simulator) -> None:
+    page = still("beat 60\nada bo $ forward\n", FACING)
     count = page.locator("#bumps")
     expect(count).to_be_hidden()
+    simulator.send("ada", Twist(1.0), 0.0)
+    simulator.advance(3.0)
     wait(page, f"({COUNT})({BUMP}) > 60")
     expect(count).to_have_text("1 bump")
     expect(page.get_by_role("status")).to_have_text("ada and bo bumped into each other")
-    wait(page, f"({COUNT})({BUMP}) === 0")  # although nothing moves any more
-    page.get_by_role("button", name="Restart").click()
-    expect(count).to_be_hidden()
-    wait(page, f"({COUNT})({BUMP}) > 60")
-    expect(count).to_have_text("1 bump")
-
-
-def test_a_robot_that_drives_into_a_wall_bumps(page: Page, show: Show) -> None:
-    show.play("beat 60\nada $ rest forward\n", "[world]\nsize = [3, 3]\n")
-    watch(page, show)
-    wait(page, f"({COUNT})({BUMP}) > 60")
-    expect(page.locator("#bumps")).to_have_text("1 bump")
-    expect(page.get_by_role("status")).to_have_text("ada bumped into an obstacle")
-    wait(page, "Math.abs(improv.robots.ada.x - 1.2) < 0.01")  # a radius from the wall
-
-
-def test_bumps_of_before_the_page_was_opened_are_counted_but_no_news(page: Page, show: Show) -> None:
-    show.play("beat 60\nada bo $ forward forward repeat 6 rest left right repeat rest\n", FACING)
-    watch(page, show)
-    wait(page, "improv.beat > 6")
+    wait(page, f"({COUNT})({BUMP}) === 0")  # although nothing moves anymore
     page.reload()
     wait(page, "window.improv?.connected && improv.robots.ada")
-    expect(page.locator("#bumps")).to_have_text("1 bump")
-    expect(page.get_by_role("status")).not_to_contain_text("bumped")
+    expect(count).to_have_text("1 bump")
+    expect(page.get_by_role("status")).not_to_contain_text("bumped")  # that was before the page was opened
+
+
+def test_a_replayed_dance_bumps_again(still: Callable[..., Page], simulator: Simulator, viewer: Viewer) -> None:
+    score = score_of(analyze("beat 60\nada $ forward\n", read_robots("[world]\nsize = [3, 3]\n")))
+    page = still("ada $ rest\n")
+    for generation in (2, 3):
+        simulator.prepare(score, restart=True)
+        viewer.show(score, generation)
+        viewer.publish(transport(generation, "playing"))
+        wait(page, f"improv.transport.generation === {generation} && improv.robots.ada.x < 0.01")
+        expect(page.locator("#bumps")).to_be_hidden()
+        simulator.send("ada", Twist(2.0), 0.0)
+        simulator.advance(2.0)
+        expect(page.locator("#bumps")).to_have_text("1 bump")
+        wait(page, "Math.abs(improv.robots.ada.x - 1.2) < 0.01")  # a radius from the wall
 
 
 MOTORS = "[profiles.real]\nbase = 'turtlebot4'\ndynamics = 'motors'\n[robots]\nada.profile = 'real'\n"
 
 
-@pytest.mark.parametrize(
-    ("program", "robots", "said"),
-    [
-        ("ada $ forward", "", "ideal motion"),
+def test_the_page_says_how_ideal_its_motion_is(still: Callable[..., Page], viewer: Viewer) -> None:
+    page = still("ada $ forward")
+    expect(page.locator("#dynamics")).to_have_text("ideal motion")
+    dances = (
         ("ada $ forward", MOTORS, "with motors"),
         ("ada bo $ forward", f"{MOTORS}bo = {{}}\n", "some with motors"),
-    ],
-)
-def test_the_page_says_how_ideal_its_motion_is(page: Page, show: Show, program: str, robots: str, said: str) -> None:
-    show.play(program, robots)
-    watch(page, show)
-    expect(page.locator("#dynamics")).to_have_text(said)
+    )
+    for generation, (program, robots, said) in enumerate(dances, 2):
+        viewer.show(score_of(analyze(program, read_robots(robots))), generation)
+        viewer.publish(transport(generation, "playing"))
+        expect(page.locator("#dynamics")).to_have_text(said)

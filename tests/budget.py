@@ -1,0 +1,88 @@
+"""How long tests may take, which of them begin first, and what a run says at its end.
+
+A test that takes more than `EXPLAINED` seconds says why: `@pytest.mark.slow("starts VS Code")`. In CI, a test without
+that mark fails if it takes more than `LONGEST` seconds, without those for which it waited for a processor.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Generator, Iterable
+from pathlib import Path
+
+import pytest
+
+EXPLAINED = 3.0
+LONGEST = 10.0
+IN_CI = "IMPROV_REQUIRE_ALL" in os.environ
+
+_waited = 0.0  # for a processor, until the last report
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", f"slow(reason): takes more than {EXPLAINED:g} s, for this reason")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    for item in items:
+        for mark in item.iter_markers("slow"):
+            if not mark.args:
+                raise pytest.UsageError(f"{item.nodeid}: say why it is slow: @pytest.mark.slow(reason)")
+    if hasattr(config, "workerinput"):  # side by side, the files that take longest begin first
+        slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
+        all_tests = Counter(item.path for item in items)
+        items.sort(key=lambda item: (-slow[item.path], -all_tests[item.path], item.path))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    global _waited
+    report = yield
+    before, _waited = _waited, waited_for_processor()
+    took = call.duration - (_waited - before)
+    if IN_CI and report.passed and took > LONGEST and not item.get_closest_marker("slow"):
+        report.outcome = "failed"
+        report.longrepr = (
+            f"This took {took:.1f} s. In CI, a test may take {LONGEST:g} s unless it says why it needs more: "
+            "@pytest.mark.slow(reason)"
+        )
+    return report
+
+
+def waited_for_processor() -> float:
+    """Seconds for which this thread was ready to run, but other work had all processors: no fault of a test. 0 where
+    the system doesn't tell."""
+    try:
+        return int(Path("/proc/thread-self/schedstat").read_text(encoding="ascii").split()[1]) / 1e9
+    except OSError:
+        return 0.0
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    stats = terminalreporter.stats
+    for line in [*skips(stats.get("skipped", [])), *(unexplained(stats.get("passed", [])) if IN_CI else [])]:
+        terminalreporter.write_line(line)
+
+
+def skips(reports: Iterable[pytest.TestReport | pytest.CollectReport]) -> list[str]:
+    """A line for each reason for which tests were skipped. A file that is skipped as a whole is never counted out."""
+    reasons: Counter[tuple[str, str]] = Counter()
+    for report in reports:
+        if isinstance(report.longrepr, tuple):
+            what = "file" if isinstance(report, pytest.CollectReport) else "test"
+            reasons[report.longrepr[2].removeprefix("Skipped: "), what] += 1
+    return [
+        f"skipped {count} {what}{'s' if count > 1 else ''}: {reason}" for (reason, what), count in reasons.most_common()
+    ]
+
+
+def unexplained(reports: Iterable[pytest.TestReport]) -> list[str]:
+    """A line for each test that took more than a test may take without saying why."""
+    return [
+        f"took {report.duration:.1f} s and does not say why: {report.nodeid}"
+        for report in reports
+        if report.duration > EXPLAINED and "slow" not in report.keywords
+    ]

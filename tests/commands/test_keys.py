@@ -1,0 +1,117 @@
+"""`improv play` in a terminal: keys, and a page that can play the dance again after its end, until Ctrl-C."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import pty
+import re
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import aiohttp
+import pytest
+
+from improv_core.commands.terminal import HINT
+from tests.commands.command_line import IMPROV, LIMIT
+from tests.page import live_behind, token_behind
+
+ADDRESS = r"watch it at (\S+)\r\n"
+
+
+class Terminal:
+    """A terminal in which a program plays, with a keyboard."""
+
+    def __init__(self, folder: Path, program: str) -> None:
+        (folder / "dance.improv").write_text(program)
+        self._ours, self.theirs = pty.openpty()
+        self.command = [*IMPROV, "play", str(folder / "dance.improv"), "--backend", "sim", "--no-browser"]
+        self._process: subprocess.Popen[bytes] | None = None
+        self._unread = ""
+
+    def play(self, *options: str) -> None:
+        """In a session of its own, whose terminal this is."""
+        command = ["setsid", "--ctty", "--wait", *self.command, *options]
+        self._process = subprocess.Popen(command, stdin=self.theirs, stdout=self.theirs, stderr=self.theirs)
+
+    def type(self, keys: str) -> None:
+        os.write(self._ours, keys.encode())
+
+    def wait(self, pattern: str) -> re.Match[str]:
+        """What fits in that which is shown after what was waited for before."""
+        while not (found := re.search(pattern, self._unread)):
+            self._unread += os.read(self._ours, 1024).decode(errors="replace")
+        self._unread = self._unread[found.end() :]
+        return found
+
+    def end(self) -> int:
+        """The exit code."""
+        assert self._process
+        return self._process.wait(LIMIT)
+
+    def close(self) -> None:
+        if self._process:
+            self._process.kill()
+            self._process.wait()
+        for each in (self._ours, self.theirs):
+            os.close(each)
+
+
+@pytest.fixture
+def terminal(tmp_path: Path) -> Iterator[Terminal]:
+    terminal = Terminal(tmp_path, "beat 600\nr $ until cue (repeat forward) left\n")
+    yield terminal
+    terminal.close()
+
+
+def test_a_key_in_the_terminal_gives_the_cue(terminal: Terminal) -> None:
+    terminal.play("--once")
+    terminal.wait("▶")
+    terminal.type("xc")
+    assert terminal.end() == 0
+
+
+def test_the_page_plays_a_dance_again_after_its_end(terminal: Terminal) -> None:
+    terminal.play()
+    address = terminal.wait(ADDRESS)[1]
+    terminal.wait("▶")
+    terminal.type("c")
+    terminal.wait("press Ctrl-C to end")
+    assert asyncio.run(asyncio.wait_for(play_again(live_behind(address)), LIMIT)) == "playing"
+    assert token_behind(address) == ""  # it works only once
+    for key in ("o", "\n"):
+        terminal.wait(re.escape(HINT) + " $")  # the last line says what to do
+        terminal.type(key)
+        assert token_behind(terminal.wait(ADDRESS)[1])
+    terminal.type("\x03")
+    assert terminal.end() == 0
+
+
+async def play_again(address: str) -> str:
+    """The state of the dance after Restart was pressed on the page."""
+    async with (
+        aiohttp.ClientSession() as session,
+        session.ws_connect(address, origin=address.split("/live")[0]) as page,
+    ):
+        await page.send_json({"type": "restart"})
+        async for message in page:
+            told = message.json()
+            if told["type"] == "transport" and told["generation"] == 2:
+                return str(told["state"])
+    raise AssertionError("the page was closed")
+
+
+def test_a_dance_plays_in_a_session_that_has_no_terminal_of_its_own(terminal: Terminal, tmp_path: Path) -> None:
+    """As after `setsid`: its input is a terminal, but no key in it is for us."""
+    (tmp_path / "dance.improv").write_text("beat 600\nr $ left\n")
+    done = subprocess.run(
+        terminal.command,
+        stdin=terminal.theirs,
+        capture_output=True,
+        text=True,
+        start_new_session=True,
+        timeout=LIMIT,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "▶ r 1 beat" in done.stdout

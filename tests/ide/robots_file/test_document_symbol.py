@@ -1,0 +1,62 @@
+"""The outline of an improv.toml, a line for each entry: name, kind, and value."""
+
+from __future__ import annotations
+
+from hypothesis import given
+
+from improv_core.ide.robots_file.document_symbol import flattened, outline
+from tests.ide.robots_file.test_completion import TEXTS
+from tests.ide.test_document_symbol import drawn
+
+
+def check(text: str, *lines: str) -> None:
+    assert [line for entry in outline(text) for line in drawn(entry, "")] == list(lines)
+
+
+def test_sections_and_what_they_set() -> None:
+    check(
+        "[profiles.rover] # mine\nstep = 0.5\n\n[robots.anna]\nprofile = 'rover'\nstart = { x = 1,\ty = 2 }\n[world]\n",
+        "profiles.rover: profile",
+        "  step: key 0.5",
+        "robots.anna: robot",
+        "  profile: key 'rover'",
+        "  start: key { x = 1, y = 2 }",
+        "world: section",
+    )
+
+
+def test_keys_above_all_sections_and_keys_with_dots() -> None:
+    check(
+        "world.size = [\n  6,\n  4,\n]\n[robots]\nanna.profile = 'husky'\n",
+        "world.size: key [ 6, 4, ]",
+        "robots: section",
+        "  anna.profile: key 'husky'",
+    )
+
+
+def test_tables_of_an_array_and_a_long_value() -> None:
+    check(
+        "[[world.circles]]\nx = 1\n[[world.circles]]\nx = 2\n[ros]\nstop = '/" + "a" * 60 + "'\n",
+        "world.circles: section",
+        "  x: key 1",
+        "world.circles: section",
+        "  x: key 2",
+        "ros: section",
+        "  stop: key '/" + "a" * 37 + "…",
+    )
+
+
+def test_unfinished_lines_hide_nothing() -> None:
+    check(
+        "[robots.anna\nprofile = \ntopic = '/a'\ntopic = '/b'\n[\n[robots.bert]\nstart = {",
+        "robots.anna: robot",
+        "  topic: key '/b'",
+        "[ ]: section",
+        "robots.bert: robot",
+    )
+
+
+@given(TEXTS)
+def test_no_text_raises(text: str) -> None:
+    for entry in flattened(outline(text)):
+        drawn(entry, "")

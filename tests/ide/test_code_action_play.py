@@ -1,0 +1,60 @@
+"""What can be played, silenced, and stopped at the cursor, `|`."""
+
+from __future__ import annotations
+
+from improv_core.ide.code_action_play import MOST_ROBOTS, deeds
+from improv_core.program.analysis import analyze
+
+ALL = ["Play the program", "Stop all robots"]
+
+
+def check(program: str, *expected: str, muted: str = "", soloed: str = "") -> None:
+    """The titles; what only plays some of the program says which, `title → text`."""
+    cursor, text = program.index("|"), program.replace("|", "", 1)
+    found = [
+        f"{deed.title} → {text[slice(*deed.only)]}" if deed.only else deed.title
+        for deed in deeds(analyze(text), cursor, muted.split(), soloed.split())
+    ]
+    assert found == list(expected)
+
+
+def test_a_line_plays_alone_if_there_are_others() -> None:
+    check("beat 30\nr $ repeat 4 up| left", *ALL)
+    check("x = up\nr $ up|\nr $ left", "Play only this line (1 beat, 1.0 s) → r $", *ALL)
+    check("r $ up\n  s $ lft|", "Play only this line → s $", *ALL, "Mute s", "Solo s")
+    check("r $ up\n|\n", *ALL)
+    check("$ |up")
+    check("|")
+
+
+def test_a_name_can_be_tried_where_it_is_defined_and_where_it_is_used() -> None:
+    check("x = repeat 2 |up", "Try x (2 beats, 2.0 s) → x =")
+    check("x = up\ny = |x left\n", "Try x (1 beat, 1.0 s) → x =")
+    check("x = up\nx = left\nr $ x| up\n", "Try x (1 beat, 1.0 s) → x =", *ALL)
+    check("x = lft|", "Try x → x =")
+    check("r $ sq|\nsq = up\n", *ALL)
+
+
+def test_a_phrase_can_be_tried_once_something_gives_it_its_arguments() -> None:
+    check("poly n = repeat n |up")
+    check("poly n = repeat n| up\nr $ poly 4", "Try poly → poly n =", *ALL)
+    check("poly n = repeat n up\nmore n = pol|y n")
+
+
+def test_a_scene_plays_alone() -> None:
+    program = "r $ up\n---\nr $ repeat 2 up\n"
+    check(
+        "|" + program, "Play only this line (1 beat, 1.0 s) → r $", "Play only scene 1 (1 beat, 1.0 s) → r $ up\n", *ALL
+    )
+    second = "Play only scene 2 (2 beats, 2.0 s) → ---\nr $ repeat 2 up\n"
+    check(program.replace("---", "-|--"), second, *ALL)
+    check(program + "|", second, *ALL)
+
+
+def test_where_several_play_each_can_be_muted_and_soloed() -> None:
+    this = "Play only this line (1 beat, 1.0 s) → "
+    program = "r $ up\ns t $ |up"
+    check(program, f"{this}s t $", *ALL, "Mute s", "Solo s", "Mute t", "Solo t")
+    check(program, f"{this}s t $", *ALL, "Unmute s", "Solo s", "Mute t", "Unsolo t", muted="s", soloed="t")
+    many = list(deeds(analyze("a b c d e $ up"), 3))
+    assert len(many) == len(ALL) + 2 * MOST_ROBOTS

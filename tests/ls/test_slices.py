@@ -1,0 +1,146 @@
+"""Work runs in slices: messages are read in between, and small or new work comes first."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from concurrent.futures import Future
+
+import pytest
+
+from improv_core.program.analysis import Analysis
+from improv_core.slices import checkpoint
+from improv_ls.documents import Document, opened
+from improv_ls.settling import Settling
+from improv_ls.slices import SLICE, Slices
+from tests.heavy import HEAVY
+from tests.ls.client import Client
+
+WORST, OTHER = "file:///worst.improv", "file:///other.improv"
+STEP = SLICE / 2
+
+
+class Turns:
+    """The turns of an event loop, and a clock that only work moves."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.seen: list[str] = []
+        self._soon: list[Callable[[], object]] = []
+        self.slices = Slices(self._soon.append, lambda: self.now)
+
+    def work(self, name: str, steps: int) -> Callable[[], str]:
+        def run() -> str:
+            for _ in range(steps):
+                self.now += STEP
+                self.seen.append(name)
+                checkpoint()
+            return name
+
+        return run
+
+    def turn(self) -> None:
+        soon, self._soon[:] = [*self._soon], []
+        for each in soon:
+            each()
+
+
+def test_short_work_is_done_at_once() -> None:
+    turns = Turns()
+    assert turns.slices.begin(turns.work("short", 1)).result(0) == "short"
+
+
+def test_long_work_stops_after_each_slice() -> None:
+    turns = Turns()
+    future = turns.slices.begin(turns.work("long", 5))
+    assert turns.seen == ["long"] * 2
+    turns.turn()
+    assert turns.seen == ["long"] * 4
+    assert not future.done()
+    turns.turn()
+    assert future.result(0) == "long"
+
+
+def test_short_new_work_is_done_before_older_work() -> None:
+    turns = Turns()
+    long = turns.slices.begin(turns.work("long", 100))
+    for _ in range(5):
+        turns.turn()
+    short = turns.slices.begin(turns.work("short", 3))
+    for _ in range(2):
+        turns.turn()
+    assert (short.done(), long.done()) == (True, False)
+
+
+def test_dropped_work_never_continues() -> None:
+    turns = Turns()
+    future: Future[str] = turns.slices.begin(turns.work("old", 100))
+    future.cancel()
+    before = [*turns.seen]
+    for _ in range(3):
+        turns.turn()
+    assert turns.seen == before
+
+
+def test_an_error_reaches_its_waiter() -> None:
+    def fail() -> None:
+        turns.now += SLICE
+        checkpoint()
+        raise ValueError("wrong")
+
+    turns = Turns()
+    future = turns.slices.begin(fail)
+    turns.turn()
+    with pytest.raises(ValueError, match="wrong"):
+        future.result(0)
+
+
+def test_another_file_is_answered_before_the_worst_one_is_analyzed() -> None:
+    with Client({"onSave": "off"}, hurries=True) as client:
+        client.open(WORST, HEAVY["phrases in phrases"])
+        client.open(OTHER, "r $ forward\n")
+        whole = client.begin("textDocument/rename", {**_at(WORST, 18, 0), "newName": "ada"})
+        assert client.request("textDocument/hover", _at(OTHER, 0, 5))
+        client.request("workspace/executeCommand", {"command": "improv.hush", "arguments": []})
+        answered = [each.message["id"] for each in client.log if each.by_server and "result" in each.message]
+        assert whole not in answered
+
+
+def test_a_request_about_an_older_text_is_dropped() -> None:
+    with Client({"onSave": "off"}, hurries=True) as client:
+        client.open(WORST, HEAVY["phrases in phrases"])
+        old = client.begin("textDocument/rename", {**_at(WORST, 18, 0), "newName": "ada"})
+        client.change(WORST, 2, {"text": "r $ forwrd\n"})
+        diagnostics = client.wait("textDocument/publishDiagnostics", lambda params: params["version"] == 2)
+        assert [each["code"] for each in diagnostics["diagnostics"]] == ["unknown-name"]
+        errors = {each.message["id"]: each.message["error"]["code"] for each in client.log if "error" in each.message}
+        assert errors[old] == -32801
+
+
+def test_a_text_that_fails_is_answered_with_the_error_and_the_next_one_works() -> None:
+    turns, documents, told = Turns(), dict[str, Document](), list[str]()
+    settling = Settling(turns.slices, documents, lambda _: None, lambda: None, lambda error: told.append(str(error)))
+    plain = opened(OTHER, 1, "r $ up\n")
+
+    @dataclasses.dataclass(frozen=True)
+    class Failing(Analysis):
+        def settled(self, enough: Callable[[], bool] | None = None, until: int | None = None) -> Analysis:
+            turns.now += SLICE
+            checkpoint()
+            raise ValueError("wrong")
+
+    given = {each.name: getattr(plain.analysis, each.name) for each in dataclasses.fields(plain.analysis)}
+    settling.keep(dataclasses.replace(plain, analysis=Failing(**given)))
+    before, after, next_text = Future[object](), Future[object](), Future[object]()
+    settling.answer(lambda: "known", before, OTHER)
+    turns.turn()
+    settling.answer(lambda: "known", after, OTHER)
+    assert [str(each.exception(0)) for each in (before, after)] == ["wrong", "wrong"]
+    assert told == ["wrong"]
+    settling.keep(dataclasses.replace(plain, analysis=plain.analysis.settled()))
+    settling.answer(lambda: "known", next_text, OTHER)
+    assert next_text.result(0) == "known"
+
+
+def _at(uri: str, line: int, character: int) -> dict[str, object]:
+    return {"textDocument": {"uri": uri}, "position": {"line": line, "character": character}}

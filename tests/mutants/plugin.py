@@ -1,0 +1,74 @@
+"""Pytest's side of a run in a copy: what each test covers and how long it takes, or which tests to run in what order.
+
+It works beside any version of the tests, so it relies on nothing else here.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import tempfile
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from coverage import Coverage
+
+ORDER = "IMPROV_MUTANTS_ORDER"
+"""Names a file with the tests to run, one a line, in this order."""
+TIMES = "IMPROV_MUTANTS_TIMES"
+"""Names the file that says afterward how each test ended, and after how many seconds."""
+CONTEXT = "IMPROV_MUTANTS_CONTEXT"
+"""The test that started a process, for which `coverage` records the lines that the process runs."""
+
+_runtime = tempfile.TemporaryDirectory(prefix="improv-mutants-")
+_ended: dict[str, tuple[str, float]] = {}
+
+
+def pytest_configure() -> None:
+    # Older versions of the tests give their workers no folder of their own for `improv stop`.
+    os.environ["XDG_RUNTIME_DIR"] = _runtime.name
+    if "COVERAGE_PROCESS_START" in os.environ:
+        _tell_processes()
+
+
+def _tell_processes() -> None:
+    """Whatever a test starts knows of the measurement, also when the test gives it an environment without it."""
+    start: Any = subprocess.Popen.__init__
+
+    def measured(self: Any, *positional: Any, env: Any = None, **named: Any) -> None:
+        ours = {name: os.environ[name] for name in (CONTEXT, "COVERAGE_PROCESS_START") if name in os.environ}
+        start(self, *positional, env={**(os.environ if env is None else env), **ours}, **named)
+
+    subprocess.Popen.__init__ = measured  # type: ignore[method-assign]
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if ORDER not in os.environ:
+        return
+    place = {test: number for number, test in enumerate(Path(os.environ[ORDER]).read_text().splitlines())}
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in place])
+    items[:] = sorted((item for item in items if item.nodeid in place), key=lambda item: place[item.nodeid])
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    if measuring := Coverage.current():
+        os.environ[CONTEXT] = item.nodeid
+        measuring.switch_context(item.nodeid)
+    return (yield)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    outcome, seconds = _ended.get(report.nodeid, ("passed", 0.0))
+    if outcome == "passed":
+        outcome = report.outcome
+    _ended[report.nodeid] = outcome, seconds + report.duration
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if TIMES in os.environ and not hasattr(session.config, "workerinput"):
+        Path(os.environ[TIMES]).write_text(json.dumps(_ended))

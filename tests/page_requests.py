@@ -1,0 +1,66 @@
+"""What a page may ask for, as its JavaScript has it. `python -m tests.page_requests` writes that file again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from improv_core.score.fits import Between, hints_of
+from improv_core.stage.fields import LAST_BEAT
+from improv_core.stage.typed_lines import by_type
+from improv_core.stage.viewer.messages import FromPage, PageStop
+
+FILE = Path(__file__).parent.parent / "improv_core" / "stage" / "viewer" / "page" / "requests.js"
+REQUESTS = {kind: message for kind, message in by_type(FromPage).items() if message is not PageStop}
+NAMES = {str: "string", bool: "boolean", float: "number", int: "number", NoneType: "null"}
+
+
+def text() -> str:
+    """The whole file."""
+    union = "\n *   | ".join(map(_shape, REQUESTS.values()))
+    limits = "\n".join(f"  {kind}: {{ {', '.join(found)} }}," for kind in REQUESTS if (found := [*_limits(kind)]))
+    return (
+        "// @ts-check\n"
+        "// What a page may ask for, and the least and most of numbers. Written by `python -m tests.page_requests`\n"
+        "// from the types in commands.py, editing.py, and messages.py.\n"
+        "\n"
+        "/** @typedef {{ x: number, y: number, heading: number }} StartPose in meters and degrees */\n"
+        f"/**\n * @typedef {{{union}}} Request\n */\n"
+        "\n"
+        f"export const LIMITS = {{\n{limits}\n}}\n"
+    )
+
+
+def _shape(message: Any) -> str:
+    fields = {name: hint for name, hint in hints_of(message).items() if name in message.__required_keys__}
+    return f"{{ {', '.join(f'{name}: {_name(hint)}' for name, hint in fields.items())} }}"
+
+
+def _name(hint: Any) -> str:
+    """A type as JSDoc has it."""
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return _name(arguments[0])
+    if origin is Literal:
+        return " | ".join(f'"{each}"' for each in arguments)
+    if origin is UnionType:
+        return " | ".join(map(_name, arguments))
+    if origin is Mapping:
+        return f"Record<string, {_name(arguments[1])}>"
+    if origin is Sequence:
+        return f"{_name(arguments[0])}[]"
+    return NAMES.get(hint) or hint.__name__.removesuffix("Json")
+
+
+def _limits(kind: str) -> Iterator[str]:
+    for name, hint in hints_of(REQUESTS[kind]).items():
+        if get_origin(hint) is Annotated:
+            for limit in get_args(hint)[1:]:
+                if isinstance(limit, Between) and limit.most < LAST_BEAT:
+                    yield f"{name}: [{limit.least:g}, {limit.most:g}]"
+
+
+if __name__ == "__main__":
+    FILE.write_text(text(), encoding="utf-8")

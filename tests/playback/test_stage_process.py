@@ -1,0 +1,64 @@
+"""What a stage process is sent on which of its two channels, by a process that writes down what it reads."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from typing import Any
+
+import pytest
+
+from improv_core.playback.stage_process import Heard, Stage
+from improv_core.playback.stops import Stops
+from improv_core.playback.watch import Watch
+from improv_core.stage.messages import ToStage
+from tests.stage.test_watchdog import CHANNEL, LIMIT, READY
+
+
+def received(*messages: ToStage) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """What has come by standard input, and what has come on the channel of stops when the last of that is read."""
+    waiting = sum(message["type"] not in ("hush", "pause") for message in messages)
+    code = "\n".join(
+        [
+            "import json, os, select, sys",
+            CHANNEL,
+            READY,
+            f"lines = [sys.stdin.readline() for _ in range({waiting})]",
+            "first = []",
+            "while select.select([channel], [], [], 0)[0]:",
+            " first.append(channel.readline().decode())",
+            'print(json.dumps({"type": "warning", "message": json.dumps([lines, first])}), flush=True)',
+            "sys.stdin.read()",
+        ]
+    )
+
+    async def listen() -> str:
+        told: asyncio.Queue[Heard] = asyncio.Queue()
+        stage = await Stage.start(
+            [sys.executable, "-c", code], os.environ, lambda _, message, stops: told.put_nowait(message), Stops()
+        )
+        for message in messages:
+            stage.send(message)
+        said = await asyncio.wait_for(told.get(), LIMIT)
+        await stage.close()
+        return str(said.get("message"))
+
+    lines, first = json.loads(asyncio.run(listen()))
+    return _brief(lines), _brief(first)
+
+
+def _brief(lines: list[str]) -> list[dict[str, Any]]:
+    messages = map(json.loads, lines)
+    return [{key: each[key] for key in ("type", "after", "number") if key in each} for each in messages]
+
+
+def test_a_ping_precedes_what_may_move_robots_and_each_message_says_what_was_sent_before_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Even if the thread that pings is held up: a stage that was never pinged would not notice that we hang."""
+    monkeypatch.setattr(Watch, "may_ping", lambda watch, now: False)
+    lines, first = received({"type": "hush"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "cue"})
+    assert first == [{"type": "hush", "number": 1}, {"type": "ping", "number": 2}]
+    assert lines == [{"type": "seek", "after": 1}, {"type": "resume", "after": 2}, {"type": "cue", "after": 2}]

@@ -1,0 +1,62 @@
+"""`pytest --pure` runs the tests that start nothing: no process, browser, editor, or ROS. They take seconds."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Generator
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).parent
+PURE = {"ide", "playback", "program", "robots", "score", "stage", "syntax", "test_plain.py", "test_text.py"}
+BUT = {
+    "playback/test_interpreter.py",
+    "playback/test_isolation.py",
+    "playback/test_stage_process.py",
+    "playback/test_stop_socket.py",
+    "robots/test_schema.py",
+    "stage/sinks/test_ros_reader.py",
+    "stage/test_hostile_input.py",
+    "stage/test_process.py",
+    "stage/test_standby.py",
+    "stage/test_watchdog.py",
+    "stage/viewer",
+}
+"""What starts something, in the folders of the pure tests."""
+STARTS = {"subprocess.Popen", "os.exec", "os.fork", "os.forkpty", "os.posix_spawn"}
+
+_in_pure_test = False
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--pure", action="store_true", help="run only the tests that start nothing")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    if not config.getoption("pure") or collection_path == TESTS:
+        return None
+    name = collection_path.relative_to(TESTS)
+    return name.parts[0] not in PURE or name.as_posix() in BUT or None
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    if session.config.getoption("pure"):
+        session.config.option.markexpr = session.config.option.markexpr or "not slow"
+        sys.addaudithook(_refuse)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, bool, bool]:
+    global _in_pure_test
+    _in_pure_test = item.config.getoption("pure")
+    try:
+        return (yield)
+    finally:
+        _in_pure_test = False
+
+
+def _refuse(event: str, arguments: tuple[object, ...]) -> None:
+    """Called whenever anything is started: a pure test fails if it does that."""
+    if _in_pure_test and event in STARTS:
+        raise AssertionError(f"not a pure test: {event}{arguments}")

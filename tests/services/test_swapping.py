@@ -1,0 +1,147 @@
+"""A file is replaced only while it holds what was read; what other programs write meanwhile is never lost."""
+
+from __future__ import annotations
+
+import os
+import random
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from improv_core.services import swapping
+from improv_core.services.program_file import WriteError, read_version, write_text
+from improv_core.services.swapping import swap
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="only Linux exchanges two files in one step")
+
+
+def in_place(path: Path, text: bytes) -> None:
+    path.write_bytes(text)
+
+
+def renamed(path: Path, text: bytes) -> None:
+    new = path.with_name("theirs")
+    new.write_bytes(text)
+    new.replace(path)
+
+
+@linux
+@pytest.mark.parametrize("write", [in_place, renamed])
+def test_a_text_written_just_before_the_exchange_is_put_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Callable[[Path, bytes], None]
+) -> None:
+    path, others = tmp_path / "dance.improv", list[bytes]()
+    path.write_bytes(b"before")
+    exchange, theirs = swapping._exchange, iter((b"theirs", b"theirs, later"))
+
+    def slow(one: Path, other: Path) -> bool:
+        if text := next(theirs, None):
+            write(path, text)
+        return exchange(one, other)
+
+    monkeypatch.setattr(swapping, "_exchange", slow)
+    assert not swap(path, b"before", b"mine", others.append)
+    assert (path.read_bytes(), others) == (b"theirs, later", [b"theirs"])
+    assert [each.name for each in tmp_path.iterdir()] == ["dance.improv"]
+    assert swap(path, b"theirs, later", b"mine", others.append)
+    assert path.read_bytes() == b"mine"
+
+
+@linux
+def test_a_program_that_still_writes_gets_its_file_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(swapping, "WRITER_LIMIT", 0.05)
+    path, others = tmp_path / "dance.improv", list[bytes]()
+    path.write_bytes(b"before")
+    with path.open("ab") as file:
+        assert not swap(path, b"before", b"mine", others.append)
+        file.write(b" and more")
+    assert path.read_bytes() == b"before and more"
+    with path.open("rb"):  # a reader disturbs nobody
+        assert swap(path, b"before and more", b"mine", others.append)
+    assert others == []
+
+
+def test_a_file_that_appears_is_not_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "dance.improv"
+    assert swap(path, None, b"one", list[bytes]().append)
+    assert not swap(path, None, b"two", list[bytes]().append)
+    assert path.read_bytes() == b"one"
+    path.unlink()
+    assert swap(path, b"one", b"two", list[bytes]().append)  # it is gone: there is nothing to lose
+    assert path.read_bytes() == b"two"
+
+
+def test_without_an_exchange_the_file_is_read_once_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(swapping, "_exchange", lambda one, other: False)
+    path = tmp_path / "dance.improv"
+    path.write_bytes(b"theirs")
+    assert not swap(path, b"before", b"mine", list[bytes]().append)
+    assert swap(path, b"theirs", b"mine", list[bytes]().append)
+    assert path.read_bytes() == b"mine"
+
+
+ADVERSARY = """
+import os, sys, time
+path, way, delay, text = sys.argv[1], sys.argv[2], float(sys.argv[3]), sys.argv[4].encode()
+print("ready", flush=True)
+sys.stdin.readline()
+time.sleep(delay)
+if way == "in place":
+    with open(path, "wb") as file:
+        file.write(text)
+else:
+    with open(path + ".new", "wb") as file:
+        file.write(text)
+    os.replace(path + ".new", path)
+"""
+
+
+@linux
+@pytest.mark.parametrize("history", ["on", "off"])
+def test_no_text_of_an_adversary_is_lost(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, history: str) -> None:
+    """IMPROV_TRIALS=150 for the figure in docs/security.md."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("IMPROV_HISTORY", history)
+    path, dice, lost = tmp_path / "dance.improv", random.Random(1), 0
+    for trial in range(int(os.environ.get("IMPROV_TRIALS", "6"))):
+        path.write_text("before\n")
+        revision, theirs = read_version(path).revision, f"theirs {trial}\n"
+        way = ("in place", "renamed")[trial % 2]
+        command = [sys.executable, "-c", ADVERSARY, str(path), way, str(dice.uniform(0, 0.002)), theirs]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as adversary:
+            assert adversary.stdin
+            assert adversary.stdout
+            adversary.stdout.readline()
+            adversary.stdin.write("\n")
+            adversary.stdin.flush()
+            with suppress(WriteError):
+                write_text(path, f"mine {trial}\n", revision)
+        found = [each.read_text() for each in tmp_path.rglob("*.improv")]
+        lost += not any(theirs in text for text in found)
+    assert lost == 0
+
+
+@linux
+def test_two_of_ours_never_both_replace_one_version(tmp_path: Path) -> None:
+    path, done = tmp_path / "dance.improv", list[str]()
+    path.write_text("before\n")
+    revision = read_version(path).revision
+
+    def write(text: str) -> None:
+        try:
+            write_text(path, text, revision)
+        except WriteError:
+            return
+        done.append(text)
+
+    threads = [threading.Thread(target=write, args=(f"mine {number}\n",)) for number in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [path.read_text()] == done

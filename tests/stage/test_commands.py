@@ -1,0 +1,76 @@
+"""The rows of commands: each is complete, and docs/protocol.md and the page agree with them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from improv_core.stage.commands import COMMANDS, PageRequest, about
+from improv_core.stage.loop import OBEYED
+from improv_core.stage.typed_lines import by_type
+from improv_core.stage.viewer.messages import FromPage
+from tests import page_requests
+
+DOCS = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
+
+
+def listed() -> list[str]:
+    """The rows as docs/protocol.md has them."""
+    rows = []
+    for row in COMMANDS.values():
+        properties = {
+            "stops robots, ahead of all that waits": row.stops,
+            "obeyed at once by the stage whose node it reaches": row.at_once and "ros" in row.by,
+            "done by the parent": not row.to_stages,
+            "kept for later stages": row.kept,
+            "the simulator beside real robots is told what they sensed instead": row.as_sensed,
+        }
+        voids = " ".join(f"`{each}`" for each in sorted(row.voids))
+        what = "; ".join(text for text, holds in properties.items() if holds)
+        rows.append(f"| `{row.name}` | {', '.join(row.by)} | {what} | {voids} |".replace("  ", " "))
+    return rows
+
+
+def test_the_docs_list_every_command() -> None:
+    section = DOCS.split("## Commands\n")[1].split("\n#")[0]
+    assert re.findall(r"^\| `.*", section, re.MULTILINE) == listed()
+
+
+def test_everything_a_page_may_request_has_a_row() -> None:
+    assert COMMANDS.keys() == by_type(PageRequest).keys()
+
+
+def test_a_page_may_send_what_its_rows_say() -> None:
+    asks = {"stop", "window", "analyze", "complete", "explain", "write"}  # answered, or sent on as another
+    sent = {row.name for row in COMMANDS.values() if "page" in row.by} - {"editing"}
+    assert by_type(FromPage).keys() - asks == sent
+
+
+def test_a_stage_obeys_each_command_that_its_parent_passes_on() -> None:
+    assert OBEYED.keys() == {row.name for row in COMMANDS.values() if row.to_stages}
+
+
+def test_commands_void_others_that_exist() -> None:
+    assert all(row.voids <= COMMANDS.keys() for row in COMMANDS.values())
+
+
+def test_the_page_has_the_same_requests_and_limits() -> None:
+    written = page_requests.FILE.read_text(encoding="utf-8")
+    assert written == page_requests.text(), "run `python -m tests.page_requests`"
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "same"),
+    [
+        ({"type": "seek", "beat": 1}, {"type": "seek", "beat": 2}, True),
+        ({"type": "seek", "beat": 1}, {"type": "speed", "factor": 2}, False),
+        ({"type": "hush", "mark": "ada 1"}, {"type": "hush", "mark": "ada 2"}, True),
+        ({"type": "hush", "mark": "ada 1"}, {"type": "hush", "mark": "bo 1"}, False),
+        ({"type": "key", "key": "a", "held": True}, {"type": "key", "key": "a", "held": False}, True),
+        ({"type": "key", "key": "a", "held": True}, {"type": "key", "key": "b", "held": True}, False),
+    ],
+)
+def test_only_the_latest_command_about_something_counts(first: PageRequest, second: PageRequest, same: bool) -> None:
+    assert (about(first) == about(second)) == same

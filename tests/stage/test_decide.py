@@ -1,0 +1,519 @@
+"""What the player decides, as tables: a run, what happens, what is known → the next run, and what is to be done."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+from typing import get_args
+
+import pytest
+
+from improv_core.score.movement import Duration
+from improv_core.score.score import Deadman, Safety, Score
+from improv_core.score.transport import Switch, Transport
+from improv_core.stage import acts, doing, events
+from improv_core.stage.acts import (
+    Act,
+    Begin,
+    Dismiss,
+    Drop,
+    ForgetEdges,
+    Listen,
+    Look,
+    LookLater,
+    LookSoon,
+    Meet,
+    Place,
+    Prepare,
+    PrepareAnew,
+    Report,
+    ReportSenses,
+    Resend,
+    Rest,
+    SendUntil,
+    StartMeasuring,
+    Still,
+    Tell,
+    Then,
+    Zero,
+)
+from improv_core.stage.agenda import NEVER, Due, Rank, next_decision, next_edges, performed
+from improv_core.stage.decide import _RULES, decide, trouble
+from improv_core.stage.events import Event, Facts
+from improv_core.stage.interlocks import GAMEPAD, OLDER, EmergencyStops
+from improv_core.stage.messages import Takeover, When
+from improv_core.stage.run import Mode, Run, Silenced
+from improv_core.stage.swap import Swap
+from tests.stage.test_player import score
+
+ZERO = 1000.0
+"""Beat 0 on the clock, and beats are seconds: at beat 3 it is 1003."""
+STOP, DEADMAN = "/e_stop", Deadman("/joy", 4)
+BUTTON = str(DEADMAN)
+DANCE = score("beat 60\na b $ repeat 8 forward")
+OTHER = score("beat 60\na b $ repeat 8 left")
+SCENES = score("beat 60\na $ forward forward\n---\na $ left left")
+GUARDED = replace(DANCE, safety=Safety(stop=STOP, deadman=DEADMAN))
+TOGETHER = replace(DANCE, safety=Safety(rejoin="pause"))
+NOTHING = Score(Fraction(60), {name: replace(part, scenes=()) for name, part in DANCE.parts.items()})
+PRESSED = EmergencyStops(frozenset({STOP}), 1)
+MODES: Sequence[Mode] = get_args(Mode)
+
+
+def run(mode: Mode, beat: float = 0, dance: Score = DANCE, **different: object) -> Run:
+    """A run that has reached a beat, which was 3 s after beat 0 if it is at rest."""
+    transport = Transport(ZERO, 0.0, 0 if mode == "playing" else Fraction(beat), dance.tempo)
+    made = Run(mode, dance, dance, generation=1, restarted=1, transport=transport)
+    return replace(made, **different)  # type: ignore[arg-type]
+
+
+def at(beat: float, over: Duration = 8, **known: object) -> Facts:
+    """What is known at this many seconds after beat 0."""
+    return Facts(ZERO + beat, over=over, **known)  # type: ignore[arg-type]
+
+
+def real(beat: float, **known: object) -> Facts:
+    return replace(at(beat, **known), real=True)  # type: ignore[arg-type]
+
+
+def resumed(beat: float, second: float) -> Transport:
+    """Playing from a beat on since this many seconds after beat 0."""
+    return Transport(ZERO, second, Fraction(beat), Fraction(60))
+
+
+def begins(dance: Score, beat: float, second: float) -> list[Act]:
+    beat = int(beat) if beat == int(beat) else beat
+    return [Begin(dance.parts, beat, second), Report(ZERO + second), ReportSenses(beat, second)]  # type: ignore[arg-type]
+
+
+def names(done: Sequence[Act]) -> list[str]:
+    return [type(each).__name__ for each in done]
+
+
+def lines(done: Sequence[Act]) -> list[str]:
+    return [each.message["message"] for each in done if isinstance(each, Tell) and each.message["type"] != "pressed"]
+
+
+# Stop, pause, resume
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_stop_stops_everything(mode: Mode) -> None:
+    then, done = decide(run(mode, 3), events.Stop(), real(3))
+    assert (then.mode, then.next, then.transport.origin) == ("stopped", None, 3)
+    assert done == [Zero(), Report()]
+
+
+def test_a_stop_lets_a_stage_that_only_has_to_stop_robots_keep_waiting() -> None:
+    before = run("waiting", dance=NOTHING)
+    assert decide(before, events.Stop(), real(3)) == (before, [])
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_pause_stops_what_plays_and_keeps_the_save_that_waits(mode: Mode) -> None:
+    swap = Swap(OTHER, 2, "beat", 4, 4.0, None)
+    then, done = decide(run(mode, 3, next=swap, continues=True), events.Pause(), at(3))
+    plays = mode == "playing"
+    assert (then.mode, then.next, then.continues) == ("paused" if plays else mode, swap, False)
+    assert done == ([Zero(), Report()] if plays else [])
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_only_a_pause_can_be_resumed(mode: Mode) -> None:
+    before = run(mode, 3)
+    then, done = decide(before, events.Resume(), at(10))
+    if mode == "paused":
+        assert then == replace(before, mode="playing", transport=resumed(3, 10))
+        assert done == begins(DANCE, 3, 10)
+    else:
+        assert (then, done) == (before, [])
+
+
+def test_a_save_that_waits_for_a_beat_waits_for_that_beat_after_a_pause_too() -> None:
+    swap = Swap(OTHER, 2, "beat", 4, 4.0, None)
+    then, _ = decide(run("paused", 3.25, next=swap), events.Resume(), at(10))
+    assert then.next == replace(swap, at=10.75)
+
+
+# What real robots wait for
+
+HOLD = f"paused: to let robots move, hold {BUTTON}"
+ON = "✗ the emergency stop on /e_stop is on: release it, then save again"
+
+
+@pytest.mark.parametrize(
+    ("before", "facts", "then", "done", "said"),
+    [
+        (run("playing", dance=GUARDED), real(3, held={BUTTON}), "playing", [], []),
+        (run("playing", dance=GUARDED), real(3, held={GAMEPAD}), "playing", [], []),
+        (run("playing", dance=GUARDED), at(3), "playing", [], []),  # the simulator needs no button
+        (run("playing", dance=GUARDED), real(3), "paused", ["Zero", "Report", "LookLater", "Tell"], [HOLD]),
+        (run("paused", 3, GUARDED, continues=True), real(9), "paused", [], []),
+        (
+            run("paused", 3, GUARDED, continues=True),
+            real(9, held={BUTTON}),
+            "playing",
+            ["Begin", "Report", "ReportSenses"],
+            [],
+        ),
+        (run("paused", 3, GUARDED), real(9, held={BUTTON}), "paused", [], []),  # somebody has paused
+        (
+            run("playing", dance=TOGETHER),
+            real(3, away={"b"}),
+            "paused",
+            ["Zero", "Report", "LookLater", "Tell"],
+            ["paused until b listens again"],
+        ),
+        (run("playing"), real(3, away={"b"}), "playing", [], []),
+        (run("playing", dance=GUARDED, stops=PRESSED), real(3), "stopped", ["Zero", "Report", "Tell"], [ON]),
+    ],
+)
+def test_what_robots_wait_for_has_changed(
+    before: Run, facts: Facts, then: Mode, done: Sequence[str], said: Sequence[str]
+) -> None:
+    after, what = decide(before, events.Changed(), facts)
+    assert (after.mode, names(what), lines(what)) == (then, done, said)
+    if then == "paused" and before.mode == "playing":
+        assert after.continues
+        assert after.transport.origin == 3
+
+
+def test_resuming_without_the_deadman_button_waits_for_it() -> None:
+    then, done = decide(run("paused", 3, GUARDED), events.Resume(), real(9))
+    assert (then.mode, then.continues, then.transport.origin) == ("paused", True, 3)
+    assert done == [Zero(), Report(), LookLater(), Tell({"type": "warning", "message": HOLD})]
+
+
+@pytest.mark.parametrize(
+    ("before", "pressed", "then", "stops", "done"),
+    [
+        (run("playing"), True, "stopped", PRESSED, ["Tell", "Zero", "Report", "Tell"]),
+        (run("waiting"), True, "stopped", PRESSED, ["Tell", "Zero", "Report", "Tell"]),
+        (run("stopped", stops=PRESSED), True, "stopped", PRESSED, []),
+        (run("stopped", stops=PRESSED), False, "stopped", EmergencyStops(frozenset(), 1), ["Tell", "Report", "Tell"]),
+        (run("playing"), False, "playing", EmergencyStops(), []),
+    ],
+)
+def test_an_emergency_stop(before: Run, pressed: bool, then: Mode, stops: EmergencyStops, done: Sequence[str]) -> None:
+    after, what = decide(before, events.EmergencyStop(STOP, pressed), real(3))
+    assert (after.mode, after.stops, names(what)) == (then, stops, done)
+
+
+@pytest.mark.parametrize(
+    ("mode", "is_real", "late", "overloaded", "reason"),
+    [
+        ("playing", True, 0.5, False, None),
+        ("playing", True, 0.6, False, events.Stalled(0.6)),
+        ("playing", True, 0.0, True, events.Overloaded()),
+        ("playing", False, 60.0, True, None),  # the simulator catches up
+        ("stopped", True, 60.0, True, None),
+        ("paused", True, 60.0, True, None),
+    ],
+)
+def test_why_real_robots_have_to_stop(
+    mode: Mode, is_real: bool, late: float, overloaded: bool, reason: Event | None
+) -> None:
+    assert trouble(run(mode, 3), is_real, late, overloaded) == reason
+
+
+def test_robots_stop_before_people_are_told_why() -> None:
+    late, slow = (decide(run("playing"), event, real(3))[1] for event in (events.Stalled(1.23), events.Overloaded()))
+    assert names(late) == names(slow) == ["Zero", "Report", "Tell"]
+    assert lines(late) == ["the stage stalled for 1.2 s, so all robots were stopped: save to play again"]
+    assert lines(slow) == ["this machine is too slow for 2 robots, so all were stopped: play fewer robots"]
+
+
+# Saves
+
+
+@pytest.mark.parametrize(
+    ("stops", "knows", "facts", "line"),
+    [
+        (PRESSED, 1, real(3), "✗ the emergency stop on /e_stop is still on"),
+        (EmergencyStops(frozenset(), 2), 1, real(3), OLDER),
+        (EmergencyStops(frozenset(), 2), 2, real(3), None),
+        (PRESSED, 1, at(3), None),
+    ],
+)
+def test_a_save_is_refused_after_an_emergency_stop(
+    stops: EmergencyStops, knows: int, facts: Facts, line: str | None
+) -> None:
+    before, load = run("stopped", stops=stops), events.Load(OTHER, 2, "restart", stops=knows)
+    then, done = decide(before, load, facts)
+    assert then == before
+    if line:
+        assert names(done) == ["Tell", "Report"]
+        assert lines(done)[0].startswith(line)
+    else:
+        assert done == [PrepareAnew(load), Then(events.Restarted(load))]
+
+
+@pytest.mark.parametrize(
+    ("mode", "when", "done"),
+    [
+        *((mode, "restart", ["PrepareAnew", "Then"]) for mode in MODES),
+        *((mode, "beat", ["PrepareAnew", "Then"]) for mode in ("stopped", "waiting", "ended")),
+        ("playing", "beat", ["Meet"]),
+        ("paused", "beat", ["Drop", "SendUntil", "Prepare", "Then"]),
+    ],
+)
+def test_a_save_takes_over_from_what_plays_or_restarts(mode: Mode, when: When, done: Sequence[str]) -> None:
+    before = run(mode, 3)
+    then, what = decide(before, events.Load(OTHER, 2, when), at(3))
+    assert names(what) == done
+    assert then.score == before.score  # until the other score has been prepared, which may fail
+    assert then.generation == 1
+
+
+@pytest.mark.parametrize(("when", "second"), [("now", 2.5), ("beat", 3), ("bar", 4), ("end", 8)])
+def test_when_a_save_takes_over(when: Switch, second: float) -> None:
+    then, done = decide(run("playing"), events.Load(OTHER, 2, when), at(2.5))
+    assert then.next == Swap(OTHER, 2, when, 4, second, None)
+    assert done == [Meet(OTHER)]
+
+
+def test_another_stage_says_when() -> None:
+    entry: Takeover = {"beat": 5.0, "monotonic": ZERO + 5.25}
+    then, _ = decide(run("playing"), events.Load(OTHER, 2, "now", entry), at(3))
+    assert then.next == Swap(OTHER, 2, "now", 4, 5.25, entry)
+
+
+def test_a_takeover_is_prepared_before_the_run_says_so() -> None:
+    swap = Swap(OTHER, 2, "beat", 4, 3.0, None)
+    before = run("playing", next=swap)
+    then, done = decide(before, Due(3.0, Rank.TAKEOVER), at(3))
+    assert then == replace(before, next=None)
+    drop, send, prepare, last = done
+    assert (drop, send) == (Drop({"a", "b"}), SendUntil(3.0))
+    assert isinstance(prepare, Prepare)
+    assert isinstance(last, Then)
+    after, what = decide(then, last.event, at(3))
+    assert (after.mode, after.generation, after.score.begins("a", 0)) == ("playing", 2, 3)
+    assert names(what) == ["Dismiss", "Begin", "Report", "ReportSenses", "LookSoon"]
+
+
+def test_a_save_takes_over_from_a_score_without_robots() -> None:
+    _, done = decide(run("paused", dance=Score(Fraction(60), {})), events.Load(SCENES, 2, "beat"), at(3, over=0))
+    assert names(done) == ["Drop", "SendUntil", "Prepare", "Then"]
+
+
+def test_a_robot_whose_part_is_the_same_is_left_alone() -> None:
+    numbered = {name: replace(part, editions=(7,)) for name, part in DANCE.parts.items()}
+    dance = replace(DANCE, parts=numbered)
+    edit = replace(dance, parts={**numbered, "b": replace(OTHER.parts["b"], editions=(8,))})
+    before = run("playing", dance=dance, next=Swap(edit, 2, "beat", 4, 3.0, None))
+    then, done = decide(before, Due(3.0, Rank.TAKEOVER), at(3))
+    assert done[0] == Drop({"b"})
+    last = done[-1]
+    assert isinstance(last, Then)
+    _, what = decide(then, last.event, at(3))
+    assert what[:2] == [Dismiss({"b"}), Begin({"b"}, 3, 3.0)]
+
+
+def test_a_score_that_needs_a_deadman_button_waits_for_it_as_it_takes_over() -> None:
+    guarded = replace(OTHER, safety=Safety(deadman=DEADMAN))
+    before = run("playing", next=Swap(guarded, 2, "beat", 4, 3.0, None))
+    then, done = decide(before, Due(3.0, Rank.TAKEOVER), real(3))
+    last = done[-1]
+    assert isinstance(last, Then)
+    after, what = decide(then, last.event, real(3))
+    assert (after.mode, after.continues, after.generation) == ("paused", True, 2)
+    assert names(what) == ["Dismiss", "Zero", "Report", "LookLater", "Tell", "LookSoon"]
+
+
+# From the beginning to the end
+
+
+def test_beat_0_waits_for_listeners() -> None:
+    load = events.Load(OTHER, 2, "restart")
+    then, done = decide(run("playing", 3), events.Restarted(load), at(3))
+    assert (then.mode, then.generation, then.restarted, then.score) == ("waiting", 2, 2, OTHER)
+    assert done == [Listen(["a", "b"])]
+    assert decide(then, events.Listened((), True, ["a", "b"]), at(3)) == (then, [Still(["a", "b"]), Report()])
+    assert decide(then, events.Awaited(), at(4)) == (then, [Listen()])
+    assert decide(then, events.Listened((), True, None), at(4)) == (then, [])
+    after, what = decide(then, events.Listened((), False, None), at(5))
+    assert (after.mode, after.transport.zero) == ("playing", ZERO + 5)
+    begun = Begin(OTHER.parts, 0, 0.0)
+    assert what == [StartMeasuring(), begun, Report(ZERO + 5), ReportSenses(0, 0.0), LookSoon(OTHER.parts)]
+
+
+def test_a_robot_that_only_has_to_stop_does_so_while_others_keep_waiting() -> None:
+    before = run("waiting", dance=NOTHING)
+    assert decide(before, events.Listened({"a"}, True, None), at(4)) == (before, [Still(["a"])])
+
+
+def test_the_next_scene_begins_for_all() -> None:
+    then, done = decide(run("playing", dance=SCENES), Due(2.0, Rank.SCENE), at(2, over=2))
+    assert (then.scene, then.score, then.mode) == (1, SCENES, "playing")
+    assert done == [Dismiss(), Begin(SCENES.parts, 2, 2.0)]  # its beat was known, so it is not reported
+
+
+@pytest.mark.parametrize("is_real", [True, False])
+def test_all_ends(is_real: bool) -> None:
+    then, done = decide(run("playing"), Due(8.0, Rank.END), at(8.001, real=is_real))
+    assert (then.mode, then.transport.origin, then.transport.since) == ("ended", 8, 8.0)
+    assert done == [Rest(), *([] if is_real else [Look(DANCE.parts)]), Report()]
+
+
+def test_a_save_that_waits_for_an_end_unknown_in_advance_takes_over_there() -> None:
+    swap = Swap(OTHER, 2, "end", 4, math.inf, None)
+    then, done = decide(run("playing", next=swap), Due(8.0, Rank.END), at(8))
+    assert (then.mode, then.next) == ("playing", None)
+    assert names(done) == ["Drop", "SendUntil", "Prepare", "Then"]
+    assert done[1] == SendUntil(8.0)
+
+
+# Seek, speed, silence
+
+
+@pytest.mark.parametrize("asked", [-1.0, 0.0, 2.5, 1e12, math.inf])
+@pytest.mark.parametrize("mode", ["stopped", "paused", "ended", "playing"])
+def test_a_seek_plays_on_there_or_is_a_pause_there(mode: Mode, asked: float) -> None:
+    then, done = decide(run(mode, 3), events.Seek(asked), at(3))
+    beat = min(max(asked, 0), 8)
+    assert then.transport.origin == beat
+    assert (then.mode, names(done[3:])) == (
+        ("playing", ["Begin", "Report", "ReportSenses"]) if mode == "playing" else ("paused", ["Report"])
+    )
+    assert names(done[:2]) == ["Dismiss", "ForgetEdges"]
+    assert Place(then.transport.origin) in done
+
+
+def test_a_seek_goes_to_the_scene_of_its_beat() -> None:
+    then, done = decide(run("playing", dance=SCENES), events.Seek(3.0), at(1, over=2))
+    assert then.scene == 1
+    assert done == [Dismiss(), ForgetEdges(), Place(3), *begins(SCENES, 3, 1)]
+
+
+def test_there_is_no_beat_to_seek_before_anything_is_loaded() -> None:
+    assert decide(Run(), events.Seek(4.0), at(3)) == (Run(), [])
+
+
+def test_a_seek_before_beat_0_does_not_skip_the_first_scene() -> None:
+    before = run("waiting", dance=SCENES)
+    assert decide(before, events.Seek(3.0), at(3)) == (before, [])
+
+
+@pytest.mark.parametrize(("asked", "got"), [(0.0, "0.1"), (0.1, "0.1"), (3.7, "3.7"), (100.0, "4")])
+def test_speed_has_limits(asked: float, got: str) -> None:
+    then, done = decide(run("stopped"), events.Speed(asked), at(3))
+    assert (then.speed, then.tempo, then.transport.tempo) == (Fraction(got), 60 * Fraction(got), 60 * Fraction(got))
+    assert done == [Report()]
+
+
+def test_another_speed_plays_on_from_the_beat_that_is_reached() -> None:
+    then, done = decide(run("playing"), events.Speed(2.0), at(3))
+    assert then.transport == Transport(ZERO, 3.0, 3, Fraction(120))
+    assert done == begins(DANCE, 3, 3)
+
+
+@pytest.mark.parametrize(
+    ("mode", "muted", "soloed", "standing", "resent"),
+    [
+        ("playing", {"a"}, (), (), ["a"]),
+        ("playing", (), {"a"}, (), ["b"]),
+        ("playing", {"a"}, (), {"a"}, []),  # it stands already
+        ("playing", (), (), (), []),
+        ("paused", {"a"}, (), (), []),
+    ],
+)
+def test_who_is_silent(
+    mode: Mode, muted: set[str], soloed: set[str], standing: set[str], resent: Sequence[str]
+) -> None:
+    facts = at(3, standing=frozenset(standing))
+    then, done = decide(run(mode, 3), events.Silence(muted, soloed), facts)
+    assert then.silenced == Silenced(frozenset(muted), frozenset(soloed))
+    assert done == [*([Resend(resent)] if resent else []), Report()]
+
+
+# In any case
+
+LOAD = events.Load(replace(OTHER, safety=Safety(stop=STOP, deadman=DEADMAN)), 2, "now")
+EVENTS: Sequence[Event] = [
+    LOAD,
+    replace(LOAD, when="restart"),
+    events.Restarted(LOAD),
+    events.Awaited(),
+    events.Listened((), False, None),
+    events.Replaced(LOAD.score, 2, 3.0, 3, {"a", "b"}, (), False),
+    events.Stop(),
+    events.Pause(),
+    events.Resume(),
+    events.Seek(2.0),
+    events.Speed(2.0),
+    events.Silence({"a"}, ()),
+    events.EmergencyStop(STOP, True),
+    events.Changed(),
+    events.Stalled(1.0),
+    events.Overloaded(),
+    Due(8.0, Rank.END),
+    Due(3.0, Rank.TAKEOVER),
+]
+
+
+@pytest.mark.parametrize(("mode", "event", "held"), [*product(MODES, EVENTS, [False, True])])
+def test_removed_robots_stop_and_nothing_begins_that_must_wait(mode: Mode, event: Event, held: bool) -> None:
+    dance = replace(SCENES, safety=Safety(stop=STOP, deadman=DEADMAN))
+    swap = Swap(OTHER, 2, "beat", 4, 3.0, None) if isinstance(event, Due) else None
+    for stops, knows in product((EmergencyStops(), PRESSED), (True, False)):
+        before = run(mode, 3, GUARDED if isinstance(event, Due) else dance, stops=stops, next=swap)
+        facts = real(3, held=frozenset({BUTTON} if held else ()))
+        then, done = decide(before, event if knows else events.Changed(), facts)
+        if before.mode == "playing" and then.mode in ("stopped", "paused"):
+            assert Zero() in done
+        if any(isinstance(each, Begin) for each in done):
+            assert then.mode == "playing"
+            goes_on = isinstance(event, Due)  # the next scene and the end begin nothing that did not play before
+            assert goes_on or (held and not then.stops.on)
+        else:
+            assert then.mode != "playing" or before.mode == "playing"
+
+
+def test_each_event_has_its_rule_and_each_act_its_doer() -> None:
+    assert _RULES.keys() == {*get_args(Event)}
+    assert doing._HOW.keys() == {*get_args(acts.Act)}
+
+
+# The agenda
+
+
+@pytest.mark.parametrize(
+    ("before", "over", "due"),
+    [
+        (run("playing"), 8, Due(8.0, Rank.END)),
+        (run("playing", dance=SCENES), 2, Due(2.0, Rank.SCENE)),
+        (run("playing"), math.inf, NEVER),
+        (run("playing", next=Swap(OTHER, 2, "beat", 4, 3.0, None)), 8, Due(3.0, Rank.TAKEOVER)),
+        (run("playing", next=Swap(OTHER, 2, "end", 4, 8.0, None)), 8, Due(8.0, Rank.TAKEOVER)),
+        (run("playing", dance=SCENES, next=Swap(OTHER, 2, "bar", 4, 2.0, None)), 2, Due(2.0, Rank.SCENE)),
+        (run("ended", 8, next=Swap(OTHER, 2, "now", 4, 9.0, None)), 8, Due(9.0, Rank.TAKEOVER)),
+        (run("paused", 3, next=Swap(OTHER, 2, "now", 4, 3.0, None)), 8, NEVER),
+        *((run(mode, 3), 8, NEVER) for mode in MODES if mode != "playing"),
+    ],
+)
+def test_the_next_decision(before: Run, over: Duration, due: Due) -> None:
+    assert next_decision(before, over) == due
+
+
+def test_the_order_at_one_instant() -> None:
+    assert [*Rank] == [Rank.SCENE, Rank.TAKEOVER, Rank.EDGES, Rank.CHANGES, Rank.END, Rank.REPEATS]
+    assert Due(2.0, Rank.END).last_before(Rank.CHANGES) == 2.0  # zeros that end a score come before it has ended
+    assert Due(2.0, Rank.SCENE).last_before(Rank.CHANGES) < 2.0  # what is due then is up to the next scene
+    assert Due(2.0, Rank.TAKEOVER).last_before(Rank.CHANGES) < 2.0
+
+
+def test_edges_that_were_announced_come_at_their_beats_while_it_plays() -> None:
+    assert next_edges(run("playing"), 3) == Due(3.0, Rank.EDGES)
+    assert next_edges(run("playing"), None).at == next_edges(run("paused", 2), 3).at == math.inf
+
+
+def test_rounding_never_puts_the_present_before_what_is_due() -> None:
+    zero = 1000.1
+    late = replace(run("playing"), transport=Transport(zero, 0.0, 0, Fraction(60)))
+    now = zero + 0.3
+    assert late.transport.performed(now) < 0.3  # so much is lost
+    assert performed(late, now, 0.3) == 0.3

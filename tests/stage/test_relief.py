@@ -1,0 +1,72 @@
+"""When a standby is replaced, and when robots may not keep moving without one, at times that the tests set."""
+
+from __future__ import annotations
+
+import pytest
+
+from improv_core.stage.relief import ANSWER_LIMIT, READY_LIMIT, START_LIMIT, Relief
+
+PERIOD = 0.1
+
+
+def lost_at(answers_until: float, pulses_from: float = 0.0, stalls_at: float | None = None) -> float | None:
+    """When a standby that answers pulses only up to a time counts as lost; None if not within 10 s."""
+    relief, now = Relief(0.0), 0.0
+    while now < 10:
+        if now <= answers_until:
+            relief.hears()
+        relief.look(now)
+        if relief.is_lost():
+            return round(now, 6)
+        if now >= pulses_from:
+            relief.asks(now)
+        now = round(now + (3.0 if now == stalls_at else PERIOD), 6)
+    return None
+
+
+@pytest.mark.parametrize(
+    ("answers_until", "pulses_from", "stalls_at", "expected"),
+    [
+        (10.0, 0.0, None, None),
+        (2.0, 0.0, None, 2.0 + ANSWER_LIMIT),
+        (-1.0, 0.0, None, START_LIMIT),
+        (2.0, 4.0, None, 4.0 + ANSWER_LIMIT),
+        (10.0, 0.0, 2.0, None),
+        (2.0, 0.0, 2.2, 2.2 + 3.0 + 0.3),
+    ],
+    ids=["it answers", "it falls silent", "it never starts", "nobody asks", "we stall", "we stall, and it is silent"],
+)
+def test_a_standby_that_does_not_answer_is_lost(
+    answers_until: float, pulses_from: float, stalls_at: float | None, expected: float | None
+) -> None:
+    assert lost_at(answers_until, pulses_from, stalls_at) == (expected and round(expected, 6))
+
+
+def stops(*story: tuple[bool, bool]) -> list[float]:
+    """When robots are stopped, given for each second whether they move, and whether a standby is ready."""
+    relief, found = Relief(0.0), []
+    for second, (moving, ready) in enumerate(story):
+        relief.look(float(second))
+        if relief.must_stop(moving, ready):
+            found.append(float(second))
+    return found
+
+
+GUARDED, UNGUARDED, STILL, ALONE = (True, True), (True, False), (False, True), (False, False)
+LONG = int(READY_LIMIT)
+
+
+@pytest.mark.parametrize(
+    ("story", "expected"),
+    [
+        ([GUARDED] * 20, []),
+        ([GUARDED, *[UNGUARDED] * LONG, GUARDED], []),
+        ([GUARDED, *[UNGUARDED] * (LONG + 1)], [1.0 + LONG]),
+        ([ALONE] * 20, []),
+        ([*[ALONE] * 20, *[UNGUARDED] * (LONG + 1)], [20.0 + LONG]),
+        ([*[UNGUARDED] * LONG, STILL, *[UNGUARDED] * LONG], []),
+    ],
+    ids=["guarded", "replaced in time", "never ready", "nobody moves", "from when they move", "two short times"],
+)
+def test_robots_that_move_without_a_standby_are_stopped(story: list[tuple[bool, bool]], expected: list[float]) -> None:
+    assert stops(*story) == expected

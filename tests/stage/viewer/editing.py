@@ -1,0 +1,48 @@
+"""`improv edit` in the test's own process, and pages that write with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from playwright.sync_api import Browser, ConsoleMessage, Page
+
+from improv_core.stage.tickets import issue
+from tests.commands.command_line import Running
+from tests.page import token_behind
+from tests.stage.viewer.conftest import LIMIT, wait
+
+IDLE = "document.querySelector('#file-state').textContent === 'saved'"
+PLAYING = "improv.transport.state === 'playing'"
+
+
+class Edit:
+    """`improv edit` on one file, on a thread, and pages of it in one browser."""
+
+    def __init__(self, file: Path, browser: Browser) -> None:
+        self.file = file
+        self._running = Running("edit", file, "--backend", "sim", "--no-browser")
+        self.wait = self._running.wait
+        url = self.wait("watch it at").split()[-1]
+        self._token, self._address = token_behind(url), url.partition("?")[0]
+        self._context = browser.new_context(viewport={"width": 1280, "height": 800})
+        self._wrong: list[str] = []
+
+    def page(self) -> Page:
+        """Another page of the program."""
+        page = self._context.new_page()
+        page.set_default_timeout(LIMIT * 1000)
+        page.on("console", self._listen)
+        page.on("pageerror", lambda error: self._wrong.append(f"{error} {error.stack}"))
+        page.goto(f"{self._address}?ticket={issue(self._token)}")
+        wait(page, f"window.improv?.connected && {IDLE}")
+        return page
+
+    def close(self) -> None:
+        self._context.close()
+        self._running.close()
+        assert self._wrong == []
+
+    def _listen(self, message: ConsoleMessage) -> None:
+        # A server that went away is an error to the browser, not to us.
+        if message.type == "error" and "net::ERR_CONNECTION" not in message.text:
+            self._wrong.append(message.text)

@@ -1,0 +1,107 @@
+"""The simulator's stage on a thread of the test's own process, where starting it costs nothing.
+
+It is all that a stage is but for its process: what it is sent and what it says goes through JSON, too. Stops come with
+everything else, as on Windows. That a stage hangs or dies, only the process shows (tests/stage).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+
+import pytest
+
+from improv_core.playback.playback import RunningStage
+from improv_core.playback.stage_process import Heard, Stage, StageError
+from improv_core.playback.start import Options, SinkName, start_stage
+from improv_core.playback.stops import Stops
+from improv_core.score.score_json import RowsRead
+from improv_core.stage.__main__ import SystemClock, open_sink, options_in, report_sent
+from improv_core.stage.arrivals import Arrival, End
+from improv_core.stage.json_pieces import dumps
+from improv_core.stage.loop import Opened, one_line, run
+from improv_core.stage.messages import FromStage, ToStage, read_from_stage
+from improv_core.stage.parent import Parent
+from improv_core.stage.pipes import arrival
+from improv_core.stage.urgent_queue import UrgentQueue
+
+USED = "improv_core.playback.start.Stage"
+"""What to replace by `StageOnThread`."""
+NAME = "stage of a test"
+Hear = Callable[["StageOnThread", Heard, int], None]
+
+
+def running() -> set[threading.Thread]:
+    """The stages that have not ended."""
+    return {thread for thread in threading.enumerate() if thread.name == NAME}
+
+
+async def start_on_thread(
+    sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops
+) -> RunningStage | None:
+    """Like `start_stage`, for the simulator."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(USED, StageOnThread)
+        return await start_stage(sink, options, token, hear, stops)  # type: ignore[arg-type]
+
+
+class StageOnThread:
+    """A stage as a playback uses it; `start` is that of `Stage`."""
+
+    def __init__(self, arguments: Sequence[str], token: str, hear: Hear, stops: Stops) -> None:
+        self._hear = hear
+        self._stops = stops
+        self._loop = asyncio.get_running_loop()
+        self._inbox: UrgentQueue[Arrival] = UrgentQueue()
+        self._read = RowsRead()
+        self._closing = False
+        options = options_in(arguments)
+        opened, self.ready = open_sink(options, self._tell, self._inbox.put, token)
+        if options.report_sent:
+            report_sent(opened.sink, self._tell)
+        self._thread = threading.Thread(target=self._play, args=(opened,), name=NAME, daemon=True)
+        self._thread.start()
+
+    @classmethod
+    async def start(
+        cls, command: Sequence[str], env: Mapping[str, str], hear: Hear, stops: Stops
+    ) -> StageOnThread | Stage:
+        _, _, *arguments = command
+        if "ros" in arguments:
+            return await Stage.start(command, env, hear, stops)  # type: ignore[arg-type]
+        try:
+            return cls(arguments, env["IMPROV_PAGE_TOKEN"], hear, stops)
+        except OSError as error:
+            raise StageError(one_line(error)) from None
+
+    @property
+    def alive(self) -> bool:
+        return self._thread.is_alive() and not self._closing
+
+    def send(self, message: ToStage) -> None:
+        self._inbox.put(arrival(dumps(message), self._read))
+
+    async def close(self) -> None:
+        self._closing = True
+        self._inbox.put(End())
+        await asyncio.to_thread(self._thread.join)
+
+    def _play(self, opened: Opened) -> None:
+        run(opened, self._inbox, SystemClock(), Parent())
+        opened.leave()
+        self._soon({"type": "gone", "message": "the stage exited unexpectedly"}, 0)
+
+    def _tell(self, message: FromStage) -> None:
+        asked = self._stops.arrive(message["command"]) if message["type"] == "request" else 0
+        self._soon(read_from_stage(json.dumps(message).encode()), asked)
+
+    def _soon(self, message: Heard, asked: int) -> None:
+        with suppress(RuntimeError):  # the loop has been closed
+            self._loop.call_soon_threadsafe(self._told, message, asked)
+
+    def _told(self, message: Heard, asked: int) -> None:
+        if not (self._closing and message["type"] == "gone"):
+            self._hear(self, message, asked)

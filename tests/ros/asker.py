@@ -7,6 +7,7 @@ and `nodes` lists them.
 import json
 import sys
 
+import own_output  # noqa: F401, before any library may print
 import rclpy
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters

@@ -18,6 +18,7 @@ from typing import Any
 
 sys.path.append(str(Path(__file__).parents[2]))  # as the stage does: last, and not installed
 
+import own_output  # noqa: F401, before any library may print
 from rclpy.utilities import get_default_context
 
 from improv_core.score import senses

@@ -17,6 +17,7 @@ from functools import reduce
 from importlib import import_module
 from typing import Any
 
+import own_output  # noqa: F401, before any library may print
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy

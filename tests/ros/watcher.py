@@ -6,6 +6,7 @@ import json
 import sys
 import threading
 
+import own_output  # noqa: F401, before any library may print
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path

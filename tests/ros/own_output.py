@@ -1,0 +1,7 @@
+"""Makes standard output ours alone, when imported: what DDS prints there would tear our lines."""
+
+import os
+import sys
+
+sys.stdout = os.fdopen(os.dup(1), "w", buffering=1)
+os.dup2(2, 1)

@@ -41,6 +41,8 @@ class Editor:
         self.settings = Settings()
         self.wrong_settings: list[str] = []
         """What is wrong with the latest settings."""
+        self.pulls = self.pulled = 0
+        """How often we have asked the client for its settings, and the latest question that it has answered."""
         self._read = -math.inf  # when a person has read the last warning, on the clock of `time.monotonic`
         self._tasks: set[asyncio.Task[None]] = set()  # the loop itself keeps none of them alive
 

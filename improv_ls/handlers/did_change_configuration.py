@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 from lsprotocol import types
 
-from improv_ls.editor import ANSWER_LIMIT
 from improv_ls.session import Session
 from improv_ls.settings import read_settings
 
@@ -20,15 +18,19 @@ def did_change_configuration(ls: Session, params: types.DidChangeConfigurationPa
 
 
 async def pull(ls: Session) -> None:
-    """Ask the client for the settings, if it can be asked."""
-    if not ls.editor.can("workspace.configuration"):
+    """Ask the client for the settings, if it can be asked. Its answer counts however late it comes, unless it has
+    answered a later question by then."""
+    editor = ls.editor
+    if not editor.can("workspace.configuration"):
         return
+    editor.pulls = number = editor.pulls + 1
     asked = types.ConfigurationParams([types.ConfigurationItem(section="improv")])
     try:
-        answer = await asyncio.wait_for(asyncio.shield(ls.workspace_configuration_async(asked)), ANSWER_LIMIT)
-    except Exception:  # no answer or a refusal: the settings stay as they are
+        answer = await ls.workspace_configuration_async(asked)
+    except Exception:  # a refusal: the settings stay as they are
         return
-    if answer and answer[0]:
+    if answer and answer[0] and number > editor.pulled:
+        editor.pulled = number
         _take(ls, answer[0])
 
 

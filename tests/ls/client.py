@@ -236,10 +236,11 @@ class Client:
             if fits(message):
                 return message
 
-    def answer_late(self) -> None:
-        """Answer every request that has been left waiting."""
-        while self._unanswered:
+    def answer_late(self, most: int | None = None) -> None:
+        """Answer requests that have been left waiting: all, or so many, the latest first."""
+        while self._unanswered and most != 0:
             self._answer(self._unanswered.pop())
+            most = most and most - 1
 
     def _answer(self, request: Message) -> None:
         method = request["method"]

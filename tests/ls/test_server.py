@@ -251,6 +251,35 @@ def test_a_silent_client_is_not_waited_for_and_a_late_answer_is_harmless() -> No
         assert not any(message["method"] == "window/showMessage" for message in client.notifications)
 
 
+def test_settings_count_however_late_the_editor_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As when VS Code is busy: a workspace that is trusted by then would play nothing on a save."""
+    monkeypatch.setattr("improv_ls.handlers.did_change_configuration.ANSWER_LIMIT", 0, raising=False)
+    with Client({**QUIET, "onSave": "off"}, answers=False) as client:
+        client.wait("workspace/configuration")
+        client.open(URI, "r $ left\n")
+        _hover(client)
+        client.configuration = {"onSave": "restart"}
+        client.answer_late()
+        _hover(client)
+        client.save(URI)
+        client.wait_for_line("▶")
+
+
+def test_an_answer_that_a_newer_one_has_overtaken_changes_no_settings() -> None:
+    with Client(QUIET, answers=False) as client:
+        client.open(URI, "r $ left\n")
+        client.wait("workspace/configuration")
+        client.notify("workspace/didChangeConfiguration", {"settings": None})
+        client.wait("workspace/configuration")
+        client.configuration = {"inlayHints": {"beats": True}}
+        client.answer_late(1)
+        client.configuration = {"inlayHints": {"beats": False}}
+        client.answer_late()
+        _hover(client)
+        asked = {"textDocument": {"uri": URI}, "range": _range(0, 0, 1, 0)}
+        assert client.request("textDocument/inlayHint", asked)
+
+
 def test_settings_come_from_anywhere_and_bad_ones_are_reported_once() -> None:
     with Client({"improv": {**QUIET, "onSave": "sometimes"}}, configuration={"switchAt": 7}) as client:
         assert client.wait_for_line("improv.onSave") == (
@@ -263,6 +292,11 @@ def test_settings_come_from_anywhere_and_bad_ones_are_reported_once() -> None:
         client.request("workspace/executeCommand", {"command": "improv.play"})
         client.wait_for_line("▶")
         assert not any("▶" in str(message) for message in client.notifications)
+
+
+def _hover(client: Client) -> None:
+    """Once this is answered, the server has dealt with everything before it."""
+    client.request("textDocument/hover", {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 4}})
 
 
 def _range(line: int, start: int, last_line: int, end: int) -> dict[str, dict[str, int]]:

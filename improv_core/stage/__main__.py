@@ -28,6 +28,7 @@ from improv_core.score.motion import Twist
 from improv_core.stage.arrivals import Arrival, End
 from improv_core.stage.asleep import asleep
 from improv_core.stage.commands import COMMANDS, Conduct, PageRequest
+from improv_core.stage.lines import own_output
 from improv_core.stage.loop import EARLY, Opened, one_line, run
 from improv_core.stage.messages import STOP_PIPE, VERSION, FromStage, Ready
 from improv_core.stage.parent import Parent
@@ -43,14 +44,14 @@ Tell = Callable[[FromStage], None]
 
 def main() -> int:
     """Play what standard input asks for until it ends. Exit code 1 after a failure, 2 if the sink can't be had."""
-    options = options_in(sys.argv[1:])
+    options, say = options_in(sys.argv[1:]), own_output()
     sys.setswitchinterval(SWITCH_INTERVAL)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
     outbox = Outbox()
     pipe = os.environ.pop(STOP_PIPE, None)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: inbox.put(End()))
-    writer = threading.Thread(target=write_messages, args=(outbox,), daemon=True)
+    writer = threading.Thread(target=write_messages, args=(outbox, say), daemon=True)
     writer.start()
     try:
         opened, ready = open_sink(options, outbox.put, inbox.put, os.environ.get("IMPROV_PAGE_TOKEN"))

@@ -1,11 +1,11 @@
-"""Messages on standard input to a process that also waits for other things. Standard library only."""
+"""The lines that a process of ours reads and writes; `child.py` is the other side. Standard library only."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
-from typing import Generic, Literal, TypedDict, TypeVar
+from collections.abc import Callable, Iterator
+from typing import Any, Generic, Literal, TypedDict, TypeVar
 
 Message = TypeVar("Message")
 
@@ -34,3 +34,19 @@ class Lines(Generic[Message]):
             self.ended = not data
             *lines, self._rest = (self._rest + data).split(b"\n")
             yield from map(json.loads, lines)
+
+
+def own_output() -> Callable[[Any], None]:
+    """Make standard output ours alone, and return what writes a message there, which raises OSError if nobody reads.
+
+    What anything else prints from now on goes to standard error: the text of a library would tear our lines.
+    """
+    ours = os.dup(1)
+    os.dup2(2, 1)
+
+    def say(message: Any) -> None:
+        line = json.dumps(message).encode() + b"\n"
+        while line:
+            line = line[os.write(ours, line) :]
+
+    return say

@@ -12,6 +12,7 @@ import select
 import signal
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,9 +23,9 @@ if __name__ == "__main__":
     sys.path.append(str(here.parent.parent))
 
 from improv_core.score.score_json import RowsRead, from_json
-from improv_core.stage.lines import Lines
+from improv_core.stage.lines import Lines, own_output
 from improv_core.stage.outlook import Outlook
-from improv_core.stage.publisher_messages import Health, ToPublisher
+from improv_core.stage.publisher_messages import FromPublisher, Health, ToPublisher
 
 if TYPE_CHECKING:
     from improv_core.stage.sinks.ros_publications import Publications
@@ -38,9 +39,10 @@ PERIOD = 1.0
 
 
 def main() -> int:
-    """Publish what the stage says over standard input, until it ends. If that fails, print why."""
+    """Publish what the stage says over standard input, until it ends. If that fails, say why."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
+    say: Callable[[FromPublisher], None] = own_output()
     os.nice(NICENESS)
     try:
         from improv_core.stage.sinks.ros_publications import Publications
@@ -49,7 +51,7 @@ def main() -> int:
         gc.freeze()
         _publish(publications)
     except Exception as error:  # whatever rclpy raises
-        os.write(1, " ".join(f"{type(error).__name__}: {error}".split()).encode())  # the last line, without a line end
+        say({"type": "error", "message": f"{type(error).__name__}: {error}"})
         return 1
     publications.close()
     return 0

@@ -83,7 +83,7 @@ def reach(env: Mapping[str, str]) -> Finding:
 
 def standby(found: Interpreter) -> Finding:
     """Whether a standby process can be started: its input is empty, so it ends as soon as it could watch a stage."""
-    command = [found.python, str(FOLDER / "standby.py"), f"{OURS.lstrip('/')}_doctor{STANDBY}"]
+    command = [found.python, str(FOLDER), "standby", f"{OURS.lstrip('/')}_doctor{STANDBY}"]
     what = "the standby, which stops robots if the process that moves them dies"
     if isinstance(problem := _output(command, limited(found.env)), str):
         return Finding(Mark.BROKEN, f"{what}, does not start ({problem})", _repair(found))
@@ -142,7 +142,7 @@ OURS = "/improv"
 
 
 def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> Graph | Finding:
-    done = _output([found.python, str(FOLDER / "graph.py"), "look", *topics], env)
+    done = _output([found.python, str(FOLDER), "graph", "look", *topics], env)
     if isinstance(done, str):
         return Finding(Mark.BROKEN, f"ROS 2 does not start ({done})", _repair(found))
     graph: Graph = json.loads(done)

@@ -54,7 +54,7 @@ async def _sent_and_received(python: str, env: Mapping[str, str]) -> float:
         if (message["type"] == "error" or message["type"] == "gone") and not failed.done():
             failed.set_exception(StageError(message["message"]))
 
-    receiver = Child([python, str(FOLDER / "graph.py"), "receive", score.parts[robot].topic], RECEIVER, **isolated(env))
+    receiver = Child([python, str(FOLDER), "graph", "receive", score.parts[robot].topic], RECEIVER, **isolated(env))
     try:
         await _next(receiver)
         sender = await Stage.start([python, str(FOLDER), "--sink", "ros"], env, hear, Stops())

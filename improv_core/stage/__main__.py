@@ -1,6 +1,7 @@
 """The stage's process: JSON lines in, velocities out. Whatever ends it, every robot is told to stop first.
 
-Started as `python …/improv_core/stage`, perhaps by ROS's interpreter, where our package is not installed.
+Started as `python …/improv_core/stage`, perhaps by ROS's interpreter, where our package is not installed. What it
+starts itself, and what looks at ROS's graph, begins here too, with a name.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import cast
 
@@ -23,6 +25,8 @@ if __name__ == "__main__":
     here = Path(__file__).resolve().parent
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
     sys.path.append(str(here.parent.parent))
+    if sys.argv[1:] and sys.argv[1] in ("standby", "reader", "publisher", "graph"):
+        sys.exit(import_module(f"improv_core.stage.{sys.argv.pop(1)}").main())
 
 from improv_core.score.motion import Twist
 from improv_core.stage.arrivals import Arrival, End

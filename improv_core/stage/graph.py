@@ -1,6 +1,6 @@
 """Inspects the ROS 2 graph and never publishes anything (rclpy, imported lazily). Standard library only.
 
-Run by ROS's interpreter as `python …/improv_core/stage/graph.py look TOPIC...` or `receive TOPIC`.
+Run by ROS's interpreter as `python …/improv_core/stage graph look TOPIC...` or `graph receive TOPIC`.
 """
 
 from __future__ import annotations
@@ -9,14 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
-
-if __name__ == "__main__":
-    # As in __main__.py: our modules must not hide others of the same name, nor any of ROS's.
-    here = Path(__file__).resolve().parent
-    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
-    sys.path.append(str(here.parent.parent))
 
 from improv_core.stage.lines import own_output
 
@@ -26,6 +19,14 @@ LOOK = 3.0
 """Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
 RECEIVE_LIMIT = 60.0
 """Seconds to wait for a Twist, so a receiver whose parent was killed does not run forever."""
+
+
+def main() -> int:
+    """Say what was looked for, as JSON."""
+    say = own_output()
+    command, *arguments = sys.argv[1:]
+    say(look(arguments) if command == "look" else receive(arguments[0], say))
+    return 0
 
 
 def look(topics: Sequence[str]) -> dict[str, Any]:
@@ -84,9 +85,3 @@ def _name(info: Any) -> str:
     # A Fast DDS discovery server may tell of a listener and never of its node (ros2#1617).
     unknown = info.node_name == "_NODE_NAME_UNKNOWN_"
     return "an unnamed node" if unknown else f"{info.node_namespace.rstrip('/')}/{info.node_name}"
-
-
-if __name__ == "__main__":
-    say = own_output()
-    command, *arguments = sys.argv[1:]
-    say(look(arguments) if command == "look" else receive(arguments[0], say))

@@ -35,7 +35,7 @@ END_LIMIT = 3.0
 
 def helper(name: str, *arguments: str) -> list[str]:
     """The command that starts a helper process of a stage: `standby`, `reader`, or `publisher`."""
-    return [sys.executable, str(FOLDER / f"{name}.py"), *arguments]
+    return [sys.executable, str(FOLDER), name, *arguments]
 
 
 When = Literal["restart", "now", "beat", "bar", "end"]

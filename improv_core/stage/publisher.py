@@ -1,7 +1,7 @@
 """Publishes what plays, for rviz, Foxglove, and monitors: paths, markers, the position, diagnostics, and messages.
 
 A process of its own, because publishing a path takes longer than commands can wait. Started by the stage, with its own
-interpreter, as `python …/improv_core/stage/publisher.py`. Standard library only (rclpy imported lazily).
+interpreter, as `python …/improv_core/stage publisher`. Standard library only (rclpy imported lazily).
 """
 
 from __future__ import annotations
@@ -13,14 +13,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
-
-if __name__ == "__main__":
-    # As in __main__.py: our modules must not hide others of the same name, nor any of ROS's.
-    here = Path(__file__).resolve().parent
-    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
-    sys.path.append(str(here.parent.parent))
 
 from improv_core.score.score_json import RowsRead, from_json
 from improv_core.stage.lines import Lines, own_output
@@ -85,7 +78,3 @@ def _publish(publications: Publications) -> None:
             health = {**health, "late": 0.0}
         elif outlook.is_moving:
             publications.publish_markers(outlook, now)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

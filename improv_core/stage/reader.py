@@ -2,7 +2,7 @@
 Of each robot's poses, it reports the latest, at most twenty a second.
 
 A process of its own, because reading would make the stage's commands late. Started by the stage, with its own
-interpreter, as `python …/improv_core/stage/reader.py`. Standard library only (rclpy imported lazily).
+interpreter, as `python …/improv_core/stage reader`. Standard library only (rclpy imported lazily).
 """
 
 from __future__ import annotations
@@ -15,14 +15,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from pathlib import Path
 from typing import NamedTuple
-
-if __name__ == "__main__":
-    # As in __main__.py: our modules must not hide others of the same name, nor any of ROS's.
-    here = Path(__file__).resolve().parent
-    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
-    sys.path.append(str(here.parent.parent))
 
 from improv_core.score.senses import RobotSense, Topic, source_from_json
 from improv_core.stage.fields import to_pose_json
@@ -154,7 +147,3 @@ def _edge(edge: Edge) -> FromReader:
 def _pose(measured: RawPose) -> MeasuredPose:
     robot, source, pose, at, frame = measured
     return {"robot": robot, "source": source, "pose": to_pose_json(pose), "at": at, "frame": frame}
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,8 +1,8 @@
 """Watches a stage that moves real robots, and stops them itself if the stage dies, is halted or hangs.
 
 A new stage would have to discover the robots first, which takes seconds; this process is matched with them already.
-Started by the stage, with its own interpreter, as `python …/improv_core/stage/standby.py`. Standard library only
-(rclpy imported lazily).
+Started by the stage, with its own interpreter, as `python …/improv_core/stage standby`. Standard library only (rclpy
+imported lazily).
 """
 
 from __future__ import annotations
@@ -17,12 +17,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
-
-if __name__ == "__main__":
-    # As in __main__.py: our modules must not hide others of the same name, nor any of ROS's.
-    here = Path(__file__).resolve().parent
-    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
-    sys.path.append(str(here.parent.parent))
 
 from improv_core.score.motion import STILL
 from improv_core.stage.lines import Lines, own_output
@@ -267,7 +261,3 @@ class _Publishers:
 
     def close(self) -> None:
         self._nodes.close()
-
-
-if __name__ == "__main__":
-    sys.exit(main())

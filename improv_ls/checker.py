@@ -29,7 +29,7 @@ from improv_ls.to_lsp import DiagnosticSupport
 
 ANSWER_LIMIT = 120.0
 """Seconds that checking a few programs may take on a busy machine; a process that needs more counts as hung."""
-CHECKER = Policy(1.0)
+POLICY = Policy(1.0)
 
 
 class ProgramFile(NamedTuple):
@@ -52,7 +52,7 @@ class Checker:
         """The diagnostics of each program; none for one that can't be read. Blocks; raises EOFError or OSError if the
         process has ended, or has hung and was killed."""
         if not self._child:
-            self._child = Child([sys.executable, "-m", "improv_ls.checker"], CHECKER, **isolated(os.environ))
+            self._child = Child([sys.executable, "-m", "improv_ls.checker"], POLICY, **isolated(os.environ))
         patience = threading.Timer(self.limit, self._child.kill)
         patience.daemon = True
         patience.start()

@@ -27,7 +27,7 @@ SPARE = 2
 ELSEWHERE = f"source a ROS 2 (`source /opt/ros/…/setup.bash`), or set {VARIABLE} to a Python with rclpy"
 QUIET_LIMIT = 1800.0
 """Seconds that an installer may say nothing. It doesn't say how far a download is, which may be slow."""
-INSTALLER = Policy(10.0, errors=subprocess.STDOUT)
+POLICY = Policy(10.0, errors=subprocess.STDOUT)
 AGAIN = "run `improv ros setup` again"
 
 Say = Callable[[str], object]
@@ -78,7 +78,7 @@ def unsuited() -> str | None:
 def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError], tell: Say) -> None:
     """Run a command, passing each line it prints to `tell`; if it fails, raise what `problem` makes of the lines."""
     lines: list[str] = []
-    child = Child(command, INSTALLER, **isolated(os.environ))
+    child = Child(command, POLICY, **isolated(os.environ))
     child.close_input()
     try:
         while said := child.read(QUIET_LIMIT):
@@ -91,6 +91,7 @@ def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError],
         pass
     except BaseException:
         child.kill()
+        child.wait()
         raise
     if child.wait() != 0:
         raise problem(lines)

@@ -24,7 +24,7 @@ LIMIT = 60.0
 """Seconds the Twist may take to arrive, including everything that has to start for it."""
 LOOK_PERIOD = 0.02
 """Seconds between two looks whether the listener has reported something."""
-RECEIVER = Policy(1.0)
+POLICY = Policy(1.0)
 DOMAIN = "101"
 """The last domain that does not collide with Linux's ephemeral ports: few robots use it."""
 
@@ -54,7 +54,7 @@ async def _sent_and_received(python: str, env: Mapping[str, str]) -> float:
         if (message["type"] == "error" or message["type"] == "gone") and not failed.done():
             failed.set_exception(StageError(message["message"]))
 
-    receiver = Child([python, str(FOLDER), "graph", "receive", score.parts[robot].topic], RECEIVER, **isolated(env))
+    receiver = Child([python, str(FOLDER), "graph", "receive", score.parts[robot].topic], POLICY, **isolated(env))
     try:
         await _next(receiver)
         sender = await Stage.start([python, str(FOLDER), "--sink", "ros"], env, hear, Stops())

@@ -25,7 +25,7 @@ from improv_core.stage.urgent_queue import UrgentQueue
 
 START_LIMIT = 60.0
 """Seconds a stage may take until it is ready, on a busy machine."""
-STAGE = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
+POLICY = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
 """Ctrl-Z must not suspend a stage too, or robots would keep moving. Only its standby survives when it is killed."""
 
 
@@ -262,11 +262,11 @@ class Stage:
 def _start(command: Sequence[str], env: Mapping[str, str]) -> tuple[Child, int | None]:
     """The process, and our end of its channel of stops if it can have one. Raises OSError."""
     if sys.platform == "win32":
-        return Child(command, STAGE, **isolated(env)), None
+        return Child(command, POLICY, **isolated(env)), None
     theirs, ours = os.pipe()
     try:
         os.set_blocking(ours, False)
-        return Child(command, STAGE, **isolated({**env, STOP_PIPE: str(theirs)}), pass_fds=[theirs]), ours
+        return Child(command, POLICY, **isolated({**env, STOP_PIPE: str(theirs)}), pass_fds=[theirs]), ours
     except OSError:
         os.close(ours)
         raise

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any, Generic, Literal, TypedDict, TypeVar
 
 Message = TypeVar("Message")
@@ -17,9 +19,11 @@ class Alive(TypedDict):
 
 
 class Lines(Generic[Message]):
-    """Messages on standard input: a JSON line each. Reading never waits."""
+    """Messages on standard input: a JSON line each. Reading never waits. Their end ends the process, and no signal."""
 
     def __init__(self) -> None:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN)
         os.set_blocking(0, False)
         self._rest = b""
         self.ended = False
@@ -37,7 +41,7 @@ class Lines(Generic[Message]):
 
 
 def own_output() -> Callable[[Any], None]:
-    """Make standard output ours alone, and return what writes a message there, which raises OSError if nobody reads.
+    """Make standard output ours alone, and return what writes a message there, a JSON line each.
 
     What anything else prints from now on goes to standard error: the text of a library would tear our lines.
     """
@@ -46,7 +50,8 @@ def own_output() -> Callable[[Any], None]:
 
     def say(message: Any) -> None:
         line = json.dumps(message).encode() + b"\n"
-        while line:
-            line = line[os.write(ours, line) :]
+        with suppress(OSError):  # who started us is gone; the end of standard input says so too
+            while line:
+                line = line[os.write(ours, line) :]
 
     return say

@@ -5,7 +5,6 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable
-from contextlib import suppress
 
 from improv_core.score.score_json import LackingError, RowsRead, from_json
 from improv_core.stage.arrivals import Arrival, End, First, Lost, Play, Unreadable
@@ -118,6 +117,5 @@ class Outbox:
 
 def write_messages(outbox: Outbox, say: Callable[[FromStage], None]) -> None:
     """Say each message, until None. On a thread of its own: a full pipe must not hold up the player."""
-    with suppress(OSError):  # the parent is gone; the end of standard input says so too
-        while (message := outbox.get()) is not None:
-            say(message)
+    while (message := outbox.get()) is not None:
+        say(message)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import gc
 import os
 import select
-import signal
 import sys
 import time
 from collections.abc import Callable
@@ -33,8 +32,7 @@ PERIOD = 1.0
 
 def main() -> int:
     """Publish what the stage says over standard input, until it ends. If that fails, say why."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
+    lines: Lines[ToPublisher] = Lines()
     say: Callable[[FromPublisher], None] = own_output()
     os.nice(NICENESS)
     try:
@@ -42,7 +40,7 @@ def main() -> int:
 
         publications = Publications(sys.argv[1], sys.argv[2:])
         gc.freeze()
-        _publish(publications)
+        _publish(publications, lines)
     except Exception as error:  # whatever rclpy raises
         say({"type": "error", "message": f"{type(error).__name__}: {error}"})
         return 1
@@ -50,8 +48,7 @@ def main() -> int:
     return 0
 
 
-def _publish(publications: Publications) -> None:
-    lines: Lines[ToPublisher] = Lines()
+def _publish(publications: Publications, lines: Lines[ToPublisher]) -> None:
     outlook, read = Outlook(), RowsRead()
     health: Health = {"type": "health", "late": 0.0, "missing": {}, "clipped": []}
     due = 0.0  # when all is published again

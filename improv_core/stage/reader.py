@@ -10,11 +10,9 @@ from __future__ import annotations
 import gc
 import math
 import os
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import suppress
 from typing import NamedTuple
 
 from improv_core.score.senses import RobotSense, Topic, source_from_json
@@ -31,8 +29,7 @@ LOOK = 0.05
 
 def main() -> int:
     """Read what the stage asks for over standard input, until it ends; edges go to standard output."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
+    lines: Lines[ToReader] = Lines()
     tell: Callable[[FromReader], None] = own_output()
     os.nice(NICENESS)
     from improv_core.stage.sinks.ros_subscriptions import Subscriptions
@@ -50,21 +47,19 @@ def main() -> int:
         tell({"type": "unread", "topic": topic, "message": message})
 
     subscriptions = Subscriptions(sys.argv[1], hear, tell_unread)
-    lines: Lines[ToReader] = Lines()
     # As in the stage: collections of garbage over all that has been imported would make edges late.
     gc.freeze()
     gc.set_threshold(50_000, 20, 100)
-    with suppress(BrokenPipeError):  # the stage is gone
-        while not lines.ended:
-            for message in lines.read():
-                tell_edges(senses.read(_sources(message), time.monotonic()))
-                subscriptions.keep(senses.topics)
-                subscriptions.poses.keep(message["odometry"])
-            subscriptions.spin(LOOK)
-            if poses := subscriptions.poses.take():
-                tell({"type": "poses", "poses": [*map(_pose, poses)]})
-            tell({"type": "alive"})
-            tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
+    while not lines.ended:
+        for message in lines.read():
+            tell_edges(senses.read(_sources(message), time.monotonic()))
+            subscriptions.keep(senses.topics)
+            subscriptions.poses.keep(message["odometry"])
+        subscriptions.spin(LOOK)
+        if poses := subscriptions.poses.take():
+            tell({"type": "poses", "poses": [*map(_pose, poses)]})
+        tell({"type": "alive"})
+        tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
     subscriptions.close()
     return 0
 

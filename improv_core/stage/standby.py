@@ -88,18 +88,11 @@ class ParentWatch:
 
 def main() -> int:
     """Watch the process that has started us, until it ends; what it says comes over standard input."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
-    say = own_output()
-
-    def tell(message: FromStandby) -> None:
-        with suppress(OSError):  # the stage is gone, which is seen elsewhere
-            say(message)
-
+    lines: Lines[ToStandby] = Lines()
+    tell: Callable[[FromStandby], None] = own_output()
     stage = _Stage(os.getppid())
     publishers = _Publishers(sys.argv[1], sys.argv[2:])
     watch = ParentWatch(time.monotonic())
-    lines: Lines[ToStandby] = Lines()
     tell({"type": "alive"})
     said = time.monotonic()
     while not watch.ended:

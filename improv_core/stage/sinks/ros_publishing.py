@@ -24,7 +24,7 @@ MOST_WAITING = 10_000
 """Messages that may wait for the process. One that lets more of them wait hangs."""
 END_LIMIT = 2.0
 """Seconds it may take to exit when the stage ends."""
-PUBLISHER = Policy(20.0)
+POLICY = Policy(20.0)
 """The same while the stage keeps running. One that is killed stays in the graph for about as long."""
 
 
@@ -162,7 +162,7 @@ class _Process:
         self._closed = True
         self._queue.put(None)
         # The thread that writes can't end one that hangs: it may wait until that one reads.
-        patience = threading.Timer(PUBLISHER.end, self.kill)
+        patience = threading.Timer(POLICY.end, self.kill)
         patience.daemon = True
         patience.start()
 
@@ -175,7 +175,7 @@ class _Process:
         """Start the process and write to it. Not the stage's thread, since both may take many milliseconds."""
         why = ""
         try:
-            self._child = Child(self._command, PUBLISHER)
+            self._child = Child(self._command, POLICY)
             why = self._write(self._child)
         except OSError as error:
             why = f"can't start: {error}"

@@ -30,7 +30,7 @@ AGAIN = 1.0
 """Seconds until a process that has failed is replaced: one that fails at once must not keep the machine busy."""
 WAIT = 0.1
 """Seconds to wait at a time. Seconds without a sign of life are counted in these."""
-READER = Policy(2.0, waits=False)
+POLICY = Policy(2.0, waits=False)
 POSE_LIMIT = 0.4
 """Seconds without a pose after which a robot's poses count as gone, if they usually come often."""
 USUAL = 3
@@ -103,7 +103,7 @@ class RosReader:
         """Keep a process that reads, until we are closed."""
         while not self._closing.is_set():
             try:
-                child = Child(helper("reader", self._node), READER)
+                child = Child(helper("reader", self._node), POLICY)
             except OSError as error:
                 what = f"can't start: {error}"
             else:

@@ -20,7 +20,7 @@ PATIENCE = HANG_LIMIT + PULSE_PERIOD
 """Seconds without a sign of life after which the stage counts as hung. The parent comes first, since it says so."""
 AGAIN = 0.5
 """Seconds until another one is started in place of one that has failed to: it must not keep the machine busy."""
-STANDBY = Policy(2.0, leads=True, waits=False, pipe_size=1 << 20)
+POLICY = Policy(2.0, leads=True, waits=False, pipe_size=1 << 20)
 """It survives the stage. What it is told about 1,000 robots doesn't fit into a usual pipe."""
 
 
@@ -58,7 +58,7 @@ class Standby:
         self._closing = threading.Event()
         self._new: queue.SimpleQueue[Child | OSError] = queue.SimpleQueue()
         self._starting: threading.Thread | None = None
-        self._child = Child(self._command, STANDBY) if wanted else None
+        self._child = Child(self._command, POLICY) if wanted else None
 
     @property
     def works(self) -> bool:
@@ -148,7 +148,7 @@ class Standby:
         for a while if robots may not have heard that they were stopped: nobody waits for that."""
         self._closing.set()
         if self._starting:
-            self._starting.join(STANDBY.end)
+            self._starting.join(POLICY.end)
             self._adopt(self._clock())
         if not self._moving:
             self._tell({"type": "end"})
@@ -221,7 +221,7 @@ class Standby:
         if self._closing.wait(after):
             return
         try:
-            self._new.put(Child(self._command, STANDBY))
+            self._new.put(Child(self._command, POLICY))
         except OSError as error:
             self._new.put(error)
 

@@ -15,10 +15,13 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 MOST_READ = 65_536
 """Bytes that are read at a time: as many as a usual pipe holds."""
 
+ROOT = Path(sys.executable).anchor
+"""Where children start: this folder contains no modules, and only administrators can add some."""
 KILL_LIMIT = 5.0
 """Seconds that it may take until a process is gone that was killed."""
 
@@ -50,19 +53,18 @@ class Child:
         self,
         command: Sequence[str],
         policy: Policy,
-        env: Mapping[str, str] | None = None,
-        cwd: str | None = None,
+        env: Mapping[str, str] = os.environ,
         pass_fds: Sequence[int] = (),
     ) -> None:
-        """Start it. Raises OSError."""
+        """Start it, `isolated`. Raises OSError."""
         self._policy = policy
         self._process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=policy.errors,
-            env=env,
-            cwd=cwd,
+            env=isolated(env),
+            cwd=ROOT,
             pass_fds=pass_fds,
             start_new_session=policy.leads,
         )
@@ -160,6 +162,26 @@ class Child:
         with self._process.stderr as lines:
             for line in lines:
                 self.last_error = line.decode(errors="replace").strip()
+
+
+def output(command: Sequence[str], limit: float, env: Mapping[str, str] = os.environ) -> bytes:
+    """What a program prints, `isolated`. Raises OSError or subprocess.SubprocessError: it fails, or takes longer than
+    `limit` seconds."""
+    nothing = subprocess.DEVNULL
+    return subprocess.run(
+        command, stdin=nothing, capture_output=True, timeout=limit, check=True, env=isolated(env), cwd=ROOT
+    ).stdout
+
+
+def isolated(env: Mapping[str, str]) -> dict[str, str]:
+    """This environment without the entries of PYTHONPATH that are empty or relative. In the root folder, a Python then
+    imports nothing from the folder in which we were started.
+
+    Python's option `-I` ignores all of PYTHONPATH, but without its other entries Python can't find a sourced ROS.
+    """
+    absolute = [entry for entry in env.get("PYTHONPATH", "").split(os.pathsep) if Path(entry).is_absolute()]
+    others = {name: value for name, value in env.items() if name != "PYTHONPATH"}
+    return others | ({"PYTHONPATH": os.pathsep.join(absolute)} if absolute else {})
 
 
 def _widen(size: int, *pipes: int) -> None:

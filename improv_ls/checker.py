@@ -6,7 +6,6 @@ A thread would hold Python's lock while a busy machine lets it wait, and typing 
 from __future__ import annotations
 
 import json
-import os
 import pickle
 import sys
 import threading
@@ -18,7 +17,6 @@ from typing import Any, NamedTuple
 from lsprotocol import types
 
 from improv_core.child import Child, Policy
-from improv_core.playback.isolation import isolated
 from improv_core.program.analysis import analyze
 from improv_core.program.files import ReadError, read_program
 from improv_core.robots.config import Robots
@@ -52,7 +50,7 @@ class Checker:
         """The diagnostics of each program; none for one that can't be read. Blocks; raises EOFError or OSError if the
         process has ended, or has hung and was killed."""
         if not self._child:
-            self._child = Child([sys.executable, "-m", "improv_ls.checker"], POLICY, **isolated(os.environ))
+            self._child = Child([sys.executable, "-m", "improv_ls.checker"], POLICY)
         patience = threading.Timer(self.limit, self._child.kill)
         patience.daemon = True
         patience.start()

@@ -9,10 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from improv_core.child import output
 from improv_core.commands.finding import Finding, Mark
 from improv_core.commands.ros_environment import AGAIN, DOWNLOAD, unsuited
 from improv_core.playback.interpreter import SETUP, Interpreter, InterpreterError, find_ros_python, private_environment
-from improv_core.playback.isolation import isolated
 from improv_core.robots.config import FILE_NAME, Robot
 from improv_core.score.score import Safety
 from improv_core.stage.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
@@ -152,9 +152,7 @@ def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> 
 def _output(command: Sequence[str], env: Mapping[str, str]) -> bytes | str:
     """What a program writes, or why it fails."""
     try:
-        return subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=LOOK_LIMIT, check=True, **isolated(env)
-        ).stdout
+        return output(command, LOOK_LIMIT, env)
     except subprocess.TimeoutExpired:
         return "it took too long: try again"
     except subprocess.CalledProcessError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import re
 import shutil
@@ -14,7 +13,6 @@ from pathlib import Path
 from improv_core.child import Child, Policy
 from improv_core.commands.exit_codes import CommandError
 from improv_core.playback.interpreter import PROVEN, VARIABLE
-from improv_core.playback.isolation import isolated
 
 REQUIREMENTS = Path(__file__).with_name("ros_requirements.txt")
 """Every package that is installed, with its version and the hashes of its wheels; tests/ros/pin.sh renews it."""
@@ -78,7 +76,7 @@ def unsuited() -> str | None:
 def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError], tell: Say) -> None:
     """Run a command, passing each line it prints to `tell`; if it fails, raise what `problem` makes of the lines."""
     lines: list[str] = []
-    child = Child(command, POLICY, **isolated(os.environ))
+    child = Child(command, POLICY)
     child.close_input()
     try:
         while said := child.read(QUIET_LIMIT):

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from improv_core.child import Child, Policy
 from improv_core.commands.ros_environment import AGAIN, ELSEWHERE, Say, SetupError
-from improv_core.playback.isolation import isolated
 from improv_core.playback.stage_process import Heard, Stage, StageError
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
@@ -54,7 +53,7 @@ async def _sent_and_received(python: str, env: Mapping[str, str]) -> float:
         if (message["type"] == "error" or message["type"] == "gone") and not failed.done():
             failed.set_exception(StageError(message["message"]))
 
-    receiver = Child([python, str(FOLDER), "graph", "receive", score.parts[robot].topic], POLICY, **isolated(env))
+    receiver = Child([python, str(FOLDER), "graph", "receive", score.parts[robot].topic], POLICY, env)
     try:
         await _next(receiver)
         sender = await Stage.start([python, str(FOLDER), "--sink", "ros"], env, hear, Stops())

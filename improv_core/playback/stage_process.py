@@ -14,7 +14,6 @@ from contextlib import suppress
 from typing import Any, Literal, TypedDict
 
 from improv_core.child import Child, Policy
-from improv_core.playback.isolation import isolated
 from improv_core.playback.stops import Stops
 from improv_core.playback.watch import LOOK_PERIOD, PING_PERIOD, Watch
 from improv_core.stage.commands import is_stop
@@ -262,11 +261,11 @@ class Stage:
 def _start(command: Sequence[str], env: Mapping[str, str]) -> tuple[Child, int | None]:
     """The process, and our end of its channel of stops if it can have one. Raises OSError."""
     if sys.platform == "win32":
-        return Child(command, POLICY, **isolated(env)), None
+        return Child(command, POLICY, env), None
     theirs, ours = os.pipe()
     try:
         os.set_blocking(ours, False)
-        return Child(command, POLICY, **isolated({**env, STOP_PIPE: str(theirs)}), pass_fds=[theirs]), ours
+        return Child(command, POLICY, {**env, STOP_PIPE: str(theirs)}, pass_fds=[theirs]), ours
     except OSError:
         os.close(ours)
         raise

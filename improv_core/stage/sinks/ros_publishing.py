@@ -197,17 +197,12 @@ class _Process:
                 child.write(json.dumps(message).encode() + b"\n")
             return "has been closed"
         except OSError:
-            why = _reason(child)
+            why = "it was killed"
+            with suppress(EOFError):
+                for line in child.read(END_LIMIT):
+                    said: FromPublisher = json.loads(line)
+                    why = said["message"]
             child.kill()
             return f"has ended: {why}"
         finally:
             child.end()
-
-
-def _reason(child: Child) -> str:
-    """Why a process that no longer reads has ended."""
-    with suppress(EOFError):
-        for line in child.read(END_LIMIT):
-            message: FromPublisher = json.loads(line)
-            return message["message"]
-    return "it was killed"

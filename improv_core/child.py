@@ -19,7 +19,6 @@ from pathlib import Path
 
 MOST_READ = 65_536
 """Bytes that are read at a time: as many as a usual pipe holds."""
-
 ROOT = Path(sys.executable).anchor
 """Where children start: this folder contains no modules, and only administrators can add some."""
 KILL_LIMIT = 5.0

@@ -15,7 +15,7 @@ import pytest
 from improv_core.child import Child, Policy
 from tests.processes import descendants, wait_until_gone
 
-LIMIT = 60.0
+LIMIT = 30.0
 PATIENT = Policy(LIMIT)
 AT_ONCE = Policy(0.0)
 SPEAK = "import os, subprocess, sys; from improv_core.stage.lines import own_output; say = own_output()"
@@ -101,14 +101,14 @@ def test_the_end_of_its_input_ends_it_even_if_it_has_much_to_say() -> None:
 
 
 def test_one_that_does_not_end_is_killed() -> None:
-    with child("import time", "print(1, flush=True)", f"time.sleep({LIMIT})", policy=AT_ONCE) as hangs:
+    with child("import time", "print(1, flush=True)", f"time.sleep({LIMIT * 10})", policy=AT_ONCE) as hangs:
         assert hangs.read(LIMIT) == [b"1"]
         hangs.end()
         assert hangs.wait() == -signal.SIGKILL
 
 
 def test_a_leader_is_killed_with_all_that_it_has_started_except_other_leaders() -> None:
-    start = f"subprocess.Popen(['sleep', '{LIMIT}'], start_new_session="
+    start = f"subprocess.Popen(['sleep', '{LIMIT * 10}'], start_new_session="
     code = f"import subprocess; {start}False); {start}True)"
     before = descendants(os.getpid()).keys()
     with child(code, "print(1, flush=True)", "input()", policy=Policy(LIMIT, leads=True)) as it:

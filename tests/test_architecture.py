@@ -21,6 +21,7 @@ BELOW_PROGRAM = ["slices", "plain", "text", "diagnostics", "score", "syntax", "r
 ROWS: Mapping[str, Sequence[str]] = {
     "improv_core": [],
     "plain": [],
+    "child": [],
     "slices": [],
     "text": [],
     "diagnostics": ["plain", "text"],
@@ -29,7 +30,7 @@ ROWS: Mapping[str, Sequence[str]] = {
     "robots": ["slices", "syntax.vocabulary", "score", "diagnostics", "text"],
     "program": BELOW_PROGRAM,
     "ide": ["program", *BELOW_PROGRAM],
-    "stage": ["score", "plain", "text"],
+    "stage": ["score", "child", "plain", "text"],
     "playback": [
         *MESSAGES,
         "stage.asleep",
@@ -37,17 +38,18 @@ ROWS: Mapping[str, Sequence[str]] = {
         "stage.urgent_queue",
         "stage.json_pieces",
         "stage.tickets",
+        "child",
         "score",
     ],
     "services": ["playback", *MESSAGES, "ide", "program", *BELOW_PROGRAM],
-    "commands": ["improv_core", "services", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
+    "commands": ["improv_core", "child", "services", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
     "__main__": ["commands"],
-    "improv_ls": ["improv_core", "services", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
+    "improv_ls": ["improv_core", "child", "services", "playback", "stage", "ide", "program", *BELOW_PROGRAM],
 }
 """What each folder or module may import besides itself; of a package of ours, everything in it."""
 
-BARE = ("score", "stage", "playback")
-"""Folders that run in ROS's Python: the standard library and Python 3.10, the libraries of sinks aside."""
+BARE = ("child", "score", "stage", "playback")
+"""What run in ROS's Python: the standard library and Python 3.10, the libraries of sinks aside."""
 LIBRARIES = {
     "pymunk": ["stage/sinks/collisions.py"],
     "rclpy": [
@@ -204,7 +206,7 @@ def test_columns_are_converted_in_one_place() -> None:
 
 TO_PEOPLE = {
     "click.echo": ["commands/echo.py", "commands/format.py", "commands/terminal.py"],
-    "print": ["improv_ls/__main__.py", "framing.py", "stage/graph.py", "viewer/answers.py", "viewer/pages.py"],
+    "print": ["improv_ls/__main__.py", "framing.py", "viewer/answers.py", "viewer/pages.py"],
     "window_show_message": ["improv_ls/editor.py"],
 }
 """What shows text to people, and the modules that may call it: all others go through these, which escape it."""

@@ -9,10 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from improv_core.child import output
 from improv_core.commands.finding import Finding, Mark
 from improv_core.commands.ros_environment import AGAIN, DOWNLOAD, unsuited
 from improv_core.playback.interpreter import SETUP, Interpreter, InterpreterError, find_ros_python, private_environment
-from improv_core.playback.isolation import isolated
 from improv_core.robots.config import FILE_NAME, Robot
 from improv_core.score.score import Safety
 from improv_core.stage.discovery import RANGE, REACH, SERVER, advice, described, limited, reached, server
@@ -83,7 +83,7 @@ def reach(env: Mapping[str, str]) -> Finding:
 
 def standby(found: Interpreter) -> Finding:
     """Whether a standby process can be started: its input is empty, so it ends as soon as it could watch a stage."""
-    command = [found.python, str(FOLDER / "standby.py"), f"{OURS.lstrip('/')}_doctor{STANDBY}"]
+    command = [found.python, str(FOLDER), "standby", f"{OURS.lstrip('/')}_doctor{STANDBY}"]
     what = "the standby, which stops robots if the process that moves them dies"
     if isinstance(problem := _output(command, limited(found.env)), str):
         return Finding(Mark.BROKEN, f"{what}, does not start ({problem})", _repair(found))
@@ -142,7 +142,7 @@ OURS = "/improv"
 
 
 def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> Graph | Finding:
-    done = _output([found.python, str(FOLDER / "graph.py"), "look", *topics], env)
+    done = _output([found.python, str(FOLDER), "graph", "look", *topics], env)
     if isinstance(done, str):
         return Finding(Mark.BROKEN, f"ROS 2 does not start ({done})", _repair(found))
     graph: Graph = json.loads(done)
@@ -152,9 +152,7 @@ def _look(found: Interpreter, env: Mapping[str, str], topics: Sequence[str]) -> 
 def _output(command: Sequence[str], env: Mapping[str, str]) -> bytes | str:
     """What a program writes, or why it fails."""
     try:
-        return subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=LOOK_LIMIT, check=True, **isolated(env)
-        ).stdout
+        return output(command, LOOK_LIMIT, env)
     except subprocess.TimeoutExpired:
         return "it took too long: try again"
     except subprocess.CalledProcessError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import re
 import shutil
@@ -11,9 +10,9 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from improv_core.child import Child, Policy
 from improv_core.commands.exit_codes import CommandError
 from improv_core.playback.interpreter import PROVEN, VARIABLE
-from improv_core.playback.isolation import isolated
 
 REQUIREMENTS = Path(__file__).with_name("ros_requirements.txt")
 """Every package that is installed, with its version and the hashes of its wheels; tests/ros/pin.sh renews it."""
@@ -24,6 +23,9 @@ DOWNLOAD, SIZE = 75, 270
 SPARE = 2
 """Times `SIZE` that must be free: pip unpacks before it installs."""
 ELSEWHERE = f"source a ROS 2 (`source /opt/ros/…/setup.bash`), or set {VARIABLE} to a Python with rclpy"
+QUIET_LIMIT = 1800.0
+"""Seconds that an installer may say nothing. It doesn't say how far a download is, which may be slow."""
+POLICY = Policy(10.0, errors=subprocess.STDOUT)
 AGAIN = "run `improv ros setup` again"
 
 Say = Callable[[str], object]
@@ -74,24 +76,22 @@ def unsuited() -> str | None:
 def _run(command: Sequence[str], problem: Callable[[Sequence[str]], SetupError], tell: Say) -> None:
     """Run a command, passing each line it prints to `tell`; if it fails, raise what `problem` makes of the lines."""
     lines: list[str] = []
-    with subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-        **isolated(os.environ),
-    ) as process:
-        assert process.stdout
-        try:
-            for line in process.stdout:
-                lines.append(line.rstrip())
+    child = Child(command, POLICY)
+    child.close_input()
+    try:
+        while said := child.read(QUIET_LIMIT):
+            for line in said:
+                lines.append(line.decode(errors="replace").rstrip())
                 tell(lines[-1])
-        except BaseException:
-            process.kill()
-            raise
-    if process.returncode:
+        lines.append(f"nothing happened for {QUIET_LIMIT:g} s")
+        child.kill()
+    except EOFError:
+        pass
+    except BaseException:
+        child.kill()
+        child.wait()
+        raise
+    if child.wait() != 0:
         raise problem(lines)
 
 

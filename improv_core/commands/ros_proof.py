@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import json
 import os
 import time
-from collections.abc import AsyncIterator, Mapping, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import Mapping
 from pathlib import Path
 
+from improv_core.child import Child, Policy
 from improv_core.commands.ros_environment import AGAIN, ELSEWHERE, Say, SetupError
-from improv_core.playback.isolation import isolated
 from improv_core.playback.stage_process import Heard, Stage, StageError
 from improv_core.playback.stops import Stops
 from improv_core.program.analysis import analyze
@@ -23,6 +21,9 @@ from improv_core.stage.messages import FOLDER
 
 LIMIT = 60.0
 """Seconds the Twist may take to arrive, including everything that has to start for it."""
+LOOK_PERIOD = 0.02
+"""Seconds between two looks whether the listener has reported something."""
+POLICY = Policy(1.0)
 DOMAIN = "101"
 """The last domain that does not collide with Linux's ephemeral ports: few robots use it."""
 
@@ -52,14 +53,16 @@ async def _sent_and_received(python: str, env: Mapping[str, str]) -> float:
         if (message["type"] == "error" or message["type"] == "gone") and not failed.done():
             failed.set_exception(StageError(message["message"]))
 
-    async with _receiver([python, str(FOLDER / "graph.py"), "receive", score.parts[robot].topic], env) as lines:
+    receiver = Child([python, str(FOLDER), "graph", "receive", score.parts[robot].topic], POLICY, env)
+    try:
+        await _next(receiver)
         sender = await Stage.start([python, str(FOLDER), "--sink", "ros"], env, hear, Stops())
         try:
             began = time.monotonic()
             sender.send(
                 {"type": "load", "generation": 1, "score": to_json(score), "when": "restart", "backend": "the proof"}
             )
-            received = asyncio.create_task(_next(lines))
+            received = asyncio.create_task(_next(receiver))
             await asyncio.wait([received, failed], return_when=asyncio.FIRST_COMPLETED)
             for each in (received, failed):
                 if each.done():
@@ -68,26 +71,17 @@ async def _sent_and_received(python: str, env: Mapping[str, str]) -> float:
             return time.monotonic() - began
         finally:
             await sender.close()
-
-
-@asynccontextmanager
-async def _receiver(command: Sequence[str], env: Mapping[str, str]) -> AsyncIterator[asyncio.StreamReader]:
-    """A process that listens, until the context ends."""
-    pipe, nothing = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
-    process = await asyncio.create_subprocess_exec(
-        *command, stdin=nothing, stdout=pipe, stderr=nothing, **isolated(env)
-    )
-    try:
-        assert process.stdout
-        await _next(process.stdout)
-        yield process.stdout
     finally:
-        with contextlib.suppress(ProcessLookupError):
-            process.kill()
-        await process.wait()
+        receiver.kill()
+        receiver.wait()
 
 
-async def _next(lines: asyncio.StreamReader) -> None:
+async def _next(receiver: Child) -> None:
     """Wait for the next step that a receiver reports."""
-    if not json.loads(await lines.readline() or "false"):
+    try:
+        while not (said := receiver.read(0.0)):  # noqa: ASYNC110 (no event tells of a pipe)
+            await asyncio.sleep(LOOK_PERIOD)
+    except EOFError:
+        said = [b"false"]
+    if not json.loads(said[0]):
         raise StageError("its listener ended")

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from improv_core.playback.isolation import isolated
+from improv_core.child import output
 from improv_core.stage.discovery import unsourced
 
 VARIABLE = "IMPROV_ROS_PYTHON"
@@ -83,31 +83,17 @@ def _sourced(setup: Path) -> dict[str, str] | None:
     """The environment after sourcing a ROS installation, without widening discovery; None if that fails."""
     command = ["bash", "-c", 'source "$0" >/dev/null && env -0', str(setup)]
     try:
-        done = subprocess.run(
-            command,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=PROBE_LIMIT,
-            check=True,
-            **isolated(os.environ),  # its scripts run Python
-        )
+        said = output(command, PROBE_LIMIT)  # isolated: its scripts run Python
     except (OSError, subprocess.SubprocessError):
         return None
-    pairs = (entry.partition("=") for entry in os.fsdecode(done.stdout).split("\0") if entry)
+    pairs = (entry.partition("=") for entry in os.fsdecode(said).split("\0") if entry)
     return unsourced({name: value for name, _, value in pairs}, os.environ)
 
 
 def _problem(candidate: Interpreter) -> str | None:
     """Why an interpreter can't be used, or None if it can."""
     try:
-        subprocess.run(
-            [candidate.python, "-c", PROBE],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=PROBE_LIMIT,
-            check=True,
-            **isolated(candidate.env),
-        )
+        output([candidate.python, "-c", PROBE], PROBE_LIMIT, candidate.env)
     except subprocess.TimeoutExpired:
         return "it timed out"
     except subprocess.CalledProcessError as error:

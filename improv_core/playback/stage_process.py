@@ -5,18 +5,15 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-import signal
 import subprocess
 import sys
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
-from typing import IO, Any, Literal, TypedDict
+from typing import Any, Literal, TypedDict
 
-from improv_core.playback.isolation import isolated
+from improv_core.child import Child, Policy
 from improv_core.playback.stops import Stops
 from improv_core.playback.watch import LOOK_PERIOD, PING_PERIOD, Watch
 from improv_core.stage.commands import is_stop
@@ -27,6 +24,8 @@ from improv_core.stage.urgent_queue import UrgentQueue
 
 START_LIMIT = 60.0
 """Seconds a stage may take until it is ready, on a busy machine."""
+POLICY = Policy(END_LIMIT, leads=True, errors=subprocess.PIPE)
+"""Ctrl-Z must not suspend a stage too, or robots would keep moving. Only its standby survives when it is killed."""
 
 
 class Gone(TypedDict):
@@ -57,10 +56,8 @@ class Stage:
     ready: Ready
     """Its first message."""
 
-    def __init__(
-        self, process: subprocess.Popen[bytes], hear: Hear, stops: Stops, stops_by: int | None, hang_limit: float
-    ) -> None:
-        self._process = process
+    def __init__(self, child: Child, hear: Hear, stops: Stops, stops_by: int | None, hang_limit: float) -> None:
+        self._child = child
         self._hear = hear
         self._stops = stops
         self._loop = asyncio.get_running_loop()
@@ -68,7 +65,6 @@ class Stage:
         self._hung = self._failure = ""
         self._first: asyncio.Future[Heard] = self._loop.create_future()
         self._ended = asyncio.Event()
-        self._last_words: deque[str] = deque(maxlen=5)
         self._outbox: UrgentQueue[ToStage | None] = UrgentQueue()
         self._sending = threading.Lock()
         self._stops_by = stops_by
@@ -77,7 +73,7 @@ class Stage:
         self._over = threading.Event()  # it has ended, or is about to
         self._watch = Watch(time.monotonic(), hang_limit)
         self._looking = True  # once it is ready
-        for work in (self._write, self._keep_pinging, self._read, self._read_log):
+        for work in (self._write, self._keep_pinging, self._read):
             threading.Thread(target=work, daemon=True).start()
 
     @classmethod
@@ -94,16 +90,16 @@ class Stage:
         If it doesn't answer for `hang_limit` seconds while it moves real robots, it is killed.
         """
         try:
-            process, stops_by = _start(command, env)
+            child, stops_by = _start(command, env)
         except OSError as error:
             raise StageError(f"{command[0]} can't be started: {error.strerror}") from None
-        stage = cls(process, hear, stops, stops_by, hang_limit)
+        stage = cls(child, hear, stops, stops_by, hang_limit)
         try:
             first = await asyncio.wait_for(asyncio.shield(stage._first), START_LIMIT)
         except asyncio.TimeoutError:
             first = {"type": "error", "message": "the stage did not start in time: try again"}
         except asyncio.CancelledError:
-            process.kill()
+            child.kill()
             raise
         if first["type"] != "ready":
             await stage.close()
@@ -145,20 +141,11 @@ class Stage:
         self._awake.set()
         self._outbox.put(None)
         self._close_channel()
-        try:
-            await asyncio.wait_for(self._ended.wait(), END_LIMIT)
-        except asyncio.TimeoutError:
-            self._kill()
-            await self._ended.wait()
-
-    def _kill(self) -> None:
-        """Kill the process, and those it has started: it may hang because they do. Only a standby stays, in a session
-        of its own."""
-        if sys.platform == "win32":
-            self._process.kill()
-        elif self._process.poll() is None:
-            with suppress(ProcessLookupError):
-                os.killpg(self._process.pid, signal.SIGKILL)
+        for _ in range(2):
+            with suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._ended.wait(), END_LIMIT)
+                return
+            self._child.kill()
 
     def _begin_to_look(self) -> None:
         if not self._looking:
@@ -171,7 +158,7 @@ class Stage:
         limit = self._watch.look(now, self.ready["real"])
         if limit is not None and not self._closing:
             self._hung = f"the stage did not answer for {limit:g} s"
-            self._kill()
+            self._child.kill()
         elif self.alive and not self._watch.rests(now):
             self._loop.call_later(LOOK_PERIOD, self._look)
         else:
@@ -179,8 +166,6 @@ class Stage:
 
     def _write(self) -> None:
         """Write messages to standard input, which may take long."""
-        pipe = self._process.stdin
-        assert pipe
         with suppress(OSError):  # it has ended
             while (message := self._outbox.get()) is not None:
                 loads = message["type"] == "load"
@@ -188,11 +173,10 @@ class Stage:
                     with self._sending:
                         self._number = number = self._number + 1
                     self._watch.loading(number)
-                _write_line(pipe, message)
+                self._child.write(dumps(message) + b"\n")
                 if loads:
-                    _write_line(pipe, {"type": "ping", "number": number})
-        with suppress(OSError):
-            pipe.close()
+                    self._child.write(dumps({"type": "ping", "number": number}) + b"\n")
+        self._child.close_input()
 
     def _keep_pinging(self) -> None:
         """Ping while the stage doesn't rest. On a thread of its own: a long message must not hold up a ping."""
@@ -227,13 +211,12 @@ class Stage:
                 self._stops_by = None
 
     def _read(self) -> None:
-        assert self._process.stdout
-        with self._process.stdout as lines:
-            for line in lines:
-                # Ignore half a line from a killed stage, or what some library printed.
-                with suppress(ProtocolError):
-                    self._take(read_from_stage(line))
-        self._process.wait()
+        with suppress(EOFError):
+            while True:
+                for line in self._child.read():
+                    with suppress(ProtocolError):
+                        self._take(read_from_stage(line))
+        self._child.wait()
         with suppress(RuntimeError):  # the loop was closed before the stage ended
             self._loop.call_soon_threadsafe(self._end)
 
@@ -270,37 +253,21 @@ class Stage:
         self._awake.set()
         self._outbox.put(None)
         self._close_channel()
-        why = self._failure or (self._last_words[-1] if self._last_words else "")
+        why = self._failure or self._child.last_error
         ended = f"the stage failed: {why}" if why else "the stage exited unexpectedly"
         self._told({"type": "gone", "message": self._hung or ended})
 
-    def _read_log(self) -> None:
-        assert self._process.stderr
-        with self._process.stderr as lines:
-            for line in lines:
-                self._last_words.append(line.decode(errors="replace").strip())
 
-
-def _start(command: Sequence[str], env: Mapping[str, str]) -> tuple[subprocess.Popen[bytes], int | None]:
+def _start(command: Sequence[str], env: Mapping[str, str]) -> tuple[Child, int | None]:
     """The process, and our end of its channel of stops if it can have one. Raises OSError."""
-    pipe = subprocess.PIPE
-    # In a session of its own: Ctrl-Z must not suspend it too, or robots would keep moving.
-    popen: Callable[..., subprocess.Popen[bytes]] = subprocess.Popen
-    start = partial(popen, command, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True)
     if sys.platform == "win32":
-        return start(**isolated(env)), None
+        return Child(command, POLICY, env), None
     theirs, ours = os.pipe()
     try:
         os.set_blocking(ours, False)
-        process = start(pass_fds=[theirs], **isolated({**env, STOP_PIPE: str(theirs)}))
+        return Child(command, POLICY, {**env, STOP_PIPE: str(theirs)}, pass_fds=[theirs]), ours
     except OSError:
         os.close(ours)
         raise
     finally:
         os.close(theirs)
-    return process, ours
-
-
-def _write_line(pipe: IO[bytes], message: ToStage) -> None:
-    pipe.write(dumps(message) + b"\n")
-    pipe.flush()

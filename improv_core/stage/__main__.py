@@ -1,6 +1,7 @@
 """The stage's process: JSON lines in, velocities out. Whatever ends it, every robot is told to stop first.
 
-Started as `python …/improv_core/stage`, perhaps by ROS's interpreter, where our package is not installed.
+Started as `python …/improv_core/stage`, perhaps by ROS's interpreter, where our package is not installed. What it
+starts itself, and what looks at ROS's graph, begins here too, with a name.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import cast
 
@@ -23,11 +25,14 @@ if __name__ == "__main__":
     here = Path(__file__).resolve().parent
     sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
     sys.path.append(str(here.parent.parent))
+    if sys.argv[1:] and sys.argv[1] in ("standby", "reader", "publisher", "graph"):
+        sys.exit(import_module(f"improv_core.stage.{sys.argv.pop(1)}").main())
 
 from improv_core.score.motion import Twist
 from improv_core.stage.arrivals import Arrival, End
 from improv_core.stage.asleep import asleep
 from improv_core.stage.commands import COMMANDS, Conduct, PageRequest
+from improv_core.stage.lines import own_output
 from improv_core.stage.loop import EARLY, Opened, one_line, run
 from improv_core.stage.messages import STOP_PIPE, VERSION, FromStage, Ready
 from improv_core.stage.parent import Parent
@@ -43,14 +48,14 @@ Tell = Callable[[FromStage], None]
 
 def main() -> int:
     """Play what standard input asks for until it ends. Exit code 1 after a failure, 2 if the sink can't be had."""
-    options = options_in(sys.argv[1:])
+    options, say = options_in(sys.argv[1:]), own_output()
     sys.setswitchinterval(SWITCH_INTERVAL)
     inbox: UrgentQueue[Arrival] = UrgentQueue()
     outbox = Outbox()
     pipe = os.environ.pop(STOP_PIPE, None)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: inbox.put(End()))
-    writer = threading.Thread(target=write_messages, args=(outbox,), daemon=True)
+    writer = threading.Thread(target=write_messages, args=(outbox, say), daemon=True)
     writer.start()
     try:
         opened, ready = open_sink(options, outbox.put, inbox.put, os.environ.get("IMPROV_PAGE_TOKEN"))

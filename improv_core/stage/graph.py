@@ -1,17 +1,17 @@
 """Inspects the ROS 2 graph and never publishes anything (rclpy, imported lazily). Standard library only.
 
-Run by ROS's interpreter as `python …/improv_core/stage/graph.py look TOPIC...` or `receive TOPIC`.
+Run by ROS's interpreter as `python …/improv_core/stage graph look TOPIC...` or `graph receive TOPIC`.
 """
 
 from __future__ import annotations
 
-import json
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
+
+from improv_core.stage.lines import own_output
 
 VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 """The message types that move robots."""
@@ -19,6 +19,14 @@ LOOK = 3.0
 """Seconds after which an unseen node counts as absent. Two processes took up to 2.64 s to discover each other."""
 RECEIVE_LIMIT = 60.0
 """Seconds to wait for a Twist, so a receiver whose parent was killed does not run forever."""
+
+
+def main() -> int:
+    """Say what was looked for, as JSON."""
+    say = own_output()
+    command, *arguments = sys.argv[1:]
+    say(look(arguments) if command == "look" else receive(arguments[0], say))
+    return 0
 
 
 def look(topics: Sequence[str]) -> dict[str, Any]:
@@ -35,8 +43,8 @@ def look(topics: Sequence[str]) -> dict[str, Any]:
         }
 
 
-def receive(topic: str) -> bool:
-    """Print `true` as soon as it listens, then wait for a nonzero Twist. Returns whether one came in time."""
+def receive(topic: str, say: Callable[[bool], None]) -> bool:
+    """Say `true` as soon as it listens, then wait for a nonzero Twist. Returns whether one came in time."""
     import rclpy
     from geometry_msgs.msg import Twist
 
@@ -48,7 +56,7 @@ def receive(topic: str) -> bool:
 
     with _node("improv_receive") as node:
         node.create_subscription(Twist, topic, hear, 10)
-        _say(True)
+        say(True)
         end = time.monotonic() + RECEIVE_LIMIT
         while not moving and time.monotonic() < end:
             rclpy.spin_once(node, timeout_sec=0.1)
@@ -77,15 +85,3 @@ def _name(info: Any) -> str:
     # A Fast DDS discovery server may tell of a listener and never of its node (ros2#1617).
     unknown = info.node_name == "_NODE_NAME_UNKNOWN_"
     return "an unnamed node" if unknown else f"{info.node_namespace.rstrip('/')}/{info.node_name}"
-
-
-def _say(value: Any) -> None:
-    print(json.dumps(value), flush=True)
-
-
-if __name__ == "__main__":
-    # As in __main__.py: our modules must not shadow others of the same name.
-    here = Path(__file__).resolve().parent
-    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
-    command, *arguments = sys.argv[1:]
-    _say(look(arguments) if command == "look" else receive(arguments[0]))

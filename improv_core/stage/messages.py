@@ -6,6 +6,7 @@ for mypy. Where a message arrives from another process, `read_to_stage` or `read
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypedDict, cast
@@ -30,6 +31,13 @@ DEADMAN_LIMIT = 0.3
 """Seconds without a sign of a deadman button after which it counts as released."""
 END_LIMIT = 3.0
 """Seconds a stage may take to stop its robots and end, before it is killed."""
+
+
+def helper(name: str, *arguments: str) -> list[str]:
+    """The command that starts a helper process of a stage: `standby`, `reader`, or `publisher`."""
+    return [sys.executable, str(FOLDER), name, *arguments]
+
+
 When = Literal["restart", "now", "beat", "bar", "end"]
 """When a score starts: from beat 0 with robots at their starts, or taking over at once, at a beat, bar, or the end."""
 State = Literal["waiting", "playing", "paused", "ended", "stopped"]

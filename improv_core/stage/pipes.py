@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import queue
-import sys
 import time
+from collections.abc import Callable
 
 from improv_core.score.score_json import LackingError, RowsRead, from_json
 from improv_core.stage.arrivals import Arrival, End, First, Lost, Play, Unreadable
@@ -116,11 +115,7 @@ class Outbox:
         return self._pongs.get()
 
 
-def write_messages(outbox: Outbox) -> None:
-    """Write each message as a line, until None. On a thread of its own: a full pipe must not hold up the player."""
+def write_messages(outbox: Outbox, say: Callable[[FromStage], None]) -> None:
+    """Say each message, until None. On a thread of its own: a full pipe must not hold up the player."""
     while (message := outbox.get()) is not None:
-        try:
-            sys.stdout.write(json.dumps(message) + "\n")
-            sys.stdout.flush()
-        except OSError:  # the parent is gone; the end of standard input says so too
-            return
+        say(message)

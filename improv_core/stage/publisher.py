@@ -1,7 +1,7 @@
 """Publishes what plays, for rviz, Foxglove, and monitors: paths, markers, the position, diagnostics, and messages.
 
 A process of its own, because publishing a path takes longer than commands can wait. Started by the stage, with its own
-interpreter, as `python …/improv_core/stage/publisher.py`. Standard library only (rclpy imported lazily).
+interpreter, as `python …/improv_core/stage publisher`. Standard library only (rclpy imported lazily).
 """
 
 from __future__ import annotations
@@ -9,22 +9,15 @@ from __future__ import annotations
 import gc
 import os
 import select
-import signal
 import sys
 import time
-from pathlib import Path
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-if __name__ == "__main__":
-    # As in __main__.py: our modules must not hide others of the same name, nor any of ROS's.
-    here = Path(__file__).resolve().parent
-    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
-    sys.path.append(str(here.parent.parent))
-
 from improv_core.score.score_json import RowsRead, from_json
-from improv_core.stage.lines import Lines
+from improv_core.stage.lines import Lines, own_output
 from improv_core.stage.outlook import Outlook
-from improv_core.stage.publisher_messages import Health, ToPublisher
+from improv_core.stage.publisher_messages import FromPublisher, Health, ToPublisher
 
 if TYPE_CHECKING:
     from improv_core.stage.sinks.ros_publications import Publications
@@ -38,25 +31,24 @@ PERIOD = 1.0
 
 
 def main() -> int:
-    """Publish what the stage says over standard input, until it ends. If that fails, print why."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
+    """Publish what the stage says over standard input, until it ends. If that fails, say why."""
+    lines: Lines[ToPublisher] = Lines()
+    say: Callable[[FromPublisher], None] = own_output()
     os.nice(NICENESS)
     try:
         from improv_core.stage.sinks.ros_publications import Publications
 
         publications = Publications(sys.argv[1], sys.argv[2:])
         gc.freeze()
-        _publish(publications)
+        _publish(publications, lines)
     except Exception as error:  # whatever rclpy raises
-        os.write(1, " ".join(f"{type(error).__name__}: {error}".split()).encode())  # the last line, without a line end
+        say({"type": "error", "message": f"{type(error).__name__}: {error}"})
         return 1
     publications.close()
     return 0
 
 
-def _publish(publications: Publications) -> None:
-    lines: Lines[ToPublisher] = Lines()
+def _publish(publications: Publications, lines: Lines[ToPublisher]) -> None:
     outlook, read = Outlook(), RowsRead()
     health: Health = {"type": "health", "late": 0.0, "missing": {}, "clipped": []}
     due = 0.0  # when all is published again
@@ -83,7 +75,3 @@ def _publish(publications: Publications) -> None:
             health = {**health, "late": 0.0}
         elif outlook.is_moving:
             publications.publish_markers(outlook, now)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,4 +1,4 @@
-"""The messages from a stage to the process that publishes what plays (docs/protocol.md). Standard library only."""
+"""The messages between a stage and the process that publishes what plays (docs/protocol.md). Standard library only."""
 
 from __future__ import annotations
 
@@ -28,3 +28,5 @@ class Health(TypedDict):
 
 ToPublisher = Plays | TransportMessage | Sensed | Measured | WarningLine | ErrorLine | Health
 """From the stage to the process that publishes what plays, over a pipe."""
+FromPublisher = ErrorLine
+"""From that process to the stage: why it ends."""

@@ -2,32 +2,22 @@
 Of each robot's poses, it reports the latest, at most twenty a second.
 
 A process of its own, because reading would make the stage's commands late. Started by the stage, with its own
-interpreter, as `python …/improv_core/stage/reader.py`. Standard library only (rclpy imported lazily).
+interpreter, as `python …/improv_core/stage reader`. Standard library only (rclpy imported lazily).
 """
 
 from __future__ import annotations
 
 import gc
-import json
 import math
 import os
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import suppress
-from pathlib import Path
 from typing import NamedTuple
-
-if __name__ == "__main__":
-    # As in __main__.py: our modules must not hide others of the same name, nor any of ROS's.
-    here = Path(__file__).resolve().parent
-    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
-    sys.path.append(str(here.parent.parent))
 
 from improv_core.score.senses import RobotSense, Topic, source_from_json
 from improv_core.stage.fields import to_pose_json
-from improv_core.stage.lines import Lines
+from improv_core.stage.lines import Lines, own_output
 from improv_core.stage.reader_messages import FromReader, MeasuredPose, ToReader
 from improv_core.stage.sinks import Edge, RawPose
 
@@ -39,31 +29,37 @@ LOOK = 0.05
 
 def main() -> int:
     """Read what the stage asks for over standard input, until it ends; edges go to standard output."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
+    lines: Lines[ToReader] = Lines()
+    tell: Callable[[FromReader], None] = own_output()
     os.nice(NICENESS)
     from improv_core.stage.sinks.ros_subscriptions import Subscriptions
 
     senses = HeardSenses(time.monotonic())
 
-    def hear(topic: Topic, value: bool | None) -> None:
-        _tell_edges(senses.take(topic, value, time.monotonic()))
+    def tell_edges(edges: Iterable[Edge]) -> None:
+        for edge in edges:
+            tell(_edge(edge))
 
-    subscriptions = Subscriptions(sys.argv[1], hear, _tell_unread)
-    lines: Lines[ToReader] = Lines()
+    def hear(topic: Topic, value: bool | None) -> None:
+        tell_edges(senses.take(topic, value, time.monotonic()))
+
+    def tell_unread(topic: str, message: str) -> None:
+        tell({"type": "unread", "topic": topic, "message": message})
+
+    subscriptions = Subscriptions(sys.argv[1], hear, tell_unread)
     # As in the stage: collections of garbage over all that has been imported would make edges late.
     gc.freeze()
     gc.set_threshold(50_000, 20, 100)
-    with suppress(BrokenPipeError):  # the stage is gone
-        while not lines.ended:
-            for message in lines.read():
-                _tell_edges(senses.read(_sources(message), time.monotonic()))
-                subscriptions.keep(senses.topics)
-                subscriptions.poses.keep(message["odometry"])
-            subscriptions.spin(LOOK)
-            _tell_poses(subscriptions.poses.take())
-            _tell({"type": "alive"})
-            _tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
+    while not lines.ended:
+        for message in lines.read():
+            tell_edges(senses.read(_sources(message), time.monotonic()))
+            subscriptions.keep(senses.topics)
+            subscriptions.poses.keep(message["odometry"])
+        subscriptions.spin(LOOK)
+        if poses := subscriptions.poses.take():
+            tell({"type": "poses", "poses": [*map(_pose, poses)]})
+        tell({"type": "alive"})
+        tell_edges(senses.look(subscriptions.is_published, time.monotonic()))
     subscriptions.close()
     return 0
 
@@ -137,29 +133,12 @@ def _sources(message: ToReader) -> dict[RobotSense, Topic]:
     return {sense: source for sense, source in sources.items() if isinstance(source, Topic)}
 
 
-def _tell_edges(edges: Iterable[Edge]) -> None:
-    for edge in edges:
-        assert isinstance(edge.what, RobotSense)
-        robot, sense = edge.what
-        _tell({"type": "edge", "robot": robot, "sense": sense, "value": edge.value, "at": edge.at})
+def _edge(edge: Edge) -> FromReader:
+    assert isinstance(edge.what, RobotSense)
+    robot, sense = edge.what
+    return {"type": "edge", "robot": robot, "sense": sense, "value": edge.value, "at": edge.at}
 
 
-def _tell_poses(poses: Iterable[RawPose]) -> None:
-    told: list[MeasuredPose] = [
-        {"robot": robot, "source": source, "pose": to_pose_json(pose), "at": at, "frame": frame}
-        for robot, source, pose, at, frame in poses
-    ]
-    if told:
-        _tell({"type": "poses", "poses": told})
-
-
-def _tell_unread(topic: str, message: str) -> None:
-    _tell({"type": "unread", "topic": topic, "message": message})
-
-
-def _tell(message: FromReader) -> None:
-    os.write(1, json.dumps(message).encode() + b"\n")
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def _pose(measured: RawPose) -> MeasuredPose:
+    robot, source, pose, at, frame = measured
+    return {"robot": robot, "source": source, "pose": to_pose_json(pose), "at": at, "frame": frame}

@@ -1,13 +1,12 @@
 """Watches a stage that moves real robots, and stops them itself if the stage dies, is halted or hangs.
 
 A new stage would have to discover the robots first, which takes seconds; this process is matched with them already.
-Started by the stage, with its own interpreter, as `python …/improv_core/stage/standby.py`. Standard library only
-(rclpy imported lazily).
+Started by the stage, with its own interpreter, as `python …/improv_core/stage standby`. Standard library only (rclpy
+imported lazily).
 """
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import select
@@ -19,14 +18,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-if __name__ == "__main__":
-    # As in __main__.py: our modules must not hide others of the same name, nor any of ROS's.
-    here = Path(__file__).resolve().parent
-    sys.path[:] = [entry for entry in sys.path if not entry or Path(entry).resolve() != here]
-    sys.path.append(str(here.parent.parent))
-
 from improv_core.score.motion import STILL
-from improv_core.stage.lines import Lines
+from improv_core.stage.lines import Lines, own_output
 from improv_core.stage.owed import UNCONFIRMED, TopicFacts, look, owe
 from improv_core.stage.setpoints import LAST_ZEROS, LINGER
 from improv_core.stage.sinks.cdr import frame_field, stamped, twist_message
@@ -95,23 +88,24 @@ class ParentWatch:
 
 def main() -> int:
     """Watch the process that has started us, until it ends; what it says comes over standard input."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the end of our input ends us
+    lines: Lines[ToStandby] = Lines()
+    tell: Callable[[FromStandby], None] = own_output()
     stage = _Stage(os.getppid())
     publishers = _Publishers(sys.argv[1], sys.argv[2:])
     watch = ParentWatch(time.monotonic())
-    lines: Lines[ToStandby] = Lines()
-    said = _tell_alive()
+    tell({"type": "alive"})
+    said = time.monotonic()
     while not watch.ended:
         gone, silent = stage.wait(FIND if publishers.new else LOOK if watch.moved or watch.owed else None)
         now = time.monotonic()
         for topic, kind in publishers.found(now):
-            _tell({"type": "found", "topic": topic, "kind": kind})
+            tell({"type": "found", "topic": topic, "kind": kind})
         for message in lines.read():
             watch.take(message, now)
             publishers.take(message)
             if message["type"] == "pulse" or time.monotonic() > said + ALIVE_PERIOD:
-                said = _tell_alive()
+                tell({"type": "alive"})
+                said = time.monotonic()
         gone = gone or lines.ended
         if watch.must_stop(now, gone, silent and stage.is_halted()):
             if not gone:  # one that has closed our input sends nothing anymore, and may have last words
@@ -125,17 +119,6 @@ def main() -> int:
         publishers.pay(owed)
     publishers.close()
     return 0
-
-
-def _tell(message: FromStandby) -> None:
-    with suppress(OSError):  # the stage is gone, which is seen elsewhere
-        os.write(1, json.dumps(message).encode() + b"\n")
-
-
-def _tell_alive() -> float:
-    """Give a sign of life; returns when that was."""
-    _tell({"type": "alive"})
-    return time.monotonic()
 
 
 class _Stage:
@@ -271,7 +254,3 @@ class _Publishers:
 
     def close(self) -> None:
         self._nodes.close()
-
-
-if __name__ == "__main__":
-    sys.exit(main())

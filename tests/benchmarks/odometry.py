@@ -98,7 +98,7 @@ def _perform(program: Score, cost: _Cost) -> float:
 
 def _used(stage: int) -> tuple[float, float]:
     """The seconds of processor time that a stage and its reader have used."""
-    reader = [pid for pid in descendants(stage) if b"reader.py" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    reader = [pid for pid in descendants(stage) if b"\0reader\0" in Path(f"/proc/{pid}/cmdline").read_bytes()]
     return processor_time(stage), sum(map(processor_time, reader))
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from improv_core.playback.isolation import isolated
+from improv_core.child import ROOT, isolated
 from improv_core.playback.start import Options, start_stage
 from improv_core.playback.stops import Stops
 from tests.traps import MODULES, PYTHONPATHS, Traps
@@ -53,4 +53,4 @@ def test_a_stage(traps: Traps, monkeypatch: pytest.MonkeyPatch, pythonpath: str)
 def test_the_pythonpath_of_a_sourced_ros_stays(before: str | None, after: str | None) -> None:
     env = {"HOME": "/home/anna"} | ({} if before is None else {"PYTHONPATH": before})
     expected = {"HOME": "/home/anna"} | ({} if after is None else {"PYTHONPATH": after})
-    assert isolated(env) == {"env": expected, "cwd": "/"}
+    assert (isolated(env), ROOT) == (expected, "/")

@@ -6,6 +6,7 @@ import asyncio
 import json
 import os
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -62,3 +63,22 @@ def test_a_ping_precedes_what_may_move_robots_and_each_message_says_what_was_sen
     lines, first = received({"type": "hush"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "cue"})
     assert first == [{"type": "hush", "number": 1}, {"type": "ping", "number": 2}]
     assert lines == [{"type": "seek", "after": 1}, {"type": "resume", "after": 2}, {"type": "cue", "after": 2}]
+
+
+def test_a_start_that_is_canceled_ends_all_that_the_stage_has_started(tmp_path: Path) -> None:
+    alive = tmp_path / "alive"  # somebody writes there as long as the stage's child runs
+    os.mkfifo(alive)
+    code = f"import subprocess; subprocess.run('exec sleep {LIMIT * 2} > {alive}', shell=True)"
+
+    async def cancel() -> bytes:
+        starting = asyncio.ensure_future(
+            Stage.start([sys.executable, "-c", code], os.environ, lambda *_: None, Stops())
+        )
+        pipe = await asyncio.wait_for(asyncio.to_thread(alive.open, "rb"), LIMIT)
+        starting.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await starting
+        with pipe:
+            return await asyncio.wait_for(asyncio.to_thread(pipe.read), LIMIT)
+
+    assert asyncio.run(cancel()) == b""

@@ -254,6 +254,21 @@ def with_code(code: str) -> dict[str, str]:
     return {"IMPROV_TEST_CODE": code, "PYTHONPATH": str(SITE)}
 
 
+NOISE = """\
+try:
+    import os, rclpy.node
+except ImportError:
+    pass
+else:
+    make = rclpy.node.Node.__init__
+    def print_and_make(*arguments, **named):
+        os.write(1, b"a line\\nno line end")
+        make(*arguments, **named)
+    rclpy.node.Node.__init__ = print_and_make
+"""
+"""As if a library printed something for each node."""
+
+
 _domains = count(random.SystemRandom().randrange(100))
 
 

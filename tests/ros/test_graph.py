@@ -18,7 +18,7 @@ import subprocess, sys, time
 import rclpy
 rclpy.init()
 node = rclpy.create_node("witness")
-command = [sys.executable, {str(FOLDER / "graph.py")!r}, "look", "no topic!"]
+command = [sys.executable, {str(FOLDER)!r}, "graph", "look", "no topic!"]
 looking = subprocess.Popen(command, stderr=subprocess.DEVNULL)
 def until(fits, limit):
     end = time.monotonic() + limit

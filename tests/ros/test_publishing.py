@@ -107,14 +107,14 @@ def test_everything_published(
         toml.write_text(CAST)
         editor.save(PROGRAM)
         position = watch("transport", lambda seen: seen["generation"] > position["generation"])
-        (publisher,) = [pid for pid in descendants(editor.pid) if "publisher.py" in command_of(pid)]
+        (publisher,) = [pid for pid in descendants(editor.pid) if "\0publisher\0" in command_of(pid)]
         os.kill(publisher, signal.SIGKILL)
         editor.wait_for_line(
             "the process that publishes what plays has ended: it was killed: the next play starts another"
         )
         editor.save(PROGRAM)
         position = watch("transport", lambda seen: seen["generation"] > position["generation"])
-        (publisher,) = [pid for pid in descendants(editor.pid) if "publisher.py" in command_of(pid)]
+        (publisher,) = [pid for pid in descendants(editor.pid) if "\0publisher\0" in command_of(pid)]
         os.kill(publisher, signal.SIGSTOP)
         toml.write_text(CAST.replace("true", "false"))
         editor.save(PROGRAM)

@@ -12,7 +12,19 @@ import pytest
 
 from improv_core.score.senses import BuiltIn, Topic
 from tests.processes import descendants, wait_until_gone
-from tests.ros.conftest import LIMIT, Fields, Others, Publish, Publisher, Sink, Start, scan, with_limits
+from tests.ros.conftest import (
+    LIMIT,
+    NOISE,
+    Fields,
+    Others,
+    Publish,
+    Publisher,
+    Sink,
+    Start,
+    scan,
+    with_code,
+    with_limits,
+)
 
 pytestmark = pytest.mark.slow("processes of ROS find each other")
 
@@ -134,6 +146,16 @@ def test_a_reader_that_fails(how: int, what: str, sensor: Publish, start: Start)
     feels(sink, ["anna", "near", True])
     sink("until_no_warnings")
     assert reader not in descendants(sink.process.pid)
+
+
+def test_what_libraries_print_harms_no_helper_process(sensor: Publish, start: Start) -> None:
+    """Neither the standby nor the reader."""
+    sink = start("standby", **{**with_limits(), **with_code(NOISE)})
+    sensor("/anna/drop", "std_msgs/Bool")({"data": True})
+    read(sink, drop=Topic("/anna/drop", "std_msgs/Bool"))
+    feels(sink, ["anna", "drop", True])
+    sink("until_ready")
+    sink("until_no_warnings")
 
 
 def test_a_stage_that_is_killed_takes_its_reader_along(publish: Publish, start: Start) -> None:

@@ -25,6 +25,7 @@ from improv_core.stage.pipes import LONGEST
 LIMIT = 30
 COMMAND = [sys.executable, str(Path(stage.__file__).parent), "--sink", "simulator"]
 DEEP = 100_000
+SITE = Path(__file__).parents[1] / "ros" / "site"
 
 
 def load(program: str) -> bytes:
@@ -90,6 +91,31 @@ def test_end_of_input_in_the_middle_of_a_line(process: Process) -> None:
     assert process.process.stdin
     process.process.stdin.close()
     process.ends()
+
+
+NOISE = """\
+import os, threading
+start = threading.Thread.start
+
+def print_and_start(thread):
+    os.write(1, b"no line end")
+    print("a line", flush=True)
+    start(thread)
+
+threading.Thread.start = print_and_start
+"""
+
+
+def test_what_a_library_prints_is_not_among_a_stages_messages() -> None:
+    process = Process({"PYTHONPATH": str(SITE), "IMPROV_TEST_CODE": NOISE})
+    assert process.process.stdin
+    assert process.process.stderr
+    process.play("r $ forward\n")
+    process.process.stdin.close()
+    assert process.wait("transport")["state"] == "stopped"
+    process.wait("stopped")
+    assert process.process.stderr.read().count(b"no line enda line\n") >= 2
+    assert process.process.wait(LIMIT) == 0
 
 
 def test_hundreds_of_empty_scenes_end_at_once(process: Process) -> None:

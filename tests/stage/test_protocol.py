@@ -10,9 +10,9 @@ from typing import Any, get_type_hints
 import pytest
 
 from improv_core.stage.messages import FromStage, ToStage, read_from_stage, read_to_stage
-from improv_core.stage.publisher_messages import ToPublisher
+from improv_core.stage.publisher_messages import FromPublisher, ToPublisher
 from improv_core.stage.reader_messages import FromReader, ToReader
-from improv_core.stage.standby_messages import ToStandby
+from improv_core.stage.standby_messages import FromStandby, ToStandby
 from improv_core.stage.typed_lines import ProtocolError, by_type
 from improv_core.stage.viewer.messages import FromPage, ToPage
 
@@ -25,7 +25,9 @@ PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="
         ("To the stage", ToStage),
         ("From the stage", FromStage),
         ("To the standby", ToStandby),
+        ("From the standby", FromStandby),
         ("To the publisher", ToPublisher),
+        ("From the publisher", FromPublisher),
         ("To the reader", ToReader),
         ("From the reader", FromReader),
         ("To the page", ToPage),

@@ -63,7 +63,6 @@ class Ros:
         now: Now = time.monotonic,
     ) -> None:
         os.environ.update(limited(os.environ, discovery))
-        os.environ["RCUTILS_LOGGING_USE_STDOUT"] = "0"  # which is for messages, here and in our helper processes
         name, arguments = without_name(arguments)
         # First: it starts while we do.
         self._standby = Standby(node_name() + STANDBY, arguments, now, standby, lambda line: hear(Alarm(line)))

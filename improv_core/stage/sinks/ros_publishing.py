@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 import queue
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 
+from improv_core.child import Child, Policy
 from improv_core.plain import message as in_plain_text
 from improv_core.score.score import Score
 from improv_core.score.score_json import RowsWritten, to_json
-from improv_core.stage.messages import FOLDER, FromStage
-from improv_core.stage.publisher_messages import Health, ToPublisher
+from improv_core.stage.messages import FromStage, helper
+from improv_core.stage.publisher_messages import FromPublisher, Health, ToPublisher
 
 HEALTH_PERIOD = 1.0
 """Seconds between two reports of how well robots are served; REP 107 has diagnostics once a second."""
@@ -26,7 +24,7 @@ MOST_WAITING = 10_000
 """Messages that may wait for the process. One that lets more of them wait hangs."""
 END_LIMIT = 2.0
 """Seconds it may take to exit when the stage ends."""
-LEAVE_LIMIT = 20.0
+POLICY = Policy(20.0)
 """The same while the stage keeps running. One that is killed stays in the graph for about as long."""
 
 
@@ -37,7 +35,7 @@ class Publishing:
     """
 
     def __init__(self, node: str, arguments: Sequence[str], clock: Callable[[], float]) -> None:
-        self._command = [sys.executable, str(FOLDER / "publisher.py"), node, *arguments]
+        self._command = helper("publisher", node, *arguments)
         self._clock = clock
         self._due = 0.0  # when the next report of health is due
         self._measured: dict[str, float] = {}  # when to report each robot's pose again
@@ -139,7 +137,7 @@ class _Process:
     def __init__(self, command: Sequence[str]) -> None:
         self._command = command
         self._queue: queue.SimpleQueue[ToPublisher | tuple[Score, int] | None] = queue.SimpleQueue()
-        self._process: subprocess.Popen[bytes] | None = None
+        self._child: Child | None = None
         self._closed = False
         self.problem: str | None = None
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -156,15 +154,15 @@ class _Process:
         return self._thread.is_alive()
 
     def kill(self) -> None:
-        if self._process:
-            self._process.kill()
+        if self._child:
+            self._child.kill()
 
     def close(self) -> None:
         """End it, without waiting for that."""
         self._closed = True
         self._queue.put(None)
         # The thread that writes can't end one that hangs: it may wait until that one reads.
-        patience = threading.Timer(LEAVE_LIMIT, self.kill)
+        patience = threading.Timer(POLICY.end, self.kill)
         patience.daemon = True
         patience.start()
 
@@ -177,20 +175,16 @@ class _Process:
         """Start the process and write to it. Not the stage's thread, since both may take many milliseconds."""
         why = ""
         try:
-            self._process = subprocess.Popen(
-                self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
-            )
-            why = self._write(self._process)
+            self._child = Child(self._command, POLICY)
+            why = self._write(self._child)
         except OSError as error:
             why = f"can't start: {error}"
         if why and not self._closed:
             line = f"the process that publishes what plays {why}: the next play starts another one"
             self.problem = in_plain_text(" ".join(line.split()))
 
-    def _write(self, process: subprocess.Popen[bytes]) -> str:
+    def _write(self, child: Child) -> str:
         """Write everything from the queue; returns why the process ended too early."""
-        assert process.stdin
-        assert process.stdout
         written = RowsWritten()
         try:
             while (item := self._queue.get()) is not None:
@@ -200,17 +194,15 @@ class _Process:
                     message = {"type": "plays", "generation": item[1], "score": to_json(item[0], written)}
                 else:
                     message = item
-                process.stdin.write(json.dumps(message).encode() + b"\n")
-                process.stdin.flush()
-            process.stdin.close()
-            process.wait()
+                child.write(json.dumps(message).encode() + b"\n")
             return "has been closed"
         except OSError:
-            said, killed = os.read(process.stdout.fileno(), 65_536).decode(errors="replace"), "it was killed"
-            return "has ended: " + (said.rpartition("\n")[2] or killed)  # DDS may have logged lines before
+            why = "it was killed"
+            with suppress(EOFError):
+                for line in child.read(END_LIMIT):
+                    said: FromPublisher = json.loads(line)
+                    why = said["message"]
+            child.kill()
+            return f"has ended: {why}"
         finally:
-            process.kill()
-            process.wait()
-            process.stdout.close()
-            with suppress(OSError):
-                process.stdin.close()
+            child.end()

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import select
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import asdict
 
+from improv_core.child import Child, Policy
 from improv_core.plain import message as in_plain_text
 from improv_core.score.motion import Pose
 from improv_core.score.senses import RobotSense, Topic
-from improv_core.stage.messages import FOLDER
+from improv_core.stage.messages import helper
 from improv_core.stage.reader_messages import FromReader, MeasuredPoses, SenseToRead, ToReader
 from improv_core.stage.sinks import Edge, RawPose, RawPoses
 
@@ -34,8 +30,7 @@ AGAIN = 1.0
 """Seconds until a process that has failed is replaced: one that fails at once must not keep the machine busy."""
 WAIT = 0.1
 """Seconds to wait at a time. Seconds without a sign of life are counted in these."""
-END_LIMIT = 2.0
-"""Seconds it may take to exit."""
+POLICY = Policy(2.0, waits=False)
 POSE_LIMIT = 0.4
 """Seconds without a pose after which a robot's poses count as gone, if they usually come often."""
 USUAL = 3
@@ -108,37 +103,32 @@ class RosReader:
         """Keep a process that reads, until we are closed."""
         while not self._closing.is_set():
             try:
-                process = _start(self._node)
+                child = Child(helper("reader", self._node), POLICY)
             except OSError as error:
                 what = f"can't start: {error}"
             else:
-                what = self._listen(process)
-                if self._closing.is_set():
-                    with suppress(subprocess.TimeoutExpired):
-                        process.communicate(timeout=END_LIMIT)
-                process.kill()
-                process.wait()
+                what = self._listen(child)
+                if not self._closing.is_set():
+                    child.kill()
+                child.end()
             self._fall_silent()
             self._said, self._doubts = {}, 0
             self.problem = f"the process that reads sensors {what}: another one starts"
             self._closing.wait(AGAIN)
 
-    def _listen(self, process: subprocess.Popen[bytes]) -> str:
+    def _listen(self, child: Child) -> str:
         """Pass on edges until we are closed, or the process ends or hangs. Returns which, in words."""
-        assert process.stdin
-        assert process.stdout
         asked: object = None
-        unsent, rest = b"", b""
         waited, limit = 0.0, START_LIMIT
-        poll = select.poll()
-        poll.register(process.stdout, select.POLLIN)
         while not self._closing.is_set():
             if asked != (wanted := (self._sources, self._odometry)):
                 asked, self.unread = wanted, {}
-                unsent += _request(*wanted)
-            with suppress(OSError):  # it is full, or the process has ended, which is seen below
-                unsent = unsent[os.write(process.stdin.fileno(), unsent) :]
-            if not poll.poll(WAIT * 1000):
+                child.write(_request(*wanted))
+            try:
+                lines = child.read(WAIT)
+            except EOFError:
+                return "has ended"
+            if not lines:
                 waited += WAIT  # not by a clock, so that the process isn't blamed while we ourselves stall
                 if waited >= SILENT_LIMIT and limit == ALIVE_LIMIT:
                     self._doubts = SURE
@@ -146,11 +136,7 @@ class RosReader:
                 if waited >= limit:
                     return f"was silent for {limit} s"
                 continue
-            data = os.read(process.stdout.fileno(), 65_536)
-            if not data:
-                return "has ended"
             waited, limit, self.problem = 0.0, ALIVE_LIMIT, None
-            *lines, rest = (rest + data).split(b"\n")
             try:
                 for line in lines:
                     self._take(json.loads(line))
@@ -204,15 +190,3 @@ def _request(sources: Mapping[RobotSense, Topic], odometry: Mapping[str, str]) -
     ]
     request: ToReader = {"type": "read", "senses": senses, "odometry": odometry}
     return json.dumps(request).encode() + b"\n"
-
-
-def _start(node: str) -> subprocess.Popen[bytes]:
-    process = subprocess.Popen(
-        [sys.executable, str(FOLDER / "reader.py"), node],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-    )
-    assert process.stdin
-    os.set_blocking(process.stdin.fileno(), False)
-    return process

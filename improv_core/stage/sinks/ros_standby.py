@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import queue
-import select
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-from improv_core.stage.messages import FOLDER, HANG_LIMIT, LOADING_LIMIT
+from improv_core.child import Child, Policy
+from improv_core.stage.messages import HANG_LIMIT, LOADING_LIMIT, helper
 from improv_core.stage.relief import READY_LIMIT, START_LIMIT, Relief
 from improv_core.stage.standby_messages import FromStandby, ToStandby
 
@@ -23,10 +20,8 @@ PATIENCE = HANG_LIMIT + PULSE_PERIOD
 """Seconds without a sign of life after which the stage counts as hung. The parent comes first, since it says so."""
 AGAIN = 0.5
 """Seconds until another one is started in place of one that has failed to: it must not keep the machine busy."""
-PIPE_SIZE = 1 << 20
-"""Bytes that may wait for the standby. What it is told about 1,000 robots doesn't fit into a usual pipe."""
-END_LIMIT = 2.0
-"""Seconds it may take to exit."""
+POLICY = Policy(2.0, leads=True, waits=False, pipe_size=1 << 20)
+"""It survives the stage. What it is told about 1,000 robots doesn't fit into a usual pipe."""
 
 
 class Standby:
@@ -47,7 +42,7 @@ class Standby:
         wanted: bool,
         alarm: Callable[[str], None],
     ) -> None:
-        self._command = [sys.executable, str(FOLDER / "standby.py"), node, *arguments]
+        self._command = helper("standby", node, *arguments)
         self._clock = clock
         self._wanted = wanted
         self._alarm = alarm
@@ -60,28 +55,27 @@ class Standby:
         self._relief = Relief(clock())
         self._found: set[tuple[str, str]] = set()  # publishers for which it has found a listener
         self._has_spoken = False
-        self._unsent = self._unread = b""
         self._closing = threading.Event()
-        self._new: queue.SimpleQueue[subprocess.Popen[bytes] | OSError] = queue.SimpleQueue()
+        self._new: queue.SimpleQueue[Child | OSError] = queue.SimpleQueue()
         self._starting: threading.Thread | None = None
-        self._process = _start(self._command) if wanted else None
+        self._child = Child(self._command, POLICY) if wanted else None
 
     @property
     def works(self) -> bool:
         """Whether there is a standby, as far as is known."""
-        return self._process is not None
+        return self._child is not None
 
     def wait(self) -> None:
         """Wait until it has started, which takes the processor that robots will need."""
-        if self._process and self._process.stdout:
-            select.select([self._process.stdout], [], [], START_LIMIT)
+        if self._child:
+            self._child.speaks(START_LIMIT)
 
     def is_ready(self, topics: Collection[str]) -> bool:
         """Whether it could stop robots on these topics at once, or need not: it has found a listener wherever we
         have."""
         if not self._wanted:
             return True
-        if not self._process or not self._has_spoken:
+        if not self._child or not self._has_spoken:
             return False
         unfound = self._publishers.keys() - self._found
         return not any(key[0] in topics and self._publishers[key].listeners() > 0 for key in unfound)
@@ -100,7 +94,7 @@ class Standby:
         self._adopt(now)
         ended = not self._hear()
         self._relief.look(now)
-        if self._process and (ended or self._relief.is_lost()):
+        if self._child and (ended or self._relief.is_lost()):
             self._replace("has ended" if ended else "does not answer")
         if self._relief.must_stop(bool(self._moving), self.is_ready(self._moving)):
             self._alarm(
@@ -154,18 +148,14 @@ class Standby:
         for a while if robots may not have heard that they were stopped: nobody waits for that."""
         self._closing.set()
         if self._starting:
-            self._starting.join(END_LIMIT)
+            self._starting.join(POLICY.end)
             self._adopt(self._clock())
         if not self._moving:
             self._tell({"type": "end"})
-        if self._process and self._process.stdin:
-            self._process.stdin.close()
-            if self._owed and self.works:
-                return
-            try:
-                self._process.wait(END_LIMIT)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
+        if self._child and self._owed:
+            self._child.close_input()
+        elif self._child:
+            self._child.end()
 
     def _ask(self, patience: float) -> None:
         """Give a sign of life, ask for one, and look whether earlier ones were answered."""
@@ -176,34 +166,20 @@ class Standby:
         self._relief.asks(now)
 
     def _tell(self, message: ToStandby) -> None:
-        if self._process:
-            self._unsent += json.dumps(message).encode() + b"\n"
-            self._write()
-
-    def _write(self) -> None:
-        assert self._process
-        assert self._process.stdin
-        with suppress(OSError):  # it is full, or the process has ended: both are noticed by its silence
-            while self._unsent:
-                self._unsent = self._unsent[os.write(self._process.stdin.fileno(), self._unsent) :]
+        if self._child:
+            self._child.write(json.dumps(message).encode() + b"\n")  # one that doesn't read is noticed by its silence
 
     def _hear(self) -> bool:
         """Take what it has said. Returns whether it may still say something."""
-        if not self._process:
-            return True
-        assert self._process.stdout
-        self._write()
-        try:
-            while data := os.read(self._process.stdout.fileno(), 65_536):
-                *lines, self._unread = (self._unread + data).split(b"\n")
+        with suppress(EOFError):
+            while self._child and (lines := self._child.read(0.0)):
                 for line in lines:
                     self._take(line)
-        except BlockingIOError:
             return True
         return False
 
     def _take(self, line: bytes) -> None:
-        with suppress(ValueError, LookupError, TypeError):  # some library has printed something
+        with suppress(ValueError, LookupError, TypeError):  # the stage must not fail of it
             message: FromStandby = json.loads(line)
             if message["type"] == "found":
                 self._found.add((message["topic"], message["kind"]))
@@ -212,13 +188,13 @@ class Standby:
 
     def _adopt(self, now: float) -> None:
         """Use a process that has been started in place of one that was lost: tell it all that the other one knew."""
-        if self._process or self._new.empty():
+        if self._child or self._new.empty():
             return
         new = self._new.get()
         if isinstance(new, OSError):
             self._replace(f"can't start ({new})")
             return
-        self._process = new
+        self._child = new
         self._relief.starts(now)
         for (topic, kind), publisher in self._publishers.items():
             self._tell({"type": "publish", "topic": topic, "kind": kind, "second": publisher.second})
@@ -231,24 +207,21 @@ class Standby:
         """Kill the process, which could wake up again, and start another one, on a thread: robots don't wait for it."""
         again = bool(self.problem) and not self._has_spoken  # the last one failed too
         self.problem = f"the standby process {what}: another one starts"
-        old, self._process = self._process, None
+        old, self._child = self._child, None
         self._found.clear()
-        self._has_spoken, self._unsent, self._unread = False, b"", b""
+        self._has_spoken = False
         arguments = old, AGAIN if again else 0.0
         self._starting = threading.Thread(target=self._start_another, args=arguments, daemon=True)
         self._starting.start()
 
-    def _start_another(self, old: subprocess.Popen[bytes] | None, after: float) -> None:
+    def _start_another(self, old: Child | None, after: float) -> None:
         if old:
             old.kill()
-            old.wait()
-            for stream in (old.stdin, old.stdout):
-                if stream:
-                    stream.close()
+            old.end()
         if self._closing.wait(after):
             return
         try:
-            self._new.put(_start(self._command))
+            self._new.put(Child(self._command, POLICY))
         except OSError as error:
             self._new.put(error)
 
@@ -256,23 +229,3 @@ class Standby:
 class _Publisher(NamedTuple):
     second: bool
     listeners: Callable[[], int]
-
-
-def _start(command: Sequence[str]) -> subprocess.Popen[bytes]:
-    process = subprocess.Popen(
-        command,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    assert process.stdin
-    assert process.stdout
-    for stream in (process.stdin, process.stdout):
-        os.set_blocking(stream.fileno(), False)
-    with suppress(ImportError, AttributeError, OSError):  # not Linux
-        import fcntl
-
-        for stream in (process.stdin, process.stdout):
-            fcntl.fcntl(stream, fcntl.F_SETPIPE_SZ, PIPE_SIZE)
-    return process

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 import queue
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -15,6 +15,7 @@ import pytest
 from improv_core.score.senses import RobotSense, Topic
 from improv_core.stage.sinks import Edge, RawPoses, ros_reader
 from improv_core.stage.sinks.ros_reader import RosReader
+from tests.processes import descendants
 
 LIMIT = 60.0
 ANNA = RobotSense("anna", "bump")
@@ -27,21 +28,15 @@ def reading(
 ) -> Iterator[tuple[RosReader, queue.SimpleQueue[Edge | RawPoses]]]:
     """A reader whose process runs a script, and what it passes on."""
     heard: queue.SimpleQueue[Edge | RawPoses] = queue.SimpleQueue()
-    processes: list[subprocess.Popen[bytes]] = []
-
-    def start(node: str) -> subprocess.Popen[bytes]:
-        pipe = subprocess.PIPE
-        processes.append(subprocess.Popen([sys.executable, "-c", script], stdin=pipe, stdout=pipe))
-        return processes[-1]
-
-    monkeypatch.setattr(ros_reader, "_start", start)
+    before = descendants(os.getpid())
+    monkeypatch.setattr(ros_reader, "helper", lambda name, node: [sys.executable, "-c", script])
     reader = RosReader("node", heard.put, time.monotonic)
     reader.read({ANNA: Topic("/anna/bump", "std_msgs/Bool")}, {})
     try:
         yield reader, heard
     finally:
         reader.close()
-        assert all(each.returncode is not None for each in processes), "no process is left"
+        assert descendants(os.getpid()).keys() <= before.keys(), "no process is left"
 
 
 @pytest.mark.parametrize("line", ["[WARN] [reader]: a line of some library", '{"type": "edge"}', "[]"])

@@ -129,7 +129,7 @@ class Show:
         """The number of the process that plays, if it is one."""
         stage = self._playback._leader
         assert isinstance(stage, Stage)
-        return stage._process.pid
+        return stage._child.pid
 
     def end_stage(self) -> None:
         """As if it had never been started: only the next play starts another."""

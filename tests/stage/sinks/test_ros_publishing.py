@@ -1,0 +1,39 @@
+"""The stage's side of the process that publishes what plays. That process is a script here: it needs no ROS."""
+
+from __future__ import annotations
+
+import sys
+import time
+from fractions import Fraction
+
+import pytest
+
+from improv_core.score.score import Score
+from improv_core.stage.sinks import ros_publishing
+from improv_core.stage.sinks.ros_publishing import Publishing
+
+LIMIT = 60.0
+FAILS = """\
+from improv_core.stage.lines import own_output
+own_output()({"type": "error", "message": "RuntimeError: no\\tROS"})
+"""
+
+
+@pytest.mark.parametrize(
+    ("script", "why"),
+    [(FAILS, "has ended: RuntimeError: no ROS"), ("", "has ended: it was killed"), (None, "can't start: ")],
+    ids=["fails", "ends", "missing"],
+)
+def test_a_process_that_fails_is_told_of(monkeypatch: pytest.MonkeyPatch, script: str | None, why: str) -> None:
+    command = ["/nowhere/python"] if script is None else [sys.executable, "-c", script]
+    monkeypatch.setattr(ros_publishing, "helper", lambda name, *arguments: command)
+    publishing = Publishing("node", [], time.monotonic)
+    publishing.take(Score(Fraction(60), {}, publish=True), 1)
+    end = time.monotonic() + LIMIT
+    while not publishing.problem:  # noticed by a thread that writes
+        publishing.show({"type": "warning", "message": "still here"})
+        assert time.monotonic() < end
+        time.sleep(0.001)
+    publishing.close()
+    assert publishing.problem.startswith(f"the process that publishes what plays {why}")
+    assert publishing.problem.endswith(": the next play starts another one")

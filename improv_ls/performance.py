@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from improv_core.ide.selection import Selection, UnplayableError, select
-from improv_core.playback.playback import Change, News, Playback
+from improv_core.playback.acts import News
+from improv_core.playback.playback import Playback
+from improv_core.playback.show import Change, PlayScore
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.program.analysis import Analysis
@@ -67,7 +69,7 @@ class Performance:
         self._documents = documents
         self._playback: Playback | None = None
         self.playing = Playing(documents)
-        self.live = Live(editor, self.playing, settling, lambda: self._playback.page if self._playback else None)
+        self.live = Live(editor, self.playing, settling, lambda: self._playback.show.page if self._playback else None)
         self.keys = HeldKeys(editor, self.playing, self.conduct)
         self._before: Played | None = None  # the version from the history that plays, if one does
         self._only: Selection | None = None  # what plays of it, if not all
@@ -135,7 +137,7 @@ class Performance:
         return settings.switch_at if settings.on_save == "continue" else "restart"
 
     def _refuse(self, why: str) -> None:
-        keeps = "; the previous dance keeps playing" if self._playback and self._playback.is_on else ""
+        keeps = "; the previous dance keeps playing" if self._playback and self._playback.show.is_on else ""
         self._editor.warn(f"✗ {why}{keeps}")
 
     async def _play(
@@ -153,7 +155,7 @@ class Performance:
         try:
             bar = self._editor.settings.beats_per_bar
             name, simulated = name_of(document.uri), bool(only and only.ghost)
-            generation = await playback.play(ready.score, name, asked, when, bar, simulated=simulated)
+            generation = await playback.play(PlayScore(ready.score, name, asked, when, bar, simulated=simulated))
         except StageError as error:
             self._say_why(error)
             return
@@ -168,8 +170,8 @@ class Performance:
         self._only = only
         if by:
             self._records.played(document, by)
-        self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{ready.summary}, {playback.status}")
-        if self._editor.settings.page_open and playback.page and not self._page_shown:
+        self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{ready.summary}, {playback.show.status}")
+        if self._editor.settings.page_open and playback.show.page and not self._page_shown:
             self._show(playback)
 
     async def play_before(self, document: Document, asked: int) -> None:
@@ -211,7 +213,7 @@ class Performance:
         except StageError as error:
             self._say_why(error)
             return None
-        if not playback.page:
+        if not playback.show.page:
             self._editor.warn("improv.page: there is no page; set improv.backend to auto, sim or both")
             return None
         if not self.playing.latest and self._documents:
@@ -233,17 +235,17 @@ class Performance:
     def resume(self, asked: int) -> None:
         """Resume after a pause. `asked` as for `play`."""
         if self._playback:
-            self._playback.resume(asked)
+            self._playback.ask({"type": "resume"}, asked)
 
     def conduct(self, message: Change) -> None:
         """Send the stages a message of their protocol, such as seek."""
         if self._playback:
-            self._playback.conduct(message)
+            self._playback.ask(message)
 
     def toggle(self, command: str, robot: str) -> None:
         """Mute or solo a robot, or undo that."""
         if self._playback:
-            muted, soloed = self._playback.muted, self._playback.soloed
+            muted, soloed = self._playback.show.silenced
             self._playback.silence(
                 muted ^ {robot} if command == "mute" else muted, soloed ^ {robot} if command == "solo" else soloed
             )
@@ -251,7 +253,7 @@ class Performance:
     @property
     def silenced(self) -> tuple[frozenset[str], frozenset[str]]:
         """The muted robots, and the soloed ones."""
-        return (self._playback.muted, self._playback.soloed) if self._playback else (frozenset(), frozenset())
+        return self._playback.show.silenced if self._playback else (frozenset(), frozenset())
 
     @property
     def robots(self) -> set[str]:

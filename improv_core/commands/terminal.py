@@ -18,7 +18,10 @@ import click
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.keys import pressed
 from improv_core.plain import printable
-from improv_core.playback.playback import Edit, Mistake, News, Playback, each_beat
+from improv_core.playback.acts import News
+from improv_core.playback.beats import each_beat
+from improv_core.playback.playback import Edit, Mistake, Playback
+from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.playback.stop_socket import StopSocket, listening
@@ -132,6 +135,7 @@ class TerminalSession:
         """The first and the latest pose of robots since beat 0, if they are measured."""
         self._playing: set[str] = set()  # which stages play
         self._keeping: set[asyncio.Task[None]] = set()  # programs, in the history
+        self._watched = asyncio.Event()  # somebody has opened the page
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
         self.broken = asyncio.Event()  # a stage has ended by itself
@@ -143,7 +147,7 @@ class TerminalSession:
     @property
     def is_real(self) -> bool:
         """Whether real robots play."""
-        return self._playback.is_real
+        return self._playback.show.is_real
 
     @property
     def has_ended(self) -> bool:
@@ -152,7 +156,7 @@ class TerminalSession:
 
     @property
     def has_page(self) -> bool:
-        return self._playback.page is not None
+        return self._playback.show.page is not None
 
     def listen(self) -> StopSocket | None:
         """Have `improv stop` reach this performance from now on."""
@@ -168,7 +172,7 @@ class TerminalSession:
             self.say(f"watch it at {self._playback.link()}")
         if browser and await self.open_browser():
             with contextlib.suppress(asyncio.TimeoutError):
-                await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
+                await asyncio.wait_for(self._watched.wait(), BROWSER_LIMIT)
 
     def show_hint(self, hears: bool) -> None:
         """From now on, the last line of the terminal says how to open the page, if it `hears` keys."""
@@ -211,9 +215,9 @@ class TerminalSession:
         score = score_of(analysis)
         if self._recorder:
             self._recorder.prepare(score, restart=when == "restart")
-        if await self._playback.play(score, path.name, asked, when, senses=senses):
+        if await self._playback.play(PlayScore(score, path.name, asked, when, senses=senses)):
             self._keep(path, analysis.text)
-            self.say(f"▶ {summary(analysis)}, {self._playback.status}")
+            self.say(f"▶ {summary(analysis)}, {self._playback.show.status}")
             return True
         self.say(f"■ {path.name} was stopped before it began")
         self.finished.set()
@@ -246,11 +250,11 @@ class TerminalSession:
 
     def tell_pages(self, message: ProgramSource | Answer) -> None:
         """Tell pages what they may edit, or answer one of them."""
-        self._playback.tell_pages(message)
+        self._playback.ask(message)
 
     def cue(self) -> None:
         """Give the cue that robots wait for."""
-        self._playback.conduct({"type": "cue"})
+        self._playback.ask({"type": "cue"})
 
     async def settle(self) -> None:
         """If it is measured where robots are, wait until they have come to rest, and say how far off they were."""
@@ -312,6 +316,8 @@ class TerminalSession:
         elif message["type"] == "place" or message["type"] == "form":
             if self._place:
                 self._place(message)
+        elif message["type"] == "watched":
+            self._watched.set()
         elif message["type"] in ("sent", "sensed", "decided", "measured") and leads:
             if message["type"] == "measured":
                 self._errors.take(message)

@@ -13,7 +13,10 @@ from typing import Any
 import pytest
 
 from improv_core.playback import stop_socket
-from improv_core.playback.playback import BEHIND, News, Playback, RunningStage
+from improv_core.playback.acts import News
+from improv_core.playback.heard import BEHIND
+from improv_core.playback.playback import Playback, RunningStage
+from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import Heard, StageError
 from improv_core.playback.start import Options, SinkName
 from improv_core.playback.stop_socket import IDLE, StopSocket, stop_all
@@ -162,7 +165,7 @@ class Show:
 
     async def begin(self) -> int | None:
         """Have a program played; returns its generation."""
-        return await self.playback.play(ENDLESS, "dance.improv", self.stops.count)
+        return await self.playback.play(PlayScore(ENDLESS, "dance.improv", self.stops.count))
 
     async def play(self) -> tuple[Fake, Fake]:
         """Begin: the stage that leads, and its twin, which play."""
@@ -237,7 +240,7 @@ async def test_a_page_request_reaches_all_stages_for_the_same_time(show: Show, a
         show.latest(asker).say({"type": "request", "command": request})
         assert leader.sent[-1] == twin.sent[-1]
         assert leader.sent[-1] == {**request, "at": leader.sent[-1].get("at")}
-    assert show.playback.muted == {"r"}
+    assert show.playback.show.silenced == (frozenset("r"), frozenset())
 
 
 @performed_on("both")
@@ -248,7 +251,7 @@ async def test_a_page_can_replay_and_save_starts_and_playback_knows_it_is_open(s
     twin.say({"type": "request", "command": {"type": "place", "start_poses": {}}})
     assert show.news[-1] == {"type": "place", "start_poses": {}}
     twin.say({"type": "request", "command": {"type": "watched"}})
-    assert show.playback.watched.is_set()
+    assert show.news[-1] == {"type": "watched"}
 
 
 @pytest.mark.parametrize(("command", "sent"), [({"type": "restart"}, "load"), ({"type": "resume"}, "resume")])
@@ -317,13 +320,13 @@ async def test_real_robots_play_nothing_while_an_emergency_stop_is_on(show: Show
     leader.tell("stopped", waits_for=["/e_stop"])
     assert twin.kinds[-1] == "hush"
     for score in (GUARDED, ENDLESS):  # also if `stop` has been removed from improv.toml
-        assert await show.playback.play(score, "dance.improv", show.stops.count) is None
+        assert await show.playback.play(PlayScore(score, "dance.improv", show.stops.count)) is None
     assert show.lines[0] == REFUSED
     assert show.lines[1].startswith("✗ the emergency stop on /e_stop is still on, although improv.toml no longer")
     assert len(leader.loads) == 1
-    assert await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+    assert await show.playback.play(PlayScore(ENDLESS, "dance.improv", show.stops.count, simulated=True))
     leader.say(OFF)
-    assert await show.playback.play(GUARDED, "dance.improv", show.stops.count)
+    assert await show.playback.play(PlayScore(GUARDED, "dance.improv", show.stops.count))
 
 
 @performed_on("both")
@@ -337,13 +340,13 @@ async def test_an_emergency_stop_is_kept_when_its_stage_dies_and_when_another_pl
     assert revived.sent[0] == ON  # so that it hears the release
     assert "stops" not in revived.loads[0]  # it only stops the robots
     revived.tell("stopped")
-    assert await show.playback.play(GUARDED, "dance.improv", show.stops.count) is None
+    assert await show.playback.play(PlayScore(GUARDED, "dance.improv", show.stops.count)) is None
     other = Playback(Options("ros"), lambda message, leads: show.news.append(message), show.stops, show._start)
-    assert await other.play(GUARDED, "dance.improv", show.stops.count) is None
+    assert await other.play(PlayScore(GUARDED, "dance.improv", show.stops.count)) is None
     assert show.lines[-2:] == [REFUSED] * 2
     assert show.latest("ros").sent[0] == ON
     show.latest("ros").say(OFF)
-    assert await other.play(GUARDED, "dance.improv", show.stops.count)
+    assert await other.play(PlayScore(GUARDED, "dance.improv", show.stops.count))
     await other.close()
 
 
@@ -361,7 +364,7 @@ async def test_a_score_says_how_many_emergency_stops_were_known_when_it_was_requ
     assert await show.begin()  # it arrived together with the press, so nobody can have known of that
     assert leader.loads[-1]["stops"] == 0
     await show.until(lambda: show.stops.known)
-    assert await show.playback.play(ENDLESS, "dance.improv", before) is None
+    assert await show.playback.play(PlayScore(ENDLESS, "dance.improv", before)) is None
     assert await show.begin()
     assert leader.loads[-1]["stops"] == 1
 
@@ -369,16 +372,16 @@ async def test_a_score_says_how_many_emergency_stops_were_known_when_it_was_requ
 @performed_on("both")
 async def test_a_score_for_only_the_simulator_stops_real_robots_until_the_next_score(show: Show) -> None:
     ros, simulator = await show.play()
-    alone = await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+    alone = await show.playback.play(PlayScore(ENDLESS, "dance.improv", show.stops.count, simulated=True))
     assert (ros.kinds[-1], simulator.loads[-1]["generation"]) == ("hush", alone)
     assert "entry" not in simulator.loads[-1]  # it leads
     simulator.tell("playing", 1.0)
     ros.tell("stopped")
-    assert show.playback.is_on
-    assert show.playback.status == "simulator"
-    show.playback.conduct({"type": "speed", "factor": 2.0})
+    assert show.playback.show.is_on
+    assert show.playback.show.status == "simulator"
+    show.playback.ask({"type": "speed", "factor": 2.0})
     assert ros.kinds[-1] == simulator.kinds[-1] == "speed"
-    show.playback.resume(show.stops.count)
+    show.playback.ask({"type": "resume"}, show.stops.count)
     assert ros.kinds[-1] == "speed"  # only what paused resumes
 
     both = await show.begin()
@@ -394,7 +397,7 @@ async def test_a_stage_that_dies_while_the_simulator_plays_alone_is_replaced_by_
 ) -> None:
     ros, simulator = await show.play()
     ghost = score_of(analyze("ghost $ repeat forward\n"))
-    await show.playback.play(ghost, "dance.improv", show.stops.count, simulated=True)
+    await show.playback.play(PlayScore(ghost, "dance.improv", show.stops.count, simulated=True))
     simulator.tell("playing")
     ros.say({"type": "stopped", "message": "r can't be stopped"})
     ros.die()
@@ -403,7 +406,7 @@ async def test_a_stage_that_dies_while_the_simulator_plays_alone_is_replaced_by_
     new = show.latest("ros")
     (standing,) = new.loads
     assert (standing["score"]["parts"].keys(), standing["score"]["movements"]) == ({"r"}, [])
-    assert (show.playback.is_on, simulator.kinds[-1]) == (True, "load"), "the simulator plays on"
+    assert (show.playback.show.is_on, simulator.kinds[-1]) == (True, "load"), "the simulator plays on"
     new.tell("ended")
     await show.begin()
     assert (new.kinds, simulator.kinds[-1]) == (["load", "load"], "hush")
@@ -412,7 +415,7 @@ async def test_a_stage_that_dies_while_the_simulator_plays_alone_is_replaced_by_
 @performed_on("both")
 async def test_if_an_idle_stage_cannot_be_replaced_the_next_score_starts_all(show: Show) -> None:
     ros, _ = await show.play()
-    await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+    await show.playback.play(PlayScore(ENDLESS, "dance.improv", show.stops.count, simulated=True))
     show.fails = {"ros"}
     ros.die()
     assert show.lines == ["the stage exited unexpectedly: a new one is stopping the robots"]
@@ -426,7 +429,7 @@ async def test_if_an_idle_stage_cannot_be_replaced_the_next_score_starts_all(sho
 @performed_on("ros")
 async def test_without_a_simulator_nothing_is_simulated(show: Show) -> None:
     with pytest.raises(StageError, match="no robot is named, and there is no simulator"):
-        await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
+        await show.playback.play(PlayScore(ENDLESS, "dance.improv", show.stops.count, simulated=True))
     assert show.latest("ros").kinds == []
 
 
@@ -464,7 +467,7 @@ async def test_robots_of_all_scores_that_may_play_are_stopped_on_all_their_topic
     (robot,) = ENDLESS.parts.values()
     moved, added = replace(robot, topic="/elsewhere"), replace(robot, robot="s", topic="/s/cmd_vel")
     later = replace(ENDLESS, parts={"r": moved, "s": added})
-    assert await show.playback.play(later, "dance.improv", show.stops.count, "end")
+    assert await show.playback.play(PlayScore(later, "dance.improv", show.stops.count, "end"))
     leader.die()
     await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
     parts = show.latest("ros").loads[0]["score"]["parts"]
@@ -508,12 +511,12 @@ async def test_closing_after_playing_again_does_not_wait_for_robots_to_be_stoppe
 @performed_on("both")
 async def test_a_dead_twin_is_replaced_and_the_leading_stage_keeps_playing(show: Show) -> None:
     leader, twin = await show.play()
-    page = show.playback.page
+    page = show.playback.show.page
     twin.die()
     assert show.lines == ["the stage exited unexpectedly: a new one will show the next dance"]
     await show.until(lambda: show.latest("simulator") is not twin)
     assert leader.kinds == ["load"]
-    await show.until(lambda: show.playback.page == page)
+    await show.until(lambda: show.playback.show.page == page)
     new = show.latest("simulator")
     assert new.sent == []
     await show.play()
@@ -547,7 +550,7 @@ async def test_if_one_stage_cannot_start_none_is_left_open(show: Show, failing: 
         await show.begin()
     (other,) = show.stages
     assert not other.alive
-    assert show.playback.status == "nothing"
+    assert show.playback.show.status == "nothing"
     show.fails.clear()
     assert await show.begin()
 
@@ -583,9 +586,9 @@ async def test_every_new_stage_learns_who_is_muted_and_the_speed(show: Show) -> 
     ]
     old = Playback(Options(), lambda message, leads: None, Stops())
     old.silence(["r"], [])
-    old.conduct({"type": "speed", "factor": 2.0})
+    old.ask({"type": "speed", "factor": 2.0})
     show.playback.keep_as(old)
-    assert show.playback.muted == {"r"}
+    assert show.playback.show.silenced == (frozenset("r"), frozenset())
     leader, twin = await show.play()
     assert leader.sent[:2] == twin.sent[:2] == kept
     leader.die()
@@ -599,7 +602,7 @@ async def test_a_dance_on_other_stages_has_a_new_number(show: Show) -> None:
     await show.play()
     other = Playback(Options("sim"), lambda message, leads: None, show.stops, show._start)
     other.keep_as(show.playback)
-    assert await other.play(ENDLESS, "dance.improv", show.stops.count) == 2
+    assert await other.play(PlayScore(ENDLESS, "dance.improv", show.stops.count)) == 2
     await other.close()
 
 
@@ -621,7 +624,7 @@ async def test_only_a_parent_that_edits_obeys_a_page_that_does_and_a_stop_comes_
     twin.say({"type": "request", "command": {"type": "hush"}})
     twin.hear({"type": "request", "command": write}, asked)  # on the event loop
     assert show.edits == [(write, asked)]
-    assert await show.playback.play(ENDLESS, "dance.improv", asked) is None  # it was stopped before it began
+    assert await show.playback.play(PlayScore(ENDLESS, "dance.improv", asked)) is None  # it was stopped before it began
 
 
 @performed_on("both")
@@ -630,8 +633,8 @@ async def test_new_stages_also_learn_what_pages_may_edit_but_get_no_old_answers(
     source: ProgramSource = {"type": "source", "path": "/dance.improv", "text": "", "revision": "1", "start_poses": {}}
     written: Written = {"type": "written", "number": 1, "revision": "1", "problem": ""}
     answer: Answer = {"type": "answer", "page": 1, "answer": written}
-    show.playback.tell_pages(source)
-    show.playback.tell_pages(answer)
+    show.playback.ask(source)
+    show.playback.ask(answer)
     assert (twin.sent[-2:], leader.kinds) == ([source, answer], ["load"])  # ROS 2 has no page
     twin.die()
     await show.until(lambda: show.latest("simulator") is not twin)
@@ -666,7 +669,7 @@ async def test_one_stage_alone_has_no_twin(show: Show) -> None:
     (stage,) = show.stages
     stage.tell("playing")
     assert stage.kinds == ["load"]
-    assert show.playback.status == "simulator"
+    assert show.playback.show.status == "simulator"
 
 
 @pytest.mark.slow("starts a stage")
@@ -674,9 +677,9 @@ def test_a_real_stage_plays_at_the_remembered_speed() -> None:
     async def run() -> None:
         told: asyncio.Queue[News] = asyncio.Queue()
         playback = Playback(Options("sim"), lambda message, leads: told.put_nowait(message), Stops())
-        playback.conduct({"type": "speed", "factor": 2.0})
+        playback.ask({"type": "speed", "factor": 2.0})
         try:
-            assert await playback.play(ENDLESS, "dance.improv", 0) == 1
+            assert await playback.play(PlayScore(ENDLESS, "dance.improv", 0)) == 1
             while (message := await asyncio.wait_for(told.get(), LIMIT))["type"] != "transport" or (
                 message["state"] != "playing"
             ):
@@ -705,11 +708,11 @@ def load_of(stage: Fake) -> tuple[int, bool, bool]:
 
 @performed_on("both")
 async def test_a_save_sends_each_stage_only_what_it_lacks(show: Show) -> None:
-    assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
+    assert await show.playback.play(PlayScore(score_of(SAVED), "dance", show.stops.count))
     leader, twin = show.latest("ros"), show.latest("simulator")
     leader.tell("playing")
-    await show.playback.play(edited("right"), "dance", show.stops.count, "bar", 3)
-    await show.playback.play(edited("repeat right"), "dance", show.stops.count, "bar", 3)
+    await show.playback.play(PlayScore(edited("right"), "dance", show.stops.count, "bar", 3))
+    await show.playback.play(PlayScore(edited("repeat right"), "dance", show.stops.count, "bar", 3))
     assert (load_of(leader), load_of(twin)) == ((3, False, True), (1, True, False))
     assert leader.loads[-1]["beats_per_bar"] == 3
     leader.tell("playing", beat=6.0, begins={"bert": 6.0})
@@ -726,10 +729,10 @@ async def test_a_save_sends_each_stage_only_what_it_lacks(show: Show) -> None:
 @pytest.mark.parametrize("sink", ["ros", "simulator"])
 @performed_on("both")
 async def test_a_stage_that_lacks_something_is_sent_the_whole_score(show: Show, sink: SinkName) -> None:
-    assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
+    assert await show.playback.play(PlayScore(score_of(SAVED), "dance", show.stops.count))
     leader, stage = show.latest("ros"), show.latest(sink)
     leader.tell("playing")
-    await show.playback.play(edited("right"), "dance", show.stops.count, "beat")
+    await show.playback.play(PlayScore(edited("right"), "dance", show.stops.count, "beat"))
     leader.tell("playing", beat=6.0, begins={"bert": 6.0})
     before = len(stage.loads)
     stage.say({"type": "lacks", "generation": 1})  # an old one, which nobody needs anymore
@@ -741,23 +744,23 @@ async def test_a_stage_that_lacks_something_is_sent_the_whole_score(show: Show, 
 
 @performed_on("both")
 async def test_the_score_after_one_held_back_by_a_stop_is_sent_whole(show: Show) -> None:
-    assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
+    assert await show.playback.play(PlayScore(score_of(SAVED), "dance", show.stops.count))
     asked = show.stops.count
     show.stops.stop()
-    assert await show.playback.play(edited("right"), "dance", asked, "beat") is None
-    assert await show.playback.play(edited("right"), "dance", show.stops.count, "beat") == 2
+    assert await show.playback.play(PlayScore(edited("right"), "dance", asked, "beat")) is None
+    assert await show.playback.play(PlayScore(edited("right"), "dance", show.stops.count, "beat")) == 2
     assert load_of(show.latest("ros")) == (2, True, False)
 
 
 @performed_on("both")
 async def test_a_new_stage_is_sent_the_whole_score(show: Show) -> None:
-    assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
+    assert await show.playback.play(PlayScore(score_of(SAVED), "dance", show.stops.count))
     leader = show.latest("ros")
     leader.die()
     await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").loads)
     show.latest("ros").tell("ended")
-    await show.until(lambda: show.playback._leader is show.latest("ros"))
-    assert await show.playback.play(edited("right"), "dance", show.stops.count, "beat") == 2
+    await show.until(lambda: show.playback._stages["ros"] is show.latest("ros"))
+    assert await show.playback.play(PlayScore(edited("right"), "dance", show.stops.count, "beat")) == 2
     load = show.latest("ros").loads[-1]["score"]
     assert max(load["parts"]["anna"]["scenes"]) < load["known"] + len(load["movements"])
 
@@ -768,11 +771,11 @@ async def test_the_twin_performs_what_the_leader_sensed_a_moment_later(show: Sho
     moment: RobotInstant = {"generation": 1, "robot": "r", "beat": 2.5, "performed": 1.25, "wall": 0}
     sensed: Sensed = {"type": "sensed", "sense": "cue", "value": True, **moment}
     decided: Decided = {"type": "decided", "sources": [[0, 4, 9]], "held": True, **moment}
-    await show.playback.play(open_score, "dance", 0)
+    await show.playback.play(PlayScore(open_score, "dance", 0))
     leader, twin = show.latest("ros"), show.latest("simulator")
     leader.tell("playing", monotonic=500.0)
     assert twin.loads[-1]["entry"] == {"beat": 0.0, "monotonic": 500.0 + BEHIND}
-    show.playback.conduct({"type": "cue"})
+    show.playback.ask({"type": "cue"})
     assert (leader.kinds[-1], twin.kinds[-1]) == ("cue", "load")
     leader.say(sensed)
     leader.say(decided)
@@ -780,7 +783,7 @@ async def test_the_twin_performs_what_the_leader_sensed_a_moment_later(show: Sho
     told = len(show.news)
     twin.say(sensed)  # as it shows it on its page
     assert len(show.news) == told
-    show.playback.conduct({"type": "seek", "beat": 4.0})
+    show.playback.ask({"type": "seek", "beat": 4.0})
     assert (leader.kinds[-1], twin.kinds[-1]) == ("seek", "decided")
     await show.until(lambda: twin.kinds[-1] == "seek")
     (seek,) = (message for message in leader.sent if message["type"] == "seek")

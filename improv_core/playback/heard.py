@@ -53,8 +53,8 @@ def _to(name: SinkName | None, message: ToStage) -> list[Act]:
 def _followed(show: Show, name: SinkName, transport: TransportMessage) -> Decided:
     """Start the twin at exactly the same time as the leading stage, and stop and pause it when that one does."""
     state, waited, latest = transport["state"], show.waits_for, show.latest
-    if name == show.halting and state in ("stopped", "ended"):
-        show = replace(show, still=True)
+    if name == show.halting and state in ("stopped", "ended") and transport["generation"] == show.generation:
+        show = replace(show, still=True)  # before it was sent its score, it had nothing to stop
     if not show.leads(name):
         return show, []
     show = replace(

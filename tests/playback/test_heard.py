@@ -127,6 +127,7 @@ def test_one_stage_alone_has_no_twin() -> None:
         ([("simulator", at("stopped", 1))], True, True, True, "ROS 2, with the simulator alongside"),
         ([("ros", GONE)], False, False, True, "ROS 2, with the simulator alongside"),
         ([("ros", GONE), ROS], True, False, False, "ROS 2, with the simulator alongside"),
+        ([("ros", GONE), ROS, ("ros", at("stopped", 0))], True, False, False, "ROS 2, with the simulator alongside"),
         ([("ros", GONE), ROS, ("ros", at("ended", 1))], True, False, True, "ROS 2, with the simulator alongside"),
         ([("ros", GONE), ROS, ("ros", GONE)], False, False, True, "ROS 2, with the simulator alongside"),
         ([("ros", GONE), ("ros", FAILED)], False, False, True, "nothing"),

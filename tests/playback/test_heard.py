@@ -71,6 +71,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (("simulator", GONE), ["start simulator", "it exited: a new one will show the next dance (the other)"]),
         (SIMULATOR, []),
         (("ros", at("playing", 1, 8.0)), ["transport"]),
+        (("simulator", {"type": "lacks", "generation": 1}), []),
         (play(), ["ros: score 2"]),
         (("ros", at("playing", 2)), ["simulator: score 2 from beat 0", "transport"]),
     ],
@@ -95,6 +96,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (play(), ["ros: score 1"]),
         (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
         (("ros", at("paused", 1, **BUTTON)), ["simulator: pause", "transport"]),
+        (("ros", at("ended", 1, **BUTTON)), ["transport"]),
         (("ros", at("playing", 1)), ["simulator: resume", "transport"]),
         (("ros", at("paused", 1)), ["transport"]),  # what somebody asks for, the twin is told when it is asked
         (("ros", at("playing", 1)), ["transport"]),
@@ -128,6 +130,14 @@ def test_one_stage_alone_has_no_twin() -> None:
         ([("ros", GONE)], False, False, True, "ROS 2, with the simulator alongside"),
         ([("ros", GONE), ROS], True, False, False, "ROS 2, with the simulator alongside"),
         ([("ros", GONE), ROS, ("ros", at("stopped", 0))], True, False, False, "ROS 2, with the simulator alongside"),
+        ([("ros", GONE), ROS, ("ros", at("playing", 1))], True, True, False, "ROS 2, with the simulator alongside"),
+        (
+            [("ros", GONE), ROS, ("simulator", at("stopped", 1))],
+            True,
+            False,
+            False,
+            "ROS 2, with the simulator alongside",
+        ),
         ([("ros", GONE), ROS, ("ros", at("ended", 1))], True, False, True, "ROS 2, with the simulator alongside"),
         ([("ros", GONE), ROS, ("ros", GONE)], False, False, True, "ROS 2, with the simulator alongside"),
         ([("ros", GONE), ("ros", FAILED)], False, False, True, "nothing"),
@@ -221,6 +231,15 @@ def test_robots_of_all_scores_that_may_play_are_stopped_on_all_their_topics() ->
     parts = story.score.play.score.parts
     assert {part.topic for part in parts.values()} == {robot.topic, "/elsewhere", "/s/cmd_vel"}
     assert not any(part.scenes or part.reset for part in parts.values())
+
+
+def test_robots_of_a_score_that_no_longer_plays_are_not_stopped() -> None:
+    story = Story.playing()
+    story(play(GHOST, when="bar"))
+    story(("ros", at("playing", 2, 4.0)))
+    story(("ros", GONE))
+    story(ROS)
+    assert story.score.play.score.parts.keys() == {"ghost"}
 
 
 def test_only_the_robots_of_an_idle_stage_are_stopped_when_it_dies() -> None:

@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 from improv_core.ide.selection import Selection, UnplayableError, select
 from improv_core.playback.acts import News
+from improv_core.playback.asked import Wish
 from improv_core.playback.playback import Playback
-from improv_core.playback.show import Change, PlayScore
+from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.program.analysis import Analysis
@@ -70,7 +71,7 @@ class Performance:
         self._playback: Playback | None = None
         self.playing = Playing(documents)
         self.live = Live(editor, self.playing, settling, lambda: self._playback.show.page if self._playback else None)
-        self.keys = HeldKeys(editor, self.playing, self.conduct)
+        self.keys = HeldKeys(editor, self.playing, self.ask)
         self._before: Played | None = None  # the version from the history that plays, if one does
         self._only: Selection | None = None  # what plays of it, if not all
         self._node: str | None = None  # as the improv.toml of the latest dance names it
@@ -232,23 +233,19 @@ class Performance:
         folder = str(path.parent) if path.is_absolute() else ""
         self._stages().present(path.name, folder, found)
 
-    def resume(self, asked: int) -> None:
-        """Resume after a pause. `asked` as for `play`."""
+    def ask(self, wish: Wish, asked: int = 0) -> None:
+        """Have the stages do something, such as seek. To resume, `asked` is as for `play`."""
         if self._playback:
-            self._playback.ask({"type": "resume"}, asked)
-
-    def conduct(self, message: Change) -> None:
-        """Send the stages a message of their protocol, such as seek."""
-        if self._playback:
-            self._playback.ask(message)
+            self._playback.ask(wish, asked)
 
     def toggle(self, command: str, robot: str) -> None:
         """Mute or solo a robot, or undo that."""
-        if self._playback:
-            muted, soloed = self._playback.show.silenced
-            self._playback.silence(
-                muted ^ {robot} if command == "mute" else muted, soloed ^ {robot} if command == "solo" else soloed
-            )
+        muted, soloed = self.silenced
+        if command == "mute":
+            muted ^= {robot}
+        else:
+            soloed ^= {robot}
+        self.ask({"type": "silence", "muted": sorted(muted), "soloed": sorted(soloed)})
 
     @property
     def silenced(self) -> tuple[frozenset[str], frozenset[str]]:

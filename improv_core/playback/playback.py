@@ -161,10 +161,6 @@ class Playback:
         if self.show.played:
             self.show = replace(self.show, played=replace(self.show.played, score=score))
 
-    def silence(self, muted: Iterable[str], soloed: Iterable[str]) -> None:
-        """Have the muted robots, or all except the soloed ones, stand still, now and in later scores."""
-        self.ask({"type": "silence", "muted": sorted(muted), "soloed": sorted(soloed)})
-
     def keep_as(self, other: Playback) -> None:
         """Take over the speed, the muted and soloed robots, and the open pages of another playback.
 

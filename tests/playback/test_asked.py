@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from improv_core.playback.acts import PassOn
+from improv_core.playback.asked import Now, asked
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import SinkName
 from improv_core.score.score import Safety
@@ -20,6 +21,7 @@ STILL_ON = (
     "✗ the emergency stop on /e_stop is still on, although improv.toml no longer names it: release it "
     "(`ros2 topic pub --once /e_stop std_msgs/msg/Bool '{data: false}'`) or restart Improv, then save again"
 )
+FORM: Any = {"type": "form", "shape": "line", "distance": 1.0, "facing": "in"}
 PLACE: Any = {"type": "place", "start_poses": {}}
 
 
@@ -36,6 +38,7 @@ PLACE: Any = {"type": "place", "start_poses": {}}
         ({"type": "hush"}, []),  # it has been obeyed as it arrived
         ({"type": "pause"}, []),
         (PLACE, ["place"]),
+        (FORM, ["form"]),
         ({"type": "watched"}, ["watched"]),
     ],
 )
@@ -57,10 +60,21 @@ def test_what_moves_robots_carries_the_count_of_stops_when_it_was_asked_for() ->
     assert story.acts == [PassOn(write, 5)]
 
 
+def test_a_score_counts_as_played_once_it_has_been_sent() -> None:
+    """A stop on another thread may keep it back."""
+    show = Story().show
+    then, _ = asked(show, play(), Now())
+    assert (then.generation, then.is_on, then.played) == (0, False, None)
+    story = Story()
+    story(play())
+    assert (story.show.generation, story.show.is_on, story.show.played) == (1, True, story.score.play)
+
+
 def test_before_anything_has_been_played_there_is_nothing_to_seek_or_restart() -> None:
     tell(Story(), [
         ({"type": "seek", "beat": 2.0}, ["nothing has been played yet: save a program before you seek"]),
         ({"type": "restart"}, []),
+        ({"type": "cue"}, ["ros: cue"]),
     ])  # fmt: skip
 
 

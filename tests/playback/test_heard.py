@@ -12,11 +12,13 @@ from improv_core.playback.heard import BEHIND
 from improv_core.playback.start import SinkName
 from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
-from improv_core.stage.messages import Pressed, Sensed
+from improv_core.stage.messages import Decided, Pressed, Sensed
 from tests.playback.story import DANCE, FAILED, GONE, READY, Event, From, Story, at, play, tell
 
 SENSED: Sensed = {"type": "sensed", "sense": "cue", "value": True, "generation": 1, "robot": "r", "beat": 2.5,
                   "performed": 1.25, "wall": 0}  # fmt: skip
+DECIDED: Decided = {"type": "decided", "sources": [[0, 4, 9]], "held": True, "generation": 1, "robot": "r", "beat": 2.5,
+                    "performed": 1.25, "wall": 0}  # fmt: skip
 OPEN = score_of(analyze("r $ until cue (repeat forward)\n"))
 GHOST = score_of(analyze("ghost $ repeat forward\n"))
 BUTTON: dict[str, Any] = {"waits_for": ["button 4 on /joy"]}
@@ -49,6 +51,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (play(), ["ros: score 1"]),
         (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
         (ROS, ["ros: score 1 stop"]),
+        (("ros", at("playing", 1)), ["transport"]),
         (("ros", at("ended", 1)), ["transport"]),
         (("ros", GONE), ["simulator: hush", "it exited; save to play again"]),  # or stages would start forever
     ],
@@ -59,10 +62,24 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (play(), ["ros: score 2"]),
         (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
     ],
+    "a stage crashes before anything has been played": [
+        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (ROS, []),
+        (play(), ["ros: score 1"]),
+    ],
+    "a stage crashes while it waits": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        (("ros", at("paused", 1, **BUTTON)), ["simulator: pause", "transport"]),
+        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (ROS, ["ros: score 1 stop"]),
+        (("ros", at("playing", 1)), ["transport"]),
+    ],
     "a stage cannot be replaced": [
         (play(), ["ros: score 1"]),
         (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
         (("ros", FAILED), ["no new stage could be started: no ROS"]),
+        ({"type": "restart"}, []),
         (("simulator", at("stopped", 1)), ["transport (the other)"]),
     ],
     "the twin crashes": [
@@ -88,9 +105,19 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (("ros", {"type": "stopped"}), ["stopped (the other)"]),
         (("ros", GONE), ["start ros", "it exited: a new one is stopping the robots (the other)"]),
         (("simulator", at("playing", 2)), ["transport"]),
+        (("simulator", {"type": "lacks", "generation": 2}), ["simulator: score 2 whole"]),
         (ROS, ["ros: score 2 stop"]),
+        (("ros", {"type": "lacks", "generation": 2}), []),
         (("ros", at("ended", 2)), ["transport (the other)"]),
         (play(), ["simulator: hush", "ros: score 3"]),
+    ],
+    "a score takes over at the next bar": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        (play(when="bar"), ["ros: score 2"]),
+        (("ros", at("playing", 1, 2.0)), ["transport"]),
+        (("simulator", {"type": "lacks", "generation": 2}), []),
+        (("ros", at("playing", 2, 4.0)), ["simulator: score 2 from beat 4", "transport"]),
     ],
     "the leading stage stops, waits, and continues by itself": [
         (play(), ["ros: score 1"]),
@@ -190,6 +217,8 @@ def test_the_twin_plays_what_senses_decide_a_moment_later() -> None:
     tell(story, [
         (("ros", SENSED), ["simulator: sensed", "sensed"]),
         (("simulator", SENSED), []),  # as it shows it on its page
+        (("ros", DECIDED), ["simulator: decided", "decided"]),
+        (("simulator", DECIDED), []),
         ({"type": "cue"}, ["ros: cue"]),  # the twin is told what was sensed
         ({"type": "seek", "beat": 4.0}, ["ros: seek", "simulator: seek 0.1 s later"]),
     ])  # fmt: skip
@@ -223,7 +252,7 @@ def test_a_stage_that_lacks_something_is_sent_the_whole_score(
 def test_robots_of_all_scores_that_may_play_are_stopped_on_all_their_topics() -> None:
     """What was saved may wait for the end of what plays, without its robots or on other topics."""
     (robot,) = DANCE.parts.values()
-    moved, added = replace(robot, topic="/elsewhere"), replace(robot, robot="s", topic="/s/cmd_vel")
+    moved, added = replace(robot, topic="/elsewhere"), replace(robot, robot="s", topic="/s/cmd_vel", reset="/reset")
     story = Story.playing()
     story(play(replace(DANCE, parts={"r": moved, "s": added}), when="end"))
     story(("ros", GONE))
@@ -231,6 +260,7 @@ def test_robots_of_all_scores_that_may_play_are_stopped_on_all_their_topics() ->
     parts = story.score.play.score.parts
     assert {part.topic for part in parts.values()} == {robot.topic, "/elsewhere", "/s/cmd_vel"}
     assert not any(part.scenes or part.reset for part in parts.values())
+    assert [part.robot for part in parts.values()] == [*parts]
 
 
 def test_robots_of_a_score_that_no_longer_plays_are_not_stopped() -> None:

@@ -90,7 +90,8 @@ def _send_score(show: Show, play: PlayScore) -> Decided:
 
 def _change(show: Show, change: Change, now: Now) -> Decided:
     """Send it to all stages, effective at the same time."""
-    row = COMMANDS[change["type"]]
+    row, change = COMMANDS[change["type"]], change.copy()
+    change.pop("at", None)  # what is kept has no time
     if row.kept:
         show = show.keeping(change)
     elif change["type"] == "seek" and not show.played:

@@ -201,12 +201,17 @@ class Playback:
     def _now(self, stops: int) -> Now:
         return Now(time.monotonic(), stops, self.stops.pressed)
 
-    def _hear(self, name: SinkName, _: RunningStage | None, message: Heard | Loaded | Failed, stops: int = 0) -> None:
+    def _hear(self, name: SinkName, stage: RunningStage, message: Heard, stops: int) -> None:
+        if message["type"] == "gone":
+            self.stops.discard(stage)
         if message["type"] == "pressed":
             self.stops.pressed = message
             asyncio.get_running_loop().call_later(KNOWN, self.stops.know, message["count"])
         else:
-            self._do(heard(self.show, name, message, self._now(stops)))
+            self._heard(name, message, stops)
+
+    def _heard(self, name: SinkName, message: Heard | Loaded | Failed, stops: int = 0) -> None:
+        self._do(heard(self.show, name, message, self._now(stops)))
 
     def _do(self, decided: Decided) -> None:
         self.show, acts = decided
@@ -255,7 +260,7 @@ class Playback:
         if play.senses is not None:
             load["senses"] = play.senses
         if self.stops.send(load, stage, play.stops):
-            self._hear(name, stage, {"type": "loaded", "play": play})
+            self._heard(name, {"type": "loaded", "play": play})
         else:
             self._written[name] = RowsWritten()  # it lacks this score
 
@@ -268,10 +273,8 @@ class Playback:
         if "page" in stage.ready:
             # Reuse the port, so a restarted stage serves the pages that are already open.
             self._port = urlsplit(stage.ready["page"]).port or 0
-        if dead := self._stages.get(name):
-            self.stops.discard(dead)
         self._stages[name], self._written[name] = stage, RowsWritten()
-        self._hear(name, stage, stage.ready)
+        self._heard(name, stage.ready)
         self.stops.add(stage)
         return True
 
@@ -285,6 +288,6 @@ class Playback:
             except StageError as error:
                 found, why = False, str(error)
             if not found:
-                self._hear(name, None, {"type": "failed", "message": why})
+                self._heard(name, {"type": "failed", "message": why})
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._still.wait(), HALT_LIMIT)

@@ -113,6 +113,22 @@ def test_a_stage_that_takes_over_the_lead_for_a_score_that_is_only_simulated() -
     ])  # fmt: skip
 
 
+def test_pages_are_told_what_plays_while_the_stage_of_real_robots_is_starting() -> None:
+    story = Story()
+    story.show = story.show.closed()
+    story(("simulator", READY["simulator"]))
+    assert story({"type": "program", "name": "d", "folder": "/", "problems": [], "count": 0}) == ["simulator: program"]
+    assert story({"type": "speed", "factor": 2.0}) == ["simulator: speed"]
+    assert (story.show.is_open, story.show.status) == (False, "nothing")
+
+
+def test_what_is_kept_has_no_time() -> None:
+    story = Story.playing()
+    story({"type": "speed", "factor": 2.0, "at": 3.0})
+    assert [*story.show.kept.values()] == [{"type": "speed", "factor": 2.0}]
+    assert story.sent("ros") == [{"type": "speed", "factor": 2.0, "at": NOW}]
+
+
 def test_without_a_simulator_nothing_is_simulated() -> None:
     story = Story("ros")
     with pytest.raises(StageError, match="no robot is named, and there is no simulator"):

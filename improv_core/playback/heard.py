@@ -121,12 +121,12 @@ def _gone(show: Show, name: SinkName, gone: Gone) -> Decided:
         acts += _to(show.twin, {"type": "hush"})
     again = "" if idles else "; save to play again"
     if name == show.halting:  # another one would fail too
-        what = f"{again}" if show.still else f": robots may still be moving{again}"
-        show = replace(show, halting=None, still=True)
+        what = again if show.still else f": robots may still be moving{again}"
+        show = replace(show, still=True)
     else:
         acts.append(StartAgain(name))
-        shows = not leads and not idles
-        what = ": a new one will show the next dance" if shows else f": a new one is stopping the robots{again}"
+        shown = not leads and not idles
+        what = ": a new one will show the next dance" if shown else f": a new one is stopping the robots{again}"
     return show, [*acts, Announce({**gone, "message": f"{gone['message']}{what}"}, leads)]
 
 

@@ -10,7 +10,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from improv_core.ide.selection import Selection, UnplayableError, select
-from improv_core.playback.playback import Change, News, Playback
+from improv_core.playback.acts import News
+from improv_core.playback.asked import Wish
+from improv_core.playback.playback import Playback
+from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.program.analysis import Analysis
@@ -67,8 +70,8 @@ class Performance:
         self._documents = documents
         self._playback: Playback | None = None
         self.playing = Playing(documents)
-        self.live = Live(editor, self.playing, settling, lambda: self._playback.page if self._playback else None)
-        self.keys = HeldKeys(editor, self.playing, self.conduct)
+        self.live = Live(editor, self.playing, settling, lambda: self._playback.show.page if self._playback else None)
+        self.keys = HeldKeys(editor, self.playing, self.ask)
         self._before: Played | None = None  # the version from the history that plays, if one does
         self._only: Selection | None = None  # what plays of it, if not all
         self._node: str | None = None  # as the improv.toml of the latest dance names it
@@ -135,7 +138,7 @@ class Performance:
         return settings.switch_at if settings.on_save == "continue" else "restart"
 
     def _refuse(self, why: str) -> None:
-        keeps = "; the previous dance keeps playing" if self._playback and self._playback.is_on else ""
+        keeps = "; the previous dance keeps playing" if self._playback and self._playback.show.is_on else ""
         self._editor.warn(f"✗ {why}{keeps}")
 
     async def _play(
@@ -153,7 +156,7 @@ class Performance:
         try:
             bar = self._editor.settings.beats_per_bar
             name, simulated = name_of(document.uri), bool(only and only.ghost)
-            generation = await playback.play(ready.score, name, asked, when, bar, simulated=simulated)
+            generation = await playback.play(PlayScore(ready.score, name, asked, when, bar, simulated=simulated))
         except StageError as error:
             self._say_why(error)
             return
@@ -168,8 +171,8 @@ class Performance:
         self._only = only
         if by:
             self._records.played(document, by)
-        self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{ready.summary}, {playback.status}")
-        if self._editor.settings.page_open and playback.page and not self._page_shown:
+        self._editor.say(f"▶ {f'{only.name}: ' if only else ''}{ready.summary}, {playback.show.status}")
+        if self._editor.settings.page_open and playback.show.page and not self._page_shown:
             self._show(playback)
 
     async def play_before(self, document: Document, asked: int) -> None:
@@ -211,7 +214,7 @@ class Performance:
         except StageError as error:
             self._say_why(error)
             return None
-        if not playback.page:
+        if not playback.show.page:
             self._editor.warn("improv.page: there is no page; set improv.backend to auto, sim or both")
             return None
         if not self.playing.latest and self._documents:
@@ -230,28 +233,24 @@ class Performance:
         folder = str(path.parent) if path.is_absolute() else ""
         self._stages().present(path.name, folder, found)
 
-    def resume(self, asked: int) -> None:
-        """Resume after a pause. `asked` as for `play`."""
+    def ask(self, wish: Wish, asked: int = 0) -> None:
+        """Have the stages do something, such as seek. To resume, `asked` is as for `play`."""
         if self._playback:
-            self._playback.resume(asked)
-
-    def conduct(self, message: Change) -> None:
-        """Send the stages a message of their protocol, such as seek."""
-        if self._playback:
-            self._playback.conduct(message)
+            self._playback.ask(wish, asked)
 
     def toggle(self, command: str, robot: str) -> None:
         """Mute or solo a robot, or undo that."""
-        if self._playback:
-            muted, soloed = self._playback.muted, self._playback.soloed
-            self._playback.silence(
-                muted ^ {robot} if command == "mute" else muted, soloed ^ {robot} if command == "solo" else soloed
-            )
+        muted, soloed = self.silenced
+        if command == "mute":
+            muted ^= {robot}
+        else:
+            soloed ^= {robot}
+        self.ask({"type": "silence", "muted": sorted(muted), "soloed": sorted(soloed)})
 
     @property
     def silenced(self) -> tuple[frozenset[str], frozenset[str]]:
         """The muted robots, and the soloed ones."""
-        return (self._playback.muted, self._playback.soloed) if self._playback else (frozenset(), frozenset())
+        return self._playback.show.silenced if self._playback else (frozenset(), frozenset())
 
     @property
     def robots(self) -> set[str]:

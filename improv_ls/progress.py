@@ -7,7 +7,7 @@ from uuid import uuid4
 
 from lsprotocol import types
 
-from improv_core.playback.playback import each_beat
+from improv_core.playback.beats import each_beat
 from improv_core.stage.messages import TransportMessage
 from improv_ls.editor import ANSWER_LIMIT, Editor
 

@@ -112,7 +112,7 @@ class _Conversation:
         self._robots = replace(robots, robots={**robots.robots, robot: alone})
         self._robot = robot
         self._tempo = tempo
-        self._asks = tape or (performing.is_real and not robots.robots[robot].odom)
+        self._asks = tape or (performing.playback.show.is_real and not robots.robots[robot].odom)
 
     @property
     def _profile(self) -> Profile:

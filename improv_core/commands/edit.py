@@ -172,14 +172,14 @@ class _Desk:
             self._placed, self._editor.robots = placed, robots
             score = score_of(analysis)
             self._starts = starts_of(score)
-            self._performing.revise(score)
+            self._performing.playback.revise(score)
         for problem in robots.diagnostics if not analysis.ok else ():
             self._performing.complain(f"improv: {problem.message}")
         self._show()  # also after a refusal: pages move their rings back
 
     def _show(self) -> None:
         """Tell all pages what the file holds."""
-        self._performing.tell_pages(
+        self._performing.playback.ask(
             {
                 "type": "source",
                 "path": str(absolute(self._path)),
@@ -191,7 +191,7 @@ class _Desk:
 
     def _answer(self, page: int, answer: EditorAnswer | None) -> None:
         if answer:
-            self._performing.tell_pages({"type": "answer", "page": page, "answer": answer})
+            self._performing.playback.ask({"type": "answer", "page": page, "answer": answer})
 
 
 def _content(path: Path) -> bytes:

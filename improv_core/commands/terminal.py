@@ -18,7 +18,10 @@ import click
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.keys import pressed
 from improv_core.plain import printable
-from improv_core.playback.playback import Edit, Mistake, News, Playback, each_beat
+from improv_core.playback.acts import News
+from improv_core.playback.beats import each_beat
+from improv_core.playback.playback import Edit, Mistake, Playback
+from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options
 from improv_core.playback.stop_socket import StopSocket, listening
@@ -29,12 +32,10 @@ from improv_core.program.errors import Errors
 from improv_core.program.report import as_lines, mistakes, outcome, summary
 from improv_core.robots.config import absolute
 from improv_core.score.motion import Pose, Twist
-from improv_core.score.score import Score
 from improv_core.services.browser import has_browser
 from improv_core.services.history import keep
 from improv_core.stage.commands import Form, PlaceRobots
 from improv_core.stage.doing import REST
-from improv_core.stage.editing import Answer, ProgramSource
 from improv_core.stage.messages import Decided, Measured, MeasuredRobot, Poses, Sensed, Sent, TransportMessage, When
 from improv_core.stage.sinks.recorder import Recorder
 
@@ -91,7 +92,7 @@ async def performance(
     before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         await first(performing.open(browser), performing.interrupted.wait())
-        keys = {"c": performing.cue, **dict.fromkeys("oO\r\n", performing.open_again)}
+        keys = {"c": lambda: performing.playback.ask({"type": "cue"}), **dict.fromkeys("oO\r\n", performing.open_again)}
         with pressed(keys) if hears_keys else contextlib.nullcontext(False) as hears:
             performing.show_hint(hears)
             yield performing
@@ -116,7 +117,7 @@ class TerminalSession:
     ) -> None:
         self.stops = Stops()
         self._place = place
-        self._playback = Playback(options, self._hear, self.stops, edit=edit)
+        self.playback = Playback(options, self._hear, self.stops, edit=edit)
         self._quiet = quiet
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
@@ -132,6 +133,7 @@ class TerminalSession:
         """The first and the latest pose of robots since beat 0, if they are measured."""
         self._playing: set[str] = set()  # which stages play
         self._keeping: set[asyncio.Task[None]] = set()  # programs, in the history
+        self._watched = asyncio.Event()  # somebody has opened the page
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
         self.broken = asyncio.Event()  # a stage has ended by itself
@@ -141,34 +143,29 @@ class TerminalSession:
         return bool(self._playing)
 
     @property
-    def is_real(self) -> bool:
-        """Whether real robots play."""
-        return self._playback.is_real
-
-    @property
     def has_ended(self) -> bool:
         """Whether the latest program was played to its end."""
         return self._latest is not None and self._latest["state"] == "ended"
 
     @property
     def has_page(self) -> bool:
-        return self._playback.page is not None
+        return self.playback.show.page is not None
 
     def listen(self) -> StopSocket | None:
         """Have `improv stop` reach this performance from now on."""
-        reached = listening(self._playback.stop, self.stops)
+        reached = listening(self.playback.stop, self.stops)
         if self.stops.unreachable:
             self.complain(f"improv: `improv stop` won't work: {self.stops.unreachable}")
         return reached
 
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
-        await self._playback.open()
+        await self.playback.open()
         if self.has_page:
-            self.say(f"watch it at {self._playback.link()}")
+            self.say(f"watch it at {self.playback.link()}")
         if browser and await self.open_browser():
             with contextlib.suppress(asyncio.TimeoutError):
-                await asyncio.wait_for(self._playback.watched.wait(), BROWSER_LIMIT)
+                await asyncio.wait_for(self._watched.wait(), BROWSER_LIMIT)
 
     def show_hint(self, hears: bool) -> None:
         """From now on, the last line of the terminal says how to open the page, if it `hears` keys."""
@@ -185,11 +182,11 @@ class TerminalSession:
 
     async def _open_again(self) -> None:
         if not await self.open_browser():
-            self.say(f"watch it at {self._playback.link()}")
+            self.say(f"watch it at {self.playback.link()}")
 
     async def open_browser(self) -> bool:
         """Show the page in a browser; whether there are both."""
-        link = self._playback.link(own=True)
+        link = self.playback.link(own=True)
         return link is not None and has_browser() and await asyncio.to_thread(webbrowser.open, link)
 
     async def play(
@@ -211,17 +208,13 @@ class TerminalSession:
         score = score_of(analysis)
         if self._recorder:
             self._recorder.prepare(score, restart=when == "restart")
-        if await self._playback.play(score, path.name, asked, when, senses=senses):
+        if await self.playback.play(PlayScore(score, path.name, asked, when, senses=senses)):
             self._keep(path, analysis.text)
-            self.say(f"▶ {summary(analysis)}, {self._playback.status}")
+            self.say(f"▶ {summary(analysis)}, {self.playback.show.status}")
             return True
         self.say(f"■ {path.name} was stopped before it began")
         self.finished.set()
         return False
-
-    def revise(self, score: Score) -> None:
-        """Have a page's Restart play this score instead of the one that was played."""
-        self._playback.revise(score)
 
     async def play_if_right(self, analysis: Analysis, path: Path, asked: int, when: When) -> None:
         """Play what was saved, as `play` does, or say why it can't be played."""
@@ -242,15 +235,7 @@ class TerminalSession:
 
     def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
         """Have the page show which program is to be played, and what keeps it from being played."""
-        self._playback.present(path.name, str(absolute(path).parent), mistakes)
-
-    def tell_pages(self, message: ProgramSource | Answer) -> None:
-        """Tell pages what they may edit, or answer one of them."""
-        self._playback.tell_pages(message)
-
-    def cue(self) -> None:
-        """Give the cue that robots wait for."""
-        self._playback.conduct({"type": "cue"})
+        self.playback.present(path.name, str(absolute(path).parent), mistakes)
 
     async def settle(self) -> None:
         """If it is measured where robots are, wait until they have come to rest, and say how far off they were."""
@@ -264,7 +249,7 @@ class TerminalSession:
         self._hint = ""
         self._stop_counter()
         self._clear_count()
-        await self._playback.close()
+        await self.playback.close()
         await asyncio.gather(*self._keeping, return_exceptions=True)
         if self._not_recorded:
             raise self._not_recorded
@@ -312,6 +297,8 @@ class TerminalSession:
         elif message["type"] == "place" or message["type"] == "form":
             if self._place:
                 self._place(message)
+        elif message["type"] == "watched":
+            self._watched.set()
         elif message["type"] in ("sent", "sensed", "decided", "measured") and leads:
             if message["type"] == "measured":
                 self._errors.take(message)

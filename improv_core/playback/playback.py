@@ -1,72 +1,44 @@
-"""The parent's side of stages: starts them, controls them, and presents several as one. Standard library only."""
+"""The parent's side of stages: starts them, and does what is decided about them (`asked`, `heard`).
+
+Standard library only.
+"""
 
 from __future__ import annotations
 
 import asyncio
-import math
 import secrets
 import time
-from collections.abc import AsyncIterator, Callable, Collection, Iterable, Sequence
+from collections.abc import Awaitable, Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
-from typing import Protocol
+from functools import partial
+from typing import Protocol, TypeAlias
 from urllib.parse import urlsplit
 
-from improv_core.playback.editions import Editions
-from improv_core.playback.loads import Asked, Loads
-from improv_core.playback.stage_process import Gone, Heard, StageError
+from improv_core.playback.acts import Act, Announce, Failed, Loaded, News, PassOn, Send, SendScore, StartAgain
+from improv_core.playback.asked import Decided, Now, Wish, asked
+from improv_core.playback.heard import heard
+from improv_core.playback.show import PlayScore, Show
+from improv_core.playback.stage_process import Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE
 from improv_core.playback.stops import KNOWN, Stops
-from improv_core.score.score import Part, Score
-from improv_core.score.transport import BEATS_PER_BAR
-from improv_core.stage.commands import (
-    COMMANDS,
-    Cue,
-    Editing,
-    Force,
-    Form,
-    Held,
-    KeySense,
-    PageRequest,
-    PlaceRobots,
-    Released,
-    Seek,
-    Silence,
-    Speed,
-    Watched,
-)
-from improv_core.stage.editing import Answer, ProgramSource
-from improv_core.stage.messages import (
-    Problem,
-    ProgramMessage,
-    Ready,
-    Sensed,
-    ToStage,
-    TransportMessage,
-    WarningLine,
-    When,
-)
+from improv_core.score.score import Score
+from improv_core.score.score_json import RowsWritten, to_json
+from improv_core.stage.commands import Editing
+from improv_core.stage.messages import Load, Problem, Ready, ToStage
 from improv_core.stage.tickets import issue
 
-BEHIND = 0.1
-"""Seconds by which the simulator plays a score with senses behind real robots: what they decide has to arrive first."""
-AFTER = 0.02
-"""Seconds after each beat until people are told of it: at the beat itself, the stage needs the processor."""
 HALT_LIMIT = 8.0
 """Seconds that a new stage may take to find the robots of a dead one and stop them."""
 
 MOST_MISTAKES = 20
 """The most mistakes that pages list."""
 
-Change = Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
-"""What people can do to what plays, apart from stopping, pausing, and resuming it."""
 Mistake = tuple[str, int, int, str, str]
 """What keeps a program from being played: the file, the line and the column from 1, the word there, and a message."""
 Edit = Callable[[Editing, int], None]
 """Handles what a page asks for while somebody edits the program; also gets the count of stops at that moment."""
-News = Heard | PlaceRobots | Form
-"""What a listener gets: a message from a stage, its end, or new start poses of robots that were dragged."""
 
 
 class RunningStage(Protocol):
@@ -75,41 +47,14 @@ class RunningStage(Protocol):
     @property
     def ready(self) -> Ready: ...
 
-    @property
-    def alive(self) -> bool: ...
-
     def send(self, message: ToStage) -> None: ...
 
     async def close(self) -> None: ...
 
 
-class Start(Protocol):
-    """The type of start.start_stage."""
-
-    async def __call__(
-        self,
-        sink: SinkName,
-        options: Options,
-        token: str,
-        hear: Callable[[RunningStage, Heard, int], None],
-        stops: Stops,
-    ) -> RunningStage | None: ...
-
-
-def whole_beats(transport: TransportMessage) -> str:
-    """The number of beats in a transport message, for people: `8`, `∞`."""
-    return "∞" if transport["beats"] is None else str(math.ceil(transport["beats"]))
-
-
-async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
-    """`beat 3/8` as each beat starts, beginning with the current one, forever. Counts from 1, as people do."""
-    # The event loop and the stage use the same clock: time.monotonic.
-    loop, period, whole = asyncio.get_running_loop(), 60 / transport["tempo"], whole_beats(transport)
-    zero = transport["monotonic"] - transport["beat"] * period
-    while True:
-        passed = max(int((loop.time() - zero) / period), 0)
-        yield f"beat {passed + 1 if transport['beats'] is None else min(passed + 1, int(whole))}/{whole}"
-        await asyncio.sleep(zero + (passed + 1) * period + AFTER - loop.time())
+Hear: TypeAlias = Callable[[RunningStage, Heard, int], None]
+Start: TypeAlias = Callable[[SinkName, Options, str, Hear, Stops], Awaitable[RunningStage | None]]
+"""The type of start.start_stage."""
 
 
 class Playback:
@@ -129,71 +74,28 @@ class Playback:
     ) -> None:
         self.options = options
         self.stops = stops
+        self.show = Show()
+        """All that is known; only to be read."""
         self._listen = listen
         self._edit = edit
         self._start = start
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._leader: RunningStage | None = None
-        self._twin: RunningStage | None = None
-        self._idle: RunningStage | None = None  # of real robots, while the simulator plays alone
-        self._idle_score: Score | None = None  # that its robots played last
-        self._score: Score | None = None
-        self._senses: Sequence[Sensed] | None = None  # of the recording that it is performed by
-        self._name = ""  # of the program that plays, or is about to
-        self._generation = 0
-        self._editions = Editions()
-        self._loads = Loads()
-        self._latest: Asked | None = None
-        self._behind = 0.0  # how many seconds the twin plays behind the leading stage
-        self._entered: TransportMessage | None = None  # the first message of the latest score's playing
-        self._kept: dict[str, Change | ProgramMessage | ProgramSource] = {}  # also sent to new stages
+        self._stages: dict[SinkName, RunningStage] = {}
+        self._written: dict[SinkName, RowsWritten] = {}  # what each has been sent
         self._opening = asyncio.Lock()
+        self._beginning: list[str] = []  # programs that wait for the stages to start
         self._ends = 0  # how often everything had to end
-        self._reviving: set[asyncio.Task[None]] = set()
-        self._halting: RunningStage | None = None  # a new stage that only has to stop the robots of a dead one
+        self._replacing: set[asyncio.Task[None]] = set()
         self._still = asyncio.Event()
-        self._waits_for: Sequence[str] = ()  # what has to change, according to the leading stage
         self._token = secrets.token_urlsafe()
         self._port = options.port
-        self.is_on = False
-        """Whether something plays, or is about to."""
-        self._beginning = 0  # how many wait for the stages to start
-        self.muted: frozenset[str] = frozenset()
-        self.soloed: frozenset[str] = frozenset()
-        self.watched = asyncio.Event()
-        """Set as soon as somebody opens the page."""
-
-    @property
-    def status(self) -> str:
-        """What it plays on, in words."""
-        if not self._leader:
-            return "nothing"
-        about = str(self._leader.ready["sink"])
-        return f"{about}, with the simulator alongside" if self._twin else about
-
-    @property
-    def is_real(self) -> bool:
-        """Whether real robots play."""
-        return self._leader is not None and self._leader.ready["real"]
-
-    @property
-    def page(self) -> str | None:
-        """The address of the simulator's page."""
-        for stage in (self._twin, self._leader):
-            if stage and "page" in stage.ready:
-                return str(stage.ready["page"])
-        return None
 
     def link(self, *, own: bool = False) -> str | None:
         """A new URL that opens the page once.
 
         One that a browser is started with is to be this user's `own`, since others can see it in the list of processes.
         """
-        return f"{self.page}?ticket={issue(self._token, own=own)}" if self.page else None
-
-    @property
-    def _stages(self) -> list[RunningStage]:
-        return [stage for stage in (self._leader, self._twin, self._idle) if stage]
+        return f"{self.show.page}?ticket={issue(self._token, own=own)}" if self.show.page else None
 
     def present(self, name: str, folder: str, mistakes: Iterable[Mistake] = ()) -> None:
         """Have pages show which program is to be played, and what keeps it from being played."""
@@ -202,24 +104,13 @@ class Playback:
             for file, line, column, word, message in mistakes
         ]
         shown, count = problems[:MOST_MISTAKES], len(problems)
-        program: ProgramMessage = {"type": "program", "name": name, "folder": folder, "problems": shown, "count": count}
-        self._kept["program"] = program
-        for stage in self._stages:
-            stage.send(program)
-
-    def tell_pages(self, message: ProgramSource | Answer) -> None:
-        """Tell pages what they may edit, now and when they are opened, or answer one of them."""
-        if message["type"] == "source":
-            self._kept["source"] = message
-        for stage in self._stages:
-            if "page" in stage.ready:
-                stage.send(message)
+        self.ask({"type": "program", "name": name, "folder": folder, "problems": shown, "count": count})
 
     async def open(self) -> None:
         """Start the stages unless they are running. Raises StageError."""
         self._loop = asyncio.get_running_loop()
         async with self._opening:
-            if self._leader and all(stage.alive for stage in self._stages):
+            if self.show.is_open:
                 return
             await self._close()
             backend = self.options.backend
@@ -230,348 +121,173 @@ class Playback:
             try:
                 # Wait for both even if one fails, so that no stage is left running unnoticed.
                 await asyncio.wait(starting)
-                stages = [stage for each in starting if (stage := each.result())]
+                for each in starting:
+                    each.result()
+                self.show = self.show.opened(sinks)
+                if self.show.is_real and self.stops.unreachable:
+                    raise StageError(f"real robots need `improv stop`: {self.stops.unreachable}")
             except BaseException:
-                await _close_all(starting)
+                for each in starting:
+                    each.cancel()
+                await asyncio.gather(*starting, return_exceptions=True)
                 await self._close()
                 raise
-            self._leader, self._twin = stages[0], stages[1] if len(stages) > 1 else None
-            if self.is_real and self.stops.unreachable:
-                await self._close()
-                raise StageError(f"real robots need `improv stop`: {self.stops.unreachable}")
 
-    async def play(
-        self,
-        score: Score,
-        name: str,
-        asked: int,
-        when: When = "restart",
-        beats_per_bar: int = BEATS_PER_BAR,
-        senses: Sequence[Sensed] | None = None,
-        simulated: bool = False,
-    ) -> int | None:
-        """Play a program's score: `restart`, or take over `now`, at the next `beat` or `bar`, or at the `end`.
+    async def play(self, play: PlayScore) -> int | None:
+        """Play a program's score. Returns its generation; None if it has been stopped since somebody asked for it,
+        before it began, or if an emergency stop is on.
 
-        Parts that are the same as in the score that plays are not touched when it takes over. If `simulated`, only the
-        simulator plays it, and real robots stop.
-
-        With `senses`, robots sense what is in this recording, and nothing else. `asked` is the count of `stops` when
-        somebody asked for it. Returns its generation; None if it has been stopped
-        since then, before it began, or if an emergency stop is on. Raises StageError, also if it is to be `simulated`
-        and there is no simulator.
+        Raises StageError, also if it is to be simulated and there is no simulator.
         """
         ends = self._ends
-        if not self.is_on:
-            self._name = name
-        self._beginning += 1
+        self._beginning.append(play.name)
         try:
             await self.open()
         finally:
-            self._beginning -= 1
+            self._beginning.remove(play.name)
         if self._ends != ends:
             return None
-        assert self._leader
-        stage = self._idle or self._leader
-        if stage.ready["real"] and not simulated and (line := self.stops.refusal(score.safety.stop)):
-            stage.send(self.stops.pressed)  # another one may have heard it: this one has to hear its release
-            self._listen({"type": "error", "message": line}, True)
-            return None
-        self._let_lead(simulated)
-        self._senses = senses
-        return self._generation if self._send_score(score, name, when, beats_per_bar, asked) else None
+        before = self.show.generation
+        self._do(asked(self.show, play, self._now(play.stops)))
+        return self.show.generation if self.show.generation != before else None
 
-    def _let_lead(self, simulated: bool) -> None:
-        """Have the simulator play alone, while the stage of real robots stops them and waits, or both play again."""
-        assert self._leader
-        if simulated and self._twin:
-            self._leader.send({"type": "hush"})
-            self._idle, self._leader, self._twin = self._leader, self._twin, None
-            self._idle_score = self._score
-        elif simulated and self._leader.ready["real"]:
-            raise StageError("no robot is named, and there is no simulator: set improv.backend to auto, sim, or both")
-        elif not simulated and self._idle:
-            self._leader.send({"type": "hush"})  # its robots must not keep dancing while real ones are waited for
-            self._leader, self._twin, self._idle = self._idle, self._leader, None
+    def ask(self, wish: Wish, stops: int = 0) -> None:
+        """Have all stages do something, at the same time. To resume, `stops` is the count when somebody asked for it:
+        after a stop since then, they don't."""
+        self._do(asked(self.show, wish, self._now(stops)))
 
     def revise(self, score: Score) -> None:
         """Have a page's Restart play this score instead of the one that was played."""
-        if self._score:
-            self._score = score
-
-    def resume(self, asked: int) -> None:
-        """Resume all stages after a pause. `asked` is as for `play`."""
-        stages = [stage for stage in (self._leader, self._twin) if stage]
-        self.stops.send({"type": "resume", "at": time.monotonic()}, stages, asked)
-
-    def conduct(self, message: Change) -> None:
-        """Send a command to all stages, effective at the same time."""
-        row = COMMANDS[message["type"]]
-        if row.kept:
-            self._kept[row.name] = message
-        elif message["type"] == "seek" and not self._score:
-            line = "nothing has been played yet: save a program before you seek"
-            self._listen({"type": "warning", "message": line}, True)
-            return
-        timed = message.copy()
-        timed["at"] = time.monotonic()
-        if self._leader:
-            self._leader.send(timed)
-        if self._idle and row.kept:
-            self._idle.send(timed)  # it holds for what it plays next
-        if not self._twin or row.as_sensed:
-            return
-        if not self._behind:
-            self._twin.send(timed)
-            return
-        later = timed.copy()
-        later["at"] += self._behind
-        asyncio.get_running_loop().call_later(self._behind, self._twin.send, later)
-
-    def silence(self, muted: Iterable[str], soloed: Iterable[str]) -> None:
-        """Have the muted robots, or all except the soloed ones, stand still, now and in later scores."""
-        self.muted, self.soloed = frozenset(muted), frozenset(soloed)
-        self.conduct({"type": "silence", "muted": sorted(self.muted), "soloed": sorted(self.soloed)})
+        if self.show.played:
+            self.show = replace(self.show, played=replace(self.show.played, score=score))
 
     def keep_as(self, other: Playback) -> None:
         """Take over the speed, the muted and soloed robots, and the open pages of another playback.
 
         Dances are counted from its count on, so none here has the number of one there that may still be ending.
         """
-        self._kept, self.muted, self.soloed = dict(other._kept), other.muted, other.soloed
-        self._token, self._generation = other._token, other._generation
+        self.show = replace(self.show, kept=other.show.kept, generation=other.show.generation)
+        self._token = other._token
 
     async def close(self) -> None:
         """Stop the robots and end the stages."""
         self._ends += 1
-        await asyncio.gather(*self._reviving)
+        await asyncio.gather(*self._replacing)
         async with self._opening:
             await self._close()
 
     async def _close(self) -> None:
-        stages = self._stages
+        stages = [*self._stages.values()]
         await asyncio.gather(*(stage.close() for stage in stages))
         for stage in stages:
             self.stops.discard(stage)
-            self._loads.forget(stage)
-        self._leader = self._twin = self._idle = None
-        self.is_on = False
+        self._stages.clear()
+        self._do((self.show.closed(), []))
 
     def stop(self) -> str:
         """Stop, on any thread, for `improv stop`. Returns the line that answers it."""
-        name = self._name if self.is_on or self._beginning else ""
+        show, names = self.show, self._beginning[-1:]
         self.stops.stop()
-        if not name:
+        if show.is_on and show.played:
+            names = [show.played.name]
+        if not names:
             return IDLE
-        line: WarningLine = {"type": "warning", "message": "stopped by `improv stop`"}
         if self._loop:
             with suppress(RuntimeError):  # the loop has been closed
+                line: News = {"type": "warning", "message": "stopped by `improv stop`"}
                 self._loop.call_soon_threadsafe(self._listen, line, True)
-        return f"stopped {name} on {self.status}" if self._leader else f"stopped {name} before it began"
+        return f"stopped {names[0]} on {show.status}" if show.leader else f"stopped {names[0]} before it began"
 
-    async def _start_stage(self, sink: SinkName) -> RunningStage | None:
-        stage = await self._start(sink, replace(self.options, port=self._port), self._token, self._hear, self.stops)
-        if stage:
-            if "page" in stage.ready:
-                # Reuse the port, so a restarted stage serves the pages that are already open.
-                self._port = urlsplit(stage.ready["page"]).port or 0
-            for message in self._kept.values():
-                stage.send(message)
-            if stage.ready["real"] and self.stops.pressed["count"]:
-                stage.send(self.stops.pressed)
-            self.stops.add(stage)
-        return stage
+    def _now(self, stops: int) -> Now:
+        return Now(time.monotonic(), stops, self.stops.pressed)
 
-    def _send_score(self, score: Score, name: str, when: When, beats_per_bar: int, asked: int) -> bool:
-        generation = self._generation + 1
-        latest = Asked(self._editions.number(score, generation), generation, when, beats_per_bar, asked)
-        if not self._send_to_leader(latest):
-            return False
-        self._score, self._name, self._generation, self.is_on = score, name, generation, True
-        self._latest, self._entered = latest, None
-        self._halting = None
-        self._still.set()
-        return True
-
-    def _send_to_leader(self, asked: Asked) -> bool:
-        assert self._leader
-        load = self._loads.make(self._leader, asked, self.status)
-        load["stops"] = self.stops.known  # as many as when it was asked for, or it is not sent
-        if self._senses is not None:
-            load["senses"] = self._senses
-        sent = self.stops.send(load, [self._leader], asked.stops)
-        if not sent:
-            self._loads.forget(self._leader)
-        return sent
-
-    def _send_to_twin(self, asked: Asked, entered: TransportMessage) -> None:
-        """Have the twin play a score from exactly where the leading stage began with it."""
-        assert self._twin
-        when: When = "restart" if entered["restarted"] == asked.generation else "now"
-        load = self._loads.make(self._twin, replace(asked, when=when), self.status)
-        if asked.score.open:
-            self._behind = BEHIND
-        elif when == "restart":
-            self._behind = 0.0
-        load["entry"] = {"beat": entered["beat"], "monotonic": entered["monotonic"] + self._behind}
-        if "begins" in entered:
-            load["entry"]["begins"] = entered["begins"]
-        if "scene" in entered:
-            load["entry"]["scene"] = entered["scene"]
-        self._twin.send(load)
-
-    def _send_again(self, stage: RunningStage, generation: int) -> None:
-        """Send a stage the whole score: it did not get the one before, which this one counts on."""
-        self._loads.forget(stage)
-        latest = self._latest
-        if not latest or latest.generation != generation:
-            return
-        if stage is self._leader:
-            self._send_to_leader(latest)
-        elif stage is self._twin and self._entered:
-            self._send_to_twin(latest, self._entered)
-
-    def _hear(self, stage: RunningStage, message: Heard, asked: int) -> None:
-        leads = stage is self._leader
-        if message["type"] == "request":
-            self._obey(message["command"], asked)
-            return
-        if message["type"] == "lacks":
-            self._send_again(stage, message["generation"])
-            return
-        if message["type"] == "sensed" or message["type"] == "decided":
-            if leads and self._twin:
-                self._twin.send(message)
-            if not leads:
-                return
-        elif message["type"] == "measured" and leads and self._twin:
-            self._twin.send(message)
+    def _hear(self, name: SinkName, stage: RunningStage, message: Heard, stops: int) -> None:
         if message["type"] == "gone":
             self.stops.discard(stage)
-            self._loads.forget(stage)
-            message = self._revive(stage, message)
-        elif message["type"] == "transport":
-            if stage is self._halting and message["state"] in ("stopped", "ended"):
-                self._still.set()
-            if leads:
-                self._lead(message)
-        elif message["type"] == "pressed":
+        if message["type"] == "pressed":
             self.stops.pressed = message
             asyncio.get_running_loop().call_later(KNOWN, self.stops.know, message["count"])
-            return
-        self._listen(message, leads)
-
-    def _obey(self, request: PageRequest | Watched, asked: int) -> None:
-        """Carry out a request from the page. It goes to all stages from here, so they never disagree.
-
-        A stop has been obeyed already, when it arrived.
-        """
-        if request["type"] == "watched":
-            self.watched.set()
-        elif request["type"] == "restart":
-            if self._leader and self._score:
-                self._send_score(self._score, self._name, "restart", BEATS_PER_BAR, asked)
-        elif request["type"] == "silence":
-            self.silence(request["muted"], request["soloed"])
-        elif request["type"] == "place" or request["type"] == "form":
-            self._listen(request, True)
-        elif request["type"] == "editing":
-            if self._edit:
-                self._edit(request, asked)
-        elif request["type"] == "resume":
-            self.resume(asked)
-        elif request["type"] != "hush" and request["type"] != "pause":
-            self.conduct(request)
-
-    def _lead(self, transport: TransportMessage) -> None:
-        """Start the twin at exactly the same time as the leading stage, and stop and pause it when that one does."""
-        self.is_on = transport["state"] in ("waiting", "playing", "paused")
-        waited, self._waits_for = self._waits_for, transport.get("waits_for", ())
-        self._editions.plays(transport["generation"])
-        if not self._twin:
-            return
-        latest, plays = self._latest, transport["state"] == "playing"
-        if plays and latest and not self._entered and transport["generation"] == latest.generation:
-            self._entered = transport
-            self._send_to_twin(latest, transport)
-        elif transport["state"] == "stopped":
-            self._twin.send({"type": "hush"})
-        elif transport["state"] == "paused" and self._waits_for:
-            self._twin.send({"type": "pause", "at": transport["monotonic"]})
-        elif transport["state"] == "playing" and waited:
-            self._twin.send({"type": "resume", "at": transport["monotonic"]})
-
-    def _revive(self, dead: RunningStage, gone: Gone) -> Gone:
-        """Replace a stage that has died, and return the line that says so.
-
-        A new stage of real robots first stops them, even if a standby should have: that one may have failed too.
-        """
-        leads, idles = dead is self._leader, dead is self._idle
-        if leads:
-            self.is_on, self._waits_for = False, ()
-            if self._twin:
-                self._twin.send({"type": "hush"})
-        if not idles:
-            self._latest = None
-        again = "" if idles else "; save to play again"
-        if dead is self._halting:  # another one would fail too
-            moving = "" if self._still.is_set() else ": robots may still be moving"
-            self._halting = None
-            self._still.set()
-            return {**gone, "message": f"{gone['message']}{moving}{again}"}
-        task = asyncio.create_task(self._replace(dead))
-        self._reviving.add(task)
-        task.add_done_callback(self._reviving.discard)
-        if not leads and not idles:
-            what = "a new one will show the next dance"
         else:
-            what = f"a new one is stopping the robots{again}"
-        return {**gone, "message": f"{gone['message']}: {what}"}
+            self._heard(name, message, stops)
 
-    async def _replace(self, dead: RunningStage) -> None:
+    def _heard(self, name: SinkName, message: Heard | Loaded | Failed, stops: int = 0) -> None:
+        self._do(heard(self.show, name, message, self._now(stops)))
+
+    def _do(self, decided: Decided) -> None:
+        self.show, acts = decided
+        (self._still.set if self.show.still else self._still.clear)()
+        for act in acts:
+            self._do_one(act)
+
+    def _do_one(self, act: Act) -> None:
+        match act:
+            case Send(name, message, after, unless):
+                if unless is not None:
+                    self.stops.send(message, self._stages[name], unless)
+                elif after:
+                    asyncio.get_running_loop().call_later(after, self._stages[name].send, message)
+                else:
+                    self._stages[name].send(message)
+            case SendScore():
+                self._send_score(act)
+            case Announce(news, leads):
+                self._listen(news, leads)
+            case StartAgain(name):
+                task = asyncio.create_task(self._start_again(name))
+                self._replacing.add(task)
+                task.add_done_callback(self._replacing.discard)
+            case PassOn(editing, stops):
+                if self._edit:
+                    self._edit(editing, stops)
+
+    def _send_score(self, act: SendScore) -> None:
+        name, play, stage = act.name, act.play, self._stages[act.name]
+        written = self._written[name] = RowsWritten() if act.whole else self._written[name].renewed()
+        load: Load = {
+            "type": "load",
+            "generation": play.generation,
+            "score": to_json(play.score, written),
+            "when": play.when,
+            "backend": self.show.status,
+            "beats_per_bar": play.beats_per_bar,
+        }
+        if act.entry:
+            load["entry"] = act.entry
+        if not act.asked:
+            stage.send(load)
+            return
+        load["stops"] = self.stops.known  # as many as when it was asked for, or it is not sent
+        if play.senses is not None:
+            load["senses"] = play.senses
+        if self.stops.send(load, stage, play.stops):
+            self._heard(name, {"type": "loaded", "play": play})
+        else:
+            self._written[name] = RowsWritten()  # it lacks this score
+
+    async def _start_stage(self, name: SinkName) -> bool:
+        """Whether there is such a stage."""
+        options = replace(self.options, port=self._port)
+        stage = await self._start(name, options, self._token, partial(self._hear, name), self.stops)
+        if not stage:
+            return False
+        if "page" in stage.ready:
+            # Reuse the port, so a restarted stage serves the pages that are already open.
+            self._port = urlsplit(stage.ready["page"]).port or 0
+        self._stages[name], self._written[name] = stage, RowsWritten()
+        self._heard(name, stage.ready)
+        self.stops.add(stage)
+        return True
+
+    async def _start_again(self, name: SinkName) -> None:
         async with self._opening:
-            leads, idles = dead is self._leader, dead is self._idle
-            if not leads and not idles and dead is not self._twin:
+            if name not in self.show.gone:
                 return
+            why = "no Python has rclpy"
             try:
-                new = await self._start_stage("simulator" if "page" in dead.ready else "ros")
+                found = await self._start_stage(name)
             except StageError as error:
-                self._listen({"type": "error", "message": f"no new stage could be started: {error}"}, leads)
-                new = None
-            if idles:
-                self._idle = new or dead  # a dead one has the next play start all stages
-            elif leads:
-                self._leader = new
-            else:
-                self._twin = new
-                return
-        scores = [self._idle_score] if idles and self._idle_score else self._editions.may_play
-        if new and scores:
-            self._halting = new
-            self._still.clear()
-            asked = Asked(_standing(scores), self._generation, "restart", BEATS_PER_BAR, self.stops.count)
-            new.send(self._loads.make(new, asked, self.status))
-            with suppress(asyncio.TimeoutError):
-                await asyncio.wait_for(self._still.wait(), HALT_LIMIT)
-
-
-def _standing(scores: Collection[Score]) -> Score:
-    """The robots of scores of which any may play, with nothing to play, so they are only told to stop.
-
-    A robot may have another topic in each score. Then it counts as several.
-    """
-    robots = {part.topic: part for score in scores for part in score.parts.values()}
-    parts: dict[str, Part] = {}
-    for topic, part in robots.items():
-        name = topic if part.robot in parts else part.robot
-        parts[name] = replace(part, robot=name, scenes=(), reset=None)
-    latest = [*scores][-1]
-    return Score(latest.tempo, parts, world=latest.world)
-
-
-async def _close_all(starting: Iterable[asyncio.Task[RunningStage | None]]) -> None:
-    """Close the stages that have started and cancel those that have not."""
-    for each in starting:
-        each.cancel()
-    for stage in await asyncio.gather(*starting, return_exceptions=True):
-        if stage and not isinstance(stage, BaseException):
-            await stage.close()
+                found, why = False, str(error)
+            if not found:
+                self._heard(name, {"type": "failed", "message": why})
+        with suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._still.wait(), HALT_LIMIT)

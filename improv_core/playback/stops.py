@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Protocol
 
 from improv_core.stage.asleep import NOTICED, asleep
-from improv_core.stage.commands import Hush, PageRequest, Pause, Resume, Watched, is_stop
-from improv_core.stage.messages import Load, Pressed, ToStage, refused_by
+from improv_core.stage.commands import Hush, PageRequest, Pause, Watched, is_stop
+from improv_core.stage.messages import Pressed, ToStage
 
 KNOWN = 0.25
 """Seconds after which a press of an emergency stop counts as known to people. Until then, what arrives may have waited
@@ -84,18 +84,13 @@ class Stops:
                 self.known = count
                 self._note(hush=True)
 
-    def refusal(self, named: str | None) -> str | None:
-        """Why real robots can't play a score whose emergency stop is `named`, in one line."""
-        topics = self.pressed["topics"]
-        return refused_by(topics, named) if topics else None
-
     def arrive(self, request: PageRequest | Watched) -> int:
         """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries."""
         if is_stop(request):
             self.stop(request)
         return self.count
 
-    def send(self, message: Load | Resume, stages: Iterable[Receiver], asked: int) -> bool:
+    def send(self, message: ToStage, stage: Receiver, asked: int) -> bool:
         """Send what makes robots move, unless a stop has come since the count was `asked`. Returns whether it was
         sent."""
         with self._lock:
@@ -103,8 +98,7 @@ class Stops:
                 return False
             if message["type"] == "load":
                 message["asleep"] = self._slept
-            for stage in stages:
-                stage.send(message)
+            stage.send(message)
             return True
 
     def _counted(self) -> int:

@@ -88,12 +88,12 @@ def pause(ls: Session, *arguments: Any) -> None:
 
 
 def resume(ls: Session, *arguments: Any) -> None:
-    ls.performance.resume(ls.arrival.stops)
+    ls.performance.ask({"type": "resume"}, ls.arrival.stops)
 
 
 def cue(ls: Session, *arguments: Any) -> None:
     """Give the cue that robots wait for."""
-    ls.performance.conduct({"type": "cue"})
+    ls.performance.ask({"type": "cue"})
 
 
 def calibrate(ls: Session, *arguments: Any) -> None:
@@ -118,7 +118,7 @@ def key(ls: Session, *arguments: Any) -> None:
 def seek(ls: Session, *arguments: Any) -> None:
     """Continue from the beat in the argument, counted from 0."""
     if len(arguments) == 1 and _is_beat(arguments[0]):
-        ls.performance.conduct({"type": "seek", "beat": float(arguments[0])})
+        ls.performance.ask({"type": "seek", "beat": float(arguments[0])})
     else:
         ls.editor.warn("improv.seek: expected a beat, counted from 0")
 
@@ -126,7 +126,7 @@ def seek(ls: Session, *arguments: Any) -> None:
 def speed(ls: Session, *arguments: Any) -> None:
     """Play faster or slower, by the factor in the argument."""
     if len(arguments) == 1 and _is_number(arguments[0]) and SLOWEST <= arguments[0] <= FASTEST:
-        ls.performance.conduct({"type": "speed", "factor": float(arguments[0])})
+        ls.performance.ask({"type": "speed", "factor": float(arguments[0])})
     else:
         ls.editor.warn(f"improv.speed: expected a number from {SLOWEST:g} to {FASTEST:g}")
 

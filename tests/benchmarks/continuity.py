@@ -76,7 +76,7 @@ def _costs(saves: int, *, whole: bool) -> list[_Cost]:
         if whole:
             editions, written, known = Editions(), RowsWritten(), RowsRead()
         began = time.thread_time()
-        score = editions.number(score_of(edited), generation)
+        editions, score = editions.number(score_of(edited), generation)
         data = to_json(score, written)
         message = {"type": "load", "generation": generation, "score": data, "when": "beat", "backend": ""}
         line = json.dumps(message).encode()
@@ -84,7 +84,7 @@ def _costs(saves: int, *, whole: bool) -> list[_Cost]:
         came = arrival(line, known)
         done = time.thread_time()
         assert isinstance(came, Play)
-        editions.plays(generation)
+        editions = editions.plays(generation)
         costs.append(_Cost(len(line), (sent - began) * 1000, (done - sent) * 1000))
     return costs[1:]
 

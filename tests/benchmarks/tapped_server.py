@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from improv_core.playback import playback as client
+from improv_core.playback.acts import News
 from improv_core.playback.start import Options
 from improv_core.playback.stops import Stops
 from improv_ls.__main__ import main
@@ -16,8 +17,8 @@ TAP = Path(sys.argv.pop(1))
 
 
 class Tapped(client.Playback):
-    def __init__(self, options: Options, listen: Callable[[client.News, bool], None], stops: Stops) -> None:
-        def tell(message: client.News, leads: bool) -> None:
+    def __init__(self, options: Options, listen: Callable[[News, bool], None], stops: Stops) -> None:
+        def tell(message: News, leads: bool) -> None:
             with TAP.open("a", encoding="utf-8") as tap:
                 tap.write(json.dumps(message) + "\n")
             listen(message, leads)

@@ -1,20 +1,23 @@
-"""All stages as one. The stages are fakes that the tests speak for, but for the last test."""
+"""Stages are started, told what has been decided, and ended. They are fakes that the tests speak for, but for one test.
+
+What is decided is asked in test_asked.py and test_heard.py."""
 
 from __future__ import annotations
 
 import asyncio
 import tempfile
-from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
-from inspect import signature
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from improv_core.playback import stop_socket
-from improv_core.playback.playback import BEHIND, News, Playback, RunningStage
-from improv_core.playback.stage_process import Heard, StageError
+from improv_core.playback.acts import News
+from improv_core.playback.playback import Playback
+from improv_core.playback.show import PlayScore
+from improv_core.playback.stage_process import StageError
 from improv_core.playback.start import Options, SinkName
 from improv_core.playback.stop_socket import IDLE, StopSocket, stop_all
 from improv_core.playback.stops import Stops
@@ -22,25 +25,11 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.score.score import Safety, Score
 from improv_core.stage.commands import Conduct, Editing
-from improv_core.stage.editing import Answer, ProgramSource, Written
-from improv_core.stage.messages import (
-    Decided,
-    FromStage,
-    Load,
-    Pressed,
-    Ready,
-    RobotInstant,
-    Sensed,
-    State,
-    ToStage,
-    TransportMessage,
-)
+from improv_core.stage.messages import Pressed
+from tests.playback.fakes import LIMIT, Fake, Fakes, performed
+from tests.playback.story import DANCE
 
-LIMIT = 60.0
-ENDLESS = score_of(analyze("r $ repeat forward\n"))
-
-
-Hear = Callable[[RunningStage, Heard, int], None]
+OPEN = score_of(analyze("r $ until cue (repeat forward)\n"))
 
 
 @pytest.fixture(autouse=True)
@@ -53,157 +42,10 @@ def _runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         yield
 
 
-class Fake:
-    """A stage that remembers what it is sent, and says what a test has it say."""
-
-    def __init__(self, sink: SinkName, options: Options, hear: Hear, stops: Stops) -> None:
-        self._hear = hear
-        self._stops = stops
-        self.sink = sink
-        self.alive = True
-        self.sent: list[ToStage] = []
-        self.ready: Ready = {"type": "ready", "protocol": 1, "sink": sink, "real": sink == "ros"}
-        if sink == "simulator":
-            self.ready["page"] = f"http://127.0.0.1:{options.port or 8123}/"
-
-    def send(self, message: ToStage) -> None:
-        self.sent.append(message)
-
-    async def close(self) -> None:
-        self.alive = False
-
-    def say(self, message: FromStage) -> None:
-        self.hear(message, self._stops.arrive(message["command"]) if message["type"] == "request" else 0)
-
-    def hear(self, message: FromStage, asked: int) -> None:
-        self._hear(self, message, asked)
-
-    def die(self) -> None:
-        self.alive = False
-        self._hear(self, {"type": "gone", "message": "the stage exited unexpectedly"}, 0)
-
-    def tell(
-        self,
-        state: State,
-        beat: float = 0.0,
-        monotonic: float = 500.0,
-        waits_for: Sequence[str] = (),
-        begins: Mapping[str, float] | None = None,
-    ) -> None:
-        """Report where it is in the score that it was given last."""
-        transport: TransportMessage = {
-            "type": "transport",
-            "generation": self.loads[-1]["generation"],
-            "restarted": 1 if begins else self.loads[-1]["generation"],
-            "state": state,
-            "backend": "fake",
-            "tempo": 120.0,
-            "speed": 1.0,
-            "beats": None,
-            "beat": beat,
-            "performed": beat / 2,
-            "muted": [],
-            "soloed": [],
-            "monotonic": monotonic,
-            "wall": 0.0,
-        }
-        if waits_for:
-            transport["waits_for"] = waits_for
-        if begins:
-            transport["begins"] = begins
-        self.say(transport)
-
-    @property
-    def loads(self) -> list[Load]:
-        return [message for message in self.sent if message["type"] == "load"]
-
-    @property
-    def kinds(self) -> list[str]:
-        return [message["type"] for message in self.sent]
-
-
-class Show:
-    """A playback on ROS 2 and the simulator, both faked, and what it tells its listener."""
-
-    def __init__(self, backend: str = "both") -> None:
-        self.stages: list[Fake] = []
-        self.news: list[News] = []
-        self.edits: list[tuple[Editing, int]] = []
-        self.fails: set[str] = set()
-        self.held: set[SinkName] = set()  # these stages only start
-        self.released = asyncio.Event()  # once this is set
-        self.stops = Stops()
-        self.playback = Playback(
-            Options(backend), lambda message, leads: self.news.append(message), self.stops, self._start
-        )
-
-    def edit(self, editing: Editing, asked: int) -> None:
-        self.edits.append((editing, asked))
-
-    async def _start(self, sink: SinkName, options: Options, token: str, hear: Hear, stops: Stops) -> Fake:
-        if sink in self.held:
-            await self.released.wait()
-        if sink in self.fails:
-            raise StageError(f"no {sink} here")
-        self.stages.append(Fake(sink, options, hear, stops))
-        return self.stages[-1]
-
-    async def until(self, fits: Callable[[], Any]) -> None:
-        """Let everything else go on until it fits."""
-
-        async def look() -> None:
-            while not fits():  # noqa: ASYNC110
-                await asyncio.sleep(0)
-
-        await asyncio.wait_for(look(), LIMIT)
-
-    def latest(self, sink: SinkName) -> Fake:
-        return next(stage for stage in reversed(self.stages) if stage.sink == sink)
-
-    async def begin(self) -> int | None:
-        """Have a program played; returns its generation."""
-        return await self.playback.play(ENDLESS, "dance.improv", self.stops.count)
-
-    async def play(self) -> tuple[Fake, Fake]:
-        """Begin: the stage that leads, and its twin, which play."""
-        assert await self.begin()
-        leader, twin = self.latest("ros"), self.latest("simulator")
-        leader.tell("playing")
-        return leader, twin
-
-    @property
-    def lines(self) -> list[str]:
-        return [each["message"] for each in self.news if each["type"] in ("warning", "error", "gone")]
-
-
-def performed_on(backend: str) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
-    """Give a test a show on a backend."""
-
-    def decorated(test: Callable[..., Awaitable[None]]) -> Callable[..., None]:
-        async def perform(**given: Any) -> None:
-            show = Show(backend)
-            try:
-                await test(show, **given)
-            finally:
-                await show.playback.close()
-                assert not any(stage.alive for stage in show.stages)
-
-        def run(**given: Any) -> None:
-            asyncio.run(perform(**given))
-
-        asked = signature(test)
-        others = [parameter for name, parameter in asked.parameters.items() if name != "show"]
-        run.__name__, run.__doc__ = test.__name__, test.__doc__
-        run.__signature__ = asked.replace(parameters=others)  # type: ignore[attr-defined]
-        return run
-
-    return decorated
-
-
-@performed_on("both")
-async def test_the_twin_begins_at_beat_0_of_the_leading_stage(show: Show) -> None:
-    assert await show.begin() == 1
-    leader, twin = show.latest("ros"), show.latest("simulator")
+@performed
+async def test_the_twin_begins_at_beat_0_of_the_leading_stage(fakes: Fakes) -> None:
+    assert await fakes.begin() == 1
+    leader, twin = fakes.latest("ros"), fakes.latest("simulator")
     leader.tell("waiting")
     assert (leader.kinds, twin.kinds) == (["load"], [])
     leader.tell("playing", beat=3.0, monotonic=500.0)  # three beats at 120 a minute since beat 0
@@ -215,49 +57,13 @@ async def test_the_twin_begins_at_beat_0_of_the_leading_stage(show: Show) -> Non
     assert len(twin.loads) == 1
 
 
-@performed_on("both")
-async def test_the_twin_stops_where_the_leading_stage_stops_by_itself(show: Show) -> None:
-    leader, twin = await show.play()
-    leader.tell("stopped")
-    assert twin.kinds == ["load", "hush"]
-
-
-@pytest.mark.parametrize("asker", ["ros", "simulator"])
-@performed_on("both")
-async def test_a_page_request_reaches_all_stages_for_the_same_time(show: Show, asker: SinkName) -> None:
-    leader, twin = await show.play()
-    requests: list[Conduct] = [
-        {"type": "pause"},
-        {"type": "seek", "beat": 2.0},
-        {"type": "speed", "factor": 0.5},
-        {"type": "silence", "muted": ["r"], "soloed": []},
-        {"type": "hush"},
-    ]
-    for request in requests:
-        show.latest(asker).say({"type": "request", "command": request})
-        assert leader.sent[-1] == twin.sent[-1]
-        assert leader.sent[-1] == {**request, "at": leader.sent[-1].get("at")}
-    assert show.playback.muted == {"r"}
-
-
-@performed_on("both")
-async def test_a_page_can_replay_and_save_starts_and_playback_knows_it_is_open(show: Show) -> None:
-    leader, twin = await show.play()
-    twin.say({"type": "request", "command": {"type": "restart"}})
-    assert [load["generation"] for load in leader.loads] == [1, 2]
-    twin.say({"type": "request", "command": {"type": "place", "start_poses": {}}})
-    assert show.news[-1] == {"type": "place", "start_poses": {}}
-    twin.say({"type": "request", "command": {"type": "watched"}})
-    assert show.playback.watched.is_set()
-
-
 @pytest.mark.parametrize(("command", "sent"), [({"type": "restart"}, "load"), ({"type": "resume"}, "resume")])
-@performed_on("both")
+@performed
 async def test_a_page_request_made_before_a_stop_does_not_move_robots_after_it(
-    show: Show, command: Any, sent: str
+    fakes: Fakes, command: Any, sent: str
 ) -> None:
-    leader, twin = await show.play()
-    asked = show.stops.arrive(command)  # on the thread that reads
+    leader, twin = await fakes.play()
+    asked = fakes.stops.arrive(command)  # on the thread that reads
     twin.say({"type": "request", "command": {"type": "hush"}})
     twin.hear({"type": "request", "command": command}, asked)  # on the event loop
     assert leader.kinds == ["load", "hush"]
@@ -265,408 +71,240 @@ async def test_a_page_request_made_before_a_stop_does_not_move_robots_after_it(
     assert leader.kinds == ["load", "hush", sent]
 
 
-@performed_on("both")
-async def test_a_stop_from_another_terminal(show: Show) -> None:
-    reached = StopSocket(show.playback.stop)
-    show.held = {"ros", "simulator"}
-    beginning = asyncio.ensure_future(show.begin())
+@performed
+async def test_a_stop_from_another_terminal(fakes: Fakes) -> None:
+    reached = StopSocket(fakes.playback.stop)
+    fakes.held = {"ros", "simulator"}
+    beginning = asyncio.ensure_future(fakes.begin())
     await asyncio.sleep(0)  # it is on its way
     assert await asyncio.to_thread(list, stop_all()) == ["stopped dance.improv before it began"]
-    show.released.set()
+    fakes.released.set()
     assert await beginning is None
     assert await asyncio.to_thread(list, stop_all()) == [IDLE]
-    leader, twin = await show.play()
+    leader, twin = await fakes.play()
     assert await asyncio.to_thread(list, stop_all()) == ["stopped dance.improv on ros, with the simulator alongside"]
     assert leader.kinds[-1] == twin.kinds[-1] == "hush"
     leader.tell("stopped")
     assert await asyncio.to_thread(list, stop_all()) == [IDLE]
-    assert show.lines == ["stopped by `improv stop`"] * 2
-    await show.playback.close()
+    assert fakes.lines == ["stopped by `improv stop`"] * 2
+    await fakes.playback.close()
     reached.close()
     assert list(stop_all()) == []
 
 
-@performed_on("both")
-async def test_real_robots_play_only_if_improv_stop_reaches_them(show: Show) -> None:
-    show.stops.unreachable = "there is no folder"
+@performed
+async def test_real_robots_play_only_if_improv_stop_reaches_them(fakes: Fakes) -> None:
+    fakes.stops.unreachable = "there is no folder"
     with pytest.raises(StageError, match=r"^real robots need `improv stop`: there is no folder$"):
-        await show.play()
-    show.playback = Playback(Options("sim"), lambda message, leads: None, show.stops, show._start)
-    await show.playback.open()
-    await show.playback.close()
+        await fakes.play()
+    fakes.playback = Playback(Options("sim"), lambda message, leads: None, fakes.stops, fakes._start)
+    await fakes.playback.open()
+    await fakes.playback.close()
 
 
-@performed_on("both")
-async def test_there_is_no_beat_to_seek_before_anything_has_been_played(show: Show) -> None:
-    await show.playback.open()
-    show.latest("simulator").say({"type": "request", "command": {"type": "seek", "beat": 2.0}})
-    assert [stage.kinds for stage in show.stages] == [[], []]
-    assert show.lines == ["nothing has been played yet: save a program before you seek"]
-
-
-GUARDED = replace(ENDLESS, safety=Safety(stop="/e_stop"))
+GUARDED = replace(DANCE, safety=Safety(stop="/e_stop"))
 REFUSED = "✗ the emergency stop on /e_stop is on: release it, then save again"
 ON: Pressed = {"type": "pressed", "topics": ["/e_stop"], "count": 1}
 OFF: Pressed = {"type": "pressed", "topics": [], "count": 1}
 
 
-@performed_on("both")
-async def test_real_robots_play_nothing_while_an_emergency_stop_is_on(show: Show) -> None:
-    leader, twin = await show.play()
-    leader.say(ON)
-    leader.tell("stopped", waits_for=["/e_stop"])
-    assert twin.kinds[-1] == "hush"
-    for score in (GUARDED, ENDLESS):  # also if `stop` has been removed from improv.toml
-        assert await show.playback.play(score, "dance.improv", show.stops.count) is None
-    assert show.lines[0] == REFUSED
-    assert show.lines[1].startswith("✗ the emergency stop on /e_stop is still on, although improv.toml no longer")
-    assert len(leader.loads) == 1
-    assert await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
-    leader.say(OFF)
-    assert await show.playback.play(GUARDED, "dance.improv", show.stops.count)
-
-
-@performed_on("both")
-async def test_an_emergency_stop_is_kept_when_its_stage_dies_and_when_another_playback_begins(show: Show) -> None:
-    leader, _ = await show.play()
+@performed
+async def test_an_emergency_stop_is_kept_when_its_stage_dies_and_when_another_playback_begins(fakes: Fakes) -> None:
+    leader, _ = await fakes.play()
     leader.say(ON)
     leader.die()
-    await show.until(lambda: len(show.stages) == 3)
-    revived = show.latest("ros")
-    await show.until(lambda: "load" in revived.kinds)
+    await fakes.until(lambda: len(fakes.stages) == 3)
+    revived = fakes.latest("ros")
+    await fakes.until(lambda: "load" in revived.kinds)
     assert revived.sent[0] == ON  # so that it hears the release
     assert "stops" not in revived.loads[0]  # it only stops the robots
     revived.tell("stopped")
-    assert await show.playback.play(GUARDED, "dance.improv", show.stops.count) is None
-    other = Playback(Options("ros"), lambda message, leads: show.news.append(message), show.stops, show._start)
-    assert await other.play(GUARDED, "dance.improv", show.stops.count) is None
-    assert show.lines[-2:] == [REFUSED] * 2
-    assert show.latest("ros").sent[0] == ON
-    show.latest("ros").say(OFF)
-    assert await other.play(GUARDED, "dance.improv", show.stops.count)
+    assert await fakes.playback.play(PlayScore(GUARDED, "dance.improv", fakes.stops.count)) is None
+    other = Playback(Options("ros"), lambda message, leads: fakes.news.append(message), fakes.stops, fakes._start)
+    assert await other.play(PlayScore(GUARDED, "dance.improv", fakes.stops.count)) is None
+    assert fakes.lines[-2:] == [REFUSED] * 2
+    assert fakes.latest("ros").sent[0] == ON
+    fakes.latest("ros").say(OFF)
+    assert await other.play(PlayScore(GUARDED, "dance.improv", fakes.stops.count))
     await other.close()
 
 
-@performed_on("both")
+@performed
 async def test_a_score_says_how_many_emergency_stops_were_known_when_it_was_requested(
-    show: Show,
+    fakes: Fakes,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("improv_core.playback.playback.KNOWN", 0.0)
-    leader, _ = await show.play()
+    leader, _ = await fakes.play()
     assert leader.loads[-1]["stops"] == 0
-    before = show.stops.count
+    before = fakes.stops.count
     leader.say(ON)
     leader.say(OFF)
-    assert await show.begin()  # it arrived together with the press, so nobody can have known of that
+    assert await fakes.begin()  # it arrived together with the press, so nobody can have known of that
     assert leader.loads[-1]["stops"] == 0
-    await show.until(lambda: show.stops.known)
-    assert await show.playback.play(ENDLESS, "dance.improv", before) is None
-    assert await show.begin()
+    await fakes.until(lambda: fakes.stops.known)
+    assert await fakes.playback.play(PlayScore(DANCE, "dance.improv", before)) is None
+    assert await fakes.begin()
     assert leader.loads[-1]["stops"] == 1
 
 
-@performed_on("both")
-async def test_a_score_for_only_the_simulator_stops_real_robots_until_the_next_score(show: Show) -> None:
-    ros, simulator = await show.play()
-    alone = await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
-    assert (ros.kinds[-1], simulator.loads[-1]["generation"]) == ("hush", alone)
-    assert "entry" not in simulator.loads[-1]  # it leads
-    simulator.tell("playing", 1.0)
-    ros.tell("stopped")
-    assert show.playback.is_on
-    assert show.playback.status == "simulator"
-    show.playback.conduct({"type": "speed", "factor": 2.0})
-    assert ros.kinds[-1] == simulator.kinds[-1] == "speed"
-    show.playback.resume(show.stops.count)
-    assert ros.kinds[-1] == "speed"  # only what paused resumes
-
-    both = await show.begin()
-    assert simulator.kinds[-1] == "hush"
-    assert ros.loads[-1]["generation"] == both
-    ros.tell("playing", monotonic=700.0)
-    assert simulator.loads[-1]["entry"]["monotonic"] == 700.0
-
-
-@performed_on("both")
-async def test_a_stage_that_dies_while_the_simulator_plays_alone_is_replaced_by_one_that_stops_its_robots(
-    show: Show,
-) -> None:
-    ros, simulator = await show.play()
-    ghost = score_of(analyze("ghost $ repeat forward\n"))
-    await show.playback.play(ghost, "dance.improv", show.stops.count, simulated=True)
-    simulator.tell("playing")
-    ros.say({"type": "stopped", "message": "r can't be stopped"})
-    ros.die()
-    assert show.lines == ["the stage exited unexpectedly: a new one is stopping the robots"]
-    await show.until(lambda: show.latest("ros") is not ros and show.latest("ros").sent)
-    new = show.latest("ros")
-    (standing,) = new.loads
-    assert (standing["score"]["parts"].keys(), standing["score"]["movements"]) == ({"r"}, [])
-    assert (show.playback.is_on, simulator.kinds[-1]) == (True, "load"), "the simulator plays on"
-    new.tell("ended")
-    await show.begin()
-    assert (new.kinds, simulator.kinds[-1]) == (["load", "load"], "hush")
-
-
-@performed_on("both")
-async def test_if_an_idle_stage_cannot_be_replaced_the_next_score_starts_all(show: Show) -> None:
-    ros, _ = await show.play()
-    await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
-    show.fails = {"ros"}
-    ros.die()
-    assert show.lines == ["the stage exited unexpectedly: a new one is stopping the robots"]
-    await show.until(lambda: len(show.lines) > 1)
-    assert show.lines[-1] == "no new stage could be started: no ros here"
-    show.fails = set()
-    await show.play()
-    assert show.latest("ros").kinds == ["load"]
-
-
-@performed_on("ros")
-async def test_without_a_simulator_nothing_is_simulated(show: Show) -> None:
-    with pytest.raises(StageError, match="no robot is named, and there is no simulator"):
-        await show.playback.play(ENDLESS, "dance.improv", show.stops.count, simulated=True)
-    assert show.latest("ros").kinds == []
-
-
-@performed_on("both")
-async def test_the_twin_pauses_while_the_leading_stage_waits(show: Show) -> None:
-    leader, twin = await show.play()
-    leader.tell("paused", monotonic=510.0, waits_for=["button 4 on /joy"])
-    leader.tell("playing", monotonic=520.0)
-    assert twin.sent[1:] == [{"type": "pause", "at": 510.0}, {"type": "resume", "at": 520.0}]
-    leader.tell("paused")
-    leader.tell("playing")
-    assert len(twin.sent) == 3, "what somebody asks for, the twin is told when it is asked"
-
-
-@performed_on("both")
-async def test_a_dead_leading_stage_is_replaced_by_one_that_stops_the_robots_first(show: Show) -> None:
-    leader, twin = await show.play()
+@performed
+async def test_a_dead_leading_stage_is_replaced_by_one_that_stops_the_robots_first(fakes: Fakes) -> None:
+    leader, twin = await fakes.play()
     leader.die()
     assert twin.kinds == ["load", "hush"]
-    assert show.lines == ["the stage exited unexpectedly: a new one is stopping the robots; save to play again"]
-    await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
-    new = show.latest("ros")
+    assert fakes.lines == ["the stage exited unexpectedly: a new one is stopping the robots; save to play again"]
+    await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").sent)
+    new = fakes.latest("ros")
     (standing,) = new.loads
     assert standing["score"]["parts"].keys() == {"r"}
     assert standing["score"]["movements"] == []
     new.tell("ended")
-    assert await show.begin()
+    assert await fakes.begin()
     assert new.loads[-1]["score"] != standing["score"]
 
 
-@performed_on("both")
-async def test_robots_of_all_scores_that_may_play_are_stopped_on_all_their_topics(show: Show) -> None:
-    """What was saved may wait for the end of what plays, without its robots or on other topics."""
-    leader, _ = await show.play()
-    (robot,) = ENDLESS.parts.values()
-    moved, added = replace(robot, topic="/elsewhere"), replace(robot, robot="s", topic="/s/cmd_vel")
-    later = replace(ENDLESS, parts={"r": moved, "s": added})
-    assert await show.playback.play(later, "dance.improv", show.stops.count, "end")
+@performed
+async def test_closing_after_playing_again_does_not_wait_for_robots_to_be_stopped(fakes: Fakes) -> None:
+    leader, _ = await fakes.play()
     leader.die()
-    await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
-    parts = show.latest("ros").loads[0]["score"]["parts"]
-    assert {part["topic"] for part in parts.values()} == {robot.topic, "/elsewhere", "/s/cmd_vel"}
-    show.latest("ros").tell("stopped")
+    await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").sent)
+    assert await fakes.begin()
+    await asyncio.wait_for(fakes.playback.close(), 4.0)  # half of HALT_LIMIT
 
 
-@performed_on("both")
-async def test_a_new_stage_that_dies_before_the_robots_stand_is_not_replaced(show: Show) -> None:
-    leader, _ = await show.play()
-    leader.die()
-    await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
-    show.latest("ros").die()
-    assert show.lines[-1] == "the stage exited unexpectedly: robots may still be moving; save to play again"
-    assert len(show.stages) == 3
-
-
-@performed_on("both")
-async def test_a_new_stage_that_dies_once_the_robots_stand_is_not_replaced_until_somebody_plays(show: Show) -> None:
-    """Otherwise, whatever ends each stage would make new stages start forever."""
-    leader, _ = await show.play()
-    leader.die()
-    await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
-    show.latest("ros").tell("ended")
-    show.latest("ros").die()
-    assert show.lines[-1] == "the stage exited unexpectedly; save to play again"
-    assert len(show.stages) == 3
-    await show.play()
-    assert len(show.stages) == 5
-
-
-@performed_on("both")
-async def test_closing_after_playing_again_does_not_wait_for_robots_to_be_stopped(show: Show) -> None:
-    leader, _ = await show.play()
-    leader.die()
-    await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").sent)
-    assert await show.begin()
-    await asyncio.wait_for(show.playback.close(), 4.0)  # half of HALT_LIMIT
-
-
-@performed_on("both")
-async def test_a_dead_twin_is_replaced_and_the_leading_stage_keeps_playing(show: Show) -> None:
-    leader, twin = await show.play()
-    page = show.playback.page
+@performed
+async def test_a_dead_twin_is_replaced_and_the_leading_stage_keeps_playing(fakes: Fakes) -> None:
+    leader, twin = await fakes.play()
+    page = fakes.playback.show.page
     twin.die()
-    assert show.lines == ["the stage exited unexpectedly: a new one will show the next dance"]
-    await show.until(lambda: show.latest("simulator") is not twin)
+    assert fakes.lines == ["the stage exited unexpectedly: a new one will show the next dance"]
+    await fakes.until(lambda: fakes.latest("simulator") is not twin)
     assert leader.kinds == ["load"]
-    await show.until(lambda: show.playback.page == page)
-    new = show.latest("simulator")
-    assert new.sent == []
-    await show.play()
+    await fakes.until(lambda: fakes.playback.show.page == page)
+    new = fakes.latest("simulator")
+    await fakes.play()
     assert len(new.loads) == 1
 
 
 @pytest.mark.parametrize("ends", [False, True])
-@performed_on("both")
-async def test_a_play_that_was_stopped_while_stages_started_never_begins(show: Show, ends: bool) -> None:
-    show.held = {"ros", "simulator"}
-    playing = asyncio.ensure_future(show.begin())
+@performed
+async def test_a_play_that_was_stopped_while_stages_started_never_begins(fakes: Fakes, ends: bool) -> None:
+    fakes.held = {"ros", "simulator"}
+    playing = asyncio.ensure_future(fakes.begin())
     await asyncio.sleep(0)  # it is on its way
     if ends:
-        closing = asyncio.ensure_future(show.playback.close())
+        closing = asyncio.ensure_future(fakes.playback.close())
         await asyncio.sleep(0)
-        show.released.set()
+        fakes.released.set()
         await closing
     else:
-        show.stops.stop()
-        show.released.set()
+        fakes.stops.stop()
+        fakes.released.set()
     assert await playing is None
-    assert not any(stage.loads for stage in show.stages)
-    assert await show.begin() == 1
+    assert not any(stage.loads for stage in fakes.stages)
+    assert await fakes.begin() == 1
 
 
 @pytest.mark.parametrize("failing", ["ros", "simulator"])
-@performed_on("both")
-async def test_if_one_stage_cannot_start_none_is_left_open(show: Show, failing: SinkName) -> None:
-    show.fails = {failing}
+@performed
+async def test_if_one_stage_cannot_start_none_is_left_open(fakes: Fakes, failing: SinkName) -> None:
+    fakes.fails = {failing}
     with pytest.raises(StageError, match=f"no {failing} here"):
-        await show.begin()
-    (other,) = show.stages
+        await fakes.begin()
+    (other,) = fakes.stages
     assert not other.alive
-    assert show.playback.status == "nothing"
-    show.fails.clear()
-    assert await show.begin()
+    assert fakes.playback.show.status == "nothing"
+    fakes.fails.clear()
+    assert await fakes.begin()
 
 
-@performed_on("both")
-async def test_giving_up_while_stages_start_leaves_none_open(show: Show) -> None:
-    show.held = {"simulator"}
-    opening = asyncio.ensure_future(show.playback.open())
-    await show.until(lambda: len(show.stages) == 1)  # the other is not there yet
+@performed
+async def test_giving_up_while_stages_start_leaves_none_open(fakes: Fakes) -> None:
+    fakes.held = {"simulator"}
+    opening = asyncio.ensure_future(fakes.playback.open())
+    await fakes.until(lambda: len(fakes.stages) == 1)  # the other is not there yet
     opening.cancel()
     with pytest.raises(asyncio.CancelledError):
         await opening
-    assert not any(stage.alive for stage in show.stages)
+    assert not any(stage.alive for stage in fakes.stages)
 
 
-@performed_on("both")
-async def test_a_stage_that_cannot_be_replaced_is_reported_and_the_next_play_tries_again(show: Show) -> None:
-    leader, _ = await show.play()
-    show.fails = {"ros"}
+@performed
+async def test_a_stage_that_cannot_be_replaced_is_reported_and_the_next_play_tries_again(fakes: Fakes) -> None:
+    leader, _ = await fakes.play()
+    fakes.fails = {"ros"}
     leader.die()
-    await show.until(lambda: len(show.lines) == 2)
-    assert show.lines[-1] == "no new stage could be started: no ros here"
-    show.fails.clear()
-    assert await show.begin()
-    assert len(show.latest("ros").loads) == 1
+    await fakes.until(lambda: len(fakes.lines) == 2)
+    assert fakes.lines[-1] == "no new stage could be started: no ros here"
+    fakes.fails.clear()
+    assert await fakes.begin()
+    assert len(fakes.latest("ros").loads) == 1
 
 
-@performed_on("both")
-async def test_every_new_stage_learns_who_is_muted_and_the_speed(show: Show) -> None:
-    kept: list[ToStage] = [
-        {"type": "silence", "muted": ["r"], "soloed": []},
-        {"type": "speed", "factor": 2.0},
-    ]
-    old = Playback(Options(), lambda message, leads: None, Stops())
-    old.silence(["r"], [])
-    old.conduct({"type": "speed", "factor": 2.0})
-    show.playback.keep_as(old)
-    assert show.playback.muted == {"r"}
-    leader, twin = await show.play()
-    assert leader.sent[:2] == twin.sent[:2] == kept
-    leader.die()
-    await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").loads)
-    assert show.latest("ros").sent[:2] == kept
-    show.latest("ros").tell("stopped")
-
-
-@performed_on("both")
-async def test_a_dance_on_other_stages_has_a_new_number(show: Show) -> None:
-    await show.play()
-    other = Playback(Options("sim"), lambda message, leads: None, show.stops, show._start)
-    other.keep_as(show.playback)
-    assert await other.play(ENDLESS, "dance.improv", show.stops.count) == 2
-    await other.close()
-
-
-@performed_on("both")
-async def test_only_a_parent_that_edits_obeys_a_page_that_does_and_a_stop_comes_first(show: Show) -> None:
+@performed
+async def test_only_a_parent_that_edits_obeys_a_page_that_does_and_a_stop_comes_first(fakes: Fakes) -> None:
     write: Editing = {
         "type": "editing",
         "page": 1,
         "ask": {"type": "write", "number": 1, "text": "ada $ left\n", "revision": ""},
     }
-    _, twin = await show.play()
-    news = len(show.news)
+    _, twin = await fakes.play()
+    news = len(fakes.news)
     twin.say({"type": "request", "command": write})
-    assert (show.edits, len(show.news), twin.kinds) == ([], news, ["load"])
-    await show.playback.close()
-    show.playback = Playback(Options("both"), lambda message, leads: None, show.stops, show._start, show.edit)
-    _, twin = await show.play()
-    asked = show.stops.arrive(write)  # on the thread that reads
+    assert (fakes.edits, len(fakes.news), twin.kinds) == ([], news, ["load"])
+    await fakes.playback.close()
+    fakes.playback = Playback(Options("both"), lambda message, leads: None, fakes.stops, fakes._start, fakes.edit)
+    _, twin = await fakes.play()
+    asked = fakes.stops.arrive(write)  # on the thread that reads
     twin.say({"type": "request", "command": {"type": "hush"}})
     twin.hear({"type": "request", "command": write}, asked)  # on the event loop
-    assert show.edits == [(write, asked)]
-    assert await show.playback.play(ENDLESS, "dance.improv", asked) is None  # it was stopped before it began
+    assert fakes.edits == [(write, asked)]
+    assert await fakes.playback.play(PlayScore(DANCE, "dance.improv", asked)) is None  # it was stopped before it began
 
 
-@performed_on("both")
-async def test_new_stages_also_learn_what_pages_may_edit_but_get_no_old_answers(show: Show) -> None:
-    leader, twin = await show.play()
-    source: ProgramSource = {"type": "source", "path": "/dance.improv", "text": "", "revision": "1", "start_poses": {}}
-    written: Written = {"type": "written", "number": 1, "revision": "1", "problem": ""}
-    answer: Answer = {"type": "answer", "page": 1, "answer": written}
-    show.playback.tell_pages(source)
-    show.playback.tell_pages(answer)
-    assert (twin.sent[-2:], leader.kinds) == ([source, answer], ["load"])  # ROS 2 has no page
-    twin.die()
-    await show.until(lambda: show.latest("simulator") is not twin)
-    assert source in show.latest("simulator").sent
-    assert answer not in show.latest("simulator").sent
+@performed
+async def test_what_a_page_requests_reaches_all_stages_for_the_same_time(fakes: Fakes) -> None:
+    leader, twin = await fakes.play()
+    requests: list[Conduct] = [{"type": "pause"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "hush"}]
+    for request in requests:
+        twin.say({"type": "request", "command": request})
+        assert leader.sent[-1] == twin.sent[-1]
+        assert leader.sent[-1] == {**request, "at": leader.sent[-1].get("at")}
 
 
-@performed_on("both")
-async def test_new_stages_also_learn_what_keeps_a_program_from_playing(show: Show) -> None:
-    await show.play()
-    show.playback.present("dance.improv", "/dances", [("dance.improv", 1, 5, "forwrd", "it is not defined")])
-    problem = {
-        "file": "dance.improv",
-        "line": 1,
-        "column": 5,
-        "word": "forwrd",
-        "message": "it is not defined",
-    }
+@performed
+async def test_what_real_robots_are_told_at_once_the_twin_is_told_when_it_is_there(fakes: Fakes) -> None:
+    await fakes.playback.play(PlayScore(OPEN, "dance", 0))
+    leader, twin = fakes.latest("ros"), fakes.latest("simulator")
+    leader.tell("playing")
+    fakes.playback.ask({"type": "seek", "beat": 4.0})
+    assert (leader.kinds[-1], twin.kinds[-1]) == ("seek", "load")
+    await fakes.until(lambda: twin.kinds[-1] == "seek")
+
+
+@performed
+async def test_pages_show_what_keeps_a_program_from_playing(fakes: Fakes) -> None:
+    await fakes.playback.open()
+    fakes.playback.present("dance.improv", "/dances", [("dance.improv", 1, 5, "forwrd", "it is not defined")])
+    problem = {"file": "dance.improv", "line": 1, "column": 5, "word": "forwrd", "message": "it is not defined"}
     message = {"type": "program", "name": "dance.improv", "folder": "/dances", "problems": [problem], "count": 1}
-    old = show.latest("simulator")
-    assert old.sent[-1] == message
-    old.die()
-    await show.until(lambda: show.latest("simulator") is not old)
-    assert message in show.latest("simulator").sent
-    show.playback.present("dance.improv", "/dances")
-    assert show.latest("simulator").sent[-1] == {**message, "problems": [], "count": 0}
+    assert fakes.latest("simulator").sent[-1] == message
+    fakes.playback.present("dance.improv", "/dances")
+    assert fakes.latest("simulator").sent[-1] == {**message, "problems": [], "count": 0}
 
 
-@performed_on("sim")
-async def test_one_stage_alone_has_no_twin(show: Show) -> None:
-    assert await show.begin()
-    (stage,) = show.stages
-    stage.tell("playing")
-    assert stage.kinds == ["load"]
-    assert show.playback.status == "simulator"
+@performed
+async def test_a_dance_on_other_stages_has_a_new_number_and_the_same_speed(fakes: Fakes) -> None:
+    await fakes.play()
+    fakes.playback.ask({"type": "silence", "muted": ["r"], "soloed": []})
+    other = Playback(Options("sim"), lambda message, leads: None, fakes.stops, fakes._start)
+    other.keep_as(fakes.playback)
+    other.ask({"type": "speed", "factor": 2.0})
+    assert await other.play(PlayScore(DANCE, "dance.improv", fakes.stops.count)) == 2
+    assert fakes.latest("simulator").kinds == ["silence", "speed", "load"]
+    assert other.show.page == fakes.playback.show.page
+    await other.close()
 
 
 @pytest.mark.slow("starts a stage")
@@ -674,9 +312,9 @@ def test_a_real_stage_plays_at_the_remembered_speed() -> None:
     async def run() -> None:
         told: asyncio.Queue[News] = asyncio.Queue()
         playback = Playback(Options("sim"), lambda message, leads: told.put_nowait(message), Stops())
-        playback.conduct({"type": "speed", "factor": 2.0})
+        playback.ask({"type": "speed", "factor": 2.0})
         try:
-            assert await playback.play(ENDLESS, "dance.improv", 0) == 1
+            assert await playback.play(PlayScore(DANCE, "dance.improv", 0)) == 1
             while (message := await asyncio.wait_for(told.get(), LIMIT))["type"] != "transport" or (
                 message["state"] != "playing"
             ):
@@ -703,13 +341,13 @@ def load_of(stage: Fake) -> tuple[int, bool, bool]:
     return load["generation"], load["score"]["known"] == 0, load["score"]["parts"]["anna"] is None
 
 
-@performed_on("both")
-async def test_a_save_sends_each_stage_only_what_it_lacks(show: Show) -> None:
-    assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
-    leader, twin = show.latest("ros"), show.latest("simulator")
+@performed
+async def test_a_save_sends_each_stage_only_what_it_lacks(fakes: Fakes) -> None:
+    assert await fakes.playback.play(PlayScore(score_of(SAVED), "dance", fakes.stops.count))
+    leader, twin = fakes.latest("ros"), fakes.latest("simulator")
     leader.tell("playing")
-    await show.playback.play(edited("right"), "dance", show.stops.count, "bar", 3)
-    await show.playback.play(edited("repeat right"), "dance", show.stops.count, "bar", 3)
+    await fakes.playback.play(PlayScore(edited("right"), "dance", fakes.stops.count, "bar", 3))
+    await fakes.playback.play(PlayScore(edited("repeat right"), "dance", fakes.stops.count, "bar", 3))
     assert (load_of(leader), load_of(twin)) == ((3, False, True), (1, True, False))
     assert leader.loads[-1]["beats_per_bar"] == 3
     leader.tell("playing", beat=6.0, begins={"bert": 6.0})
@@ -724,12 +362,12 @@ async def test_a_save_sends_each_stage_only_what_it_lacks(show: Show) -> None:
 
 
 @pytest.mark.parametrize("sink", ["ros", "simulator"])
-@performed_on("both")
-async def test_a_stage_that_lacks_something_is_sent_the_whole_score(show: Show, sink: SinkName) -> None:
-    assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
-    leader, stage = show.latest("ros"), show.latest(sink)
+@performed
+async def test_a_stage_that_lacks_something_is_sent_the_whole_score(fakes: Fakes, sink: SinkName) -> None:
+    assert await fakes.playback.play(PlayScore(score_of(SAVED), "dance", fakes.stops.count))
+    leader, stage = fakes.latest("ros"), fakes.latest(sink)
     leader.tell("playing")
-    await show.playback.play(edited("right"), "dance", show.stops.count, "beat")
+    await fakes.playback.play(PlayScore(edited("right"), "dance", fakes.stops.count, "beat"))
     leader.tell("playing", beat=6.0, begins={"bert": 6.0})
     before = len(stage.loads)
     stage.say({"type": "lacks", "generation": 1})  # an old one, which nobody needs anymore
@@ -739,50 +377,24 @@ async def test_a_stage_that_lacks_something_is_sent_the_whole_score(show: Show, 
     assert stage.loads[-1].get("entry") == stage.loads[-2].get("entry")
 
 
-@performed_on("both")
-async def test_the_score_after_one_held_back_by_a_stop_is_sent_whole(show: Show) -> None:
-    assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
-    asked = show.stops.count
-    show.stops.stop()
-    assert await show.playback.play(edited("right"), "dance", asked, "beat") is None
-    assert await show.playback.play(edited("right"), "dance", show.stops.count, "beat") == 2
-    assert load_of(show.latest("ros")) == (2, True, False)
+@performed
+async def test_the_score_after_one_held_back_by_a_stop_is_sent_whole(fakes: Fakes) -> None:
+    assert await fakes.playback.play(PlayScore(score_of(SAVED), "dance", fakes.stops.count))
+    asked = fakes.stops.count
+    fakes.stops.stop()
+    assert await fakes.playback.play(PlayScore(edited("right"), "dance", asked, "beat")) is None
+    assert await fakes.playback.play(PlayScore(edited("right"), "dance", fakes.stops.count, "beat")) == 2
+    assert load_of(fakes.latest("ros")) == (2, True, False)
 
 
-@performed_on("both")
-async def test_a_new_stage_is_sent_the_whole_score(show: Show) -> None:
-    assert await show.playback.play(score_of(SAVED), "dance", show.stops.count)
-    leader = show.latest("ros")
+@performed
+async def test_a_new_stage_is_sent_the_whole_score(fakes: Fakes) -> None:
+    assert await fakes.playback.play(PlayScore(score_of(SAVED), "dance", fakes.stops.count))
+    leader = fakes.latest("ros")
     leader.die()
-    await show.until(lambda: show.latest("ros") is not leader and show.latest("ros").loads)
-    show.latest("ros").tell("ended")
-    await show.until(lambda: show.playback._leader is show.latest("ros"))
-    assert await show.playback.play(edited("right"), "dance", show.stops.count, "beat") == 2
-    load = show.latest("ros").loads[-1]["score"]
+    await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").loads)
+    fakes.latest("ros").tell("ended")
+    await fakes.until(lambda: fakes.playback._stages["ros"] is fakes.latest("ros"))
+    assert await fakes.playback.play(PlayScore(edited("right"), "dance", fakes.stops.count, "beat")) == 2
+    load = fakes.latest("ros").loads[-1]["score"]
     assert max(load["parts"]["anna"]["scenes"]) < load["known"] + len(load["movements"])
-
-
-@performed_on("both")
-async def test_the_twin_performs_what_the_leader_sensed_a_moment_later(show: Show) -> None:
-    open_score = score_of(analyze("r $ until cue (repeat forward)\n"))
-    moment: RobotInstant = {"generation": 1, "robot": "r", "beat": 2.5, "performed": 1.25, "wall": 0}
-    sensed: Sensed = {"type": "sensed", "sense": "cue", "value": True, **moment}
-    decided: Decided = {"type": "decided", "sources": [[0, 4, 9]], "held": True, **moment}
-    await show.playback.play(open_score, "dance", 0)
-    leader, twin = show.latest("ros"), show.latest("simulator")
-    leader.tell("playing", monotonic=500.0)
-    assert twin.loads[-1]["entry"] == {"beat": 0.0, "monotonic": 500.0 + BEHIND}
-    show.playback.conduct({"type": "cue"})
-    assert (leader.kinds[-1], twin.kinds[-1]) == ("cue", "load")
-    leader.say(sensed)
-    leader.say(decided)
-    assert twin.sent[-2:] == [sensed, decided]
-    told = len(show.news)
-    twin.say(sensed)  # as it shows it on its page
-    assert len(show.news) == told
-    show.playback.conduct({"type": "seek", "beat": 4.0})
-    assert (leader.kinds[-1], twin.kinds[-1]) == ("seek", "decided")
-    await show.until(lambda: twin.kinds[-1] == "seek")
-    (seek,) = (message for message in leader.sent if message["type"] == "seek")
-    (later,) = (message for message in twin.sent if message["type"] == "seek")
-    assert later["at"] == pytest.approx(seek["at"] + BEHIND)

@@ -32,9 +32,9 @@ def test_requests_made_before_a_stop_are_not_sent_after_it() -> None:
     asked = stops.count
     stops.stop()  # also if no stage is there yet
     stops.add(stage)
-    assert not stops.send(load(asked), [stage], asked)
+    assert not stops.send(load(asked), stage, asked)
     assert stage.sent == []
-    assert stops.send(load(1), [stage], stops.count)
+    assert stops.send(load(1), stage, stops.count)
     assert stage.kinds == ["load"]
 
 
@@ -56,10 +56,10 @@ def test_requests_made_before_the_machine_slept_are_not_sent_after_it() -> None:
     slept = 1000.0
     stops, stage = Stops(lambda: slept), Stage()
     asked = stops.count
-    assert stops.send(load(asked), [stage], asked)
+    assert stops.send(load(asked), stage, asked)
     slept = 1030.0
-    assert not stops.send(load(asked), [stage], asked)
-    assert stops.send(load(2), [stage], stops.count)
+    assert not stops.send(load(asked), stage, asked)
+    assert stops.send(load(2), stage, stops.count)
     assert [message.get("asleep") for message in stage.sent] == [1000.0, 1030.0]
     assert stops.count == 1, "it has slept once"
 
@@ -75,7 +75,7 @@ def test_threads_can_take_turns_in_any_order() -> None:
 
     stopping = threading.Thread(target=stop)
     stopping.start()
-    sent = sum(stops.send(load(asked := stops.count), [stage], asked) for _ in range(rounds))
+    sent = sum(stops.send(load(asked := stops.count), stage, asked) for _ in range(rounds))
     stopping.join()
     assert len(stage.sent) == rounds + sent
     stopped = 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
@@ -28,7 +29,7 @@ class Line:
 
     def write(self, analysis: Analysis) -> dict[str, Any]:
         self.generation += 1
-        score = self.editions.number(score_of(analysis), self.generation)
+        self.editions, score = self.editions.number(score_of(analysis), self.generation)
         return json.loads(json.dumps(to_json(score, self.writer)))  # type: ignore[no-any-return]
 
     def read(self, data: dict[str, Any]) -> Score:
@@ -130,35 +131,35 @@ DIFFERENT = [
 ]
 
 
+def numbered(programs: Sequence[str]) -> tuple[Editions, list[Score]]:
+    """What is known once these have been saved, and their scores with the editions of their parts."""
+    editions, scores = Editions(), []
+    for generation, program in enumerate(programs, 1):
+        editions, score = editions.number(score_of(analyze(program)), generation)
+        scores.append(score)
+    return editions, scores
+
+
 @pytest.mark.parametrize(
     ("one", "other", "alike"), [(*pair, True) for pair in SAME] + [(*pair, False) for pair in DIFFERENT]
 )
 def test_parts_that_move_a_robot_alike_have_the_same_edition(one: str, other: str, alike: bool) -> None:
-    editions = Editions()
-    first = editions.number(score_of(analyze(one)), 1).parts["r"]
-    second = editions.number(score_of(analyze(other)), 2).parts["r"]
-    assert (first.editions == second.editions) is alike
+    _, (first, second) = numbered([one, other])
+    assert (first.parts["r"].editions == second.parts["r"].editions) is alike
 
 
 def test_a_part_is_compared_with_all_that_may_play() -> None:
-    editions = Editions()
-    first, _, third = (
-        editions.number(score_of(analyze(program)), number).parts["r"].editions
-        for number, program in enumerate(("r $ forward\n", "r $ left\n", "r $ forward\n"), 1)
-    )
+    editions, scores = numbered(["r $ forward\n", "r $ left\n", "r $ forward\n"])
+    first, second, third = (score.parts["r"].editions for score in scores)
     assert first == third
-    editions.plays(2)
-    editions.plays(3)
-    assert editions.number(score_of(analyze("r $ left\n")), 4).parts["r"].editions not in (first, (first[0] + 1,))
+    _, again = editions.plays(2).plays(3).number(score_of(analyze("r $ left\n")), 4)
+    assert again.parts["r"].editions not in (first, second)
 
 
 def test_saves_that_wait_for_the_end_of_a_dance_do_not_pile_up() -> None:
-    editions = Editions()
-    first, *_, last = (
-        editions.number(score_of(analyze(f"anna $ repeat left\nbert $ repeat {times} forward\n")), times).parts
-        for times in range(1, 3 * MOST_SENT)
-    )
-    assert first["anna"].editions == last["anna"].editions
-    assert len(editions._sent) == MOST_SENT
-    again = editions.number(score_of(analyze("bert $ repeat 1 forward\n")), 3 * MOST_SENT).parts
-    assert again["bert"].editions == first["bert"].editions
+    saves = [f"anna $ repeat left\nbert $ repeat {times} forward\n" for times in range(1, 3 * MOST_SENT)]
+    editions, (first, *_, last) = numbered(saves)
+    assert first.parts["anna"].editions == last.parts["anna"].editions
+    assert len(editions.sent) == MOST_SENT
+    _, again = editions.number(score_of(analyze("bert $ repeat 1 forward\n")), 3 * MOST_SENT)
+    assert again.parts["bert"].editions == first.parts["bert"].editions

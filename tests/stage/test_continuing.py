@@ -53,12 +53,13 @@ class Continuing(Stage):
     def _hear(self, message: object) -> None:
         self.told.append(message)  # type: ignore[arg-type]
         if isinstance(message, dict) and message["type"] == "transport":
-            self.editions.plays(message["generation"])
+            self.editions = self.editions.plays(message["generation"])
 
     def save(self, program: str | Score, when: When = "beat", entry: Takeover | None = None) -> Score:
         """Load a program as the parent would. The score that was sent."""
         self.generation += 1
-        sent = self.editions.number(score(program) if isinstance(program, str) else program, self.generation)
+        asked = score(program) if isinstance(program, str) else program
+        self.editions, sent = self.editions.number(asked, self.generation)
         self.player.load(sent, self.generation, when, self.now, entry)
         return sent
 

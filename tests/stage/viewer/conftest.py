@@ -16,6 +16,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect, sync_playwright
 
 from improv_core.playback.playback import Playback, Start
+from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import Stage
 from improv_core.playback.start import Options, start_stage
 from improv_core.playback.stops import Stops
@@ -110,7 +111,7 @@ class Show:
     def play(self, program: str, robots: str = "", when: When = "restart") -> None:
         analysis = analyze(program, read_robots(robots))
         assert analysis.ok
-        self._run(lambda: self._playback.play(score_of(analysis), "dance", self._playback.stops.count, when))
+        self._run(lambda: self._playback.play(PlayScore(score_of(analysis), "dance", self._playback.stops.count, when)))
 
     @property
     def url(self) -> str:
@@ -127,7 +128,7 @@ class Show:
     @property
     def stage(self) -> int:
         """The number of the process that plays, if it is one."""
-        stage = self._playback._leader
+        stage = self._playback._stages["simulator"]
         assert isinstance(stage, Stage)
         return stage._child.pid
 

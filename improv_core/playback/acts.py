@@ -1,0 +1,82 @@
+"""What a decision about stages can ask for, and what comes back. Standard library only.
+
+Acts decide nothing; `Playback` does them, in their order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypedDict
+
+from improv_core.playback.show import PlayScore
+from improv_core.playback.stage_process import Heard
+from improv_core.playback.start import SinkName
+from improv_core.stage.commands import Editing, Form, PlaceRobots, Watched
+from improv_core.stage.messages import Takeover, ToStage
+
+News = Heard | PlaceRobots | Form | Watched
+"""What a listener gets: a message from a stage, its end, that a page was opened, or start poses that it asks for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Send:
+    """Send a message to a stage, `after` this many seconds; not if a stop has come since the count was `unless`."""
+
+    name: SinkName
+    message: ToStage
+    after: float = 0.0
+    unless: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SendScore:
+    """Have a stage play a score: the `whole` score, or what it lacks of it. With `entry`, it follows another stage.
+
+    If it is `asked` for, `Loaded` comes back, unless a stop has come since somebody asked: then it is not sent.
+    """
+
+    name: SinkName
+    play: PlayScore
+    entry: Takeover | None = None
+    asked: bool = False
+    whole: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Announce:
+    """Tell listeners, and whether it is from the stage that leads."""
+
+    news: News
+    leads: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class StartAgain:
+    """Start a stage in place of one that has died. `Ready` or `Failed` comes back."""
+
+    name: SinkName
+
+
+@dataclass(frozen=True, slots=True)
+class PassOn:
+    """Pass on what a page asks for while somebody edits the program, and the count of stops at that moment."""
+
+    editing: Editing
+    stops: int
+
+
+Act = Send | SendScore | Announce | StartAgain | PassOn
+
+
+class Loaded(TypedDict):
+    """A score that was asked for has been sent to the stage that leads."""
+
+    type: Literal["loaded"]
+    play: PlayScore
+
+
+class Failed(TypedDict):
+    """A stage could not be started. The message says why."""
+
+    type: Literal["failed"]
+    message: str

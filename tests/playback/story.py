@@ -1,0 +1,129 @@
+"""What is asked and heard, and what is done about it, in words: no process, no event loop, no clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from improv_core.playback.acts import Act, Announce, Failed, PassOn, Send, SendScore, StartAgain
+from improv_core.playback.asked import Now, Wish, asked
+from improv_core.playback.heard import heard
+from improv_core.playback.show import PlayScore, Show
+from improv_core.playback.stage_process import Gone, Heard
+from improv_core.playback.start import SinkName
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.score import Score
+from improv_core.stage.commands import PageRequest, Watched
+from improv_core.stage.messages import Pressed, Ready, State, TransportMessage
+
+DANCE = score_of(analyze("r $ repeat forward\n"))
+READY: Mapping[SinkName, Ready] = {
+    "ros": {"type": "ready", "protocol": 1, "sink": "ROS 2", "real": True},
+    "simulator": {"type": "ready", "protocol": 1, "sink": "simulator", "real": False, "page": "http://127.0.0.1:8123/"},
+}
+GONE: Gone = {"type": "gone", "message": "it exited"}
+FAILED: Failed = {"type": "failed", "message": "no ROS"}
+NOW = 1000.0
+"""The time of all that is asked."""
+
+From = tuple[SinkName, Heard | Failed]
+"""What a stage says; that it is ready, or gone; or that it could not be started."""
+Event = From | PlayScore | Wish | PageRequest | Watched
+
+
+def play(score: Score = DANCE, **how: Any) -> PlayScore:
+    return PlayScore(score, "dance.improv", 0, **how)
+
+
+def at(state: State, generation: int, beat: float = 0.0, monotonic: float = 500.0, **known: Any) -> TransportMessage:
+    """Where a stage is in the score of a generation."""
+    transport: TransportMessage = {
+        "type": "transport",
+        "generation": generation,
+        "restarted": generation,
+        "state": state,
+        "backend": "fake",
+        "tempo": 120.0,
+        "speed": 1.0,
+        "beats": None,
+        "beat": beat,
+        "performed": beat / 2,
+        "muted": [],
+        "soloed": [],
+        "monotonic": monotonic,
+        "wall": 0.0,
+    }
+    transport.update(known)  # type: ignore[typeddict-item]
+    return transport
+
+
+class Story:
+    """A show from when its stages have started. `acts` are those that followed from the latest event."""
+
+    def __init__(self, *names: SinkName) -> None:
+        self.show = Show()
+        self.acts: list[Act] = []
+        self.pressed: Pressed = {"type": "pressed", "topics": [], "count": 0}
+        self._open(*names)
+
+    def __call__(self, event: Event, stops: int = 0) -> list[str]:
+        """What follows from an event, in words. What is to be sent is sent."""
+        now = Now(NOW, stops, self.pressed)
+        if isinstance(event, tuple):
+            name, message = event
+            self.show, self.acts = heard(self.show, name, message, now)
+        else:
+            self.show, self.acts = asked(self.show, event, now)
+        for act in self.acts:
+            if isinstance(act, SendScore) and act.asked:
+                self.show, more = heard(self.show, act.name, {"type": "loaded", "play": act.play}, now)
+                assert not more
+        return [in_words(act) for act in self.acts]
+
+    def sent(self, name: SinkName) -> list[Any]:
+        """The messages that the latest event sent to a stage."""
+        return [act.message for act in self.acts if isinstance(act, Send) and act.name == name]
+
+    @property
+    def score(self) -> SendScore:
+        """The score that the latest event sent."""
+        (sent,) = (act for act in self.acts if isinstance(act, SendScore))
+        return sent
+
+    def _open(self, *names: SinkName) -> None:
+        for name in names or ("ros", "simulator"):
+            assert self((name, READY[name])) == []
+        self.show = self.show.opened(["ros", "simulator"])
+
+    @classmethod
+    def playing(cls, *names: SinkName) -> Story:
+        """The leading stage plays the first score from beat 0, and its twin follows."""
+        story = cls(*names)
+        story(play())
+        assert story.show.leader
+        story((story.show.leader, at("playing", 1)))
+        return story
+
+
+def in_words(act: Act) -> str:
+    match act:
+        case Send(name, message, after):
+            return f"{name}: {message['type']}" + (f" {after} s later" if after else "")
+        case SendScore(name, sent, entry, _, whole):
+            stands = not any(part.scenes for part in sent.score.parts.values())
+            how = " stop" if stands else " whole" if whole else ""
+            return f"{name}: score {sent.generation}{how}" + (f" from beat {entry['beat']:g}" if entry else "")
+        case Announce(news, leads):
+            said: Any = news
+            return str(said.get("message", said["type"])) + ("" if leads else " (the other)")
+        case StartAgain(name):
+            return f"start {name}"
+        case PassOn(_, stops):
+            return f"pass on, after {stops} stops"
+
+
+def tell(story: Story, events: Sequence[tuple[Event, list[str]]]) -> None:
+    """Each event, and what follows from it."""
+    for event, follows in events:
+        assert story(event) == follows

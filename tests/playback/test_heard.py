@@ -1,0 +1,311 @@
+"""What follows from what stages say, start, and end, as tables: what is heard → what is done."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from improv_core.playback.heard import BEHIND
+from improv_core.playback.start import SinkName
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.stage.messages import Decided, Pressed, Sensed
+from tests.playback.story import DANCE, FAILED, GONE, READY, Event, From, Story, at, play, tell
+
+SENSED: Sensed = {"type": "sensed", "sense": "cue", "value": True, "generation": 1, "robot": "r", "beat": 2.5,
+                  "performed": 1.25, "wall": 0}  # fmt: skip
+DECIDED: Decided = {"type": "decided", "sources": [[0, 4, 9]], "held": True, "generation": 1, "robot": "r", "beat": 2.5,
+                    "performed": 1.25, "wall": 0}  # fmt: skip
+OPEN = score_of(analyze("r $ until cue (repeat forward)\n"))
+GHOST = score_of(analyze("ghost $ repeat forward\n"))
+BUTTON: dict[str, Any] = {"waits_for": ["button 4 on /joy"]}
+
+STOPPING = "it exited: a new one is stopping the robots; save to play again"
+ROS: From = "ros", READY["ros"]
+SIMULATOR: From = "simulator", READY["simulator"]
+STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
+    "the stage of real robots crashes": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("waiting", 1)), ["transport"]),
+        (("ros", at("playing", 1, 3.0)), ["simulator: score 1 from beat 3", "transport"]),
+        (("ros", at("playing", 1, 4.0)), ["transport"]),
+        (("simulator", at("playing", 1)), ["transport (the other)"]),
+        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (("ros", at("stopped", 0)), ["transport (the other)"]),  # the new one is starting
+        (ROS, ["ros: score 1 stop"]),
+        (("ros", at("playing", 1)), ["transport"]),  # the twin does not show how robots stop
+        (("ros", at("ended", 1)), ["transport"]),
+        (play(), ["ros: score 2"]),
+        (("ros", at("playing", 2)), ["simulator: score 2 from beat 0", "transport"]),
+    ],
+    "a new stage dies, too, while robots may be moving": [
+        (play(), ["ros: score 1"]),
+        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (ROS, ["ros: score 1 stop"]),
+        (("ros", GONE), ["simulator: hush", "it exited: robots may still be moving; save to play again"]),
+    ],
+    "a new stage dies once robots stand": [
+        (play(), ["ros: score 1"]),
+        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (ROS, ["ros: score 1 stop"]),
+        (("ros", at("playing", 1)), ["transport"]),
+        (("ros", at("ended", 1)), ["transport"]),
+        (("ros", GONE), ["simulator: hush", "it exited; save to play again"]),  # or stages would start forever
+    ],
+    "a new stage that has played again dies": [
+        (play(), ["ros: score 1"]),
+        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (ROS, ["ros: score 1 stop"]),
+        (play(), ["ros: score 2"]),
+        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+    ],
+    "a stage crashes before anything has been played": [
+        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (ROS, []),
+        (play(), ["ros: score 1"]),
+    ],
+    "a stage crashes while it waits": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        (("ros", at("paused", 1, **BUTTON)), ["simulator: pause", "transport"]),
+        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (ROS, ["ros: score 1 stop"]),
+        (("ros", at("playing", 1)), ["transport"]),
+    ],
+    "a stage cannot be replaced": [
+        (play(), ["ros: score 1"]),
+        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (("ros", FAILED), ["no new stage could be started: no ROS"]),
+        ({"type": "restart"}, []),
+        (("simulator", at("stopped", 1)), ["transport (the other)"]),
+    ],
+    "the twin crashes": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        (("simulator", GONE), ["start simulator", "it exited: a new one will show the next dance (the other)"]),
+        (SIMULATOR, []),
+        (("ros", at("playing", 1, 8.0)), ["transport"]),
+        (("simulator", {"type": "lacks", "generation": 1}), []),
+        (play(), ["ros: score 2"]),
+        (("ros", at("playing", 2)), ["simulator: score 2 from beat 0", "transport"]),
+    ],
+    "the twin cannot be replaced": [
+        (play(), ["ros: score 1"]),
+        (("simulator", GONE), ["start simulator", "it exited: a new one will show the next dance (the other)"]),
+        (("simulator", FAILED), ["no new stage could be started: no ROS (the other)"]),
+        (play(), ["ros: score 2"]),
+        (("ros", at("playing", 2)), ["transport"]),
+    ],
+    "the stage of real robots crashes while the simulator plays alone": [
+        (play(), ["ros: score 1"]),
+        (play(GHOST, simulated=True), ["ros: hush", "simulator: score 2"]),
+        (("ros", {"type": "stopped"}), ["stopped (the other)"]),
+        (("ros", GONE), ["start ros", "it exited: a new one is stopping the robots (the other)"]),
+        (("simulator", at("playing", 2)), ["transport"]),
+        (("simulator", {"type": "lacks", "generation": 2}), ["simulator: score 2 whole"]),
+        (ROS, ["ros: score 2 stop"]),
+        (("ros", {"type": "lacks", "generation": 2}), []),
+        (("ros", at("ended", 2)), ["transport (the other)"]),
+        (play(), ["simulator: hush", "ros: score 3"]),
+    ],
+    "a score takes over at the next bar": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        (play(when="bar"), ["ros: score 2"]),
+        (("ros", at("playing", 1, 2.0)), ["transport"]),
+        (("simulator", {"type": "lacks", "generation": 2}), []),
+        (("ros", at("playing", 2, 4.0)), ["simulator: score 2 from beat 4", "transport"]),
+    ],
+    "the leading stage stops, waits, and continues by itself": [
+        (play(), ["ros: score 1"]),
+        (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
+        (("ros", at("paused", 1, **BUTTON)), ["simulator: pause", "transport"]),
+        (("ros", at("ended", 1, **BUTTON)), ["transport"]),
+        (("ros", at("playing", 1)), ["simulator: resume", "transport"]),
+        (("ros", at("paused", 1)), ["transport"]),  # what somebody asks for, the twin is told when it is asked
+        (("ros", at("playing", 1)), ["transport"]),
+        (("ros", at("stopped", 1)), ["simulator: hush", "transport"]),
+    ],
+}
+
+
+@pytest.mark.parametrize("story", STORIES.values(), ids=STORIES)
+def test_a_show_with_real_robots_and_the_simulator(story: Sequence[tuple[Event, list[str]]]) -> None:
+    tell(Story(), story)
+
+
+def test_one_stage_alone_has_no_twin() -> None:
+    story = Story("simulator")
+    tell(story, [
+        (play(), ["simulator: score 1"]),
+        (("simulator", at("playing", 1)), ["transport"]),
+        (("simulator", GONE), ["start simulator", STOPPING]),
+        (SIMULATOR, ["simulator: score 1 stop"]),
+    ])  # fmt: skip
+    assert story.show.status == "simulator"
+
+
+@pytest.mark.parametrize(
+    ("heard", "is_open", "is_on", "still", "status"),
+    [
+        ([], True, True, True, "ROS 2, with the simulator alongside"),
+        ([("ros", at("stopped", 1))], True, False, True, "ROS 2, with the simulator alongside"),
+        ([("simulator", at("stopped", 1))], True, True, True, "ROS 2, with the simulator alongside"),
+        ([("ros", GONE)], False, False, True, "ROS 2, with the simulator alongside"),
+        ([("ros", GONE), ROS], True, False, False, "ROS 2, with the simulator alongside"),
+        ([("ros", GONE), ROS, ("ros", at("stopped", 0))], True, False, False, "ROS 2, with the simulator alongside"),
+        ([("ros", GONE), ROS, ("ros", at("playing", 1))], True, True, False, "ROS 2, with the simulator alongside"),
+        (
+            [("ros", GONE), ROS, ("simulator", at("stopped", 1))],
+            True,
+            False,
+            False,
+            "ROS 2, with the simulator alongside",
+        ),
+        ([("ros", GONE), ROS, ("ros", at("ended", 1))], True, False, True, "ROS 2, with the simulator alongside"),
+        ([("ros", GONE), ROS, ("ros", GONE)], False, False, True, "ROS 2, with the simulator alongside"),
+        ([("ros", GONE), ("ros", FAILED)], False, False, True, "nothing"),
+        ([("simulator", GONE)], False, True, True, "ROS 2, with the simulator alongside"),
+        ([("simulator", GONE), ("simulator", FAILED)], True, True, True, "ROS 2"),
+    ],
+)
+def test_what_is_known_of_the_stages(heard: Any, is_open: bool, is_on: bool, still: bool, status: str) -> None:
+    """Unless it `is_open`, the next play starts all stages. Robots that don't stand `still` are waited for."""
+    story = Story.playing()
+    for event in heard:
+        story(event)
+    show = story.show
+    assert (show.is_open, show.is_on, show.still, show.status) == (is_open, is_on, still, status)
+
+
+def test_if_an_idle_stage_cannot_be_replaced_the_next_play_starts_all() -> None:
+    story = Story.playing()
+    story(play(simulated=True))
+    story(("ros", GONE))
+    assert story(("ros", FAILED)) == ["no new stage could be started: no ROS (the other)"]
+    assert not story.show.is_open
+
+
+def test_the_twin_enters_where_the_leading_stage_did() -> None:
+    story = Story()
+    story(play())
+    story(("ros", at("playing", 1, 3.0, 500.0)))
+    assert (story.score.play.when, story.score.entry) == ("restart", {"beat": 3.0, "monotonic": 500.0})
+    story(play(when="bar"))
+    scene = {"index": 1, "begins": 4.0}
+    story(("ros", at("playing", 2, 6.0, 501.0, restarted=1, begins={"r": 6.0}, scene=scene)))
+    entry = {"beat": 6.0, "monotonic": 501.0, "begins": {"r": 6.0}, "scene": scene}
+    assert (story.score.play.when, story.score.entry) == ("now", entry)
+
+
+def test_the_twin_pauses_and_resumes_when_the_leading_stage_did() -> None:
+    story = Story.playing()
+    story(("ros", at("paused", 1, monotonic=510.0, **BUTTON)))
+    assert story.sent("simulator") == [{"type": "pause", "at": 510.0}]
+    story(("ros", at("playing", 1, monotonic=520.0)))
+    assert story.sent("simulator") == [{"type": "resume", "at": 520.0}]
+
+
+def test_the_twin_plays_what_senses_decide_a_moment_later() -> None:
+    story = Story()
+    story(play(OPEN))
+    story(("ros", at("playing", 1)))
+    assert story.score.entry == {"beat": 0.0, "monotonic": 500.0 + BEHIND}
+    tell(story, [
+        (("ros", SENSED), ["simulator: sensed", "sensed"]),
+        (("simulator", SENSED), []),  # as it shows it on its page
+        (("ros", DECIDED), ["simulator: decided", "decided"]),
+        (("simulator", DECIDED), []),
+        ({"type": "cue"}, ["ros: cue"]),  # the twin is told what was sensed
+        ({"type": "seek", "beat": 4.0}, ["ros: seek", "simulator: seek 0.1 s later"]),
+    ])  # fmt: skip
+    (seek, later) = (act.message for act in story.acts)  # type: ignore[union-attr]
+    assert later["at"] == seek["at"] + BEHIND  # type: ignore[typeddict-item]
+    story(play())
+    story(("ros", at("playing", 2)))
+    assert story({"type": "seek", "beat": 4.0}) == ["ros: seek", "simulator: seek"]
+
+
+def test_real_poses_are_shown_on_the_page() -> None:
+    story, measured = Story.playing(), {"type": "measured", "generation": 1, "robots": {}}
+    assert story(("ros", measured)) == ["simulator: measured", "measured"]  # type: ignore[arg-type]
+    assert story(("simulator", measured)) == ["measured (the other)"]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("name", "generation", "follows"),
+    [("ros", 1, []), ("ros", 2, ["ros: score 2 whole"]), ("simulator", 2, ["simulator: score 2 whole from beat 6"])],
+)
+def test_a_stage_that_lacks_something_is_sent_the_whole_score(
+    name: SinkName, generation: int, follows: list[str]
+) -> None:
+    story = Story.playing()
+    story(play(when="beat"))
+    story(("ros", at("playing", 2, 6.0)))
+    assert story((name, {"type": "lacks", "generation": generation})) == follows
+    assert story.show.entered, "the leading stage plays on"
+
+
+def test_robots_of_all_scores_that_may_play_are_stopped_on_all_their_topics() -> None:
+    """What was saved may wait for the end of what plays, without its robots or on other topics."""
+    (robot,) = DANCE.parts.values()
+    moved, added = replace(robot, topic="/elsewhere"), replace(robot, robot="s", topic="/s/cmd_vel", reset="/reset")
+    story = Story.playing()
+    story(play(replace(DANCE, parts={"r": moved, "s": added}), when="end"))
+    story(("ros", GONE))
+    story(ROS)
+    parts = story.score.play.score.parts
+    assert {part.topic for part in parts.values()} == {robot.topic, "/elsewhere", "/s/cmd_vel"}
+    assert not any(part.scenes or part.reset for part in parts.values())
+    assert [part.robot for part in parts.values()] == [*parts]
+
+
+def test_robots_of_a_score_that_no_longer_plays_are_not_stopped() -> None:
+    story = Story.playing()
+    story(play(GHOST, when="bar"))
+    story(("ros", at("playing", 2, 4.0)))
+    story(("ros", GONE))
+    story(ROS)
+    assert story.score.play.score.parts.keys() == {"ghost"}
+
+
+def test_only_the_robots_of_an_idle_stage_are_stopped_when_it_dies() -> None:
+    story = Story.playing()
+    story(play(GHOST, simulated=True))
+    story(("ros", GONE))
+    story(ROS)
+    assert story.score.play.score.parts.keys() == {"r"}
+    assert story.show.is_on, "the simulator plays on"
+
+
+ON: Pressed = {"type": "pressed", "topics": ["/e_stop"], "count": 1}
+
+
+def test_a_new_stage_of_real_robots_learns_of_emergency_stops_so_that_it_hears_the_release() -> None:
+    story = Story.playing()
+    story.pressed = ON
+    story(("ros", GONE))
+    assert story(ROS) == ["ros: pressed", "ros: score 1 stop"]
+    assert not story.score.asked, "robots are stopped in any case"
+    story(("simulator", GONE))
+    assert story(SIMULATOR) == []
+
+
+@pytest.mark.parametrize("name", ["ros", "simulator"])
+def test_a_new_stage_learns_what_is_kept(name: SinkName) -> None:
+    story = Story.playing()
+    kept: list[Any] = [
+        {"type": "silence", "muted": ["r"], "soloed": []},
+        {"type": "speed", "factor": 2.0},
+        {"type": "program", "name": "dance.improv", "folder": "/", "problems": [], "count": 0},
+        {"type": "source", "path": "/dance.improv", "text": "", "revision": "1", "start_poses": {}},
+    ]
+    answer: Any = {"type": "answer", "page": 1, "answer": {}}
+    for each in (*kept, {"type": "cue"}, {"type": "seek", "beat": 1.0}, answer):
+        story(each)
+    story((name, GONE))
+    story((name, READY[name]))
+    assert story.sent(name) == kept

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from lsprotocol import types
 
 from improv_core.diagnostics import FADED, Diagnostic, Severity
-from improv_core.ide.completion import Completion
-from improv_core.ide.hover import Hover
-from improv_core.ide.signature_help import Signature
 from improv_core.plain import message_without_links
 from improv_core.text import LineIndex
 from improv_ls.code_description import href
 from improv_ls.positions import Encoding, to_range
+
+if TYPE_CHECKING:  # diagnostics must not wait for these
+    from improv_core.ide.completion import Completion
+    from improv_core.ide.hover import Hover
+    from improv_core.ide.signature_help import Signature
 
 _SEVERITIES = {
     Severity.ERROR: types.DiagnosticSeverity.Error,

@@ -10,6 +10,7 @@ from improv_core.diagnostics import Diagnostic, replace
 from improv_core.program.conditions import conditions
 from improv_core.program.meaning import Meaning, movement_of
 from improv_core.robots.config import Robots
+from improv_core.score.algebra import Repeat, Use
 from improv_core.score.movement import Movement
 from improv_core.score.reactions import senses_read
 from improv_core.score.senses import NEAR
@@ -60,6 +61,8 @@ def _behind(condition: Condition, body: Movement) -> Iterator[Diagnostic]:
     """Report a robot that relies on `near`, which looks ahead, where it only goes backward or sideways."""
     if condition.is_negated or body.open or not (body.peak.x or body.peak.y):
         return
+    while isinstance(body, (Repeat, Use)) and not body.dice:
+        body = body.body  # each turn is like the first
     way = "sideways"
     for place, moment in enumerate(islice(walk(body, merge=True), MOST_MOMENTS), 1):
         is_last = place == MOST_MOMENTS and not isinstance(body.duration, float)

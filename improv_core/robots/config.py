@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -108,6 +109,7 @@ class Robots:
         return name != NEAR or self.robots[robot].profile.near is None
 
 
+@lru_cache(maxsize=10)  # each save asks for every open program, and each key in the file several times
 def read_robots(text: str, path: Path | None = None) -> Robots:
     """Read the text of an `improv.toml`. Never raises; errors are in `diagnostics`, in the order of the text."""
     toml = read_toml(text)

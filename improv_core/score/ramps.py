@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import NamedTuple
 
 from improv_core.score import fields
@@ -159,8 +160,8 @@ def ramp(body: Movement, start: Exact, end: Exact) -> Movement:
     beats = _beats(body)
     if not beats:
         return body
-    phases = (_phase(2 * beats / (start + end), start, end),)
-    return Ramp(*_whole(body, phases), body, phases, start, end)
+    whole, phases = _stepped(body.bounds, (2 * beats / (start + end), start, end))
+    return Ramp(*whole, body, phases, start, end)
 
 
 @makes(Ease)
@@ -172,9 +173,9 @@ def ease(body: Movement) -> Movement:
     beats = _beats(body)
     if not beats:
         return body
-    rise, fall = _phase(beats / 4, 0, FASTEST_EASE), _phase(beats / 4, FASTEST_EASE, 0)
-    phases = (rise, _phase(beats / 2, FASTEST_EASE, FASTEST_EASE), fall)
-    return Ease(*_whole(body, phases), body, phases)
+    end, most = beats / 4, FASTEST_EASE
+    whole, phases = _stepped(body.bounds, (end, 0, most), (beats / 2, most, most), (end, most, 0))
+    return Ease(*whole, body, phases)
 
 
 def _beats(body: Movement) -> Fraction:
@@ -188,16 +189,21 @@ def _phase(beats: Fraction, start: Exact, end: Exact) -> Phase:
     return Phase(beats, Fraction(start), Fraction(end), steps)
 
 
-def _whole(body: Movement, phases: tuple[Phase, ...]) -> tuple[Exact, None, Bounds]:
-    """The duration, the uniform velocity, and the bounds of a body that is played in these phases."""
+@lru_cache(maxsize=1_000)  # at each keystroke, few of a program's ramps are new
+def _stepped(
+    inner: Bounds, *spans: tuple[Fraction, Exact, Exact]
+) -> tuple[tuple[Exact, None, Bounds], tuple[Phase, ...]]:
+    """The duration, the uniform velocity, the bounds, and the phases of a body with these bounds that is played for so
+    many beats each from one rate to another."""
+    phases = tuple([_phase(*span) for span in spans])
     duration = sum(phase.beats for phase in phases)
     rate = max(max(phase.rate(0), phase.rate(phase.steps - 1)) for phase in phases)
     # A breakpoint inside is a multiple of a step's beats and of its rate, and a moment's beats are divided by the rate.
     longer = max(bits(phase.beats) + 3 * bits(phase.rate(0)) + 4 * phase.steps.bit_length() for phase in phases)
     bounds = replace(
-        body.bounds,
-        peak=faster(body.bounds.peak, float(rate)),  # its shortest item is one of the body: a step is no item
-        bits=body.bounds.bits + longer,
-        depth=body.bounds.depth + 1,
+        inner,
+        peak=faster(inner.peak, float(rate)),  # its shortest item is one of the body: a step is no item
+        bits=inner.bits + longer,
+        depth=inner.depth + 1,
     )
-    return exact(Fraction(duration)), None, bounds
+    return (exact(Fraction(duration)), None, bounds), phases

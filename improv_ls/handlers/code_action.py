@@ -18,9 +18,9 @@ from improv_core.plain import message_without_links
 from improv_core.robots.config import FILE_NAME
 from improv_core.robots.edits import add, place
 from improv_core.text import LineIndex, Span, difference
-from improv_ls import to_lsp
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.handlers import robots_file
+from improv_ls.handlers.publish_diagnostics import as_sent
 from improv_ls.positions import to_range, to_span
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import ChangedText, workspace_edit
@@ -136,16 +136,11 @@ def _converted(
     ls: Session, document: Document | RobotsFile, action: Action, changed: dict[str, ChangedText], later: Span | None
 ) -> types.CodeAction:
     """An action with its edits, or with the cursor's span if the editor is to ask for them later."""
-    editor = ls.editor
-    prefers = editor.can("text_document.code_action.is_preferred_support")
-    fixed = [
-        to_lsp.diagnostic(document.uri, document.lines, each, editor.encoding, editor.diagnostic_support)
-        for each in action.diagnostics
-    ]
+    prefers = ls.editor.can("text_document.code_action.is_preferred_support")
     return types.CodeAction(
         title=action.title,
         kind=action.kind,
-        diagnostics=fixed or None,
+        diagnostics=as_sent(ls, document, action.diagnostics) or None,
         is_preferred=(prefers and action.preferred) or None,
         edit=None if later else _edit(ls, document, changed),
         data=[document.uri, *later] if later else None,

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from lsprotocol import types
 from pygls.uris import from_fs_path
 
+from improv_core.diagnostics import Diagnostic
 from improv_core.robots.config import Robots, read_robots
 from improv_core.text import LineIndex
 from improv_ls import to_lsp
@@ -17,36 +19,25 @@ from improv_ls.session import Session
 def publish(ls: Session, document: Document) -> None:
     """Send the diagnostics of a version to an editor that does not ask for them."""
     if not ls.editor.pulls_diagnostics:
-        params = types.PublishDiagnosticsParams(document.uri, diagnostics_of(ls, document), document.version)
-        ls.text_document_publish_diagnostics(params)
+        _send(ls, document, document.analysis.diagnostics)
 
 
 def publish_robots(ls: Session, robots: Robots) -> None:
     """Send the diagnostics of an `improv.toml` on disk, unless it is open: then those of the editor's text are sent."""
     uri = from_fs_path(str(robots.path)) if robots.path else None
     if uri and uri not in ls.robots_files:
-        lines, editor = LineIndex(robots.text), ls.editor
-        items = [
-            to_lsp.diagnostic(uri, lines, each, editor.encoding, editor.diagnostic_support)
-            for each in robots.diagnostics
-        ]
-        ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, items))
+        _send(ls, RobotsFile(uri, None, LineIndex(robots.text)), robots.diagnostics)
 
 
 def publish_robots_file(ls: Session, file: RobotsFile) -> None:
     """Send the diagnostics of a version of an open `improv.toml`."""
-    editor = ls.editor
-    items = [
-        to_lsp.diagnostic(file.uri, file.lines, each, editor.encoding, editor.diagnostic_support)
-        for each in read_robots(file.lines.text).diagnostics
-    ]
-    ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(file.uri, items, file.version))
+    _send(ls, file, read_robots(file.lines.text).diagnostics)
 
 
 def withdraw(ls: Session, document: Document) -> None:
     """Clear the diagnostics of a document that was closed, and of its `improv.toml` if no other document uses it."""
     if not ls.editor.pulls_diagnostics:
-        ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(document.uri, []))
+        _send(ls, replace(document, version=None), ())
     robots = document.analysis.cast
     if all(other.analysis.cast.path != robots.path for other in ls.documents.values()):
         publish_robots(ls, replace(robots, diagnostics=()))
@@ -59,9 +50,12 @@ def withdraw_robots(ls: Session, uri: str) -> None:
     publish_robots(ls, user.analysis.cast if user else Robots(path=path))
 
 
-def diagnostics_of(ls: Session, document: Document) -> list[types.Diagnostic]:
+def as_sent(ls: Session, document: Document | RobotsFile, found: Iterable[Diagnostic]) -> list[types.Diagnostic]:
+    """Diagnostics of a document, with what the editor supports of them."""
     encoding, support = ls.editor.encoding, ls.editor.diagnostic_support
-    return [
-        to_lsp.diagnostic(document.uri, document.lines, each, encoding, support)
-        for each in document.analysis.diagnostics
-    ]
+    return [to_lsp.diagnostic(document.uri, document.lines, each, encoding, support) for each in found]
+
+
+def _send(ls: Session, document: Document | RobotsFile, found: Iterable[Diagnostic]) -> None:
+    items = as_sent(ls, document, found)
+    ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(document.uri, items, document.version))

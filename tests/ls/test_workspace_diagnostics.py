@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tests.ls.client import Client
+from tests.ls.client import Client, ProcessClient
 
 PULLS = {
     "textDocument": {"diagnostic": {}},
@@ -63,6 +63,18 @@ def test_all_programs_in_a_folder_and_then_only_the_changed_ones(tmp_path: Path)
         (tmp_path / "improv.toml").write_text("[robots.bert]\n")
         client.notify("textDocument/didClose", {"textDocument": {"uri": b.as_uri()}})
         assert codes(pull(client, second)) == {"a.improv": ["unknown-robot"], "b.improv": ["unknown-robot"]}
+
+
+def test_a_server_that_starts_alone_knows_what_its_checker_has_found_before(tmp_path: Path) -> None:
+    """It loads LSP's types without slots, and the checker's process with them."""
+    (file := tmp_path / "a.improv").write_text("anna $ fowrard\n")
+    added = [{"uri": tmp_path.as_uri(), "name": "dances"}]
+    with ProcessClient({"onSave": "off"}, PULLS) as client:
+        client.notify("workspace/didChangeWorkspaceFolders", {"event": {"added": added, "removed": []}})
+        first = pull(client)
+        assert codes(first) == {"a.improv": ["unknown-name"]}
+        file.write_text("anna $ fowrard # as before\n")
+        assert codes(pull(client, first)) == {"a.improv": "unchanged"}
 
 
 def test_a_large_folder_is_sent_in_parts_and_shows_progress(tmp_path: Path) -> None:

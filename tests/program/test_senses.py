@@ -108,6 +108,8 @@ def test_near_looks_ahead() -> None:
                   ^^^^ looks-ahead: `near` looks only ahead, and this goes backward: declare a sense that looks there in improv.toml
         r $ pause near repeat 4 (strafeleft left)
                   ^^^^ looks-ahead: `near` looks only ahead, and this goes sideways: declare a sense that looks there in improv.toml
+        r $ until near repeat 900 (backward left)
+                  ^^^^ looks-ahead: `near` looks only ahead, and this goes backward: declare a sense that looks there in improv.toml
         r $ until near repeat 4 left until not near repeat 4 backward until near repeat (backward forward)
     """)  # noqa: E501
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import math
 import secrets
 import time
 from collections.abc import AsyncIterator, Callable, Collection, Iterable, Sequence
@@ -46,6 +45,7 @@ from improv_core.stage.messages import (
     TransportMessage,
     WarningLine,
     When,
+    counted,
 )
 from improv_core.stage.tickets import issue
 
@@ -96,19 +96,14 @@ class Start(Protocol):
     ) -> RunningStage | None: ...
 
 
-def whole_beats(transport: TransportMessage) -> str:
-    """The number of beats in a transport message, for people: `8`, `∞`."""
-    return "∞" if transport["beats"] is None else str(math.ceil(transport["beats"]))
-
-
 async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
-    """`beat 3/8` as each beat starts, beginning with the current one, forever. Counts from 1, as people do."""
+    """`beat 3/8` as each beat starts, beginning with the current one, forever."""
     # The event loop and the stage use the same clock: time.monotonic.
-    loop, period, whole = asyncio.get_running_loop(), 60 / transport["tempo"], whole_beats(transport)
+    loop, period = asyncio.get_running_loop(), 60 / transport["tempo"]
     zero = transport["monotonic"] - transport["beat"] * period
     while True:
         passed = max(int((loop.time() - zero) / period), 0)
-        yield f"beat {passed + 1 if transport['beats'] is None else min(passed + 1, int(whole))}/{whole}"
+        yield counted(transport, passed)
         await asyncio.sleep(zero + (passed + 1) * period + AFTER - loop.time())
 
 

@@ -19,7 +19,7 @@ from improv_core.score.score import Part, Score, twist
 from improv_core.score.senses import CUE, BuiltIn
 from improv_core.score.walk import Moment, walk
 
-MOST_PAST = 2_000
+MOST_PAST = 500
 """The moments of each robot that are kept of what senses have decided. Older ones are forgotten."""
 MOST_AHEAD = 20_000
 """The most moments of what senses decide that are performed for one answer."""

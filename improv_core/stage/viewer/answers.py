@@ -7,6 +7,7 @@ import json
 import queue
 import sys
 import threading
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -24,6 +25,11 @@ MOST_BEATS = 256
 """Beats in one window."""
 WINDOWS_KEPT = 64
 """Windows that are kept for other pages, until something is sensed or another score is shown."""
+MOST_EARLY = 1_000
+"""Changes of senses that are kept. The simulator is behind the real robots beside it, so they come before the scene or
+the jump that they belong to."""
+EARLY = 0.01
+"""Seconds by which the times of a jump may differ in two stages."""
 
 Answer = TypeVar("Answer")
 
@@ -40,6 +46,7 @@ class Answers:
         self._shown: dict[int, Score] = {}  # by generation: the one that plays, and those that are to take over
         self._replays: dict[int, Replay] = {}  # of these
         self._transport: TransportMessage | None = None
+        self._sensed: deque[Sensed] = deque(maxlen=MOST_EARLY)
         self._windows: dict[tuple[int, float, float], str] = {}  # for other pages
         self._work: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         # Nobody waits for this thread at the end.
@@ -95,7 +102,8 @@ class Answers:
     def _take(self, message: TransportMessage | Sensed) -> None:
         generation = message["generation"]
         if message["type"] == "sensed":
-            if generation in self._replays:
+            self._sensed.append(message)
+            if self._transport and self._transport["generation"] == generation:
                 self._windows.clear()
                 note(self._replays[generation], message)
             return
@@ -104,6 +112,9 @@ class Answers:
             replay = followed(self._replays.get(playing), score, self._transport, message)
             if replay is not self._replays[generation]:
                 self._windows.clear()
+                for edge in self._sensed:
+                    if edge["generation"] == generation and edge["performed"] >= message["performed"] - EARLY:
+                        note(replay, edge)
             self._replays[generation], self._transport = replay, message
             for each in [number for number in self._shown if number < generation]:
                 del self._shown[each], self._replays[each]

@@ -27,6 +27,7 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
 from improv_core.stage.commands import PageRequest, Watched
+from improv_core.stage.messages import RobotInstant
 from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
 from improv_core.stage.tickets import Tickets, issue
@@ -508,6 +509,30 @@ def test_a_window_is_of_the_score_whose_generation_it_names(viewer: Viewer) -> N
     assert [asyncio.run(shown(generation)) for generation in casts] == [["ada"], ["bo"]]
     viewer.publish(transport(2, "playing"))
     assert [asyncio.run(shown(generation)) for generation in casts] == [None, ["bo"]]
+
+
+@pytest.mark.parametrize(("edges", "expected"), [((0.0,), "forward forward"), ((0.0, 2.0), "forward left")])
+def test_what_real_robots_sense_comes_before_the_jump_that_it_belongs_to(
+    viewer: Viewer, edges: tuple[float, ...], expected: str
+) -> None:
+    """The simulator beside them is a tenth of a second behind."""
+    program = "ada $ repeat (if near left else forward)\n"
+    viewer.show(score_of(analyze(program)), 1)
+
+    def sense(value: bool, performed: float, beat: float) -> None:
+        instant: RobotInstant = {"generation": 1, "robot": "ada", "beat": beat, "performed": performed, "wall": 0}
+        viewer.publish({"type": "sensed", "sense": "near", "value": value, **instant})
+
+    for performed in edges:
+        sense(performed > 0, performed, performed)
+    viewer.publish(transport(1, "playing"))
+    sense(False, 9.0, 9.0)
+    sense(expected.endswith("left"), 10.0, 3.0)  # after a seek that the simulator has not come to
+    viewer.publish({**transport(1, "playing", beat=3.0), "performed": 10.0})
+    question: AskWindow = {"type": "window", "generation": 1, "from": 3.0, "to": 5.0}
+    text = asyncio.run(viewer._answers.compute(lambda: viewer._answers.window(question)))
+    words = [program[slice(*moment[-1][-1][1:])] for moment in json.loads(text or "")["robots"]["ada"]["moments"]]
+    assert " ".join(words) == expected  # what is decided at the beat of a jump is as if no sense were true
 
 
 def test_a_page_that_does_not_read_delays_nobody(viewer: Viewer) -> None:

@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from copy import copy
 from itertools import chain, islice, takewhile
 
+from improv_core.score.algebra import Use
 from improv_core.score.motion import Pose
-from improv_core.score.movement import ENDLESS, Duration, Exact
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
 from improv_core.score.path import pose_at
 from improv_core.score.performer import Performer
 from improv_core.score.score import Part, Score, twist
@@ -38,7 +39,8 @@ class Replay:
         self._open: dict[str, _OpenPart] = {}
         for robot, part in score.parts.items():
             if part.of_scene(score.scene).open:
-                kept = before and before._part_that_plays_on(part, beat)
+                if kept := before and before._part_that_plays_on(part, beat):
+                    kept.written_as(part.of_scene(score.scene))
                 self._open[robot] = kept or _OpenPart(score, part, beat)
 
     def sense(self, robot: str, sense: str, value: bool | None, beat: Exact) -> None:
@@ -81,7 +83,7 @@ class Replay:
     def line(self, robot: str, beat: Exact) -> tuple[int, Exact] | None:
         """The line that a robot plays at a beat of a scene that senses decide: its statement, and the beat at which it
         began; None if nothing is left."""
-        line = self._open[robot].line
+        line = self._open[robot].line()
         for moment in self._open[robot].moments():
             if moment.start > beat:
                 break
@@ -106,18 +108,28 @@ class _OpenPart:
     def __init__(self, score: Score, part: Part, beat: Exact) -> None:
         self._score = score
         self._part = part
-        self._performer = Performer(part.of_scene(score.scene), part.begins)
+        self._movement = part.of_scene(score.scene)
+        self._performer = Performer(self._movement, part.begins)
+        self._statements: dict[int, int] = {}  # that a later version of the program has in the places of these
         self._edges: deque[tuple[Exact, str, bool | None]] = deque()  # that have not been performed
         self._past: deque[Moment] = deque()
         self._entered = part.entered or part.start  # where the robot is at the beginning of the past
         self._cue = isinstance(part.senses.get(CUE), BuiltIn)  # it holds for an instant
         self._values: dict[str, bool | None] = dict.fromkeys(part.senses, False)
-        self.line: tuple[int, Exact] | None = None
-        """The line that played before the past, and the beat at which it began."""
+        self._line: tuple[int, Exact] | None = None  # that played before the past
         if part.begins < beat:
             self._perform(beat)
             self._performer.settle(self._values.get)
         self._values = {CUE: False} if self._cue else {}
+
+    def written_as(self, movement: Movement) -> None:
+        """The part plays on, and is written in other statements now."""
+        was, now = _statements(self._movement), _statements(movement)
+        self._statements = dict(zip(was, now, strict=True)) if len(was) == len(now) else {}
+
+    def line(self) -> tuple[int, Exact] | None:
+        """The line that played before the moments that are known, and the beat at which it began."""
+        return self._line and (self._statements.get(self._line[0], self._line[0]), self._line[1])
 
     def sense(self, sense: str, value: bool | None, beat: Exact) -> None:
         self._perform(beat)
@@ -129,7 +141,7 @@ class _OpenPart:
         ahead._performer = self._performer.fork()
         ahead._edges, ahead._values = self._edges.copy(), self._values.copy()
         steps = iter(lambda: ahead._step(ENDLESS), None)
-        return chain(tuple(self._past), islice(steps, MOST_AHEAD))
+        return map(self._rewritten, chain(tuple(self._past), islice(steps, MOST_AHEAD)))
 
     def pose(self, beat: Exact) -> Pose | None:
         known = self._past[0].start if self._past else self._performer.beat
@@ -148,7 +160,7 @@ class _OpenPart:
             self._past.append(moment)
             if len(self._past) > MOST_PAST:
                 first = self._past.popleft()
-                self._entered, self.line = self._moved(self._entered, first, first.duration), _line(self.line, first)
+                self._entered, self._line = self._moved(self._entered, first, first.duration), _line(self._line, first)
 
     def _step(self, end: Duration) -> Moment | None:
         """Perform up to a beat, or the next change before it; None if nothing is left."""
@@ -165,6 +177,14 @@ class _OpenPart:
         performer.advance(until)
         return moment
 
+    def _rewritten(self, moment: Moment) -> Moment:
+        if not self._statements:
+            return moment
+        sources = (
+            each._replace(statement=self._statements.get(each.statement, each.statement)) for each in moment.sources
+        )
+        return moment._replace(sources=tuple(sources))
+
     def _moved(self, pose: Pose, moment: Moment, beats: Exact) -> Pose:
         velocity = twist(moment.velocity, self._part.profile, self._score.tempo)
         return pose.after(velocity, self._score.seconds(beats))
@@ -175,6 +195,19 @@ def _walked(part: Part, start: Exact) -> Iterator[Moment]:
     if start < part.ends:
         for moment in walk(part.movement, max(start - part.begins, 0)):
             yield moment._replace(start=part.begins + moment.start)
+
+
+def _statements(movement: Movement) -> list[int]:
+    """The statements that a movement is written in, each once, in the order in which they play."""
+    found, seen, left = dict[int, None](), set[int](), [movement]
+    while left:
+        part = left.pop()
+        if id(part) not in seen:
+            seen.add(id(part))
+            if isinstance(part, Use):
+                found[part.statement] = None
+            left += reversed(part.parts)
+    return list(found)
 
 
 def _line(line: tuple[int, Exact] | None, moment: Moment) -> tuple[int, Exact] | None:

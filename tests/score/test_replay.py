@@ -94,6 +94,19 @@ def test_what_was_decided_stays_when_a_part_plays_on() -> None:
     assert words(replayed, 5, program, 2) == "5 forward, 6 forward"
 
 
+def test_the_words_of_a_part_that_plays_on_are_those_of_the_program_as_it_is_read_again() -> None:
+    program = "walk = repeat forward\nr $ until near walk repeat left\ns $ forward\n"
+    before = Replay(made(program))
+    before.sense("r", "near", False, 0)
+    before.sense("r", "near", True, 2)
+    again = "# more\n" + program.replace("s $ forward", "s $ left")
+    replayed = Replay(made(again), 5, before)
+    assert words(replayed, 1, again, 4) == "1 forward, 2 until, 3 left, 4 left"
+    line = replayed.line("r", 4)
+    assert line
+    assert (again[replayed.score.offsets[line[0]] :][:3], line[1]) == ("r $", 0)
+
+
 def test_after_a_jump_no_sense_was_true_before() -> None:
     program = "r $ until not near (repeat forward) repeat left\n"
     replayed = Replay(made(program), 3)

@@ -70,7 +70,7 @@ class Performance:
         self._documents = documents
         self._playback: Playback | None = None
         self.playing = Playing(documents)
-        self.live = Live(editor, self.playing, settling, lambda: self._playback.show.page if self._playback else None)
+        self.live = Live(editor, self.playing, lambda: self._playback.show.page if self._playback else None)
         self.keys = HeldKeys(editor, self.playing, self.ask)
         self._before: Played | None = None  # the version from the history that plays, if one does
         self._only: Selection | None = None  # what plays of it, if not all
@@ -167,7 +167,7 @@ class Performance:
                 self._refused = stops.count
                 self._editor.warn(f"■ {name_of(document.uri)} was stopped before it began: save to play it")
             return
-        self.playing.sent(generation, document)
+        self.playing.sent(generation, document, ready.score)
         self._only = only
         if by:
             self._records.played(document, by)
@@ -299,8 +299,7 @@ class Performance:
             self._records.sent(message)
         elif message["type"] == "sensed" and message["generation"] == self.playing.generation:
             self.playing.sensed(message)
-        elif message["type"] == "decided" and message["generation"] == self.playing.generation:
-            self.live.decided(message["beat"])
+            self.live.sensed()
         elif (message["type"] == "place" or message["type"] == "form") and self.playing.latest:
             if asked := _in_files(message, self._only):
                 self._editor.soon(self._placing.offer(self.playing.latest, asked))
@@ -315,7 +314,8 @@ class Performance:
 
     def _follow(self, message: TransportMessage) -> None:
         """Tell everything that follows what plays."""
-        self.live.follow(message, self.playing.follow(message))
+        self.playing.follow(message)
+        self.live.follow(message)
         self._progress.follow(message)
         self._hinting.follow(message)
         if message["state"] in ("stopped", "ended"):

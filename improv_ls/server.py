@@ -56,7 +56,6 @@ FEATURES = {
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL_DELTA: "semantic_tokens.semantic_tokens_delta",
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE: "semantic_tokens.semantic_tokens_range",
     types.WORKSPACE_SYMBOL: "workspace_symbol.workspace_symbol",
-    "improv/moments": "moments.moments",
 }
 _FILES = types.FileOperationRegistrationOptions(
     [

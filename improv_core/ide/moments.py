@@ -1,101 +1,75 @@
-"""Which words play when, for editors that highlight them by their own clock."""
+"""Which words play at a beat, for editors that light them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from itertools import islice
+from typing import NamedTuple
 
 from improv_core.program.analysis import Analysis
-from improv_core.score.movement import Exact, Movement, near
-from improv_core.score.performance import SenseEdge, performed
-from improv_core.score.scenes import performance, scene_begins
-from improv_core.score.walk import Moment, walk
-from improv_core.text import Span
+from improv_core.score.movement import Duration, Source, near
+from improv_core.score.replay import Replay
+from improv_core.text import Span, difference
 
-MOST_MOMENTS = 4_000
-MOST_WORDS = 40_000
-"""The most words of all robots in one response, though at least one moment of each. The client asks for more when it
-needs them."""
-MOST_PERFORMED = 10_000
-"""The most moments of one scene that are looked at, where senses decide."""
+MOST_WORDS = 2_000
+"""The most words of a robot that are lit at once: those of names within names."""
 
 
-@dataclass(frozen=True, slots=True)
-class LitWords:
-    """From beat `start` to beat `end`, the words at these spans play."""
+class LitWords(NamedTuple):
+    """The words that play, in the order of the text, and the beat until which they do; None if nothing changes."""
 
-    start: float
-    end: float
-    spans: tuple[Span, ...]
+    spans: list[Span]
+    until: Duration | None
 
 
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """What one robot plays up to beat `until` (None: to the end)."""
+class Places:
+    """Where the words of a program that plays are in a later version of its text."""
 
-    moments: tuple[LitWords, ...]
-    until: float | None
+    def __init__(self, played: Analysis, now: Analysis) -> None:
+        self._now = now
+        self._indices = {statement: index for index, statement in enumerate(now.statement_ids)}
+        self._edited: dict[int, tuple[str, int]] = {}  # by statement: what it was, and the index of what it is
+        known, index = set(played.statement_ids), -1
+        for statement, was in zip(played.statement_ids, played.statements, strict=True):
+            index = self._indices.get(statement, index + 1)
+            if (
+                statement not in self._indices
+                and now.statement_ids[index : index + 1]
+                and (now.statement_ids[index] not in known)
+            ):
+                self._edited[statement] = was.text, index
 
-
-@dataclass(frozen=True, slots=True)
-class SoFar:
-    """How a program has been performed so far.
-
-    `begins` has the beats at which parts began that did not begin at beat 0, with scene `scene`, which began at beat
-    `since`. `edges` are what robots have sensed since then.
-    """
-
-    begins: Mapping[str, float] = field(default_factory=dict)
-    scene: int = 0
-    since: float = 0.0
-    edges: Sequence[SenseEdge] = ()
-
-
-AT_BEAT_0 = SoFar()
-
-
-def playing(played: Analysis, now: Analysis, start: float = 0.0, so_far: SoFar = AT_BEAT_0) -> Mapping[str, Stretch]:
-    """What the robots of a program play from a beat on, with spans in a later version of its text.
-
-    Words of statements that were edited since are left out. Those that only moved are included.
-    """
-    begin = near(max(start, 0.0))
-    robots = max(len(played.robots), 1)
-    offsets = dict(zip(now.statement_ids, now.offsets, strict=True))
-    scenes = {robot: movements[so_far.scene :] for robot, movements in played.parts.items()}
-    entered = {robot: near(so_far.begins.get(robot, 0)) for robot in scenes}
-    begins = scene_begins(scenes.values(), near(so_far.since), list(entered.values()))
-    stretches = {}
-    for robot, movements in scenes.items():
-        moments: list[LitWords] = []
-        words, until = 0, None
-        edges = [edge for edge in so_far.edges if edge.robot == robot]
-        for moment in _moments(movements, begins, entered[robot], begin, edges):
-            words += len(moment.sources)
-            if moments and (len(moments) == MOST_MOMENTS // robots or words > MOST_WORDS // robots):
-                until = float(moment.start)
-                break
-            spans = tuple(
-                source.span.shifted(offsets[source.statement])
-                for source in moment.sources
-                if source.statement in offsets
-            )
-            moments.append(LitWords(float(moment.start), float(moment.start + moment.duration), spans))
-        stretches[robot] = Stretch(tuple(moments), until)
-    return stretches
+    def __call__(self, word: Source) -> Span | None:
+        """The span of a word; None if it was edited or deleted since."""
+        if (index := self._indices.get(word.statement)) is not None:
+            return word.span.shifted(self._now.offsets[index])
+        if word.statement not in self._edited:
+            return None
+        was, index = self._edited[word.statement]
+        text, offset = self._now.statements[index].text, self._now.offsets[index]
+        start, end, _ = difference(was, text)
+        if word.span.start >= end:
+            place = word.span.shifted(len(text) - len(was))
+        elif word.span.end <= start:
+            place = word.span
+        else:
+            return None
+        beside = text[max(place.start - 1, 0) : place.start] + text[place.end : place.end + 1]
+        return None if any(letter.isalnum() for letter in beside) else place.shifted(offset)
 
 
-def _moments(
-    scenes: Sequence[Movement], begins: Sequence[Exact], began: Exact, begin: Exact, edges: Sequence[SenseEdge]
-) -> Iterator[Moment]:
-    """What a robot performs from a beat on: of a scene that senses decide, only that scene."""
-    if scenes and scenes[0].open:
-        for moment in islice(performed(scenes[0], began, edges), MOST_PERFORMED):
-            if moment.start + moment.duration > begin:
-                yield moment
-        return
-    whole = performance(scenes, [0, *(each - began for each in begins[1:])])
-    if (passed := max(begin - began, 0)) < whole.duration:
-        for moment in walk(whole, passed):
-            yield moment._replace(start=began + moment.start)
+def lit_words(
+    replay: Replay, beat: float, place: Callable[[Source], Span | None], is_silent: Callable[[str], bool]
+) -> LitWords:
+    """The words that robots play at a beat, except those of silent ones, where they are now."""
+    at, until = near(max(beat, 0.0)), None
+    spans: set[Span] = set()
+    for robot in replay.score.parts:
+        if is_silent(robot) or not (moment := replay.now(robot, at)):
+            continue
+        change = moment.start
+        if change <= at:
+            change += moment.duration
+            spans.update(span for word in islice(moment.sources, MOST_WORDS) if (span := place(word)))
+        until = change if until is None else min(until, change)
+    return LitWords(sorted(spans), until)

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import asyncio
-import math
 from collections.abc import AsyncIterator
 
-from improv_core.stage.messages import TransportMessage
+from improv_core.stage.messages import TransportMessage, counted
 
 AFTER = 0.02
 """Seconds after each beat until people are told of it: at the beat itself, the stage needs the processor."""
 
 
 async def each_beat(transport: TransportMessage) -> AsyncIterator[str]:
-    """`beat 3/8` as each beat starts, beginning with the current one, forever. Counts from 1, as people do."""
+    """`beat 3/8` as each beat starts, beginning with the current one, forever."""
     # The event loop and the stage use the same clock: time.monotonic.
-    loop, period, beats = asyncio.get_running_loop(), 60 / transport["tempo"], transport["beats"]
-    zero, last = transport["monotonic"] - transport["beat"] * period, math.inf if beats is None else math.ceil(beats)
+    loop, period = asyncio.get_running_loop(), 60 / transport["tempo"]
+    zero = transport["monotonic"] - transport["beat"] * period
     while True:
         passed = max(int((loop.time() - zero) / period), 0)
-        yield f"beat {min(passed + 1, last)}/{'∞' if beats is None else last}"
+        yield counted(transport, passed)
         await asyncio.sleep(zero + (passed + 1) * period + AFTER - loop.time())

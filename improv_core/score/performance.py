@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from improv_core.score.movement import ENDLESS, STILL, Duration, Exact, Movement
 from improv_core.score.performer import Performer
-from improv_core.score.senses import CUE
 from improv_core.score.walk import Moment
 
 
@@ -28,36 +27,6 @@ class SenseSpan(NamedTuple):
     def holds(self, robot: str, sense: str, beat: Exact) -> bool:
         mine = self.sense == sense and self.robot in (None, robot)
         return mine and (self.start <= beat < self.end or self.start == beat == self.end)
-
-
-class SenseEdge(NamedTuple):
-    """A sense of a robot has become true or false, or silent (None), at a beat."""
-
-    beat: Exact
-    robot: str
-    sense: str
-    value: bool | None
-
-
-def performed(movement: Movement, begin: Exact, edges: Iterable[SenseEdge]) -> Iterator[Moment]:
-    """What a robot has performed of a movement that began at a beat, by what it sensed since, in the order of time.
-
-    After the last edge, it is what the robot will do if no sense changes any more. Beats are those of the performance.
-    """
-    performer, waiting = Performer(movement, begin), deque(edges)
-    values: dict[str, bool | None] = {CUE: False}
-    while True:
-        while waiting and waiting[0].beat <= performer.beat:
-            edge = waiting.popleft()
-            values[edge.sense] = edge.value
-        performer.settle(values.get)
-        values[CUE] = False  # it held for an instant
-        if performer.is_over:
-            return
-        until = min([performer.until, *(edge.beat for edge in list(waiting)[:1])])
-        assert not isinstance(until, float)
-        yield Moment(performer.beat, until - performer.beat, *performer.velocity())
-        performer.advance(until)
 
 
 def perform(scenes: Sequence[Mapping[str, Movement]], script: Sequence[SenseSpan]) -> Iterator[tuple[str, Moment]]:
@@ -78,7 +47,7 @@ def perform(scenes: Sequence[Mapping[str, Movement]], script: Sequence[SenseSpan
             assert not isinstance(until, float)
             for robot, performer in performers.items():
                 if robot in playing:
-                    yield robot, Moment(beat, until - beat, *performer.velocity())
+                    yield robot, Moment(beat, until - beat, *performer.performed(partial(_holds, script, robot, beat)))
                     performer.advance(until)
                 elif robot in staying:
                     yield robot, Moment(beat, until - beat, STILL, ())
@@ -94,5 +63,9 @@ def _may_play(movement: Movement) -> bool:
 
 
 def _plays(performer: Performer, robot: str, script: Sequence[SenseSpan]) -> bool:
-    performer.settle(lambda sense: any(each.holds(robot, sense, performer.beat) for each in script))
+    performer.settle(partial(_holds, script, robot, performer.beat))
     return not performer.is_over
+
+
+def _holds(script: Sequence[SenseSpan], robot: str, beat: Exact, sense: str) -> bool:
+    return any(each.holds(robot, sense, beat) for each in script)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterator
 from itertools import chain, takewhile
 
 from improv_core.score.movement import ENDLESS, Duration, Exact
-from improv_core.score.performer import Decision
+from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
 from improv_core.stage.open_part import OpenPart, TooManyChangesError
 from improv_core.stage.run import Run

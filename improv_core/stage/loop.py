@@ -234,7 +234,7 @@ class _Loop:
             waits = message["state"] == "paused" and "waits_for" in message
             self._may_move = self._opened.sink.real and (message["state"] in ("playing", "waiting") or waits)
             shown = message["generation"], message.get("scene", {"index": 0})["index"]
-            if "begins" in message and shown != self._shown:
+            if shown != self._shown and ("begins" in message or shown[0] == self._shown[0]):
                 self._shown = shown
                 self._opened.show(self.player.score, message["generation"])  # now it is known when its parts began
         self._opened.tell(message)

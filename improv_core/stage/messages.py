@@ -6,6 +6,7 @@ for mypy. Where a message arrives from another process, `read_to_stage` or `read
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
@@ -304,6 +305,15 @@ def beat_at(transport: TransportMessage, now: float) -> float:
     passed = max(now - transport["monotonic"], 0.0) if transport["state"] == "playing" else 0.0
     beat = transport["beat"] + passed * transport["tempo"] / 60
     return beat if transport["beats"] is None else min(beat, transport["beats"])
+
+
+def counted(transport: TransportMessage, beat: float) -> str:
+    """A beat for people, who count from 1, and how many there are: `beat 3/8`, `beat 3/∞`."""
+    beats = transport["beats"]
+    if beats is None:
+        return f"beat {math.floor(beat) + 1}/∞"
+    whole = max(math.ceil(beats), 1)  # a beat that has only begun counts
+    return f"beat {min(math.floor(beat) + 1, whole)}/{whole}"
 
 
 def is_silent(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:

@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable
 from fractions import Fraction
 
-from improv_core.score.movement import ENDLESS, FINEST, STILL, Exact, Movement, Velocity, exact
-from improv_core.score.performer import Decision, Performer
+from improv_core.score.movement import ENDLESS, FINEST, Exact, Movement, Velocity, exact
+from improv_core.score.performer import Performer
+from improv_core.score.performing import Decision
 from improv_core.score.transport import Transport
 from improv_core.stage.setpoints import SHORTEST
 
@@ -28,7 +29,6 @@ class OpenPart:
     def __init__(self, movement: Movement, begins: Exact, sensed: Callable[[str], bool | None]) -> None:
         self._performer = Performer(movement, begins)
         self._sensed = sensed
-        self._missed: set[str] = set()  # senses that were silent when something had to be decided by them
         self.due = begins
         """The beat at which to perform it next."""
         self.has_begun = False
@@ -46,9 +46,7 @@ class OpenPart:
     @property
     def velocity(self) -> Velocity:
         """What is performed until something changes."""
-        self._missed = {sense for sense in self._missed if self._sensed(sense) is None}
-        waits = self._missed or any(self._sensed(sense) is None for sense in self._performer.watched())
-        return STILL if waits else self._performer.velocity()[0]
+        return self._performer.performed(self._sensed)[0]
 
     def next_after(self, beat: Exact) -> Exact:
         """The beat at which an edge that came at `beat` takes effect: what has been performed can't be changed."""
@@ -86,18 +84,7 @@ class OpenPart:
                 assert not isinstance(until, float)
                 self._performer.advance(until)
             self.has_begun = True
-            unheard: set[str] = set()
-
-            def ask(sense: str) -> bool | None:
-                value = sensed(sense)
-                if value is None:
-                    unheard.add(sense)  # noqa: B023 (asked before the next round)
-                return value
-
-            new = self._performer.settle(ask)
-            if any(not decision.held for decision in new):
-                self._missed |= unheard
-            decisions += new
+            decisions += self._performer.settle(sensed)
             if self.is_over or self.beat >= beat:
                 return decisions
         raise TooManyChangesError

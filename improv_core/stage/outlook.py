@@ -6,17 +6,18 @@ It never reads a clock: `now` is the monotonic time, in seconds.
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from improv_core.score.motion import Pose, Twist
 from improv_core.score.movement import near
 from improv_core.score.path import pose_at
+from improv_core.score.replay import Replay
 from improv_core.score.score import Score
 from improv_core.stage.messages import Measured, SceneJson, Sensed, Takeover, TransportMessage, beat_at, is_silent
+from improv_core.stage.replaying import followed, note
 from improv_core.stage.swap import Before, Swap, edited, joined
-from improv_core.stage.viewer.lookahead import MOST_SENSED, window
+from improv_core.stage.viewer.lookahead import window
 from improv_core.stage.viewer.messages import RobotWindow
 
 AHEAD = 30.0
@@ -27,8 +28,6 @@ MOST_POSES = 1_000
 """The most poses in one path."""
 WORLD = "improv"
 """The frame in which start poses are."""
-JUMP = 0.01
-"""Seconds by which the position may differ from what is expected before that counts as a jump."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +55,7 @@ class Outlook:
     def __init__(self) -> None:
         self._met: dict[int, Score] = {}
         self._begun: Score | None = None  # as it took over, before scenes began at beats that were not known in advance
-        self._sensed: deque[Sensed] = deque(maxlen=MOST_SENSED)
+        self._replay: Replay | None = None
         self._stretches: Mapping[str, RobotWindow] = {}
         self._frames: dict[str, Frame] = {}
         self.score: Score | None = None
@@ -71,15 +70,15 @@ class Outlook:
     def take(self, message: TransportMessage | Sensed | Measured) -> None:
         """Take a message about the playback position, what robots sense, or where they were."""
         if message["type"] == "sensed":
-            self._sensed.append(message)
+            if self._replay:
+                note(self._replay, message)
         elif message["type"] == "measured":
             for robot, each in message["robots"].items():
                 if each["frame"]:
                     self._frames[robot] = Frame(each["frame"], Pose(**each["origin"]))
         elif message["generation"] in self._met:
-            before, self.score = self.score, self._score_of(message)
-            if before is not self.score or self._jumps_to(message):
-                self._sensed.clear()
+            self.score = self._score_of(message)
+            self._replay = followed(self._replay, self.score, self.transport, message)
             self.transport = message
             self._met = {number: each for number, each in self._met.items() if number >= message["generation"]}
 
@@ -100,10 +99,10 @@ class Outlook:
     def look(self, now: float) -> None:
         """Look ahead from now; `sight` and `path` use the latest look."""
         self._stretches = {}
-        if self.score and self.transport:
+        if self._replay and self.transport:
             begin = self.beat(now)
             beats = AHEAD * self.transport["tempo"] / 60 if self.transport["state"] in _GOES_ON else 0.0
-            self._stretches = window(self.score, begin, begin + beats, list(self._sensed))
+            self._stretches = window(self._replay, begin, begin + beats)
 
     def sight(self, robot: str, now: float) -> Sight:
         """What can be seen of a robot."""
@@ -140,7 +139,7 @@ class Outlook:
 
     def _sight(self, robot: str, now: float) -> Sight:
         """The same, in the world of the score."""
-        stretch, beat = self._stretches.get(robot), self.beat(now)
+        stretch, beat = self._stretches.get(robot), near(self.beat(now))  # as what plays is looked up
         if not stretch or not self.score or stretch["pose"] is None:
             return Sight(None, ())
         pose, words = Pose(*stretch["pose"]), list[str]()
@@ -191,11 +190,6 @@ class Outlook:
         """The monotonic time of a beat, by the latest transport."""
         assert self.transport
         return self.transport["monotonic"] + (beat - self.transport["beat"]) * 60 / self.transport["tempo"]
-
-    def _jumps_to(self, message: TransportMessage) -> bool:
-        """Whether the position in a message is not where the message before it leads."""
-        expected = self.beat(message["monotonic"])
-        return abs(message["beat"] - expected) > JUMP * message["tempo"] / 60
 
     def _word(self, statement: int, start: int, end: int) -> str:
         """A word of the program; empty if it was too long to be sent."""

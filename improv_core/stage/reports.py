@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact
-from improv_core.score.performer import Decision
+from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
 from improv_core.stage.fields import PoseJson, to_pose_json
 from improv_core.stage.messages import (

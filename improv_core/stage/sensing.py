@@ -58,10 +58,6 @@ class Sensing:
             return source.key in self._keys
         return self._latest.get(what)
 
-    def latest(self, what: RobotSense) -> bool | None:
-        """The value of the latest edge; None if there was none, or if it meant silence."""
-        return self._latest.get(what)
-
     def take(self, what: RobotSense, value: bool | None) -> None:
         """Take an edge."""
         self._latest[what] = value

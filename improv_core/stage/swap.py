@@ -11,7 +11,7 @@ from improv_core.score.movement import ENDLESS, Exact, near
 from improv_core.score.path import pose_at
 from improv_core.score.score import UNNUMBERED, Part, Score
 from improv_core.score.transport import Switch, Transport
-from improv_core.stage.messages import Takeover
+from improv_core.stage.messages import Begins, Takeover
 
 SAME_MOMENT = 0.001
 """Seconds by which two stages may differ in when a beat is."""
@@ -71,7 +71,7 @@ def entering(score: Score, before: Before) -> set[str]:
     return {robot for robot, part in score.parts.items() if not _plays_on(part, before)}
 
 
-def joined(score: Score, entry: Takeover) -> Score:
+def joined(score: Score, entry: Begins) -> Score:
     """A score as another stage already plays it."""
     begins = entry.get("begins", {})
     scene, since = _scene_of(entry)
@@ -84,7 +84,7 @@ def never_ends(score: Score) -> bool:
     return any(lengths(part.scenes[-1]).shortest == ENDLESS for part in score.parts.values() if part.scenes)
 
 
-def _scene_of(entry: Takeover) -> tuple[int, Exact]:
+def _scene_of(entry: Begins) -> tuple[int, Exact]:
     """The scene with which a score took over, and the beat at which it began."""
     scene = entry.get("scene")
     return (scene["index"], near(scene["begins"])) if scene else (0, 0)

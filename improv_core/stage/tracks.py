@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterable
 from improv_core.score.motion import STILL, Twist
 from improv_core.score.movement import Duration, Exact
 from improv_core.score.score import twist
-from improv_core.score.senses import CUE, RobotSense
+from improv_core.score.senses import CUE, BuiltIn, RobotSense
 from improv_core.stage import reports
 from improv_core.stage.agenda import NEVER, Due, Rank, next_decision, next_edges
 from improv_core.stage.cast import Cast, closed_part
@@ -253,9 +253,11 @@ class Tracks:
         self.tell(reports.sensed(self.run, what, value, beat, performed, wall))
 
     def tell_known(self, what: RobotSense, beat: Exact, performed: float, now: float) -> None:
-        """Report what a robot senses, if anything has been heard. A stage that follows is itself told."""
-        if not self.sensing.follows and self.sensing.latest(what) is not None:
-            self.tell_sensed(what, self._value(what), beat, performed, now)
+        """Report what a robot senses, if that is known and lasts. A stage that follows is itself told."""
+        source = self.run.score.parts[what.robot].senses.get(what.sense)
+        is_instant = what.sense == CUE and isinstance(source, BuiltIn)
+        if not self.sensing.follows and not is_instant and (value := self._value(what)) is not None:
+            self.tell_sensed(what, value, beat, performed, now)
 
     def measure(self, poses: Iterable[RawPose], now: float) -> None:
         """Take measured poses, and report where robots were and where they ideally would have been."""

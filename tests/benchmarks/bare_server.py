@@ -33,7 +33,6 @@ EMPTY = (
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL_DELTA,
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE,
     types.WORKSPACE_SYMBOL,
-    "improv/moments",
 )
 OPTIONS = {
     types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL: types.SemanticTokensLegend([], []),

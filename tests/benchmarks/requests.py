@@ -200,7 +200,6 @@ _ASKED_FOR: Mapping[str, Request] = {
     "semantic tokens, delta": _of_document(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL_DELTA),
     "semantic tokens, 50 lines": _of_document(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE, _seen),
     "workspace symbols": Request(types.WORKSPACE_SYMBOL, lambda *_: {"query": SHARED}),
-    "improv/moments": Request("improv/moments", lambda *_: {}),
 }
 _NOT_ASKED = {
     method

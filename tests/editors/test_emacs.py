@@ -122,7 +122,7 @@ def test_keys_and_the_screen(emacs: str, tmp_path: Path) -> None:
             terminal.type("C-c", "C-c")
             terminal.see("▶ turtle1 ∞, endless at beat 30, simulator")
             for beat, word in ((3, "forward"), (4, "left")):
-                terminal.see(f"(Improv ▶ {beat}/∞ 30 bpm, simulator")
+                terminal.see(f"(Improv ▶ beat {beat}/∞, 30 beats/min, simulator")
                 wait_until_lit(word)
             terminal.type("C-c", "C-k")
             terminal.see("(Improv ■ stopped")

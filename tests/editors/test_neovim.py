@@ -154,7 +154,7 @@ def _a_late_server_plays_what_was_saved(neovim: Neovim, terminal: Terminal, gate
     assert terminal.screen().startswith("  beat 120\n")
     terminal.write("Goturtle1 $ (rig")
     gate.touch()
-    terminal.see("∞, 120 bpm, simulator")
+    terminal.see("∞, 120 beats/min, simulator")
     terminal.write("\x1b:undo\n")
     asyncio.run(robot.moves(written(neovim.page)))
 
@@ -169,7 +169,7 @@ def _a_person_sees_errors_beats_and_the_words_that_play(neovim: Neovim, terminal
     terminal.see("E turtle1", there=False)
 
     # Nobody types any more: the words and the status line go on by themselves.
-    terminal.see("∞, 120 bpm, simulator")
+    terminal.see("∞, 120 beats/min, simulator")
     beat = next(word for word in terminal.screen().split() if word.endswith("/∞,"))
     terminal.see(beat, there=False)
     dark = terminal.background("repeat")
@@ -182,7 +182,7 @@ def _a_person_sees_errors_beats_and_the_words_that_play(neovim: Neovim, terminal
     terminal.see("■ stopped")
     assert {terminal.background(word) for word in ("forward", "left")} == {dark}
     terminal.write(":w\n")
-    terminal.see("∞, 120 bpm, simulator")
+    terminal.see("∞, 120 beats/min, simulator")
 
 
 def _a_killed_server_is_started_again(terminal: Terminal, env: Mapping[str, str]) -> None:
@@ -196,20 +196,20 @@ def _a_killed_server_is_started_again(terminal: Terminal, env: Mapping[str, str]
     terminal.see("E turtle1 $ (rig")  # the new one knows the program
     assert terminal.screen().startswith("  beat 120\n")  # and its sign has moved no line
     terminal.write(":undo\n:w\n")
-    terminal.see("∞, 120 bpm, simulator")
+    terminal.see("∞, 120 beats/min, simulator")
 
     for _ in range(3):
         kill_servers(env)
         terminal.see("simulator", there=False)
         terminal.write(":w\n")  # also while it starts
-        terminal.see("∞, 120 bpm, simulator")
+        terminal.see("∞, 120 beats/min, simulator")
     kill_servers(env)
     terminal.see("Improv's server keeps ending and stays off: save to start it")
     assert "ENTER" not in terminal.screen()
     terminal.write(":checkhealth improv\n")
     terminal.see("a program is open, but the server is not running")
     terminal.write(":quit\n:w\n")
-    terminal.see("∞, 120 bpm, simulator")
+    terminal.see("∞, 120 beats/min, simulator")
 
 
 def _await_light(terminal: Terminal, word: str, dark: str) -> None:

@@ -319,7 +319,7 @@ def _words_are_checked_and_explained(page: Page) -> None:
 
 def _a_save_plays(page: Page) -> None:
     page.keyboard.press("Control+S")
-    expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞ · ♩ 120 · simulator"))
+    expect(_status(page)).to_have_text(re.compile(r"beat \d+/∞ · 120 beats/min · simulator"))
     expect(framed_page(page).get_by_role("button", name="Stop")).to_be_visible()
     drawn = _frame(page).evaluate("document.querySelector('#stage').toDataURL()")
     _frame(page).wait_for_function("drawn => document.querySelector('#stage').toDataURL() !== drawn", arg=drawn)

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from textwrap import dedent
 
 from improv_core.ide.inlay_hint_playing import playing_hints
-from improv_core.ide.moments import SoFar
 from improv_core.program.analysis import Analysis, analyze
-from improv_core.score.performance import SenseEdge
+from improv_core.program.compiler import score_of
+from improv_core.score.replay import Replay
 
-AT_BEGIN = SoFar()
 
-
-def shown(played: Analysis, beat: float, now: Analysis | None = None, so_far: SoFar = AT_BEGIN) -> str:
+def shown(played: Analysis, beat: float, now: Analysis | None = None, replay: Replay | None = None) -> str:
     """The program with the hints in it: `r $ left up <beat 1/2>`."""
     now = now or played
     text = now.text
-    for hint in reversed(playing_hints(played, now, beat, so_far)):
+    for hint in reversed(playing_hints(replay or Replay(score_of(played)), now, beat)):
         text = f"{text[: hint.offset]} <{hint.text}>{text[hint.offset :]}"
     return text
 
@@ -54,15 +53,16 @@ def test_text_that_moved_and_text_that_was_edited() -> None:
 
 def test_open_movements_have_no_last_beat() -> None:
     played = analyze("r $ left until near (repeat up)\nr $ left right\n")
-    edges = [SenseEdge(0, "r", "near", False)]
-    assert shown(played, 2, so_far=SoFar(edges=edges)) == "r $ left until near (repeat up) <beat 3>\nr $ left right\n"
-    edges.append(SenseEdge(Fraction(5, 2), "r", "near", True))
-    now = shown(played, 3.5, so_far=SoFar(edges=edges))
-    assert now == "r $ left until near (repeat up)\nr $ left right <beat 1/2>\n"
+    replay = Replay(score_of(played))
+    replay.sense("r", "near", False, 0)
+    assert shown(played, 2, replay=replay) == "r $ left until near (repeat up) <beat 3>\nr $ left right\n"
+    replay.sense("r", "near", True, Fraction(5, 2))
+    assert shown(played, 3.5, replay=replay) == "r $ left until near (repeat up)\nr $ left right <beat 1/2>\n"
 
 
 def test_a_robot_that_entered_late_counts_from_there() -> None:
     played = analyze("r $ left up\ns $ up\n")
-    so_far = SoFar({"r": 7.0}, 0, 0.0)
-    assert shown(played, 5, so_far=so_far) == "r $ left up\ns $ up\n"
-    assert shown(played, 8, so_far=so_far) == "r $ left up <beat 2/2>\ns $ up\n"
+    score = score_of(played)
+    late = Replay(replace(score, parts={**score.parts, "r": replace(score.parts["r"], begins=7)}))
+    assert shown(played, 5, replay=late) == "r $ left up\ns $ up\n"
+    assert shown(played, 8, replay=late) == "r $ left up <beat 2/2>\ns $ up\n"

@@ -1,87 +1,117 @@
-"""Which words play when, drawn under the program, also after it has been edited."""
+"""Which words play, drawn under the program, also after it has been edited."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from dataclasses import replace
 from fractions import Fraction
 
-from improv_core.ide.moments import MOST_MOMENTS, MOST_WORDS, SoFar, playing
+import pytest
+
+from improv_core.ide.moments import MOST_WORDS, LitWords, Places, lit_words
 from improv_core.program.analysis import Analysis, analyze
-from improv_core.score.performance import SenseEdge
+from improv_core.program.compiler import score_of
+from improv_core.score.movement import Exact
+from improv_core.score.replay import Replay
 
 
-def lit(played: Analysis, beat: float, now: Analysis | None = None) -> list[str]:
+def lit(
+    replay: Replay, beat: float, played: Analysis, now: Analysis | None = None, silent: Collection[str] = ()
+) -> LitWords:
+    return lit_words(replay, beat, Places(played, now or played), lambda robot: robot in silent)
+
+
+def words(played: Analysis, beat: float, now: Analysis | None = None, silent: Collection[str] = ()) -> list[str]:
     """The words that play at a beat, as they stand in the later version."""
-    now = now or played
-    found = []
-    for robot, stretch in playing(played, now).items():
-        for moment in stretch.moments:
-            if moment.start <= beat < moment.end:
-                found += [f"{robot}: {now.text[span.start : span.end]}" for span in moment.spans]
-    return found
+    spans = lit(Replay(score_of(played)), beat, played, now, silent).spans
+    return [(now or played).text[span.start : span.end] for span in spans]
 
 
-PROGRAM = "step = forward [left right]\nr s $ repeat 2 step || up\n"
+PROGRAM = "step = forward [left right]\nr s $ repeat 2 step || up\nb $ slow 4 down\n"
 
 
 def test_names_and_the_words_behind_them() -> None:
     played = analyze(PROGRAM)
-    assert lit(played, 0.5) == ["r: step", "r: forward", "r: up", "s: step", "s: forward", "s: up"]
-    assert lit(played, 1.25) == []
+    assert words(played, 0.5) == ["forward", "step", "up", "down"]
+    assert words(played, 1.25) == ["down"]
+    assert words(played, 4) == []
 
 
-def test_moved_words_are_found_and_edited_ones_left_out() -> None:
+def test_silent_robots_light_nothing() -> None:
+    assert words(analyze(PROGRAM), 0.5, silent=["r", "s"]) == ["down"]
+
+
+def test_words_are_found_where_they_are_after_edits() -> None:
     played = analyze("step = forward [left right]\nr $ repeat step\n")
     later = played.edited(0, 0, "# ❤️ a step\r\n\r\n")
-    assert lit(played, 1.75, later) == ["r: step", "r: right"]
+    assert words(played, 1.75, later) == ["right", "step"]
     place = later.text.index("repeat")
     edited = later.edited(place, place, "slow 2 ")
-    assert lit(played, 1.75, edited) == ["r: right"]
+    assert words(played, 1.75, edited) == ["right", "step"]
+    deleted = edited.edited(0, len(edited.text), "")
+    assert words(played, 1.75, deleted) == []
+    assert words(played, 1.75, deleted.edited(0, 0, played.text)) == ["right", "step"]
 
 
-def test_endless_parts_come_in_pieces() -> None:
-    played = analyze("r $ repeat (forward left)\n")
-    stretch = playing(played, played)["r"]
-    assert (len(stretch.moments), stretch.until) == (MOST_MOMENTS, MOST_MOMENTS)
-    later = playing(played, played, MOST_MOMENTS + 0.5)["r"]
-    assert (later.moments[0].start, later.moments[0].end) == (MOST_MOMENTS + 0.5, MOST_MOMENTS + 1)
+@pytest.mark.parametrize(
+    ("at", "deleted", "inserted", "lit"),
+    [
+        ("right", 0, "up ", ["right"]),
+        ("right", 0, "x", []),
+        ("right", 1, "", []),
+        ("right", 5, "left", []),
+        (" down", 0, " up", ["right"]),
+        (" down", 0, "x", []),
+        (" down", 0, "\n\nr $ ", ["right"]),
+    ],
+)
+def test_a_word_that_is_edited_is_dark(at: str, deleted: int, inserted: str, lit: list[str]) -> None:
+    played = analyze("r $ repeat 2 left right down\n")
+    place = played.text.index(at)
+    assert words(played, 1) == ["left"]
+    later = played.edited(place, place + deleted, inserted)
+    assert words(played, 2, later) == lit
 
 
-def test_names_within_names_come_in_pieces() -> None:
-    played = analyze("x = forward\n" + "x = x left\n" * 1_000 + "r $ x\n")
-    stretch = playing(played, played)["r"]
-    assert len(stretch.moments) == MOST_WORDS // 1_000
-    assert stretch.until == MOST_WORDS // 1_000
-    assert playing(played, played, stretch.until)["r"].moments[0].start == stretch.until
+def test_what_is_lit_changes_at_the_next_beat_of_any_robot() -> None:
+    played = analyze("r $ forward slow 3 left\ns $ slow 1.5 left\n")
+    replay = Replay(score_of(played))
+    changes = []
+    beat = 0.0
+    while (until := lit(replay, beat, played).until) is not None:
+        beat = float(until)
+        changes.append(beat)
+    assert changes == [1, 1.5, 4]
+    assert lit(replay, 5, played) == LitWords([], None)
 
 
-def test_the_end_is_told() -> None:
-    played = analyze("r $ forward left\n")
-    stretch = playing(played, played)["r"]
-    assert (stretch.moments[-1].end, stretch.until) == (2, None)
-    assert playing(played, played, 9)["r"].moments == ()
+def test_the_words_of_names_within_names_are_limited() -> None:
+    played = analyze("x = forward\n" + "x = x left\n" * (MOST_WORDS + 10) + "r $ x\n")
+    assert len(words(played, 0)) == MOST_WORDS
 
 
-def words(played: Analysis, so_far: SoFar, start: float = 0.0) -> list[tuple[float, float, str]]:
-    moments = playing(played, played, start, so_far)["r"].moments[:4]
-    return [
-        (each.start, each.end, " ".join(played.text[span.start : span.end] for span in each.spans)) for each in moments
-    ]
-
-
-def test_moments_follow_what_senses_decided() -> None:
+def test_what_is_lit_follows_what_senses_decided() -> None:
     played = analyze("r $ repeat (until near (repeat forward) left)\n")
-    edges = [SenseEdge(0, "r", "near", False), SenseEdge(0, "s", "near", True)]
-    assert words(played, SoFar(edges=edges))[:2] == [(0, 1, "forward"), (1, 2, "forward")]
-    edges += [SenseEdge(Fraction(5, 2), "r", "near", True), SenseEdge(Fraction(11, 4), "r", "near", False)]
-    assert words(played, SoFar(edges=edges), 2) == [
-        (2, 2.5, "forward"),
-        (2.5, 2.75, "until"),
-        (2.75, 3, "until"),
-        (3, 4, "left"),
-    ]
+    replay = Replay(score_of(played))
+    edges: dict[Exact, bool | None] = {0: False, Fraction(5, 2): True, Fraction(11, 4): False, Fraction(9, 2): None}
+    for edge, value in edges.items():
+        replay.sense("r", "near", value, edge)
+        replay.sense("s", "near", True, edge)
+    shown = []
+    for beat in (2, 2.5, 3, 4, 4.5):
+        spans, until = lit(replay, beat, played)
+        shown.append((" ".join(played.text[span.start : span.end] for span in spans), until))
+    assert shown == [("forward", 2.5), ("until", 2.75), ("left", 4), ("forward", 4.5), ("", 5)]
 
 
 def test_a_scene_that_began_late_is_counted_from_there() -> None:
     played = analyze("r $ until cue repeat forward\n---\nr $ left right\ns $ repeat 3 up\n---\nr $ backward\n")
-    so_far = SoFar({"r": 7.0, "s": 9.0}, 1, 7.0)
-    assert words(played, so_far, 7.5) == [(7.5, 8, "left"), (8, 9, "right"), (9, 12, ""), (12, 13, "backward")]
+    score = score_of(played)
+    begins = {"r": 7, "s": 9}
+    parts = {robot: replace(part, begins=begins[robot], scene=1) for robot, part in score.parts.items()}
+    replay = Replay(replace(score, parts=parts, scene=1, since=7))
+    shown = []
+    for beat in (7.5, 8, 9, 12):
+        spans, until = lit(replay, beat, played)
+        shown.append((" ".join(played.text[span.start : span.end] for span in spans), until))
+    assert shown == [("left", 8), ("right", 9), ("up", 10), ("backward", 13)]

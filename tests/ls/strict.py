@@ -26,7 +26,7 @@ NEEDS = {
     "workspace/inlayHint/refresh": "workspace.inlayHint.refreshSupport",
     "workspace/semanticTokens/refresh": "workspace.semanticTokens.refreshSupport",
     "workspace/workspaceFolders": "workspace.workspaceFolders",
-    "improv/evaluated": "experimental.improv",
+    "improv/lit": "experimental.improv",
     "improv/transport": "experimental.improv",
 }
 """The capability without which the server must not send a message."""

@@ -119,7 +119,6 @@ def test_a_bad_request_is_refused() -> None:
         ({"method": "textDocument/hover", "params": None}, INVALID_PARAMS),
         ({"method": "textDocument/hover", "params": [1]}, INVALID_PARAMS),
         ({"method": "textDocument/hover", "params": {**PLACE, "position": {"line": "one"}}}, INVALID_PARAMS),
-        ({"method": "improv/moments"}, INVALID_PARAMS),
         ({"method": "workspace/executeCommand", "params": {"command": "improv.dance"}}, INVALID_PARAMS),
         ({"method": "textDocument/teleport"}, METHOD_NOT_FOUND),
         ({"method": 7}, INVALID_REQUEST),

@@ -65,17 +65,21 @@ def test_the_key_of_a_sense_is_held_until_it_is_released(tmp_path: Path) -> None
         command(waiting, "key", "g")
         waiting.wait_for_line("improv.key: nothing plays; save a program first")
         waiting.open(uri, "r $ repeat (until go (repeat left) until not go (repeat forward))\n")
+
+        def wait_until_lit(start: int, end: int) -> None:
+            waiting.wait("improv/lit", lambda lit: lit["ranges"] == [[0, start, 0, end]])
+
         waiting.save(uri)
-        waiting.wait("improv/transport", lambda params: params["state"] == "playing")
+        wait_until_lit(29, 33)  # a key that nobody has touched is not held
         for wrong in ("x", "G", ""):
             command(waiting, "key", wrong)
             waiting.wait_for_line("improv.key: expected the key of a sense, one of g, h")
         command(waiting, "key", "g")
         waiting.wait_for_line("g is held; the same command releases it")
-        waiting.wait("improv/evaluated")  # it walks
+        wait_until_lit(56, 63)
         command(waiting, "key", "g")
         waiting.wait_for_line("g is released")
-        waiting.wait("improv/evaluated")  # it turns
+        wait_until_lit(29, 33)
 
 
 def test_a_stop_releases_the_key_of_a_sense(tmp_path: Path) -> None:

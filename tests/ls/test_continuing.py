@@ -27,25 +27,18 @@ def test_words_are_lit_from_the_beat_at_which_they_take_over() -> None:
     with Client({**QUIET, "onSave": "continue", "switchAt": "bar", "beatsPerBar": 6}, TOLD) as client:
         client.open(URI, BEFORE)
         client.save(URI)
-        assert client.wait("improv/evaluated")["from"] == 0
+        assert client.wait("improv/lit")["ranges"] == [[1, 15, 1, 22], [2, 14, 2, 21]]
         told(client, 1, "playing")
         client.wait("improv/transport", lambda params: params["beat"] > 2)
         client.change(URI, 2, {"text": AFTER})
         client.save(URI)
-        evaluated = client.wait("improv/evaluated")
-        begins = evaluated["from"]
-        assert (evaluated["generation"], begins % 6) == (2, 0)
+        lit = client.wait("improv/lit", lambda params: [3, 14, 3, 18] in params["ranges"])
+        assert (lit["uri"], lit["version"]) == (URI, 2)
+        begins = told(client, 2, "playing")["beat"]
         assert begins >= 6
-        assert evaluated["ranges"] == [[2, 15, 2, 22], [2, 23, 2, 27], [3, 14, 3, 18]]
-        anna, bert = (evaluated["robots"][robot]["moments"][0] for robot in ("anna", "bert"))
-        assert anna == [begins, begins + 1, [0]]  # six beats of her own two: she is where she would be anyway
-        assert bert == [begins, begins + 1, [2]]
-        assert told(client, 2, "playing")["beat"] >= begins
-        later = client.request("improv/moments", {"beat": begins + 3})["robots"]
-        assert later["anna"]["moments"][0][:2] == [begins + 3, begins + 4]
-        earlier = client.request("improv/moments", {"beat": begins - 1})["robots"]
-        assert earlier["anna"]["moments"][0][:2] == [begins - 1, begins]
-        assert earlier["bert"]["moments"][0][:2] == [begins, begins + 1]
+        assert begins % 6 < 1
+        client.wait("improv/lit", lambda params: params["ranges"] == [[2, 23, 2, 27], [3, 14, 3, 18]])
+        client.wait("improv/lit", lambda params: params["ranges"] == [[2, 15, 2, 22], [3, 14, 3, 18]])
 
 
 @pytest.mark.parametrize(("given", "hints"), [({}, 1), ({"onSave": "restart"}, 0), ({"onSave": "continue"}, 0)])
@@ -55,7 +48,7 @@ def test_the_first_save_that_restarts_a_dance_mentions_continue(given: dict[str,
         for generation in range(1, 4):
             client.save(URI)
             told(client, generation, "playing")
-        client.request("improv/moments", {"beat": 0})
+        client.request("workspace/symbol", {"query": ""})
         said = [each.message["params"] for each in client.log if each.message.get("method") == "window/showMessage"]
         assert sum(each["message"] == HINT for each in said) == hints
 
@@ -66,5 +59,5 @@ def test_a_dance_that_has_ended_restarts_silently() -> None:
         for generation in (1, 2):
             client.save(URI)
             told(client, generation, "ended")
-        client.request("improv/moments", {"beat": 0})
+        client.request("workspace/symbol", {"query": ""})
         assert HINT not in str(client.log)

@@ -21,11 +21,11 @@ def at(line: int, start: int = 0, end: int = 0) -> dict[str, Any]:
     return {"start": {"line": line, "character": start}, "end": {"line": line, "character": end}}
 
 
-def playing(client: Client, generation: int) -> Any:
-    """What plays, once a generation does."""
-    evaluated = client.wait("improv/evaluated", lambda params: params["generation"] == generation)
-    client.wait("improv/transport", lambda params: params["state"] == "playing")
-    return evaluated
+def see_playing(client: Client, generation: int, robots: list[str], ranges: list[list[int]]) -> None:
+    """Wait until these robots play a generation, and these words are lit."""
+    client.wait("improv/lit", lambda params: params["ranges"] == ranges)
+    told = client.wait("improv/transport", lambda params: params["generation"] == generation)
+    assert told["robots"] == robots
 
 
 def test_only_the_requested_selection_plays_and_a_save_edits_it() -> None:
@@ -35,22 +35,16 @@ def test_only_the_requested_selection_plays_and_a_save_edits_it() -> None:
         client.wait_for_line("✗ line 5: `lft` is not defined")
         play(client, URI, at(3))
         assert client.wait_for_line("▶") == "▶ line 4: bert ∞, endless at beat 240, simulator"
-        bert = playing(client, 1)
-        assert bert["ranges"] == [[3, 14, 3, 21]]
-        assert bert["robots"].keys() == {"bert"}
+        see_playing(client, 1, ["bert"], [[3, 14, 3, 21]])
 
         client.change(URI, 2, {"text": RIGHT})
         client.save(URI)
         assert client.wait_for_line("▶").startswith("▶ anna ∞ · bert ∞, ")
-        both = playing(client, 2)
-        begins = both["from"]
-        assert both["robots"]["bert"]["moments"][0][0] == begins > 0
-        assert client.request("improv/moments", {"beat": begins - 1})["robots"]["bert"]["moments"][0][0] == begins - 1
+        see_playing(client, 2, ["anna", "bert"], [[2, 14, 2, 18], [3, 14, 3, 21]])
 
         play(client, URI, at(1, 5, 14))  # of what nobody plays
         assert client.wait_for_line("▶") == "▶ 𝑥: ghost ∞, endless at beat 240, simulator"
-        ghost = playing(client, 3)
-        assert (ghost["ranges"], [*ghost["robots"]]) == ([[1, 12, 1, 14]], ["ghost"])
+        see_playing(client, 3, ["ghost"], [[1, 12, 1, 14]])
         client.request("workspace/executeCommand", {"command": "improv.restart", "arguments": []})
         assert client.wait_for_line("▶").startswith("▶ 𝑥: ghost")
 
@@ -109,7 +103,7 @@ def test_a_robot_takes_a_step_from_its_section() -> None:
         assert offered(client, uri, 1, 0) == []
         client.request("workspace/executeCommand", step)
         assert client.wait_for_line("▶") == "▶ anna 1 beat, 1.0 s at beat 60, simulator"
-        assert client.wait("improv/evaluated")["uri"] != uri  # no word of the file is lit
+        assert client.wait("improv/transport", lambda told: told["state"] == "playing")["uri"] != uri
         client.request("workspace/executeCommand", hush)
         client.change(uri, 2, {"text": robots.replace("burger", "burgr")})
         client.request("workspace/executeCommand", step)

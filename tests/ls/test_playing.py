@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from improv_core.stage.messages import State, TransportMessage
-from improv_ls.documents import opened
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.movement import near
+from improv_core.stage.messages import RobotInstant, State, TransportMessage
+from improv_ls.documents import Document
 from improv_ls.playing import Playing
 
 URI = "file:///dances/dance.improv"
@@ -28,21 +31,62 @@ def transport(generation: int, state: State = "playing", beat: float = 0.0) -> T
     }
 
 
-def test_what_begins_is_a_program_or_a_scene() -> None:
+def at(beat: float) -> TransportMessage:
+    """The first score plays on, a beat a second."""
+    return {**transport(1, beat=beat), "monotonic": beat}
+
+
+def sent(playing: Playing, generation: int, text: str) -> Document:
+    document = Document(URI, None, analyze(text))
+    playing.sent(generation, document, score_of(document.analysis))
+    return document
+
+
+def plays(playing: Playing, beat: float = 0.0) -> str:
+    """The word of the robot that plays at a beat."""
+    assert playing.replay
+    score, moment = playing.replay.score, playing.replay.now("r", near(beat))
+    assert moment
+    source = moment.sources[-1]
+    return score.text[slice(*source.span.shifted(score.offsets[source.statement]))]
+
+
+def test_what_plays_is_what_the_stage_says() -> None:
     playing = Playing({})
-    first, second = (opened(URI, None, f"r $ {word}\n") for word in ("left", "right"))
-    playing.sent(1, first)
-    assert playing.follow(transport(1)) == "program"
-    playing.sent(2, second)
-    assert (playing.follow(transport(1, beat=1)), playing.document) == (None, first)
-    assert playing.follow({**transport(1, beat=2), "scene": {"index": 1, "begins": 2.0}}) == "scene"
-    assert (playing.follow(transport(2)), playing.document) == ("program", second)
-    assert (playing.follow(transport(3)), playing.document) == ("program", second)  # the page restarts it
+    first = sent(playing, 1, "r $ until cue (left)\n---\nr $ up\n")
+    playing.follow(transport(1))
+    assert (playing.document, plays(playing)) == (first, "left")
+    second = sent(playing, 2, "r $ right\n")
+    playing.follow(at(1))
+    assert playing.document == first
+    playing.follow({**at(2), "begins": {"r": 2.0}, "scene": {"index": 1, "begins": 2.0}})
+    assert plays(playing, 2) == "up"
+    for generation in (2, 3):  # the page restarts it
+        playing.follow(transport(generation))
+        assert (playing.document, plays(playing)) == (second, "right")
+
+
+def test_what_was_sensed_counts_until_playback_jumps() -> None:
+    playing = Playing({})
+    sent(playing, 1, "r $ until near (repeat forward) repeat left\n")
+
+    def sense(value: bool, beat: float) -> None:
+        instant: RobotInstant = {"generation": 1, "robot": "r", "beat": beat, "performed": beat, "wall": 0}
+        playing.sensed({"type": "sensed", "sense": "near", "value": value, **instant})
+
+    playing.follow(transport(1))
+    sense(False, 0)
+    sense(True, 2)
+    playing.follow(at(3))
+    assert [plays(playing, beat) for beat in (2.5, 3)] == ["until", "left"]
+    playing.follow({**at(1), "monotonic": 3.0})
+    sense(False, 1)
+    assert [plays(playing, beat) for beat in (1, 3)] == ["forward", "forward"]
 
 
 def test_nothing_plays_once_the_stage_is_gone() -> None:
     playing = Playing({})
-    playing.sent(1, opened(URI, None, "r $ left\n"))
+    sent(playing, 1, "r $ left\n")
     playing.follow(transport(1))
     playing.gone()
     assert (playing.state, playing.transport) == ("stopped", None)

@@ -157,27 +157,26 @@ def test_a_command_with_wrong_arguments_says_what_it_takes(client: Client) -> No
         assert client.wait_for_line("improv.") == line
 
 
-def test_an_editor_that_asks_learns_what_plays_when_and_where() -> None:
+def test_an_editor_that_asks_is_told_which_words_are_lit() -> None:
     with Client(QUIET, capabilities={**CAPABILITIES, "experimental": {"improv": True}}) as client:
         client.open(URI, "")
         client.change(URI, 2, {"text": "# 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
         client.save(URI)
-        evaluated = client.wait("improv/evaluated")
-        assert (evaluated["uri"], evaluated["version"], evaluated["generation"]) == (URI, 2, 1)
-        assert evaluated["ranges"] == [[1, 4, 1, 11], [1, 13, 1, 17], [2, 11, 2, 15]]
-        assert evaluated["robots"]["r"] == {"moments": [[0, 1, [0]], [1, 2, [1]]], "until": None}
-        assert evaluated["robots"]["s"]["moments"][:2] == [[0, 1, [2]], [1, 2, [2]]]
+        assert client.wait("improv/lit") == {"uri": URI, "version": 2, "ranges": [[1, 4, 1, 11], [2, 11, 2, 15]]}
         first = client.wait("improv/transport", lambda params: params["state"] == "playing")
         assert (first["generation"], first["tempo"], first["beats"], first["uri"]) == (1, 60, None, URI)
+        assert (first["counted"], first["robots"]) == ("beat 1/∞", ["r", "s"])
+        assert client.wait("improv/lit")["ranges"] == [[1, 13, 1, 17], [2, 11, 2, 15]]
         later = client.wait("improv/transport")
-        assert 0.5 < later["beat"] - first["beat"] < 30
+        assert (later["counted"], 1 <= later["beat"] < 2) == ("beat 2/∞", True)
         client.change(URI, 3, {"text": "# now\n\n# 🐢\r\nr $ forward  left\r\ns $ repeat left\r\n"})
-        moments = client.request("improv/moments", {"beat": 4000})
-        assert (moments["version"], moments["robots"]["s"]["moments"][0]) == (3, [4000, 4001, [0]])
-        for beat in (-1, float("nan"), 10**400, "x", None):
-            assert client.request("improv/moments", {"beat": beat})["robots"]["r"]["moments"][0][0] == 0
-        assert moments["ranges"] == [[4, 11, 4, 15]]
+        assert client.wait("improv/lit") == {"uri": URI, "version": 3, "ranges": [[4, 11, 4, 15]]}
+        command(client, "mute", "s")
+        assert client.wait("improv/lit")["ranges"] == []
+        command(client, "mute", "s")
+        assert client.wait("improv/lit")["ranges"] == [[4, 11, 4, 15]]
         command(client, "hush")
+        assert client.wait("improv/lit")["ranges"] == []
         client.wait("improv/transport", lambda params: params["state"] == "stopped")
 
 
@@ -208,8 +207,8 @@ def test_the_saved_text_plays_and_not_later_edits() -> None:
         client.open(URI, "# 🐢\r\nr $ repeat left\r\ns $ repeat (lef\r\n")
         client.save(URI, "r $ repeat left\r\n")
         assert client.wait_for_line("▶").startswith("▶ r ∞, endless")
-        evaluated = client.wait("improv/evaluated")
-        assert (evaluated["version"], evaluated["ranges"]) == (1, [[1, 11, 1, 15]])  # where it stands by now
+        lit = client.wait("improv/lit")
+        assert (lit["version"], lit["ranges"]) == (1, [[1, 11, 1, 15]])  # where it stands by now
         assert diagnostics(client, 1)[0][0] == 2
         client.save(URI, "r $ repeat (\r\n")
         client.wait_for_line("✗ line 1")

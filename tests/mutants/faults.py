@@ -121,9 +121,9 @@ STAGE = (
         "a scene begins before the one above it is over",
     ),
     Fault(
-        "stage/open_part.py",
-        "return STILL if waits else self._performer.velocity()[0]",
-        "return self._performer.velocity()[0]",
+        "score/performer.py",
+        "return (STILL, ()) if waits else self._act.velocity()",
+        "return self._act.velocity()",
         "a robot moves though the sense that decides is silent",
     ),
     Fault(
@@ -265,19 +265,19 @@ SCORE = (
         "each step of a ramp has the rate of its beginning, so robots fall short",
     ),
     Fault(
-        "score/performer.py",
+        "score/performing.py",
         "self._stands = whole if isinstance(self._left, float) else min(whole, self._left)",
         "self._stands = whole",
         "after `until`, a robot stands longer than its movement would have lasted",
     ),
     Fault(
-        "score/performer.py",
+        "score/performing.py",
         "return not self._voices or (bool(over) and not self._begins)",
         "return not self._voices or (len(over) == len(self._voices) and not self._begins)",
         "voices that senses decide go on after the first has ended",
     ),
     Fault(
-        "score/performer.py",
+        "score/performing.py",
         "return math.floor(beat) + 1 - beat",
         "return math.ceil(beat) - beat",
         "on a whole beat, a robot does not stand until the next one, but not at all",

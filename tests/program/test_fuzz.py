@@ -28,7 +28,7 @@ from improv_core.ide.folding_range import folds
 from improv_core.ide.formatting import format_span
 from improv_core.ide.hover import hover, robot_at
 from improv_core.ide.inlay_hint import hints
-from improv_core.ide.moments import playing
+from improv_core.ide.moments import Places, lit_words
 from improv_core.ide.on_type_formatting import indent
 from improv_core.ide.references import references, symbol_at
 from improv_core.ide.rename import RefusalError, renamable, rename
@@ -38,6 +38,7 @@ from improv_core.ide.signature_help import signature
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.program.compiler import compiled, score_of
 from improv_core.program.report import summary
+from improv_core.score.replay import Replay
 from improv_core.score.score_json import from_json, to_json
 from improv_core.syntax.formatter import format_text
 from improv_core.syntax.vocabulary import WORDS
@@ -123,7 +124,7 @@ def use_in_editor(analysis: Analysis, offset: int) -> None:
     folds(analysis)
     for _, fragment, unknown, strange in fragments(analysis):
         colored(fragment, unknown, strange)
-    playing(analysis, analysis)
+    lit_words(Replay(score_of(analysis)), 1.5, Places(analysis, analysis), lambda robot: False)
 
 
 NUMBERS = st.sampled_from(["1000000000", "9" * 30, "." + "0" * 28 + "1", "3/2", "1.000000001", "100"])

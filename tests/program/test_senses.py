@@ -165,7 +165,7 @@ def test_the_deepest_open_movement_is_performed() -> None:
     performer.settle(lambda sense: True)
     performer.advance(1)
     performer.settle(lambda sense: True)
-    assert performer.velocity()[0].yaw == 1
+    assert performer.performed(lambda sense: True)[0].yaw == 1
     end = len(text)
     too_deep = analysis.edited(end, end, f"y = x{DEEP - 1} left left\nr $ y left")
     assert [each.code for each in too_deep.diagnostics] == ["too-deep"]

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from improv_core.score.algebra import hold, pace, parallel, repeat, series
 from improv_core.score.movement import ENDLESS, Exact, Movement, Velocity, all_by
 from improv_core.score.performance import SenseSpan, perform
-from improv_core.score.performer import Decision, Performer
+from improv_core.score.performer import Performer
+from improv_core.score.performing import Decision
 from improv_core.score.reactions import Condition, if_else, pause, until
 from improv_core.score.walk import Moment, walk
 from tests.score.test_movement import finite_dances, finite_movements

@@ -18,7 +18,7 @@ from improv_core.score.score import Deadman, Safety, Score
 from improv_core.score.score_json import RowsRead, to_json
 from improv_core.score.senses import Key, RobotSense
 from improv_core.stage.arrivals import Arrival, End, First, Play
-from improv_core.stage.commands import Held, KeySense, Released, Speed
+from improv_core.stage.commands import Force, Held, KeySense, Released, Seek, Speed
 from improv_core.stage.loop import Opened, run
 from improv_core.stage.messages import DEADMAN_LIMIT, LOADING_LIMIT, SILENCE_LIMIT, FromStage, Load, Ping, When
 from improv_core.stage.parent import Parent
@@ -364,7 +364,7 @@ def test_a_page_that_dies_while_a_key_is_held_counts_as_letting_it_go() -> None:
     play = replace(play, score=replace(play.score, parts=parts))
     told = perform(Memory(), (0, play), (1, held), (1.1, held), (3, End()))
     sensed = [(each["value"], round(each["performed"], 6)) for each in told if each["type"] == "sensed"]
-    assert sensed == [(True, 1.0), (False, round(1.1 + DEADMAN_LIMIT, 6))]
+    assert sensed == [(False, 0.0), (True, 1.0), (False, round(1.1 + DEADMAN_LIMIT, 6))]
 
 
 def test_simulated_robots_keep_limits_only_beside_real_ones() -> None:
@@ -399,3 +399,15 @@ def test_a_score_that_builds_on_a_lost_one_is_asked_for_again_while_the_dance_go
     assert {"type": "lacks", "generation": 7} in told
     assert errors(told) == []
     assert zeros(sink, "r") == [2.0, 2.05, 2.1]
+
+
+def test_pages_are_shown_the_scene_to_which_playback_goes_back() -> None:
+    program = "a $ until near (repeat forward)\n---\na $ repeat left\n"
+    force: Force = {"type": "force", "robot": "a", "sense": "near", "value": True}
+    seek: Seek = {"type": "seek", "beat": 0.0}
+    sink, scenes = Memory(), list[int]()
+    sink.real = False
+    turned = Turned([(0, load(program)), (0.5, force), (2.5, seek), (3, End())])
+    opened = Opened(sink, lambda told: None, lambda score, generation: scenes.append(score.scene))
+    run(opened, turned, turned, turned.parent)
+    assert scenes == [0, 1, 0]

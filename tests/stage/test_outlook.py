@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
 
 from improv_core.score.motion import Pose
-from improv_core.score.score import Score
-from improv_core.stage import outlook
+from improv_core.score.senses import RobotSense
 from improv_core.stage.fields import PoseJson
-from improv_core.stage.messages import MeasuredRobot, RobotInstant, Sensed, When
+from improv_core.stage.messages import MeasuredRobot, When
 from improv_core.stage.outlook import AHEAD, MOST_POSES, Outlook
-from improv_core.stage.viewer.lookahead import MOST_SENSED
-from improv_core.stage.viewer.messages import RobotWindow
 from tests.stage.test_player import Stage, score
 
 
@@ -51,22 +47,19 @@ class Watched(Stage):
         return list(self.outlook.path(robot))
 
 
-def test_only_the_latest_sensed_value_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    looked: list[Sequence[Sensed]] = []
-
-    def window(score: Score, start: float, end: float, sensed: Sequence[Sensed]) -> dict[str, RobotWindow]:
-        looked.append(sensed)
-        return {}
-
-    monkeypatch.setattr(outlook, "window", window)
-    stage = Watched()
-    stage.load("r $ repeat forward\n")
-    stage.outlook.take(next(message for message in stage.told if message["type"] == "transport"))
-    for at in range(2 * MOST_SENSED):
-        moment: RobotInstant = {"generation": 1, "robot": "r", "beat": at / 100, "performed": at / 100, "wall": 0}
-        stage.outlook.take({"type": "sensed", "sense": "bump", "value": at % 2 == 0, **moment})
-    stage.outlook.look(stage.now)
-    assert [len(looked[0]), looked[0][-1]["beat"]] == [MOST_SENSED, (2 * MOST_SENSED - 1) / 100]
+def test_what_was_sensed_first_counts_after_a_thousand_changes() -> None:
+    stage = Watched(real=False)
+    stage.load("r $ until bump (repeat forward) repeat (if near left else right)\n")
+    for _ in range(600):
+        stage.run(0.1)
+        for value in (True, False):
+            stage.player.force(RobotSense("r", "near"), value, stage.now)
+            stage.player.force(RobotSense("r", "bump"), value, stage.now)
+    stage.run(1.25)
+    assert stage.see()[3] == "right"
+    stage.player.force(RobotSense("r", "near"), True, stage.now)
+    stage.run(1)
+    assert stage.see()[3] == "left"
 
 
 def test_where_a_robot_is_and_what_it_plays() -> None:

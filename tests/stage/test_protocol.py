@@ -9,12 +9,13 @@ from typing import Any, get_type_hints
 
 import pytest
 
-from improv_core.stage.messages import FromStage, ToStage, read_from_stage, read_to_stage
+from improv_core.stage.messages import FromStage, ToStage, counted, read_from_stage, read_to_stage
 from improv_core.stage.publisher_messages import FromPublisher, ToPublisher
 from improv_core.stage.reader_messages import FromReader, ToReader
 from improv_core.stage.standby_messages import FromStandby, ToStandby
 from improv_core.stage.typed_lines import ProtocolError, by_type
 from improv_core.stage.viewer.messages import FromPage, ToPage
+from tests.stage.viewer.conftest import transport
 
 PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
 
@@ -113,3 +114,18 @@ def test_anything_else_is_refused_with_the_reason(line: str, problem: str) -> No
 def test_a_request_of_unknown_form_is_refused(command: dict[str, Any]) -> None:
     with pytest.raises(ProtocolError, match="`command` of `request` has a wrong value"):
         read_from_stage(json.dumps({"type": "request", "command": command}).encode())
+
+
+@pytest.mark.parametrize(
+    ("beat", "beats", "expected"),
+    [
+        (0.0, 8.0, "beat 1/8"),
+        (2.75, 8.0, "beat 3/8"),
+        (7.5, 7.5, "beat 8/8"),
+        (8.0, 8.0, "beat 8/8"),
+        (0.0, 0.0, "beat 1/1"),
+        (41.0, None, "beat 42/∞"),
+    ],
+)
+def test_beats_are_counted_from_one(beat: float, beats: float | None, expected: str) -> None:
+    assert counted(transport(1, "playing", beats), beat) == expected

@@ -16,8 +16,8 @@ import {
   StaticFeature,
 } from "vscode-languageclient/node";
 import { showError, showInformation, showWarning, withoutLinks } from "./messages";
-import { Evaluated } from "./moments";
 import { Transport } from "./transport";
+import { Lit } from "./words";
 
 /** Commands of the server that move no robot, and those that take a program. */
 const HARMLESS = ["improv.hush", "improv.history"];
@@ -29,7 +29,7 @@ const GIVEN_UP =
 /** Hears what the server reports to us beyond the standard protocol. */
 export interface Listener {
   onTransport(transport: Transport): void;
-  onEvaluated(evaluated: Evaluated): void;
+  onLit(lit: Lit): void;
   /** The saved program plays: what the robots do. */
   onPlayed(line: string): void;
   /** The saved program does not play: why not. */
@@ -78,7 +78,7 @@ export function createClient(server: string, log: LogOutputChannel, listener: Li
   const usual: ErrorHandler = client.createDefaultErrorHandler();
   client.registerFeature(new LiveMessages());
   client.onNotification("improv/transport", (transport: Transport) => listener.onTransport(transport));
-  client.onNotification("improv/evaluated", (evaluated: Evaluated) => listener.onEvaluated(evaluated));
+  client.onNotification("improv/lit", (lit: Lit) => listener.onLit(lit));
   client.onNotification(ShowMessageNotification.type, ({ type, message }) => {
     // The result of each save belongs in the status bar: a notification would be in the way.
     if (message.startsWith("▶")) listener.onPlayed(message);

@@ -27,7 +27,7 @@ export function registerCommands(
     "improv.restartServer": () => server.restart(),
     "improv.showLogs": () => log.show(),
     "improv.showVersions": () => showVersions(context, server),
-    "improv.menu": () => showMenu(playing.transport, playing.robots),
+    "improv.menu": () => showMenu(playing.transport),
     "improv.openPage": () => playing.page.open(),
     "improv.browsePage": () => playing.page.browse(),
     "improv.holdKey": () => holdKey(),

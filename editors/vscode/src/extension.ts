@@ -9,7 +9,7 @@ let server: Server | undefined;
 
 export function activate(context: ExtensionContext): void {
   const log = window.createOutputChannel("Improv", { log: true });
-  const playing = new NowPlaying(context.extensionUri, async (beat) => server?.request("improv/moments", { beat }));
+  const playing = new NowPlaying(context.extensionUri);
   server = new Server(context, log, playing, (state) => playing.onServerState(state));
   context.subscriptions.push(log, playing, server, registerCommands(context, log, server, playing));
   void server.restart();

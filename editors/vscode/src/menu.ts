@@ -15,10 +15,10 @@ const BACKENDS: Choice[] = [
 ];
 
 /** Offers what makes sense for what plays now. */
-export async function showMenu(transport: Transport | undefined, robots: string[]): Promise<void> {
+export async function showMenu(transport: Transport | undefined): Promise<void> {
   const choices: Choice[] = [...playback(transport), { label: "$(window) Show Robots", run: command("improv.openPage") }];
-  if (transport && robots.length > 0) {
-    const { muted, soloed } = transport;
+  if (transport && transport.robots.length > 0) {
+    const { muted, soloed, robots } = transport;
     choices.push({ label: "$(mute) Mute…", description: muted.join(", "), run: () => toggle("mute", robots, muted) });
     choices.push({ label: "$(person) Solo…", description: soloed.join(", "), run: () => toggle("solo", robots, soloed) });
   }

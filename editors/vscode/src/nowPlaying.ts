@@ -3,28 +3,24 @@
 import { commands, Disposable, Uri } from "vscode";
 import { Listener } from "./client";
 import { showWarning } from "./messages";
-import { Evaluated } from "./moments";
 import { PagePanel } from "./page";
 import { ServerState } from "./server";
 import { Status } from "./status";
 import { isActive, Transport } from "./transport";
-import { PlayingWords, RequestMoments } from "./words";
+import { Lit, LitWords } from "./words";
 
 const INTERRUPTED = "Improv's language server ended unexpectedly, so the robots stopped. It runs again: save to play.";
 
 export class NowPlaying implements Listener, Disposable {
   transport?: Transport;
-  /** The names of the robots in the program that was played last. */
-  robots: string[] = [];
   readonly page: PagePanel;
   private readonly status = new Status();
-  private readonly words: PlayingWords;
+  private readonly words = new LitWords();
   /** Whether the server ended by itself while robots danced, and has not come back yet. */
   private wasInterrupted = false;
 
-  constructor(extension: Uri, requestMoments: RequestMoments) {
+  constructor(extension: Uri) {
     this.page = new PagePanel(extension);
-    this.words = new PlayingWords(requestMoments);
   }
 
   onServerState(state: ServerState): void {
@@ -45,9 +41,8 @@ export class NowPlaying implements Listener, Disposable {
     if (transport.page) void this.page.follow(transport.page);
   }
 
-  onEvaluated(evaluated: Evaluated): void {
-    this.robots = Object.keys(evaluated.robots);
-    this.words.expect(evaluated);
+  onLit(lit: Lit): void {
+    this.words.show(lit);
   }
 
   onPlayed(line: string): void {
@@ -69,7 +64,7 @@ export class NowPlaying implements Listener, Disposable {
   private setTransport(transport: Transport | undefined): void {
     this.transport = transport;
     this.status.setTransport(transport);
-    this.words.setTransport(transport);
+    if (!isActive(transport)) this.words.show(undefined);
     void commands.executeCommand("setContext", "improv.playing", isActive(transport));
   }
 }

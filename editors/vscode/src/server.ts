@@ -51,10 +51,6 @@ export class Server implements Disposable {
     return this.client?.initializeResult?.serverInfo;
   }
 
-  async request<Result>(method: string, params: object): Promise<Result | undefined> {
-    return this.client?.sendRequest<Result>(method, params);
-  }
-
   /** Plays only the selection, or the line of the cursor. */
   playThis(): void {
     const editor = window.activeTextEditor;

@@ -2,9 +2,8 @@
 
 import { Disposable, StatusBarAlignment, ThemeColor, window, workspace } from "vscode";
 import { ServerState } from "./server";
-import { beatAt, isActive, Transport } from "./transport";
+import { isActive, Transport } from "./transport";
 
-const SHORTEST = 250; // ms between two changes
 const LONGEST_PROBLEM = 60; // characters
 
 const SERVER: Record<ServerState, string> = {
@@ -27,7 +26,6 @@ export class Status implements Disposable {
   private played = "";
   private refused = "";
   private server: ServerState = "starting";
-  private timer?: NodeJS.Timeout;
 
   constructor() {
     this.item.name = "Improv";
@@ -58,7 +56,6 @@ export class Status implements Disposable {
   }
 
   dispose(): void {
-    clearTimeout(this.timer);
     this.listening.dispose();
     this.item.dispose();
   }
@@ -69,13 +66,12 @@ export class Status implements Disposable {
   }
 
   private paint(): void {
-    clearTimeout(this.timer);
     if (window.activeTextEditor?.document.languageId !== "improv" && !isActive(this.transport)) return this.item.hide();
     const problem = shortened(this.refused);
     const current = SERVER[this.server] || describe(this.transport, problem !== "");
     this.item.text = problem ? `$(error) ${problem}  ${current}` : current;
     const isDown = this.server === "missing" || this.server === "stopped" || this.server === "lost";
-    const use = isDown ? "Start the language server, or install it" : "Play, stop, and more";
+    const use = isDown ? "Start the language server, or install it" : "Play, stop, and more. Beats count from 1.";
     this.item.tooltip = this.refused || (isActive(this.transport) && this.played) || use;
     const label = `Improv: ${this.item.text.replaceAll(/\$\([\w~-]+\) ?|Improv: /g, "")}`;
     this.item.accessibilityInformation = { label, role: "button" };
@@ -83,26 +79,22 @@ export class Status implements Disposable {
     this.item.backgroundColor = isWarning ? new ThemeColor("statusBarItem.warningBackground") : undefined;
     this.item.command = isDown ? "improv.restartServer" : "improv.menu";
     this.item.show();
-
-    if (this.transport?.state !== "playing") return;
-    const left = Math.floor(beatAt(this.transport)) + 1 - beatAt(this.transport);
-    this.timer = setTimeout(() => this.paint(), Math.max((left * 60_000) / this.transport.tempo, SHORTEST));
   }
 }
 
 /** What plays and the current beat; briefly if there is a problem to show as well. */
 function describe(transport: Transport | undefined, briefly: boolean): string {
   if (!transport) return "$(primitive-square) Improv";
-  const { state, backend, tempo } = transport;
+  const { state, backend, tempo, counted } = transport;
   const details = (pace: string): string => (briefly ? "" : ` · ${pace}${backend}`);
-  const pace = `♩ ${Math.round(tempo * 10) / 10} · `;
+  const pace = `${Math.round(tempo * 10) / 10} beats/min · `;
   switch (state) {
     case "waiting":
       return `$(sync~spin) Improv: waiting${details("")}`;
     case "playing":
-      return `$(play) ${beatOf(transport)}${details(pace)}`;
+      return `$(play) ${counted}${details(pace)}`;
     case "paused":
-      return `$(debug-pause) paused · ${beatOf(transport)}${details(pace)}`;
+      return `$(debug-pause) paused · ${counted}${details(pace)}`;
     case "ended":
       return `$(primitive-square) Improv: ended${details("")}`;
     case "stopped":
@@ -114,11 +106,4 @@ function describe(transport: Transport | undefined, briefly: boolean): string {
 function shortened(refused: string): string {
   const why = refused.replace(/; the previous dance keeps playing$/, "");
   return why.length > LONGEST_PROBLEM ? `${why.slice(0, LONGEST_PROBLEM - 1).trimEnd()}…` : why;
-}
-
-/** The beat, counted from 1 as people do. */
-function beatOf(transport: Transport): string {
-  const last = transport.beats === null ? "∞" : Math.ceil(transport.beats);
-  const beat = Math.floor(beatAt(transport)) + 1;
-  return `beat ${transport.beats === null ? beat : Math.min(beat, Math.ceil(transport.beats))}/${last}`;
 }

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from improv_core.score.motion import Pose
-from improv_core.stage.messages import TransportMessage, is_silent
+from improv_core.stage.messages import TransportMessage, counted, is_silent
 from improv_core.stage.outlook import Outlook
 from improv_core.stage.publisher_messages import Health
 from improv_core.stage.sinks.ros_nodes import Nodes
@@ -219,7 +219,7 @@ def _status(diagnosis: Diagnosis) -> Any:
 def _position(outlook: Outlook, now: float) -> str:
     assert outlook.transport
     state = outlook.transport["state"]
-    beat = f"beat {math.floor(outlook.beat(now)) + 1}"
+    beat = counted(outlook.transport, outlook.beat(now))
     return beat if state == "playing" else f"{beat}, {state}"
 
 

@@ -10,15 +10,14 @@ import socket
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from improv_core.score.score import Score
 from improv_core.stage.commands import Hush, PageRequest, Watched
 from improv_core.stage.messages import Decided, Sensed, Stopped, ToPages, TransportMessage
-from improv_core.stage.viewer.answers import Answers, Shown
+from improv_core.stage.viewer.answers import Answers
 from improv_core.stage.viewer.application import HOST, Application
-from improv_core.stage.viewer.lookahead import MOST_SENSED, about
+from improv_core.stage.viewer.lookahead import about
 from improv_core.stage.viewer.messages import ShownScore
 from improv_core.stage.viewer.pages import Pages
 
@@ -81,12 +80,8 @@ class Viewer:
         if message["type"] == "transport" and message["restarted"] != self._restarted:
             self._restarted = message["restarted"]
             self._soon(self._pages.forget_measured)
-        shown = self._answers.shown
-        if message["type"] == "sensed" and shown and message["generation"] == shown.generation:
-            about = message["robot"], message["sense"]
-            before = (each for each in reversed(shown.sensed) if (each["robot"], each["sense"]) == about)
-            if next((each["value"] for each in before), None) != message["value"]:
-                self._answers.shown = replace(shown, sensed=(*shown.sensed, message)[-MOST_SENSED:])
+        if message["type"] == "transport" or message["type"] == "sensed":
+            self._answers.take(message)
         kind = [str(message["type"])]
         if message["type"] == "sensed":
             kind += message["robot"], message["sense"]
@@ -96,9 +91,7 @@ class Viewer:
 
     def show(self, score: Score, generation: int) -> None:
         """Show what will be played, once the player's messages have this generation."""
-        before = self._answers.shown
-        sensed = before.sensed if before and before.generation == generation else ()
-        self._answers.shown = Shown(score, generation, sensed)
+        self._answers.show(score, generation)
         self.publish(about(score, generation, takes_start_poses=self._takes_start_poses))
 
     def close(self) -> None:

@@ -34,6 +34,7 @@
 (await "left is lit" (equal (lit) '((3 . "left"))))
 (goto-char (point-min))
 (insert "# a line above\n")
+(rest)
 (await "forward is lit where it is now" (equal (lit) '((4 . "forward"))))
 
 (goto-char (point-max))
@@ -66,9 +67,9 @@
 (await "still lit" (lit))
 
 (improv-pause)
-(await "pause" (string-match-p "‖ [0-9]+/∞ 120 bpm" (mode-line)))
-(improv-seek 10000.5) ; beyond what has been told yet
-(await "seek" (string-match-p "‖ 10001/∞" (mode-line)))
+(await "pause" (string-match-p "‖ beat [0-9]+/∞, 120 beats/min" (mode-line)))
+(improv-seek 10000.5)
+(await "seek" (string-match-p "‖ beat 10001/∞" (mode-line)))
 (await "lit there" (equal (lit) '((4 . "forward"))))
 (improv-resume)
 (await "resume" (> (or (beat) 0) 10000))

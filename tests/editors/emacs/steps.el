@@ -20,6 +20,10 @@
   "Fail unless RIGHT, showing OTHERWISE."
   (unless right (error "Wrong: %S" otherwise)))
 
+(defun rest ()
+  "Rest from typing, which Emacs in batch never notices: have Eglot send what was typed."
+  (timer-event-handler (await "what was typed" eglot--change-idle-timer)))
+
 (defun told (text)
   "Whether a message had TEXT."
   (cl-some (lambda (line) (string-search text line)) init-messages))
@@ -84,10 +88,8 @@
                                (buffer-substring (overlay-start overlay) (overlay-end overlay))))))
 
 (defun left-behind ()
-  "What reminds of a dance: overlays in this buffer, and timers."
-  (append (cl-remove-if-not (lambda (overlay) (overlay-get overlay 'improv-playing))
-                            (overlays-in (point-min) (point-max)))
-          (cl-remove-if-not (lambda (timer) (eq (timer--function timer) #'improv-playing--show)) timer-list)))
+  "What reminds of a dance: overlays in this buffer."
+  (cl-remove-if-not (lambda (overlay) (overlay-get overlay 'improv-playing)) (overlays-in (point-min) (point-max))))
 
 (defun mode-line ()
   "What the mode line says of what plays; in batch, Emacs itself makes none."
@@ -95,7 +97,7 @@
 
 (defun beat ()
   "The beat in the mode line, if that says what is to be said of a dance without end."
-  (and (string-match " ▶ \\([0-9]+\\)/∞ 120 bpm, simulator\\'" (mode-line))
+  (and (string-match " ▶ beat \\([0-9]+\\)/∞, 120 beats/min, simulator\\'" (mode-line))
        (string-to-number (match-string 1 (mode-line)))))
 
 (defun robot (does)

@@ -29,7 +29,7 @@ end
 person.session(function()
   while_it_starts("ImprovPlay")
   open_the_gate()
-  person.await_status("^▶ beat %d+/∞, 60 bpm, simulator$")
+  person.await_status("^▶ beat %d+/∞, 60 beats/min, simulator$")
 
   start_again()
   while_it_starts("write", "ImprovPlay", "ImprovHush")
@@ -42,5 +42,5 @@ person.session(function()
   while_it_starts("write")
   vim.api.nvim_buf_set_lines(0, -1, -1, false, { "turtle1 $ (rig" }) -- half typed: what was saved plays
   open_the_gate()
-  person.await_status("^▶ beat %d+/∞, 60 bpm, simulator$")
+  person.await_status("^▶ beat %d+/∞, 60 beats/min, simulator$")
 end)

@@ -12,15 +12,12 @@ class Event {
   fire = (event) => this.#listeners.forEach((listener) => listener(event))
 }
 
-const changed = new Event()
 const closed = new Event()
 const shown = new Event()
 
-/** Types at the start of the document. */
-export function type(text) {
+/** Types something. */
+export function type() {
   document.version += 1
-  const start = { line: 0, character: 0 }
-  changed.fire({ document, contentChanges: [{ range: { start, end: start }, text }] })
 }
 
 export function close() {
@@ -32,6 +29,7 @@ export function close() {
 
 export function open() {
   workspace.textDocuments = [document]
+  lit = []
   window.visibleTextEditors = [{ document, setDecorations: (_, ranges) => (lit = ranges) }]
   shown.fire()
 }
@@ -42,6 +40,7 @@ export class Range {
   }
 }
 export class ThemeColor {}
+export const DecorationRangeBehavior = { ClosedClosed: 1 }
 export const Disposable = { from: (...all) => ({ dispose: () => all.forEach((each) => each.dispose()) }) }
 export const window = {
   createTextEditorDecorationType: () => ({ dispose: () => undefined }),
@@ -49,7 +48,6 @@ export const window = {
 }
 export const workspace = {
   getConfiguration: () => ({ get: () => true }),
-  onDidChangeTextDocument: changed.on,
   onDidCloseTextDocument: closed.on,
   onDidChangeConfiguration: new Event().on,
 }

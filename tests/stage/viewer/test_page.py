@@ -91,7 +91,7 @@ def test_the_page_counts_the_beat_itself(page: Page, viewer: Viewer) -> None:
     wait(page, "/^beat ([3-9]|[1-9][0-9]+) · ∞$/.test(document.querySelector('#beat').textContent)")
     viewer.publish(transport(1, "ended", beats=7.5, beat=7.5))
     expect(page.locator("#beat")).to_have_text("beat 8 / 8")
-    expect(page.locator("#state")).to_have_text("finished")
+    expect(page.locator("#state")).to_have_text("ended")
 
 
 def test_a_new_program_starts_with_a_clean_stage(page: Page, viewer: Viewer, simulator: Simulator) -> None:

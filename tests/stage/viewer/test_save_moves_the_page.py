@@ -50,7 +50,7 @@ def test_save_moves_the_robot_a_wrong_one_does_not_and_stop_stops_it(page: Page,
 
         client.change(URI, 4, {"text": "beat 120\nada $ forward\n"})
         client.save(URI)
-        expect(page.locator("#state")).to_have_text("finished")
+        expect(page.locator("#state")).to_have_text("ended")
         wait(page, "Math.abs(improv.robots.ada.x - 2) < 1e-3 && !improv.robots.bo")
 
 

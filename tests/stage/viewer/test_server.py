@@ -15,7 +15,6 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from pathlib import Path
-from types import FrameType
 from typing import Any
 from urllib.parse import quote, urlsplit
 
@@ -28,12 +27,14 @@ from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.score import Score
 from improv_core.score.svg import plot
 from improv_core.stage.commands import PageRequest, Watched
+from improv_core.stage.messages import RobotInstant
 from improv_core.stage.sinks.collisions import Bump
 from improv_core.stage.sinks.simulator import Simulator, Snapshot
 from improv_core.stage.tickets import Tickets, issue
 from improv_core.stage.viewer import application, connections, peer
 from improv_core.stage.viewer.answers import MOST_BEATS
 from improv_core.stage.viewer.application import MAX_MESSAGE, MAX_PAGES, NO_TOKEN
+from improv_core.stage.viewer.messages import AskWindow
 from improv_core.stage.viewer.server import Viewer
 from improv_core.stage.viewer.throttle import MOST
 from tests.page import token_behind
@@ -493,36 +494,45 @@ def test_a_page_that_asks_learns_what_is_coming(viewer: Viewer) -> None:
     asyncio.run(check())
 
 
-def test_a_window_is_always_of_the_score_whose_generation_it_names(viewer: Viewer) -> None:
-    """Another thread may look at any moment of `show`, so look after each of its bytecode instructions."""
+def test_a_window_is_of_the_score_whose_generation_it_names(viewer: Viewer) -> None:
+    """Also while another one waits to take over, which is the only one that counts once it has."""
     casts = {1: "ada", 2: "bo"}
-    viewer.show(score_of(analyze("ada $ forward")), 1)
-    seen: set[int] = set()
+    for generation, robot in casts.items():
+        viewer.show(score_of(analyze(f"{robot} $ forward")), generation)
 
-    def look() -> None:
-        for generation, robot in casts.items():
-            text = viewer._answers.window({"type": "window", "generation": generation, "from": 0.0, "to": 4.0})
-            if text is not None:
-                answer = json.loads(text)
-                assert (answer["generation"], list(answer["robots"])) == (generation, [robot])
-                seen.add(generation)
+    async def shown(generation: int) -> list[str] | None:
+        question: AskWindow = {"type": "window", "generation": generation, "from": 0.0, "to": 4.0}
+        answers = viewer._answers
+        text = await answers.compute(lambda: answers.window(question))
+        return None if text is None else list(json.loads(text)["robots"])
 
-    def trace(frame: FrameType, event: str, _: object) -> Any:
-        if frame.f_code is not Viewer.show.__code__:
-            return None
-        frame.f_trace_opcodes = True
-        look()
-        return trace
+    assert [asyncio.run(shown(generation)) for generation in casts] == [["ada"], ["bo"]]
+    viewer.publish(transport(2, "playing"))
+    assert [asyncio.run(shown(generation)) for generation in casts] == [None, ["bo"]]
 
-    look()
-    before = sys.gettrace()
-    sys.settrace(trace)
-    try:
-        viewer.show(score_of(analyze("bo $ left")), 2)
-    finally:
-        sys.settrace(before)
-    look()
-    assert seen == {1, 2}
+
+@pytest.mark.parametrize(("edges", "expected"), [((0.0,), "forward forward"), ((0.0, 2.0), "forward left")])
+def test_what_real_robots_sense_comes_before_the_jump_that_it_belongs_to(
+    viewer: Viewer, edges: tuple[float, ...], expected: str
+) -> None:
+    """The simulator beside them is a tenth of a second behind."""
+    program = "ada $ repeat (if near left else forward)\n"
+    viewer.show(score_of(analyze(program)), 1)
+
+    def sense(value: bool, performed: float, beat: float) -> None:
+        instant: RobotInstant = {"generation": 1, "robot": "ada", "beat": beat, "performed": performed, "wall": 0}
+        viewer.publish({"type": "sensed", "sense": "near", "value": value, **instant})
+
+    for performed in edges:
+        sense(performed > 0, performed, performed)
+    viewer.publish(transport(1, "playing"))
+    sense(False, 9.0, 9.0)
+    sense(expected.endswith("left"), 10.0, 3.0)  # after a seek that the simulator has not come to
+    viewer.publish({**transport(1, "playing", beat=3.0), "performed": 10.0})
+    question: AskWindow = {"type": "window", "generation": 1, "from": 3.0, "to": 5.0}
+    text = asyncio.run(viewer._answers.compute(lambda: viewer._answers.window(question)))
+    words = [program[slice(*moment[-1][-1][1:])] for moment in json.loads(text or "")["robots"]["ada"]["moments"]]
+    assert " ".join(words) == expected  # what is decided at the beat of a jump is as if no sense were true
 
 
 def test_a_page_that_does_not_read_delays_nobody(viewer: Viewer) -> None:

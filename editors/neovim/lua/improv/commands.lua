@@ -111,7 +111,7 @@ local function robots(typed)
   local client = server.of(0)
   return vim.tbl_filter(function(name)
     return vim.startswith(name, typed)
-  end, client and playing.robots(client.id) or {})
+  end, client and playing.transport_of(client.id).robots or {})
 end
 
 local function with_argument(command)

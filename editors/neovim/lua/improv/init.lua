@@ -32,7 +32,7 @@ function M.setup(options)
   vim.cmd.doautoall("<nomodeline> improv FileType") -- for files that are already open
 end
 
---- The state of playback for the status line: `▶ beat 3/8, 120 bpm, simulator`. Empty without a server.
+--- The state of playback for the status line: `▶ beat 3/8, 120 beats/min, simulator`. Empty without a server.
 function M.statusline()
   local client = require("improv.server").of(0)
   return client and require("improv.playing").status(client.id) or ""

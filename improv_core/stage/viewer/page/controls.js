@@ -11,7 +11,6 @@ import { LIMITS } from "./requests.js"
 const [SLOWEST, FASTEST] = LIMITS.speed.factor
 const SPEEDS = [SLOWEST, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 2, 3, FASTEST]
 const SOON = 400 // milliseconds in which another step starts from the target of the last one
-const WORDS = { playing: "playing", paused: "paused", waiting: "waiting", stopped: "stopped", ended: "finished" }
 
 export class Controls {
   #clock
@@ -112,7 +111,7 @@ export class Controls {
     const played = generation > 0
     document.body.dataset.state = state
     const playing = state === "playing"
-    find("state-word").textContent = open || (connection === "over" && played) ? (played ? WORDS[state] : "ready") : "offline"
+    find("state-word").textContent = open || (connection === "over" && played) ? (played ? state : "ready") : "offline"
     find("beat").hidden = !played
     find("beat-end").textContent = beats === null ? "· ∞" : `/ ${whole(this.#clock.lastBeat)}`
     find("tempo").textContent = played ? `${round(tempo)} beats/min` : ""
@@ -126,7 +125,7 @@ export class Controls {
       const ready = played || (id === "play" && this.writes !== null)
       find(id).setAttribute("aria-disabled", String(!open || !ready || (id === "play" && state === "waiting")))
     }
-    document.title = played && open ? `${WORDS[state]} · Improv` : "Improv"
+    document.title = played && open ? `${state} · Improv` : "Improv"
     this.showBeat()
   }
 
@@ -146,7 +145,7 @@ export class Controls {
   spoken() {
     const { state, tempo, beats, beat } = this.#clock.transport
     if (state === "paused") return `paused at beat ${this.#clock.countedBeat}`
-    if (state !== "playing") return WORDS[state]
+    if (state !== "playing") return state
     const from = beat > 0.5 ? ` from beat ${this.#clock.countedBeat}` : ""
     const length = beats === null ? "without end" : `${round(beats)} beats`
     return `playing${from} ${length} at ${round(tempo)} beats per minute`

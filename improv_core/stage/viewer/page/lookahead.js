@@ -33,6 +33,9 @@ export class Lookahead {
   #from = 0
   #known = 0 // the beat up to which all paths are known
   #count = 0
+  /** @type {number | null} */
+  #renewed = null // the beat from which on everything may have changed
+  #renews = false // whether the requested piece replaces what is known
   score
   /** @type {Map<string, Stretch[]>} */
   robots = new Map()
@@ -54,6 +57,11 @@ export class Lookahead {
    */
   want(beat) {
     if (this.#asked !== null || performance.now() < this.#pause) return
+    if (this.#renewed !== null) {
+      this.#known = this.#renewed
+      this.#renewed = null
+      this.#renews = true
+    }
     const end = this.score.beats ?? Infinity
     if (this.#count > MOST && this.#known <= beat) this.#forget(beat)
     else if (beat < this.#from || beat > this.#known + LEAST_PIECE) this.#forget(Math.max(Math.floor(beat) - BEHIND, 0))
@@ -69,16 +77,17 @@ export class Lookahead {
   }
 
   /**
-   * Asks again for everything from shortly before a beat on: senses have decided what is played.
+   * Asks again for everything from shortly before a beat on: what is sensed decides what is played. Until the answer
+   * comes, what is known is shown.
    * @param {number} beat
    */
   renew(beat) {
-    this.#asked = null
-    this.#forget(Math.max(Math.floor(beat) - BEHIND, 0))
+    this.#renewed = Math.max(Math.floor(beat) - BEHIND, 0)
   }
 
   /** Asks again: the connection was lost, and the answer with it. */
   askAgain() {
+    if (this.#renews) this.#renewed = this.#asked
     this.#asked = null
   }
 
@@ -89,6 +98,7 @@ export class Lookahead {
   take({ generation, from, to, robots }) {
     if (generation !== this.score.generation || from !== this.#asked) return
     this.#asked = null
+    if (this.#renews) this.#forget(from)
     this.#pause = 2 * performance.now() - this.#since // playing comes first: the server rests as long as it worked
     let reached = to
     for (const [name, { pose, moments, until }] of Object.entries(robots)) {
@@ -199,6 +209,7 @@ export class Lookahead {
 
   /** @param {number} from */
   #forget(from) {
+    this.#renews = false
     this.robots.clear()
     this.#from = this.#known = from
     this.#count = 0

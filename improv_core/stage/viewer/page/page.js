@@ -86,8 +86,8 @@ function take(message) {
   else if (message.type === "score") takeScore(message)
   else if (message.type === "window") program.takeWindow(message)
   else if (message.type === "bumps") bumps.take(message)
-  else if (message.type === "sensed") senses.take(message)
-  else if (message.type === "decided") takeDecision(message)
+  else if (message.type === "sensed") takeSensed(message)
+  else if (message.type === "decided") timeline.mark(message)
   else if (message.type === "source") takeSource(message)
   else if (message.type === "stopped") notices.end(message)
   else editor.takeAnswer(message)
@@ -131,9 +131,9 @@ function shownText() {
   return editor.open ? editor : score
 }
 
-/** @param {Messages["decided"]} message */
-function takeDecision(message) {
-  timeline.mark(message)
+/** @param {Messages["sensed"]} message */
+function takeSensed(message) {
+  senses.take(message)
   if (message.generation === program.current?.score.generation) program.current.renew(message.beat)
 }
 

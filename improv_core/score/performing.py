@@ -1,0 +1,396 @@
+"""The acts of an open movement: how each kind is performed, step by step, by what is sensed. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from copy import copy
+from functools import partial
+from itertools import chain, tee
+from typing import NamedTuple
+
+from improv_core.score.algebra import Parallel, Repeat
+from improv_core.score.movement import (
+    ENDLESS,
+    STILL,
+    Around,
+    Duration,
+    Exact,
+    InTurn,
+    Movement,
+    Source,
+    Through,
+    Velocity,
+    Visit,
+    all_by,
+)
+from improv_core.score.reactions import If, Pause, Until
+from improv_core.score.throws import Dice
+from improv_core.score.walk import walk
+
+Sensed = Callable[[str], bool | None]
+"""Whether a sense is true at this moment; None if that is not known: then no condition about it holds."""
+Performed = tuple[Velocity, tuple[Source, ...]]
+"""A velocity, and the words that play."""
+
+
+def act(movement: Movement, dice: Dice | None, around: Around) -> Act:
+    """The act of a movement, with its dice and what surrounds it. What is closed is walked as a whole."""
+    while movement.open:
+        if kind := _ACTS.get(movement.NAME):
+            return kind(movement, dice, around)
+        around = movement.within(around)
+        if isinstance(movement, InTurn):
+            return _Sequence(movement.visits(0, False, dice), around)
+        assert isinstance(movement, Through)
+        movement, _, _, dice = movement.inner(0, False, dice)
+    return _Closed(movement, dice, around)
+
+
+class Decision(NamedTuple):
+    """What a word of senses has decided at a beat: whether its condition held. `sources` ends with that word."""
+
+    sources: tuple[Source, ...]
+    beat: Exact
+    held: bool
+
+
+class Act(ABC):
+    """A movement in performance. Times are beats of the performance, apart from those in which it is frozen."""
+
+    @abstractmethod
+    def is_over(self, beat: Exact) -> bool:
+        """Whether no time is left. Begins what begins now, and reads no sense: an undecided `if` is not over."""
+
+    @abstractmethod
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        """Read senses, outermost first, up to the first that decides something. For acts that are not over."""
+
+    @abstractmethod
+    def left(self) -> Duration:
+        """The beats until the next change that is certain."""
+
+    @abstractmethod
+    def velocity(self) -> Performed: ...
+
+    @abstractmethod
+    def pass_time(self, beats: Exact) -> None: ...
+
+    @abstractmethod
+    def watched(self) -> Iterator[str]: ...
+
+    def fork(self) -> Act:
+        """The same act, which goes on by itself."""
+        fork = copy(self)
+        for name, value in vars(self).items():
+            if isinstance(value, Act):
+                setattr(fork, name, value.fork())
+        return fork
+
+
+class _Closed(Act):
+    """A closed movement. It reads nothing."""
+
+    def __init__(self, movement: Movement, dice: Dice | None, around: Around) -> None:
+        self._around = around
+        self._walk = partial(walk, movement, dice=dice, statement=around.statement)
+        self._moments = self._walk()
+        self._walked: Exact = 0
+        self._left: Duration = 0
+        self._performed: Performed | None = None
+        self._next()
+
+    def is_over(self, beat: Exact) -> bool:
+        return self._performed is None
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        return None
+
+    def left(self) -> Duration:
+        return self._left
+
+    def velocity(self) -> Performed:
+        assert self._performed
+        return self._performed
+
+    def pass_time(self, beats: Exact) -> None:
+        self._left -= beats
+        if not self._left:
+            self._next()
+
+    def watched(self) -> Iterator[str]:
+        return iter(())
+
+    def fork(self) -> Act:
+        fork = copy(self)
+        fork._moments = self._walk(self._walked)
+        return fork
+
+    def _next(self) -> None:
+        moment, around = next(self._moments, None), self._around
+        if moment:
+            self._walked = moment.start + moment.duration
+            self._left = moment.duration / around.rate
+            velocity = moment.velocity.times(around.gain).times(all_by(around.rate))
+            self._performed = velocity, around.sources + moment.sources
+        else:
+            self._performed = None
+
+
+class _Through(Act):
+    """An act that performs one other at a time: `_act`."""
+
+    _act: Act | None
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        assert self._act
+        return self._act.read(sensed, beat)
+
+    def left(self) -> Duration:
+        assert self._act
+        return self._act.left()
+
+    def velocity(self) -> Performed:
+        assert self._act
+        return self._act.velocity()
+
+    def pass_time(self, beats: Exact) -> None:
+        assert self._act
+        self._act.pass_time(beats)
+
+    def watched(self) -> Iterator[str]:
+        assert self._act
+        return self._act.watched()
+
+
+class _Sequence(_Through):
+    """Movements one after another. Each begins when the one before it is over."""
+
+    def __init__(self, visits: Iterator[Visit], around: Around) -> None:
+        self._visits = visits
+        self._around = around
+        self._next()
+
+    def is_over(self, beat: Exact) -> bool:
+        while self._act and self._act.is_over(beat):
+            self._next()
+        return self._act is None
+
+    def fork(self) -> Act:
+        fork = super().fork()
+        assert isinstance(fork, _Sequence)
+        self._visits, fork._visits = tee(self._visits)
+        return fork
+
+    def _next(self) -> None:
+        visit = next(self._visits, None)
+        self._act = act(visit.part, visit.dice, self._around) if visit else None
+
+
+class _Rounds(Act):
+    """A repeat. A round that takes no time ends it or, if it is endless, makes it stand until the next whole beat."""
+
+    def __init__(self, movement: Repeat, dice: Dice | None, around: Around) -> None:
+        self._endless = movement.times is None
+        self._repeats = movement, dice, around
+        self._turn = -1
+        self._round = self._next()
+        self._took: Exact = 0
+        self._stands: Exact = 0
+
+    def is_over(self, beat: Exact) -> bool:
+        while not self._stands and self._round and self._round.is_over(beat):
+            if self._took or not self._endless:
+                self._round = self._next() if self._took else None
+            else:
+                self._round, self._stands = self._next(), to_next_whole(beat)
+            self._took = 0
+        return self._round is None
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        assert self._round
+        return None if self._stands else self._round.read(sensed, beat)
+
+    def left(self) -> Duration:
+        assert self._round
+        return self._stands or self._round.left()
+
+    def velocity(self) -> Performed:
+        assert self._round
+        return (STILL, ()) if self._stands else self._round.velocity()
+
+    def pass_time(self, beats: Exact) -> None:
+        assert self._round
+        if self._stands:
+            self._stands -= beats
+        else:
+            self._took += beats
+            self._round.pass_time(beats)
+
+    def watched(self) -> Iterator[str]:
+        assert self._round
+        return iter(()) if self._stands else self._round.watched()
+
+    def _next(self) -> Act | None:
+        movement, dice, around = self._repeats
+        self._turn += 1
+        if movement.times is not None and self._turn >= movement.times:
+            return None
+        return act(movement.body, dice and movement.dice_at(self._turn, dice), around)
+
+
+class _Together(Act):
+    """Voices at once. The first that is over ends all, except that a voice that is empty when it begins is ignored."""
+
+    def __init__(self, movement: Parallel, dice: Dice | None, around: Around) -> None:
+        dice = dice if movement.dice else None
+        self._voices = [act(voice, dice and dice.inside(index), around) for index, voice in enumerate(movement.items)]
+        self._begins = True
+
+    def is_over(self, beat: Exact) -> bool:
+        over = [voice for voice in self._voices if voice.is_over(beat)]
+        if self._begins:
+            self._voices = [voice for voice in self._voices if voice not in over]
+        return not self._voices or (bool(over) and not self._begins)
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        return next(filter(None, (voice.read(sensed, beat) for voice in self._voices)), None)
+
+    def left(self) -> Duration:
+        return min(voice.left() for voice in self._voices)
+
+    def velocity(self) -> Performed:
+        velocity = STILL
+        sources: tuple[Source, ...] = ()
+        for voice in self._voices:
+            own, words = voice.velocity()
+            velocity, sources = velocity.plus(own), sources + words
+        return velocity, sources
+
+    def pass_time(self, beats: Exact) -> None:
+        self._begins = False
+        for voice in self._voices:
+            voice.pass_time(beats)
+
+    def watched(self) -> Iterator[str]:
+        return chain.from_iterable(voice.watched() for voice in self._voices)
+
+    def fork(self) -> Act:
+        fork = copy(self)
+        fork._voices = [voice.fork() for voice in self._voices]
+        return fork
+
+
+class _Until(Act):
+    """An `until`: as soon as its condition holds, the robot stands until the next whole beat, or until it would end."""
+
+    def __init__(self, movement: Until, dice: Dice | None, around: Around) -> None:
+        self._until = movement
+        self._source = around.at(movement.span)
+        self._act = act(movement.body, dice, around)
+        self._stands: Exact | None = None
+        body = movement.body
+        self._left: Duration = ENDLESS if body.open else body.duration / around.rate
+
+    def is_over(self, beat: Exact) -> bool:
+        return self._act.is_over(beat) if self._stands is None else not self._stands
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        if self._stands is not None:
+            return None
+        if self._until.condition.holds(sensed):
+            whole = to_next_whole(beat)
+            self._stands = whole if isinstance(self._left, float) else min(whole, self._left)
+            return Decision(self._source, beat, True)
+        return self._act.read(sensed, beat)
+
+    def left(self) -> Duration:
+        return self._act.left() if self._stands is None else self._stands
+
+    def velocity(self) -> Performed:
+        return self._act.velocity() if self._stands is None else (STILL, self._source)
+
+    def pass_time(self, beats: Exact) -> None:
+        if self._stands is None:
+            self._act.pass_time(beats)
+            self._left -= beats
+        else:
+            self._stands -= beats
+
+    def watched(self) -> Iterator[str]:
+        if self._stands is None:
+            yield self._until.condition.sense
+            yield from self._act.watched()
+
+
+class _Pause(Act):
+    """A `pause`: while its condition holds, the robot stands still, beat by beat, and then continues from there."""
+
+    def __init__(self, movement: Pause, dice: Dice | None, around: Around) -> None:
+        self._pause = movement
+        self._source = around.at(movement.span)
+        self._act = act(movement.body, dice, around)
+        self._stands: Exact = 0
+
+    def is_over(self, beat: Exact) -> bool:
+        return not self._stands and self._act.is_over(beat)
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        if self._stands:
+            return None
+        if self._pause.condition.holds(sensed):
+            self._stands = 1
+            return Decision(self._source, beat, True)
+        return self._act.read(sensed, beat)
+
+    def left(self) -> Duration:
+        return self._stands or self._act.left()
+
+    def velocity(self) -> Performed:
+        return (STILL, self._source) if self._stands else self._act.velocity()
+
+    def pass_time(self, beats: Exact) -> None:
+        if self._stands:
+            self._stands -= beats
+        else:
+            self._act.pass_time(beats)
+
+    def watched(self) -> Iterator[str]:
+        yield self._pause.condition.sense
+        if not self._stands:
+            yield from self._act.watched()
+
+
+class _If(_Through):
+    """An `if`: its condition decides, when it begins, which of two movements is performed."""
+
+    def __init__(self, movement: If, dice: Dice | None, around: Around) -> None:
+        self._if = movement
+        self._dice = dice
+        self._around = around
+        self._act = None
+
+    def is_over(self, beat: Exact) -> bool:
+        return self._act is not None and self._act.is_over(beat)
+
+    def read(self, sensed: Sensed, beat: Exact) -> Decision | None:
+        if self._act:
+            return super().read(sensed, beat)
+        holds = self._if.condition.holds(sensed)
+        self._act = act(*self._if.side(holds, self._dice), self._around)
+        return Decision(self._around.at(self._if.span), beat, holds)
+
+
+def to_next_whole(beat: Exact) -> Exact:
+    """The beats from a beat to the next whole one, which is later."""
+    return math.floor(beat) + 1 - beat
+
+
+_ACTS: Mapping[str, Callable[..., Act]] = {
+    Repeat.NAME: _Rounds,
+    Parallel.NAME: _Together,
+    Until.NAME: _Until,
+    Pause.NAME: _Pause,
+    If.NAME: _If,
+}

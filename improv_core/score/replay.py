@@ -1,0 +1,217 @@
+"""What robots play of a score, found again from what they have sensed. Standard library only.
+
+The one answer for everything that shows what plays: editors, the page, and what can be watched in ROS 2. It never reads
+a clock: whoever asks says at which beat.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from copy import copy
+from itertools import chain, islice, takewhile
+
+from improv_core.score.algebra import Use
+from improv_core.score.motion import Pose
+from improv_core.score.movement import ENDLESS, Duration, Exact, Movement
+from improv_core.score.path import pose_at
+from improv_core.score.performer import Performer
+from improv_core.score.score import Part, Score, twist
+from improv_core.score.senses import CUE, BuiltIn
+from improv_core.score.walk import Moment, walk
+
+MOST_PAST = 500
+"""The moments of each robot that are kept of what senses have decided. Older ones are forgotten."""
+MOST_AHEAD = 20_000
+"""The most moments of what senses decide that are performed for one answer."""
+
+
+class Replay:
+    """What robots play of a score from a beat on, and will play if no sense changes any more.
+
+    Parts that began before that beat are performed up to it as if no sense were true, except those that play on as
+    they did `before`: what senses have decided in these stays.
+    """
+
+    def __init__(self, score: Score, beat: Exact = 0, before: Replay | None = None) -> None:
+        self.score = score
+        self._now: dict[str, tuple[Iterator[Moment], Moment | None]] = {}
+        self._open: dict[str, _OpenPart] = {}
+        for robot, part in score.parts.items():
+            if part.of_scene(score.scene).open:
+                if kept := before and before._part_that_plays_on(part, beat):
+                    kept.written_as(part.of_scene(score.scene))
+                self._open[robot] = kept or _OpenPart(score, part, beat)
+
+    def sense(self, robot: str, sense: str, value: bool | None, beat: Exact) -> None:
+        """A sense of a robot has become true, false, or silent (None). Changes come in the order of their beats."""
+        if part := self._open.get(robot):
+            part.sense(sense, value, beat)
+            self._now.pop(robot, None)
+
+    def moments(self, robot: str, start: Exact) -> Iterator[Moment]:
+        """What a robot plays from a beat on. Beats are those of the performance."""
+        part, open_part = self.score.parts[robot], self._open.get(robot)
+        if not open_part:
+            yield from _walked(part, start)
+            return
+        over = part.begins
+        for moment in open_part.moments():
+            over = moment.start + moment.duration
+            if over > start:
+                begin = max(moment.start, start)
+                yield moment._replace(start=begin, duration=over - begin)
+        for begin in self.score.scene_begins[1:2]:  # what comes then is as if no sense ever held
+            yield from _walked(part, max(begin, over, start))
+
+    def now(self, robot: str, beat: Exact) -> Moment | None:
+        """The moment that plays at a beat, or the next one; None if nothing is left. Quick if beats only rise."""
+        if robot not in self._now:
+            begun = self.moments(robot, beat)
+            self._now[robot] = begun, next(begun, None)
+        moments, moment = self._now[robot]
+        while moment and moment.start + moment.duration <= beat:
+            moment = next(moments, None)
+        self._now[robot] = moments, moment
+        return moment
+
+    def pose(self, robot: str, beat: Exact) -> Pose | None:
+        """Where a robot ideally is at a beat; None if that can't be known."""
+        part, open_part = self.score.parts[robot], self._open.get(robot)
+        return open_part.pose(beat) if open_part else pose_at(part, beat)
+
+    def line(self, robot: str, beat: Exact) -> tuple[int, Exact] | None:
+        """The line that a robot plays at a beat of a scene that senses decide: its statement, and the beat at which it
+        began; None if nothing is left."""
+        line = self._open[robot].line()
+        for moment in self._open[robot].moments():
+            if moment.start > beat:
+                break
+            line = _line(line, moment)
+            if beat < moment.start + moment.duration:
+                return line
+        return None
+
+    def is_open(self, robot: str) -> bool:
+        """Whether senses decide what a robot plays in this scene."""
+        return robot in self._open
+
+    def _part_that_plays_on(self, part: Part, beat: Exact) -> _OpenPart | None:
+        old = self.score.parts.get(part.robot)
+        plays_on = old and old.begins == part.begins < beat and old.scene == part.scene
+        return self._open.get(part.robot) if plays_on else None
+
+
+class _OpenPart:
+    """A part of a scene that senses decide. What has been performed for sure is `past`, and the rest is tried out."""
+
+    def __init__(self, score: Score, part: Part, beat: Exact) -> None:
+        self._score = score
+        self._part = part
+        self._movement = part.of_scene(score.scene)
+        self._performer = Performer(self._movement, part.begins)
+        self._statements: dict[int, int] = {}  # that a later version of the program has in the places of these
+        self._edges: deque[tuple[Exact, str, bool | None]] = deque()  # that have not been performed
+        self._past: deque[Moment] = deque()
+        self._entered = part.entered or part.start  # where the robot is at the beginning of the past
+        self._cue = isinstance(part.senses.get(CUE), BuiltIn)  # it holds for an instant
+        self._values: dict[str, bool | None] = dict.fromkeys(part.senses, False)
+        self._line: tuple[int, Exact] | None = None  # that played before the past
+        if part.begins < beat:
+            self._perform(beat)
+            self._performer.settle(self._values.get)
+        self._values = {CUE: False} if self._cue else {}
+
+    def written_as(self, movement: Movement) -> None:
+        """The part plays on, and is written in other statements now."""
+        was, now = _statements(self._movement), _statements(movement)
+        self._statements = dict(zip(was, now, strict=True)) if len(was) == len(now) else {}
+
+    def line(self) -> tuple[int, Exact] | None:
+        """The line that played before the moments that are known, and the beat at which it began."""
+        return self._line and (self._statements.get(self._line[0], self._line[0]), self._line[1])
+
+    def sense(self, sense: str, value: bool | None, beat: Exact) -> None:
+        self._perform(beat)
+        self._edges.append((beat, sense, value))
+
+    def moments(self) -> Iterator[Moment]:
+        """All that is known, and what comes if no sense changes any more."""
+        ahead = copy(self)
+        ahead._performer = self._performer.fork()
+        ahead._edges, ahead._values = self._edges.copy(), self._values.copy()
+        steps = iter(lambda: ahead._step(ENDLESS), None)
+        return map(self._rewritten, chain(tuple(self._past), islice(steps, MOST_AHEAD)))
+
+    def pose(self, beat: Exact) -> Pose | None:
+        known = self._past[0].start if self._past else self._performer.beat
+        if beat < known and known > self._part.begins:
+            return None
+        pose = self._entered
+        for moment in takewhile(lambda each: each.start < beat, self.moments()):
+            pose = self._moved(pose, moment, min(moment.duration, beat - moment.start))
+        return pose
+
+    def _perform(self, beat: Exact) -> None:
+        """Perform up to a beat. Changes that come later can't alter that."""
+        for _ in range(MOST_AHEAD):
+            if self._performer.beat >= beat or not (moment := self._step(beat)):
+                return
+            self._past.append(moment)
+            if len(self._past) > MOST_PAST:
+                first = self._past.popleft()
+                self._entered, self._line = self._moved(self._entered, first, first.duration), _line(self._line, first)
+
+    def _step(self, end: Duration) -> Moment | None:
+        """Perform up to a beat, or the next change before it; None if nothing is left."""
+        performer, values, edges = self._performer, self._values, self._edges
+        while edges and edges[0][0] <= performer.beat:
+            _, sense, values[sense] = edges.popleft()
+        performer.settle(values.get)
+        if self._cue:
+            values[CUE] = False
+        until = min(performer.until, end, edges[0][0] if edges else ENDLESS) if not performer.is_over else ENDLESS
+        if isinstance(until, float):
+            return None
+        moment = Moment(performer.beat, until - performer.beat, *performer.performed(values.get))
+        performer.advance(until)
+        return moment
+
+    def _rewritten(self, moment: Moment) -> Moment:
+        if not self._statements:
+            return moment
+        sources = (
+            each._replace(statement=self._statements.get(each.statement, each.statement)) for each in moment.sources
+        )
+        return moment._replace(sources=tuple(sources))
+
+    def _moved(self, pose: Pose, moment: Moment, beats: Exact) -> Pose:
+        velocity = twist(moment.velocity, self._part.profile, self._score.tempo)
+        return pose.after(velocity, self._score.seconds(beats))
+
+
+def _walked(part: Part, start: Exact) -> Iterator[Moment]:
+    """What a part that no sense decides plays from a beat on."""
+    if start < part.ends:
+        for moment in walk(part.movement, max(start - part.begins, 0)):
+            yield moment._replace(start=part.begins + moment.start)
+
+
+def _statements(movement: Movement) -> list[int]:
+    """The statements that a movement is written in, each once, in the order in which they play."""
+    found, seen, left = dict[int, None](), set[int](), [movement]
+    while left:
+        part = left.pop()
+        if id(part) not in seen:
+            seen.add(id(part))
+            if isinstance(part, Use):
+                found[part.statement] = None
+            left += reversed(part.parts)
+    return list(found)
+
+
+def _line(line: tuple[int, Exact] | None, moment: Moment) -> tuple[int, Exact] | None:
+    """The line that a moment belongs to, after another one. A robot that stands stays in its line."""
+    if not moment.sources or (line and line[0] == moment.sources[0].statement):
+        return line
+    return moment.sources[0].statement, moment.start

@@ -1,0 +1,171 @@
+"""What robots play, found again from what they sensed, is what a stage has them play."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score import replay
+from improv_core.score.movement import Exact
+from improv_core.score.performer import Performer
+from improv_core.score.replay import Replay
+from improv_core.score.score import Score
+from improv_core.score.walk import Moment
+
+TURNER = "r $ repeat (if near left else forward)\n"
+PROGRAMS = [
+    TURNER,
+    "r $ repeat (until near (repeat forward) left)\n",
+    "r $ repeat (pause near (forward left) || if bump up else down)\n",
+    "r $ repeat (if near nothing else fast 3 (left forward))\nnothing = 0\n",
+    "r $ until near (repeat choose [left until bump (repeat 3 forward)])\n",
+]
+
+
+def made(program: str) -> Score:
+    return score_of(analyze(program))
+
+
+def words(replayed: Replay, start: Exact, program: str, count: int = 4) -> str:
+    """`2 left, 3 left`."""
+    found = []
+    for moment in replayed.moments("r", start):
+        word = ""
+        for source in moment.sources[-1:]:
+            start, end = source.span.shifted(replayed.score.offsets[source.statement])
+            word = program[start:end]
+        found.append(f"{float(moment.start):g} {word or 'stands'}")
+        if len(found) == count:
+            break
+    return ", ".join(found)
+
+
+def test_what_was_sensed_last_goes_on() -> None:
+    replayed = Replay(made(TURNER))
+    replayed.sense("r", "near", False, 0)
+    replayed.sense("r", "near", True, 2)
+    assert words(replayed, 0, TURNER) == "0 forward, 1 forward, 2 left, 3 left"
+
+
+def test_a_robot_stands_without_words_while_its_sense_is_silent() -> None:
+    replayed = Replay(made(TURNER))
+    replayed.sense("r", "near", False, 0)
+    replayed.sense("r", "near", None, 2)
+    assert words(replayed, 1, TURNER, 3) == "1 forward, 2 stands, 3 stands"
+    assert not any(any(moment.velocity) for moment, _ in zip(replayed.moments("r", 2), range(3), strict=False))
+
+
+def test_thousands_of_edges_are_remembered() -> None:
+    """Whatever was sensed first still counts, though most of what was performed is forgotten."""
+    program = "r $ until near (repeat forward)\nr $ repeat (if near left else forward)\n"
+    replayed = Replay(made(program))
+    replayed.sense("r", "near", False, 0)
+    for edge in range(2 * replay.MOST_PAST):
+        replayed.sense("r", "near", bool(edge % 2 == 0), Fraction(edge + 6, 4))
+    last = Fraction(2 * replay.MOST_PAST + 5, 4)
+    assert words(replayed, 0, program, 1) != "0 forward"
+    assert words(replayed, int(last) + 1, program, 1) == f"{int(last) + 1} forward"
+    now = replayed.now("r", last)
+    assert now
+    assert replayed.line("r", last) == (now.sources[0].statement, 2)
+    assert replayed.pose("r", 0) is None
+    assert replayed.pose("r", last) is not None
+
+
+def test_what_was_decided_stays_when_a_part_plays_on() -> None:
+    program = "r $ until near (repeat forward) repeat left\ns $ repeat forward\n"
+    before = Replay(made(program))
+    before.sense("r", "near", False, 0)
+    before.sense("r", "near", True, 2)
+    before.sense("r", "near", False, 3)
+    score = before.score
+    later = replace(score, parts={**score.parts, "s": replace(score.parts["s"], begins=5)})
+    assert words(Replay(later, 5, before), 5, program, 2) == "5 left, 6 left"
+    begun = replace(score, parts={**score.parts, "r": replace(score.parts["r"], begins=5)})
+    replayed = Replay(begun, 5, before)
+    replayed.sense("r", "near", False, 5)
+    assert words(replayed, 5, program, 2) == "5 forward, 6 forward"
+
+
+def test_the_words_of_a_part_that_plays_on_are_those_of_the_program_as_it_is_read_again() -> None:
+    program = "walk = repeat forward\nr $ until near walk repeat left\ns $ forward\n"
+    before = Replay(made(program))
+    before.sense("r", "near", False, 0)
+    before.sense("r", "near", True, 2)
+    again = "# more\n" + program.replace("s $ forward", "s $ left")
+    replayed = Replay(made(again), 5, before)
+    assert words(replayed, 1, again, 4) == "1 forward, 2 until, 3 left, 4 left"
+    line = replayed.line("r", 4)
+    assert line
+    assert (again[replayed.score.offsets[line[0]] :][:3], line[1]) == ("r $", 0)
+
+
+def test_after_a_jump_no_sense_was_true_before() -> None:
+    program = "r $ until not near (repeat forward) repeat left\n"
+    replayed = Replay(made(program), 3)
+    replayed.sense("r", "near", True, 3)
+    assert words(replayed, 0, program, 5) == "0 until, 1 left, 2 left, 3 left, 4 left"
+
+
+@pytest.mark.parametrize("beat", [0, Fraction(1, 2), 3])
+def test_now_is_what_plays_at_a_beat(beat: Exact) -> None:
+    replayed = Replay(made("r $ left right\ns $ repeat 8 forward\n"))
+    now = replayed.now("r", beat)
+    assert (now and (now.start, now.start + now.duration)) == (None if beat == 3 else (0, 1) if not beat else (beat, 1))
+
+
+EDGES = st.lists(
+    st.tuples(st.fractions(0, 12, max_denominator=8), st.sampled_from(["near", "bump"]), st.booleans()), max_size=30
+)
+
+
+@given(st.sampled_from(PROGRAMS), EDGES, st.fractions(0, 14, max_denominator=8))
+def test_the_performance_is_that_of_a_performer(
+    program: str, edges: list[tuple[Fraction, str, bool]], start: Fraction
+) -> None:
+    """Performed in steps, forked at each edge, and asked from any beat, it is what one performer performs at once."""
+    score, edges = made(program), sorted(edges, key=lambda edge: edge[0])
+    replayed = Replay(score)
+    for sense in ("near", "bump"):
+        replayed.sense("r", sense, False, 0)
+    for beat, sense, value in edges:
+        replayed.sense("r", sense, value, beat)
+        next(replayed.moments("r", beat), None)
+    end = 16
+    assert _parts(replayed.moments("r", start), start, end) == _parts(_at_once(score, edges), start, end)
+
+
+def _at_once(score: Score, edges: list[tuple[Fraction, str, bool]]) -> list[Moment]:
+    performer, moments = Performer(score.parts["r"].movement), []
+    values: dict[str, bool | None] = {"near": False, "bump": False}
+    beats = sorted({beat for beat, _, _ in edges})
+    while performer.beat < 16:
+        values |= {sense: value for beat, sense, value in edges if beat == performer.beat}
+        performer.settle(values.get)
+        if performer.is_over:
+            break
+        until = min([performer.until, *(beat for beat in beats if beat > performer.beat)])
+        assert not isinstance(until, float)
+        moments.append(Moment(performer.beat, until - performer.beat, *performer.performed(values.get)))
+        performer.advance(until)
+    return moments
+
+
+def _parts(moments: Iterable[Moment], start: Exact, end: int) -> Mapping[Fraction, object]:
+    """What plays in each 64th of a beat."""
+    found: dict[Fraction, object] = {}
+    for moment in moments:
+        if moment.start >= end:
+            break
+        at = max(Fraction(-(-moment.start * 64 // 1), 64), Fraction(-(-start * 64 // 1), 64))
+        while at < min(moment.start + moment.duration, end):
+            found[at] = moment.velocity, moment.sources
+            at += Fraction(1, 64)
+    return found

@@ -2,6 +2,7 @@
 reported at the end."""
 
 import os
+import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -41,6 +42,10 @@ settings.register_profile(
     max_examples=50 if IN_CI else 30,
 )
 settings.load_profile("improv")
+
+# Tests start Python hundreds of times. It must not compile all modules each time, even where it is told to keep nothing.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # No test may write into the history of the person who runs it or stop what that person plays, nor may what tests start.
 # Neither may the tests of another worker. Set before they are imported: some copy the environment then.

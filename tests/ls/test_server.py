@@ -13,6 +13,7 @@ from improv_ls.server import COMMANDS
 from tests.ls.client import CAPABILITIES, LIMIT, Client, Message, ProcessClient
 from tests.processes import descendants, wait_until_gone
 
+REFRESHED = {"workspace": {"configuration": True, "inlayHint": {"refreshSupport": True}}}
 URI = "file:///dance.improv"
 QUIET = {"backend": "sim", "page": {"open": False}}
 
@@ -253,25 +254,26 @@ def test_a_silent_client_is_not_waited_for_and_a_late_answer_is_harmless() -> No
 def test_settings_count_however_late_the_editor_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     """As when VS Code is busy: a workspace that is trusted by then would play nothing on a save."""
     monkeypatch.setattr("improv_ls.handlers.did_change_configuration.ANSWER_LIMIT", 0, raising=False)
-    with Client({**QUIET, "onSave": "off"}, answers=False) as client:
+    with Client({**QUIET, "onSave": "off"}, REFRESHED, answers=False) as client:
         client.wait("workspace/configuration")
         client.open(URI, "r $ left\n")
         _hover(client)
-        client.configuration = {"onSave": "restart"}
+        client.configuration = {"onSave": "restart", "inlayHints": {"beats": True}}
         client.answer_late()
-        _hover(client)
+        client.wait("workspace/inlayHint/refresh")
         client.save(URI)
         client.wait_for_line("▶")
 
 
 def test_an_answer_that_a_newer_one_has_overtaken_changes_no_settings() -> None:
-    with Client(QUIET, answers=False) as client:
+    with Client(QUIET, REFRESHED, answers=False) as client:
         client.open(URI, "r $ left\n")
         client.wait("workspace/configuration")
         client.notify("workspace/didChangeConfiguration", {"settings": None})
         client.wait("workspace/configuration")
         client.configuration = {"inlayHints": {"beats": True}}
         client.answer_late(1)
+        client.wait("workspace/inlayHint/refresh")
         client.configuration = {"inlayHints": {"beats": False}}
         client.answer_late()
         _hover(client)
@@ -294,7 +296,7 @@ def test_settings_come_from_anywhere_and_bad_ones_are_reported_once() -> None:
 
 
 def _hover(client: Client) -> None:
-    """Once this is answered, the server has dealt with everything before it."""
+    """Have the server answer something, which shows that it waits for nothing else."""
     client.request("textDocument/hover", {"textDocument": {"uri": URI}, "position": {"line": 0, "character": 4}})
 
 

@@ -43,7 +43,7 @@ settings.register_profile(
 )
 settings.load_profile("improv")
 
-# Tests start Python hundreds of times. It must not compile all modules each time, even where it is told to keep nothing.
+# Tests start Python hundreds of times. It must not compile all modules each time, even where it is told to keep none.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
@@ -55,9 +55,9 @@ os.environ["XDG_RUNTIME_DIR"] = f"{_own.name}/runtime"
 Path(os.environ["XDG_RUNTIME_DIR"]).mkdir(mode=0o700)
 
 
-def pytest_xdist_auto_num_workers() -> int:
-    """Most tests wait for something: twice as many workers as processors keep these busy."""
-    return 2 * (os.cpu_count() or 1)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Most tests wait for something: twice as many workers as processors keep these busy. Pure tests never wait."""
+    return (1 if config.getoption("pure") else 2) * (os.cpu_count() or 1)
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""`pytest --pure` runs the tests that start nothing: no process, browser, editor, or ROS. They take seconds."""
+"""`pytest --pure` runs the quick tests that start nothing: no process, browser, editor, or ROS. They take seconds."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Generator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 TESTS = Path(__file__).parent
 PURE = {"ide", "playback", "program", "robots", "score", "stage", "syntax", "test_plain.py", "test_text.py"}
@@ -15,6 +16,8 @@ BUT = {
     "playback/test_isolation.py",
     "playback/test_stage_process.py",
     "playback/test_stop_socket.py",
+    "program/test_fuzz.py",
+    "program/test_huge.py",
     "robots/test_schema.py",
     "stage/sinks/test_ros_publishing.py",
     "stage/sinks/test_ros_reader.py",
@@ -24,7 +27,9 @@ BUT = {
     "stage/test_watchdog.py",
     "stage/viewer",
 }
-"""What starts something, in the folders of the pure tests."""
+"""What starts something, or takes long, in the folders of the pure tests."""
+EXAMPLES = 10
+"""How many random examples each test tries: enough to see a slip at once. The whole suite tries more."""
 STARTS = {"subprocess.Popen", "os.exec", "os.fork", "os.forkpty", "os.posix_spawn"}
 
 _in_pure_test = False
@@ -44,6 +49,8 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 def pytest_sessionstart(session: pytest.Session) -> None:
     if session.config.getoption("pure"):
         session.config.option.markexpr = session.config.option.markexpr or "not slow"
+        settings.register_profile("pure", settings.default, max_examples=EXAMPLES)
+        settings.load_profile("pure")
         sys.addaudithook(_refuse)
 
 

@@ -102,6 +102,7 @@ def test_names_that_no_file_can_have_are_reported_in_one_line(command: str) -> N
     assert (done.exit_code, done.output) == (2, f"improv: {name}: file name too long\n")
 
 
+@pytest.mark.slow("starts a shell that starts Improv")
 def test_bash_completes_with_the_line_that_the_documents_name() -> None:
     (line,) = re.findall(r"^\| bash .*`(eval .*)`", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     completing = "COMPREPLY=(); COMP_WORDS=(improv {}) COMP_CWORD={}; _improv_completion improv; echo ${{COMPREPLY[*]}}"

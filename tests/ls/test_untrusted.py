@@ -58,6 +58,7 @@ def use(client: Client, folder: Path, word: str, key: str, numbers: Iterator[int
     client.notify("textDocument/didClose", document)
 
 
+@pytest.mark.slow("tries many inputs")
 def test_no_input_reaches_the_editor_unescaped(tmp_path: Path) -> None:
     numbers = count()
     with Client(QUIET, capabilities=HOVERS) as client:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.ls.client import Client, ProcessClient
 
 PULLS = {
@@ -117,6 +119,7 @@ def test_a_client_that_watches_files_learns_what_changes(tmp_path: Path) -> None
         assert told() == {"b.improv": []}
 
 
+@pytest.mark.slow("checks a large folder")
 def test_typing_is_not_delayed_and_a_canceled_request_ends(tmp_path: Path) -> None:
     program = "".join(f"x{number} = left up right\n" for number in range(300))
     for number in range(150):

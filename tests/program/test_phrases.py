@@ -87,6 +87,7 @@ def programs(draw: st.DrawFn) -> Pair:
     return f"{definitions}r s $ {played}\nr $ choose (left right)", f"r s $ {expanded}\nr $ choose (left right)"
 
 
+@pytest.mark.slow("tries many programs")
 @given(programs())
 def test_a_use_is_its_body_with_the_arguments_written_in(pair: Pair) -> None:
     short, long = (analyze(text) for text in pair)
@@ -242,6 +243,7 @@ def test_arguments_that_no_use_reaches_are_never_performed() -> None:
     )
 
 
+@pytest.mark.slow("reads the largest phrases there may be")
 @pytest.mark.parametrize(
     ("text", "code"),
     [

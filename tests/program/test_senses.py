@@ -155,6 +155,7 @@ def test_a_part_lists_the_senses_it_reads() -> None:
 DEEP = 249
 
 
+@pytest.mark.slow("performs the deepest movement there may be")
 def test_the_deepest_open_movement_is_performed() -> None:
     chain = "".join(f"x{level + 1} = x{level} left\n" for level in range(DEEP - 1))
     text = "x0 = until near repeat forward\n" + chain + f"r $ (x{DEEP - 1})\n"

@@ -98,6 +98,7 @@ def test_shared_movements_are_compared_once() -> None:
     assert not same(one, algebra.series((other, LEFT)))
 
 
+@pytest.mark.slow("makes the longest chains")
 def test_long_chains_need_no_recursion() -> None:
     chain = "x = forward\n" + "x = x left\n" * 5000 + "r $ x"
     assert same(part(chain), part(f"# Moved.\n{chain}"))

@@ -243,12 +243,14 @@ def test_walk_may_start_anywhere(movement: Movement, start: Fraction) -> None:
         assert first.velocity == velocity_at(movement, start + Fraction(1, 10**8))
 
 
+@pytest.mark.slow("tries many movements")
 @given(movements, movements, movements)
 def test_series_and_parallel_are_associative(a: Movement, b: Movement, c: Movement) -> None:
     for together in (algebra.series, algebra.parallel):
         assert same(together([together([a, b]), c]), together([a, together([b, c])]))
 
 
+@pytest.mark.slow("tries many movements")
 @given(movements)
 def test_nothing_is_the_identity(m: Movement) -> None:
     for together in (algebra.series, algebra.parallel):
@@ -256,6 +258,7 @@ def test_nothing_is_the_identity(m: Movement) -> None:
         assert same(together([NOTHING, m]), m)
 
 
+@pytest.mark.slow("tries many movements")
 @given(finite_movements)
 def test_reverse_and_retrograde_undo_themselves(m: Movement) -> None:
     assert same(algebra.reverse(algebra.reverse(m)), m)
@@ -290,6 +293,7 @@ def test_a_bracket_plays_each_item_as_many_times_as_fast(items: list[Movement]) 
     assert squeezed.duration == sum((Fraction(item.duration) for item in items), Fraction(0)) / len(items)
 
 
+@pytest.mark.slow("tries many movements")
 @given(finite_movements)
 def test_retrograde_leads_back_and_repeat_forever_is_repeat(m: Movement) -> None:
     there_and_back = algebra.series([m, algebra.gain(algebra.reverse(m), all_by(Fraction(-1)))])

@@ -106,6 +106,7 @@ def test_the_side_ends_where_the_robot_does(movement: Movement) -> None:
         assert side.end == pytest.approx((expected.x, expected.z), abs=1e-6)
 
 
+@pytest.mark.slow("draws a long climb")
 def test_a_small_picture_of_a_long_climb_stays_small() -> None:
     wild = "r $ repeat 10000 (forward fast 1.01 (left forward || up) fast 7/5 (halfright || scale 1/7 down))"
     for program in (wild, f"r $ repeat 500 ({HELIX})", "r $ slow 9999 up || repeat 9999 (forward || left)"):

@@ -100,6 +100,7 @@ def test_saves_to_one_robot_leave_the_other_alone(when: When, seed: int) -> None
     check_untouched("anna", ANNA + BERT, disturb)
 
 
+@pytest.mark.slow("saves a thousand times")
 def test_fifty_saves_a_second_for_twenty_seconds() -> None:
     def disturb(stage: Continuing) -> None:
         for turn in range(1000):
@@ -545,6 +546,7 @@ def test_a_save_does_not_forget_that_a_robot_has_gone_away() -> None:
     assert stage.transport["state"] == "playing"
 
 
+@pytest.mark.slow("saves for many beats")
 @pytest.mark.parametrize("asked", ["save", "seek"])
 def test_a_robot_that_goes_away_is_noticed_despite_saves_and_seeks(asked: str) -> None:
     robots = [f"r{number}" for number in range(LOOK_AT * 3)]

@@ -52,6 +52,7 @@ def variants(value: Any) -> Iterator[Any]:
             yield from ([*value[:place], inner, *value[place + 1 :]] for inner in variants(item))
 
 
+@pytest.mark.slow("tries every wrong value")
 def test_no_wrong_value_keeps_a_robot_moving() -> None:
     """The stage refuses any bad value, or plays it and ends; and every robot has heard zeros at the end."""
     seen = {Play: 0, Unreadable: 0}

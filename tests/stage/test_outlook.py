@@ -94,6 +94,7 @@ def test_a_path_reaches_half_a_minute_ahead() -> None:
     assert stage.path()[-1][0] == pytest.approx(AHEAD)
 
 
+@pytest.mark.slow("walks the longest paths")
 @pytest.mark.parametrize(
     ("program", "length"),
     [("r $ forward\n", 2), ("r $ rest\n", 2), ("r $ repeat fast 1000 left\n", MOST_POSES)],

@@ -225,6 +225,7 @@ def test_a_slow_machine_keeps_playing_and_says_once_how_often_it_repeats() -> No
     assert stage.lines[1:] == ["this machine is too slow for 100 robots, so all were stopped: play fewer robots"]
 
 
+@pytest.mark.slow("plays ten minutes")
 def test_times_do_not_drift() -> None:
     stage = Stage()
     stage.load("beat 92.5\nr $ repeat (forward [left right left])")

@@ -90,6 +90,7 @@ def test_only_changes_are_reported() -> None:
     assert len(values) > 2
 
 
+@pytest.mark.slow("performs for a long time")
 def test_the_report_of_a_fast_performance_is_the_same_every_time(tmp_path: Path) -> None:
     (tmp_path / "roam.improv").write_text(ROAMER + "bert $ repeat (until near (repeat forward) left)\n")
     (tmp_path / "improv.toml").write_text("[world]\nsize = [9, 7]\n")

@@ -266,6 +266,7 @@ def test_edits_are_where_something_changes() -> None:
     assert edits("beat 60\nx=left\n\n") == [Edit(Span(8, 14), "x = left"), Edit(Span(14, 16), "\n")]
 
 
+@pytest.mark.slow("formats the largest programs")
 def test_deepest_and_longest() -> None:
     check_laws(f"x = {'(' * 199}left{')' * 199}")
     check_laws(f"x = {'([left] fast 2 ' * 60}{'left ' * 500}# deep\n{')' * 60}")
@@ -329,6 +330,7 @@ def programs(draw: st.DrawFn) -> str:
     return text + draw(st.sampled_from(["", "\n\n", "# end", " \t"]))
 
 
+@pytest.mark.slow("tries many programs")
 @given(programs())
 def test_laws_of_programs(text: str) -> None:
     check_laws(text)

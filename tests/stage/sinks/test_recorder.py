@@ -79,6 +79,7 @@ def test_ten_minutes_at_20_hz_are_exact_to_the_nanosecond(tmp_path: Path) -> Non
     assert [message.velocity for message in messages[-4:]] == [(2.0, 0.0, 0.0, 0.0), *[STILL] * 3]
 
 
+@pytest.mark.slow("records many performances")
 @given(
     tempo=st.decimals(20, 400, places=3).map(Fraction),
     fast=st.fractions(Fraction(1, 2), 7, max_denominator=9),
@@ -230,6 +231,7 @@ bert $ repeat (pause near (repeat 3 forward) if near (right right) else left)
 """
 
 
+@pytest.mark.slow("records many performances")
 def test_replaying_sensed_changes_repeats_the_performance(tmp_path: Path) -> None:
     first, again = tmp_path / "first.mcap", tmp_path / "again.mcap"
     score = replace(score_of(analyzed(REACTING)), world=World((9, 7)))

@@ -81,6 +81,7 @@ def test_a_wall_behind_does_not_block_a_robot_that_has_hardly_turned() -> None:
     assert not is_in_the_way(things, Pose(heading=1e-233), RADIUS, REACH)
 
 
+@pytest.mark.slow("compares one look with many")
 @given(scenes, poses)
 def test_any_way_beside_many_small_steps(things: Scene, pose: Pose) -> None:
     """Where nothing touches the disc at first: it is stopped where a disc that moves on touches something."""

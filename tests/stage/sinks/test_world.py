@@ -193,6 +193,7 @@ twists = st.builds(
 )
 
 
+@pytest.mark.slow("simulates many collisions")
 @settings(max_examples=10)
 @given(
     st.lists(st.tuples(st.floats(0, 1), st.sampled_from("abc"), twists), max_size=12),

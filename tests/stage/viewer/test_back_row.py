@@ -91,6 +91,7 @@ def test_long_names_fit_and_letters_are_explained(still: Callable[..., Page]) ->
         expect(page.locator("#help dt").get_by_text(word, exact=True).first).to_be_visible()
 
 
+@pytest.mark.slow("waits for a restarted stage")
 def test_a_formation_is_offered_but_written_only_on_request(page: Page, show: Show, artifacts: Path) -> None:
     show.play("ada $ rest\nbo $ rest\n")
     watch(page, show)

@@ -14,6 +14,13 @@ from improv_core.stage.fields import Beat, Count
 from improv_core.stage.messages import Decided, ProgramMessage, Sensed, Stopped, TransportMessage
 
 
+class ServerTime(TypedDict):
+    """The server's Unix time, for pages on machines whose clocks differ. It is the first message to a page."""
+
+    type: Literal["time"]
+    wall: float
+
+
 class DrawnRobot(TypedDict):
     """What a page draws of a robot: a disc of this radius in meters."""
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import asyncio
 import json
 import sys
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from improv_core.stage.messages import SIMULATED, Measured
 from improv_core.stage.viewer.measured import MeasuredTrail, measured_place
-from improv_core.stage.viewer.messages import DrawnPoses, DrawnRobot, DrawnRobots
+from improv_core.stage.viewer.messages import DrawnPoses, DrawnRobot, DrawnRobots, ServerTime
 from improv_core.stage.viewer.outbox import PageOutbox, bumps_message
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ class Pages:
         self._draw()
         self._joined += 1
         outbox = PageOutbox(self._joined)
+        now: ServerTime = {"type": "time", "wall": time.time()}
+        outbox.put("time", json.dumps(now))
         for kind, text in self._latest.items():
             outbox.put(kind, text)
         if self._bumps:

@@ -228,10 +228,11 @@ def test_a_new_page_gets_what_was_published_and_which_robots_there_are(viewer: V
     async def check() -> dict[str, dict[str, Any]]:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
-            messages = [await socket.receive_json(timeout=LIMIT) for _ in range(4)]
+            messages = [await socket.receive_json(timeout=LIMIT) for _ in range(5)]
             return {message["type"]: message for message in messages}
 
     messages = asyncio.run(check())
+    assert next(iter(messages)) == "time"
     assert messages["transport"]["generation"] == 2
     assert messages["robots"] == {"type": "robots", "robots": {"ada": {"radius": 0.3}}}
     assert messages["poses"] == {"type": "poses", "at": 1.0, "placed": 1, "poses": [[1.0, 2.3333, 0.0, 0.0]]}

@@ -5,10 +5,17 @@
 /** @typedef {Omit<Messages["transport"], "type" | "speed" | "muted" | "soloed"> &
  *   { speed: number, muted: string[], soloed: string[] }} Transport */
 
-
 export class Clock {
   /** @type {Transport} */
   transport = { generation: 0, restarted: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", poses: undefined, muted: [], soloed: [] }
+
+  /** The server's clock minus the page's, in seconds: over SSH, they are on two machines. */
+  #ahead = 0
+
+  /** Takes the server's time, which arrives first. @param {Messages["time"]} message */
+  takeTime({ wall }) {
+    this.#ahead = wall - Date.now() / 1000
+  }
 
   /**
    * Takes a transport message. Whether playback jumped to another place, such as by a seek or a restart.
@@ -34,7 +41,7 @@ export class Clock {
   /** The position in beats at this moment. */
   beat() {
     const { beat, beats, wall, tempo } = this.transport
-    const gone = this.playing ? ((Date.now() / 1000 - wall) * tempo) / 60 : 0
+    const gone = this.playing ? ((Date.now() / 1000 + this.#ahead - wall) * tempo) / 60 : 0
     return Math.min(Math.max(beat + gone, 0), beats ?? Infinity)
   }
 

@@ -55,6 +55,7 @@ const problem = shape({
 })
 
 const MESSAGES = {
+  time: shape({ wall: number }),
   robots: shape({ robots: mapOf(shape({ radius: number })) }),
   trails: shape({ placed: count, robots: mapOf(shape({ from: count, places: listOf(numbers(4)) })) }),
   measured: shape({ robots: mapOf(shape({ from: count, places: listOf(numbers(13)) })) }),

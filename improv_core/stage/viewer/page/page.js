@@ -78,6 +78,7 @@ const view = new View({ clock, motion, trails, measured, bumps, cast, program, s
 /** @param {Message} message */
 function take(message) {
   if (message.type === "poses") takePoses(message)
+  else if (message.type === "time") clock.takeTime(message)
   else if (message.type === "trails") trails.take(message)
   else if (message.type === "measured") takeMeasured(message)
   else if (message.type === "program") takeProgram(message)

@@ -20,7 +20,7 @@ from typing import NamedTuple
 from lsprotocol import types
 
 from improv_core.playback.stops import Stops
-from improv_core.stage.commands import Hush, Pause
+from improv_core.stage.commands import Pause, Stop
 
 READ_SIZE = 65_536
 LONGEST_HEADER = 65_536
@@ -29,7 +29,7 @@ LOOK_PERIOD, BUSY = 0.02, 0.005
 counts as busy because it has not read it."""
 _LENGTH = re.compile(rb"^content-length:[ \t]*(\d{1,9})[ \t]*\r?$", re.IGNORECASE | re.MULTILINE)
 _HEADER_END = b"\r\n\r\n"
-_STOPS: Mapping[str, Hush | Pause] = {"improv.hush": {"type": "hush"}, "improv.pause": {"type": "pause"}}
+_STOPS: Mapping[str, Stop | Pause] = {"improv.hush": {"type": "stop"}, "improv.pause": {"type": "pause"}}
 
 
 class FramingError(Exception):
@@ -148,7 +148,7 @@ class Arrivals:
         return bool(select.select([self._source], [], [], 0)[0])
 
 
-def _stop_in(body: bytes) -> Hush | Pause | None:
+def _stop_in(body: bytes) -> Stop | Pause | None:
     """The stop or the pause that a message asks for."""
     if any(name.encode() in body for name in _STOPS):
         with suppress(ValueError, LookupError, TypeError, RecursionError):  # reported where it is handled

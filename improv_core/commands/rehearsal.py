@@ -29,6 +29,6 @@ def perform(
         now = max(now, deadline)
         if seconds is not None and now >= seconds and player.state == "playing":
             now = seconds
-            player.hush(now)
+            player.stop(now)
         else:
             player.advance(now)

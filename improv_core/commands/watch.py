@@ -63,9 +63,9 @@ async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: W
         if read_saved(path) == saved or (settled := await settle(path)) == saved:
             continue
         # What came before these counts is known below; a stop that comes later keeps the save from playing.
-        asked, heard, now = stops.count, stops.hushes, look(path)
+        asked, heard, now = stops.count, stops.stopped, look(path)
         at_stop = await witness.since(played)
-        verdict = decide(handled, at_stop, now, shared=is_shared(path), told=played < told == stops.hushes)
+        verdict = decide(handled, at_stop, now, shared=is_shared(path), told=played < told == stops.stopped)
         saved, handled = settled, now
         if verdict is Verdict.PLAY:
             played = heard

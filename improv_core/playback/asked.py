@@ -49,7 +49,7 @@ def asked(show: Show, request: PlayScore | Wish | PageRequest | Watched, now: No
     if request["type"] == "resume":
         resume: Resume = {"type": "resume", "at": now.at}
         return show, [Send(name, resume, unless=now.stops) for name in (show.leader, show.twin) if name]
-    if request["type"] == "hush" or request["type"] == "pause":
+    if request["type"] == "stop" or request["type"] == "pause":
         return show, []
     return _change(show, request, now)
 
@@ -70,7 +70,7 @@ def _let_lead(show: Show, simulated: bool) -> Decided:
     """Have the simulator play alone, while the stage of real robots stops them and waits, or both play again."""
     assert show.leader
     # Simulated robots must not keep dancing either, while real ones are waited for.
-    stop: list[Act] = [Send(show.leader, {"type": "hush"})]
+    stop: list[Act] = [Send(show.leader, {"type": "stop"})]
     if simulated and show.twin:
         return replace(show, leader=show.twin, idle_score=show.played.score if show.played else None), stop
     if simulated and show.is_real:

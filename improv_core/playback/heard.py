@@ -68,7 +68,7 @@ def _followed(show: Show, name: SinkName, transport: TransportMessage) -> Decide
             return _enter(replace(show, entered=transport), show.twin, latest, transport)
         return show, _to(show.twin, {"type": "resume", "at": transport["monotonic"]}) if waited else []
     if state == "stopped":
-        return show, _to(show.twin, {"type": "hush"})
+        return show, _to(show.twin, {"type": "stop"})
     if state == "paused" and show.waits_for:
         return show, _to(show.twin, {"type": "pause", "at": transport["monotonic"]})
     return show, []
@@ -118,7 +118,7 @@ def _gone(show: Show, name: SinkName, gone: Gone) -> Decided:
     show = replace(show, gone=show.gone | {name}, latest=show.latest if idles else None)
     if leads:
         show = replace(show, is_on=False, waits_for=())
-        acts += _to(show.twin, {"type": "hush"})
+        acts += _to(show.twin, {"type": "stop"})
     again = "" if idles else "; save to play again"
     if name == show.halting:  # another one would fail too
         what = again if show.still else f": robots may still be moving{again}"

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from improv_core.stage.asleep import NOTICED, asleep
-from improv_core.stage.commands import Hush, PageRequest, Pause, Watched, is_stop
+from improv_core.stage.commands import PageRequest, Pause, Stop, Watched, is_stop
 from improv_core.stage.messages import Pressed, ToStage
 
 KNOWN = 0.25
@@ -39,7 +39,7 @@ class Stops:
         self._asleep = asleep
         self._slept = asleep()
         self._count = 0
-        self.hushes = 0
+        self.stopped = 0
         """How many of these were stops and not pauses."""
         self.unreachable = ""
         """Why `improv stop` can't reach this process, if it can't: then no real robot moves."""
@@ -64,16 +64,16 @@ class Stops:
             if stage in self._stages:
                 self._stages.remove(stage)
 
-    def stop(self, message: Hush | Pause | None = None) -> None:
+    def stop(self, message: Stop | Pause | None = None) -> None:
         """Have all stages stop at once, or pause."""
-        timed = message.copy() if message else Hush(type="hush")
+        timed = message.copy() if message else Stop(type="stop")
         timed["at"] = time.monotonic()
         with self._lock:
             for stage in self._stages:
                 stage.send(timed)
-            self._note(hush=timed["type"] == "hush")
+            self._note(stop=timed["type"] == "stop")
 
-    def on_hush(self, tell: Callable[[], object]) -> None:
+    def on_stop(self, tell: Callable[[], object]) -> None:
         """From now on, call this at each stop, on its thread; not at a pause. It must not wait for anything."""
         self._tell.append(tell)
 
@@ -82,7 +82,7 @@ class Stops:
         with self._lock:
             if count > self.known:
                 self.known = count
-                self._note(hush=True)
+                self._note(stop=True)
 
     def arrive(self, request: PageRequest | Watched) -> int:
         """Note a request from a page, and obey it if it is a stop or a pause. Returns the count that it carries."""
@@ -106,13 +106,13 @@ class Stops:
         slept = self._asleep()
         if slept > self._slept + NOTICED:
             self._slept = slept
-            self._note(hush=True)
+            self._note(stop=True)
         self._slept = max(slept, self._slept)
         return self._count
 
-    def _note(self, *, hush: bool) -> None:
+    def _note(self, *, stop: bool) -> None:
         """Count a stop, or a pause, and tell of a stop."""
         self._count = self._counted() + 1
-        self.hushes += hush
-        for tell in self._tell if hush else ():
+        self.stopped += stop
+        for tell in self._tell if stop else ():
             tell()

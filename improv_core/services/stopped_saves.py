@@ -76,12 +76,12 @@ class StopWitness:
         self._see = see
         self._changed = threading.Condition()
         self._number, self._seen = -1, Seen(None, None)
-        stops.on_hush(self._look_soon)
+        stops.on_stop(self._look_soon)
         self._look()
 
-    async def since(self, hushes: int) -> Seen | None:
+    async def since(self, stopped: int) -> Seen | None:
         """How the program stood at the latest stop; None if none has come since there had been so many."""
-        if self._stops.hushes == hushes:
+        if self._stops.stopped == stopped:
             return None
         return await asyncio.to_thread(self._wait)
 
@@ -92,7 +92,7 @@ class StopWitness:
             self._look()
 
     def _look(self) -> None:
-        number = self._stops.hushes
+        number = self._stops.stopped
         seen = self._see(self._path)
         with self._changed:
             if number > self._number:
@@ -101,7 +101,7 @@ class StopWitness:
 
     def _wait(self) -> Seen:
         with self._changed:
-            self._changed.wait_for(lambda: self._number >= self._stops.hushes)
+            self._changed.wait_for(lambda: self._number >= self._stops.stopped)
             return self._seen
 
 

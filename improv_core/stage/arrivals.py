@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from improv_core.score.score import Score
-from improv_core.stage.commands import Hush, Pause
+from improv_core.stage.commands import Pause, Stop
 from improv_core.stage.messages import Load, Ping, ToStage, after
 from improv_core.stage.sinks import Alarm, Edge, RawPoses
 
@@ -43,7 +43,7 @@ class Lost:
 class First:
     """What came on the channel of stops, and its number."""
 
-    message: Hush | Pause | Ping
+    message: Stop | Pause | Ping
     number: int
 
 

@@ -29,8 +29,8 @@ class Marked(TypedDict, total=False):
     mark: str
 
 
-class Hush(_Timed, Marked):
-    type: Literal["hush"]
+class Stop(_Timed, Marked):
+    type: Literal["stop"]
 
 
 class Pause(_Timed):
@@ -92,7 +92,7 @@ class Force(_Timed):
     value: bool | None
 
 
-Conduct = Hush | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
+Conduct = Stop | Pause | Resume | Seek | Speed | Silence | Held | Released | Cue | KeySense | Force
 """What people in an editor or on a page may do to what plays."""
 
 
@@ -180,7 +180,7 @@ CONTROLS: tuple[Sender, ...] = ("page", "editor", "ros")
 
 _ROWS = (
     Command(
-        Hush,
+        Stop,
         (*CONTROLS, "terminal"),
         stops=True,
         at_once=True,
@@ -212,11 +212,11 @@ _ROWS = (
 COMMANDS: Mapping[str, Command] = {row.name: row for row in _ROWS}
 """The rows, by the type of their message."""
 
-VOID = COMMANDS["hush"].voids | {"load"}
+VOID = COMMANDS["stop"].voids | {"load"}
 """What was sent before a stop, and must not be obeyed after it."""
 
 
-def is_stop(message: Mapping[str, Any]) -> TypeGuard[Hush | Pause]:
+def is_stop(message: Mapping[str, Any]) -> TypeGuard[Stop | Pause]:
     """Whether a message is a command that stops robots."""
     row = COMMANDS.get(message["type"])
     return row is not None and row.stops

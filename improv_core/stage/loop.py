@@ -16,7 +16,7 @@ from improv_core.score.senses import RobotSense
 from improv_core.score.transport import BEATS_PER_BAR
 from improv_core.stage.arrivals import Arrival, End, First, Lost, Ordered, Play, Unreadable
 from improv_core.stage.asleep import NOTICED
-from improv_core.stage.commands import Hush, is_stop
+from improv_core.stage.commands import Stop, is_stop
 from improv_core.stage.in_order import InOrder
 from improv_core.stage.interlocks import GAMEPAD
 from improv_core.stage.messages import (
@@ -80,7 +80,7 @@ class Opened:
     sink: Sink
     tell: Callable[[FromStage], None]
     show: Callable[[Score, int], None] = lambda score, generation: None
-    present: Callable[[ToPages | Hush], None] = lambda message: None
+    present: Callable[[ToPages | Stop], None] = lambda message: None
     guard: Callable[[Collection[str]], None] = lambda topics: None
     owed: ZerosToPay | None = None
     leave: Callable[[], None] = lambda: None
@@ -203,7 +203,7 @@ class _Loop:
         elif isinstance(arrival, Unreadable):
             self._tell({"type": "error", "message": arrival.problem})
             if arrival.is_score:
-                self.player.hush(now)
+                self.player.stop(now)
         elif isinstance(arrival, Lost):
             self._tell({"type": "lacks", "generation": arrival.generation})
         else:
@@ -215,7 +215,7 @@ class _Loop:
         end = clock.now() + END_LIMIT  # the parent waits no longer than this
         if player.state in ("playing", "waiting"):  # otherwise they have stopped and may be moved by others
             with suppress(Exception):
-                player.hush(clock.now())
+                player.stop(clock.now())
         while (deadline := player.deadline(clock.now())) is not None and deadline < end:
             clock.wait_until(deadline)
             with suppress(Exception):
@@ -223,7 +223,7 @@ class _Loop:
 
     def _halt(self, line: str, now: float) -> None:
         """Stop all robots, and say why. Nothing that the parent has sent until now may move them."""
-        self.player.hush(now)
+        self.player.stop(now)
         self._in_order.overtaking = self._in_order.overtaking.lose()
         self._tell({"type": "error", "message": line})
 
@@ -275,9 +275,9 @@ class _Loop:
             return
         OBEYED[message["type"]](self, message, self._as_of(message.get("at"), now), now)
 
-    def hush(self, message: Hush, now: float) -> None:
+    def obey_stop(self, message: Stop, now: float) -> None:
         """Stop all robots, and let the page know whose stop that was."""
-        self.player.hush(now)
+        self.player.stop(now)
         if "mark" in message:
             self._opened.present(message)
 
@@ -308,7 +308,7 @@ class _Loop:
 
 
 OBEYED: Mapping[str, Callable[[_Loop, Any, float, float], None]] = {
-    "hush": lambda loop, message, at, now: loop.hush(message, now),
+    "stop": lambda loop, message, at, now: loop.obey_stop(message, now),
     "pause": lambda loop, _, at, now: loop.player.pause(at),
     "resume": lambda loop, _, at, now: loop.player.resume(at),
     "seek": lambda loop, message, at, now: loop.player.seek(message["beat"], at),

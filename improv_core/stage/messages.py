@@ -12,12 +12,12 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypedDict, cast
 
-from improv_core.stage.commands import Conduct, Hush, PageRequest, Pause, Watched, _Timed
+from improv_core.stage.commands import Conduct, PageRequest, Pause, Stop, Watched, _Timed
 from improv_core.stage.editing import Answer, ProgramSource
 from improv_core.stage.fields import PoseJson
 from improv_core.stage.typed_lines import ProtocolError, read_as
 
-VERSION = 1
+VERSION = 2
 """The protocol's version."""
 FOLDER = Path(__file__).resolve().parent
 """What Python is started with to run a stage."""
@@ -343,9 +343,9 @@ STOP_PIPE = "IMPROV_STOP_PIPE"
 """The environment variable that tells a stage which file descriptor is its channel of stops."""
 
 
-def read_first(line: bytes) -> tuple[Hush | Pause | Ping, int]:
+def read_first(line: bytes) -> tuple[Stop | Pause | Ping, int]:
     """The message that a line on the channel of stops holds, and its number. Raises ProtocolError."""
-    message = cast(Hush | Pause | Ping, read_as(line, Hush | Pause | Ping))
+    message = cast(Stop | Pause | Ping, read_as(line, Stop | Pause | Ping))
     if (number := _count_in(message, "number")) is None:
         raise ProtocolError("what comes on the channel of stops needs a `number`")
     return message, number

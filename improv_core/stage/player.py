@@ -86,7 +86,7 @@ class Player(Machine):
         load = events.Load(score, generation, when, entry, max(beats_per_bar, 1), senses, stops)
         self._take(load, now)
 
-    def hush(self, now: float) -> None:
+    def stop(self, now: float) -> None:
         """Stop every robot at once. If one can't be stopped, the others still are, and the first exception is raised.
 
         Does nothing while it waits for listeners only so that it can stop their robots: none of them would hear it yet.

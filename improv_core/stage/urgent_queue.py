@@ -68,7 +68,7 @@ class UrgentQueue(Generic[Item]):
             return self._first.popleft()
         if self._edges:
             return self._edges.popleft()
-        if self._sensed and not (self._waiting and (self._took_sensed or _kind(self._waiting[0]) == "hush")):
+        if self._sensed and not (self._waiting and (self._took_sensed or _kind(self._waiting[0]) == "stop")):
             if len(self._sensed) > MOST_SENSED:
                 latest = {(edge.what, edge.value): edge for edge in self._sensed}
                 self._sensed = deque(sorted(latest.values(), key=lambda edge: edge.at))

@@ -98,13 +98,13 @@ def test_a_robot_takes_a_step_from_its_section() -> None:
     robots = '[robots.anna]\nprofile = "turtlebot3_burger"\n'
     with Client({"backend": "sim", "page": {"open": False}}, TOLD) as client:
         client.open(uri, robots, "toml")
-        step, hush = (action["command"] for action in offered(client, uri, 0, 10))
-        assert (step["title"], hush["title"]) == ("Try forward with anna", "Stop all robots")
+        step, stop = (action["command"] for action in offered(client, uri, 0, 10))
+        assert (step["title"], stop["title"]) == ("Try forward with anna", "Stop all robots")
         assert offered(client, uri, 1, 0) == []
         client.request("workspace/executeCommand", step)
         assert client.wait_for_line("▶") == "▶ anna 1 beat, 1.0 s at beat 60, simulator"
         assert client.wait("improv/transport", lambda told: told["state"] == "playing")["uri"] != uri
-        client.request("workspace/executeCommand", hush)
+        client.request("workspace/executeCommand", stop)
         client.change(uri, 2, {"text": robots.replace("burger", "burgr")})
         client.request("workspace/executeCommand", step)
         client.wait_for_line("✗ improv.toml has errors")

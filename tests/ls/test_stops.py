@@ -17,7 +17,7 @@ from tests.page import live_behind
 URI, HUGE = "file:///dance.improv", "file:///huge.improv"
 HUGE_PROGRAM = "".join(f"r $ repeat {count} (forward left)\n" for count in range(2, 5_000))
 QUIET = {"backend": "sim", "page": {"open": False}}
-HUSH, PAUSE = (
+STOP, PAUSE = (
     {"method": "workspace/executeCommand", "params": {"command": f"improv.{name}", "arguments": []}}
     for name in ("hush", "pause")
 )
@@ -79,7 +79,7 @@ def client() -> Iterator[Dancer]:
         yield client
 
 
-@pytest.mark.parametrize("stop", [HUSH, PAUSE])
+@pytest.mark.parametrize("stop", [STOP, PAUSE])
 def test_a_save_and_a_stop_in_one_read(client: Dancer, stop: Message) -> None:
     client.write(SAVE, stop)
     assert client.wait_for_line("dance.improv") == "■ dance.improv was stopped before it began: save to play it"
@@ -89,7 +89,7 @@ def test_a_save_and_a_stop_in_one_read(client: Dancer, stop: Message) -> None:
 
 def test_a_stop_after_a_storm_of_saves(client: Dancer) -> None:
     again = {"method": "workspace/executeCommand", "params": {"command": "improv.restart", "arguments": []}}
-    number = client.write(*[SAVE] * 400, *[{"id": f"again {each}", **again} for each in range(20)], HUSH)
+    number = client.write(*[SAVE] * 400, *[{"id": f"again {each}", **again} for each in range(20)], STOP)
     client.answer(number)
     client.wait_for_state("stopped")
     client._write(client.retype("s $ repeat left\n"), SAVE)
@@ -103,7 +103,7 @@ def test_a_resume_and_a_pause_in_one_read(client: Dancer) -> None:
     paused = len(client.log)
     resume = {"id": "resume", "method": "workspace/executeCommand", "params": {"command": "improv.resume"}}
     client.write(resume, PAUSE)
-    client.write(HUSH)
+    client.write(STOP)
     client.wait_for_state("stopped")
     told = [spoken.message for spoken in client.log[paused:] if spoken.message.get("method") == "improv/transport"]
     assert [each["params"]["state"] for each in told] == ["stopped"]
@@ -144,7 +144,7 @@ def stop_while_analyzing(client: Dancer) -> None:
     stage = when_stopped(client.page(), lambda: analyzed.append(client.has_analyzed(HUGE)))
     client.open(HUGE, HUGE_PROGRAM)
     client._write(SAVE)
-    number = client.write(HUSH)
+    number = client.write(STOP)
     # What is saved after the stop plays: the stop counts only once, although it is answered long after.
     client._write(client.retype("s $ repeat left\n"), SAVE)
     stage.join(LIMIT)

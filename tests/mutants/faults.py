@@ -155,7 +155,7 @@ PLAYBACK = (
     ),
     Fault(
         "playback/stops.py",
-        "            self._slept = slept\n            self._note(hush=True)\n",
+        "            self._slept = slept\n            self._note(stop=True)\n",
         "            self._slept = slept\n",
         "what was asked for before the machine slept plays after it",
     ),
@@ -197,7 +197,7 @@ PLAYBACK = (
     ),
     Fault(
         "playback/heard.py",
-        '    if state == "stopped":\n        return show, _to(show.twin, {"type": "hush"})\n',
+        '    if state == "stopped":\n        return show, _to(show.twin, {"type": "stop"})\n',
         "",
         "the simulated robots dance on when the real ones were stopped",
     ),

@@ -38,7 +38,7 @@ class Fake:
         self.sink = sink
         self.alive = True
         self.sent: list[ToStage] = []
-        self.ready: Ready = {"type": "ready", "protocol": 1, "sink": sink, "real": sink == "ros"}
+        self.ready: Ready = {"type": "ready", "protocol": 2, "sink": sink, "real": sink == "ros"}
         if sink == "simulator":
             self.ready["page"] = f"http://127.0.0.1:{options.port or 8123}/"
 

@@ -19,8 +19,8 @@ from improv_core.stage.messages import Pressed, Ready, State, TransportMessage
 
 DANCE = score_of(analyze("r $ repeat forward\n"))
 READY: Mapping[SinkName, Ready] = {
-    "ros": {"type": "ready", "protocol": 1, "sink": "ROS 2", "real": True},
-    "simulator": {"type": "ready", "protocol": 1, "sink": "simulator", "real": False, "page": "http://127.0.0.1:8123/"},
+    "ros": {"type": "ready", "protocol": 2, "sink": "ROS 2", "real": True},
+    "simulator": {"type": "ready", "protocol": 2, "sink": "simulator", "real": False, "page": "http://127.0.0.1:8123/"},
 }
 GONE: Gone = {"type": "gone", "message": "it exited"}
 FAILED: Failed = {"type": "failed", "message": "no ROS"}

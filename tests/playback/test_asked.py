@@ -35,7 +35,7 @@ PLACE: Any = {"type": "place", "start_poses": {}}
         ({"type": "resume"}, ["ros: resume", "simulator: resume"]),
         ({"type": "cue"}, ["ros: cue"]),  # the twin is told what was sensed
         ({"type": "restart"}, ["ros: score 2"]),
-        ({"type": "hush"}, []),  # it has been obeyed as it arrived
+        ({"type": "stop"}, []),  # it has been obeyed as it arrived
         ({"type": "pause"}, []),
         (PLACE, ["place"]),
         (FORM, ["form"]),
@@ -97,7 +97,7 @@ def test_what_is_muted_and_soloed_is_known() -> None:
 def test_a_stage_that_takes_over_the_lead_for_a_score_that_is_only_simulated() -> None:
     story = Story.playing()
     tell(story, [
-        (play(simulated=True), ["ros: hush", "simulator: score 2"]),  # real robots stop until the next score
+        (play(simulated=True), ["ros: stop", "simulator: score 2"]),  # real robots stop until the next score
         (("simulator", at("playing", 2, 1.0)), ["transport"]),
         (("ros", at("stopped", 1)), ["transport (the other)"]),
     ])  # fmt: skip
@@ -108,7 +108,7 @@ def test_a_stage_that_takes_over_the_lead_for_a_score_that_is_only_simulated() -
         ({"type": "resume"}, ["simulator: resume"]),  # only what paused resumes
         ({"type": "restart"}, ["simulator: score 3"]),
         (play(simulated=True), ["simulator: score 4"]),
-        (play(), ["simulator: hush", "ros: score 5"]),
+        (play(), ["simulator: stop", "ros: score 5"]),
         (("ros", at("playing", 5)), ["simulator: score 5 from beat 0", "transport"]),
     ])  # fmt: skip
 
@@ -142,12 +142,12 @@ def test_real_robots_play_nothing_while_an_emergency_stop_is_on() -> None:
     tell(story, [
         (play(GUARDED), ["ros: pressed", REFUSED]),  # another stage may have heard it: it has to hear its release
         (play(), ["ros: pressed", STILL_ON]),  # also if `stop` has been removed from improv.toml
-        (play(simulated=True), ["ros: hush", "simulator: score 2"]),
+        (play(simulated=True), ["ros: stop", "simulator: score 2"]),
         (play(GUARDED), ["ros: pressed", REFUSED]),
     ])  # fmt: skip
     assert story.show.leader == "simulator"
     story.pressed = {"type": "pressed", "topics": [], "count": 1}
-    assert story(play(GUARDED)) == ["simulator: hush", "ros: score 3"]
+    assert story(play(GUARDED)) == ["simulator: stop", "ros: score 3"]
 
 
 def test_the_simulator_needs_no_emergency_stop() -> None:

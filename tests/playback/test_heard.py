@@ -33,7 +33,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (("ros", at("playing", 1, 3.0)), ["simulator: score 1 from beat 3", "transport"]),
         (("ros", at("playing", 1, 4.0)), ["transport"]),
         (("simulator", at("playing", 1)), ["transport (the other)"]),
-        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
         (("ros", at("stopped", 0)), ["transport (the other)"]),  # the new one is starting
         (ROS, ["ros: score 1 stop"]),
         (("ros", at("playing", 1)), ["transport"]),  # the twin does not show how robots stop
@@ -43,27 +43,27 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
     ],
     "a new stage dies, too, while robots may be moving": [
         (play(), ["ros: score 1"]),
-        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
         (ROS, ["ros: score 1 stop"]),
-        (("ros", GONE), ["simulator: hush", "it exited: robots may still be moving; save to play again"]),
+        (("ros", GONE), ["simulator: stop", "it exited: robots may still be moving; save to play again"]),
     ],
     "a new stage dies once robots stand": [
         (play(), ["ros: score 1"]),
-        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
         (ROS, ["ros: score 1 stop"]),
         (("ros", at("playing", 1)), ["transport"]),
         (("ros", at("ended", 1)), ["transport"]),
-        (("ros", GONE), ["simulator: hush", "it exited; save to play again"]),  # or stages would start forever
+        (("ros", GONE), ["simulator: stop", "it exited; save to play again"]),  # or stages would start forever
     ],
     "a new stage that has played again dies": [
         (play(), ["ros: score 1"]),
-        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
         (ROS, ["ros: score 1 stop"]),
         (play(), ["ros: score 2"]),
-        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
     ],
     "a stage crashes before anything has been played": [
-        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
         (ROS, []),
         (play(), ["ros: score 1"]),
     ],
@@ -71,13 +71,13 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (play(), ["ros: score 1"]),
         (("ros", at("playing", 1)), ["simulator: score 1 from beat 0", "transport"]),
         (("ros", at("paused", 1, **BUTTON)), ["simulator: pause", "transport"]),
-        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
         (ROS, ["ros: score 1 stop"]),
         (("ros", at("playing", 1)), ["transport"]),
     ],
     "a stage cannot be replaced": [
         (play(), ["ros: score 1"]),
-        (("ros", GONE), ["simulator: hush", "start ros", STOPPING]),
+        (("ros", GONE), ["simulator: stop", "start ros", STOPPING]),
         (("ros", FAILED), ["no new stage could be started: no ROS"]),
         ({"type": "restart"}, []),
         (("simulator", at("stopped", 1)), ["transport (the other)"]),
@@ -101,7 +101,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
     ],
     "the stage of real robots crashes while the simulator plays alone": [
         (play(), ["ros: score 1"]),
-        (play(GHOST, simulated=True), ["ros: hush", "simulator: score 2"]),
+        (play(GHOST, simulated=True), ["ros: stop", "simulator: score 2"]),
         (("ros", {"type": "stopped"}), ["stopped (the other)"]),
         (("ros", GONE), ["start ros", "it exited: a new one is stopping the robots (the other)"]),
         (("simulator", at("playing", 2)), ["transport"]),
@@ -109,7 +109,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (ROS, ["ros: score 2 stop"]),
         (("ros", {"type": "lacks", "generation": 2}), []),
         (("ros", at("ended", 2)), ["transport (the other)"]),
-        (play(), ["simulator: hush", "ros: score 3"]),
+        (play(), ["simulator: stop", "ros: score 3"]),
     ],
     "a score takes over at the next bar": [
         (play(), ["ros: score 1"]),
@@ -127,7 +127,7 @@ STORIES: dict[str, Sequence[tuple[Event, list[str]]]] = {
         (("ros", at("playing", 1)), ["simulator: resume", "transport"]),
         (("ros", at("paused", 1)), ["transport"]),  # what somebody asks for, the twin is told when it is asked
         (("ros", at("playing", 1)), ["transport"]),
-        (("ros", at("stopped", 1)), ["simulator: hush", "transport"]),
+        (("ros", at("stopped", 1)), ["simulator: stop", "transport"]),
     ],
 }
 

@@ -64,11 +64,11 @@ async def test_a_page_request_made_before_a_stop_does_not_move_robots_after_it(
 ) -> None:
     leader, twin = await fakes.play()
     asked = fakes.stops.arrive(command)  # on the thread that reads
-    twin.say({"type": "request", "command": {"type": "hush"}})
+    twin.say({"type": "request", "command": {"type": "stop"}})
     twin.hear({"type": "request", "command": command}, asked)  # on the event loop
-    assert leader.kinds == ["load", "hush"]
+    assert leader.kinds == ["load", "stop"]
     twin.say({"type": "request", "command": command})
-    assert leader.kinds == ["load", "hush", sent]
+    assert leader.kinds == ["load", "stop", sent]
 
 
 @performed
@@ -83,7 +83,7 @@ async def test_a_stop_from_another_terminal(fakes: Fakes) -> None:
     assert await asyncio.to_thread(list, stop_all()) == [IDLE]
     leader, twin = await fakes.play()
     assert await asyncio.to_thread(list, stop_all()) == ["stopped dance.improv on ros, with the simulator alongside"]
-    assert leader.kinds[-1] == twin.kinds[-1] == "hush"
+    assert leader.kinds[-1] == twin.kinds[-1] == "stop"
     leader.tell("stopped")
     assert await asyncio.to_thread(list, stop_all()) == [IDLE]
     assert fakes.lines == ["stopped by `improv stop`"] * 2
@@ -152,7 +152,7 @@ async def test_a_score_says_how_many_emergency_stops_were_known_when_it_was_requ
 async def test_a_dead_leading_stage_is_replaced_by_one_that_stops_the_robots_first(fakes: Fakes) -> None:
     leader, twin = await fakes.play()
     leader.die()
-    assert twin.kinds == ["load", "hush"]
+    assert twin.kinds == ["load", "stop"]
     assert fakes.lines == ["the stage exited unexpectedly: a new one is stopping the robots; save to play again"]
     await fakes.until(lambda: fakes.latest("ros") is not leader and fakes.latest("ros").sent)
     new = fakes.latest("ros")
@@ -257,7 +257,7 @@ async def test_only_a_parent_that_edits_obeys_a_page_that_does_and_a_stop_comes_
     fakes.playback = Playback(Options("both"), lambda message, leads: None, fakes.stops, fakes._start, fakes.edit)
     _, twin = await fakes.play()
     asked = fakes.stops.arrive(write)  # on the thread that reads
-    twin.say({"type": "request", "command": {"type": "hush"}})
+    twin.say({"type": "request", "command": {"type": "stop"}})
     twin.hear({"type": "request", "command": write}, asked)  # on the event loop
     assert fakes.edits == [(write, asked)]
     assert await fakes.playback.play(PlayScore(DANCE, "dance.improv", asked)) is None  # it was stopped before it began
@@ -266,7 +266,7 @@ async def test_only_a_parent_that_edits_obeys_a_page_that_does_and_a_stop_comes_
 @performed
 async def test_what_a_page_requests_reaches_all_stages_for_the_same_time(fakes: Fakes) -> None:
     leader, twin = await fakes.play()
-    requests: list[Conduct] = [{"type": "pause"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "hush"}]
+    requests: list[Conduct] = [{"type": "pause"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "stop"}]
     for request in requests:
         twin.say({"type": "request", "command": request})
         assert leader.sent[-1] == twin.sent[-1]

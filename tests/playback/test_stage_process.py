@@ -20,7 +20,7 @@ from tests.stage.test_watchdog import CHANNEL, LIMIT, READY
 
 def received(*messages: ToStage) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """What has come by standard input, and what has come on the channel of stops when the last of that is read."""
-    waiting = sum(message["type"] not in ("hush", "pause") for message in messages)
+    waiting = sum(message["type"] not in ("stop", "pause") for message in messages)
     code = "\n".join(
         [
             "import json, os, select, sys",
@@ -60,8 +60,8 @@ def test_a_ping_precedes_what_may_move_robots_and_each_message_says_what_was_sen
 ) -> None:
     """Even if the thread that pings is held up: a stage that was never pinged would not notice that we hang."""
     monkeypatch.setattr(Watch, "may_ping", lambda watch, now: False)
-    lines, first = received({"type": "hush"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "cue"})
-    assert first == [{"type": "hush", "number": 1}, {"type": "ping", "number": 2}]
+    lines, first = received({"type": "stop"}, {"type": "seek", "beat": 2.0}, {"type": "resume"}, {"type": "cue"})
+    assert first == [{"type": "stop", "number": 1}, {"type": "ping", "number": 2}]
     assert lines == [{"type": "seek", "after": 1}, {"type": "resume", "after": 2}, {"type": "cue", "after": 2}]
 
 

@@ -42,14 +42,14 @@ def test_page_requests_carry_the_count_and_their_stops_are_obeyed_at_once() -> N
     stops, stage = Stops(), Stage()
     stops.add(stage)
     assert stops.arrive({"type": "restart"}) == 0
-    assert stops.arrive({"type": "hush"}) == 1
+    assert stops.arrive({"type": "stop"}) == 1
     assert stops.arrive({"type": "restart"}) == 1
     assert stops.arrive({"type": "pause"}) == 2
     assert stops.arrive({"type": "resume"}) == 2
-    assert stage.kinds == ["hush", "pause"]
+    assert stage.kinds == ["stop", "pause"]
     stops.discard(stage)
     stops.stop()
-    assert stage.kinds == ["hush", "pause"]
+    assert stage.kinds == ["stop", "pause"]
 
 
 def test_requests_made_before_the_machine_slept_are_not_sent_after_it() -> None:
@@ -80,7 +80,7 @@ def test_threads_can_take_turns_in_any_order() -> None:
     assert len(stage.sent) == rounds + sent
     stopped = 0
     for message in stage.sent:
-        if message["type"] == "hush":
+        if message["type"] == "stop":
             stopped += 1
         elif message["type"] == "load":
             assert message["generation"] == stopped

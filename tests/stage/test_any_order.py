@@ -69,9 +69,9 @@ class Walk:
         for stage in self.both:
             stage.player.resume(stage.now)
 
-    def hush(self) -> None:
+    def stop(self) -> None:
         for stage in self.both:
-            stage.player.hush(stage.now)
+            stage.player.stop(stage.now)
 
     def seek(self) -> None:
         self.beat = self.dice.choice((0.0, 3.0, 7.3))
@@ -116,7 +116,7 @@ class Walk:
 
     def check(self) -> None:
         assert self.edited.sent_to("anna") == self.alone.sent_to("anna")
-        self.hush()
+        self.stop()
         self.run(1)
         for stage in self.both:
             assert stage.player.deadline(stage.now) is None
@@ -130,7 +130,7 @@ class Walk:
 def test_requests_in_any_order(seed: int, real: bool) -> None:
     walk = Walk(seed, real=real)
     often = [walk.edit] * 10
-    rarely = [walk.pause, walk.resume, walk.resume, walk.hush, walk.seek, walk.set_speed, walk.silence, walk.restart]
+    rarely = [walk.pause, walk.resume, walk.resume, walk.stop, walk.seek, walk.set_speed, walk.silence, walk.restart]
     edges = [walk.hold, walk.hold, walk.press_stop, walk.press_stop] if real else []
     for _ in range(STEPS):
         walk.dice.choice([*often, *rarely, walk.change_tempo, *edges])()

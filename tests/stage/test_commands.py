@@ -43,7 +43,7 @@ def test_everything_a_page_may_request_has_a_row() -> None:
 
 
 def test_a_page_may_send_what_its_rows_say() -> None:
-    asks = {"stop", "window", "analyze", "complete", "explain", "write"}  # answered, or sent on as another
+    asks = {"press", "window", "analyze", "complete", "explain", "write"}  # answered, or sent on as another
     sent = {row.name for row in COMMANDS.values() if "page" in row.by} - {"editing"}
     assert by_type(FromPage).keys() - asks == sent
 
@@ -66,8 +66,8 @@ def test_the_page_has_the_same_requests_and_limits() -> None:
     [
         ({"type": "seek", "beat": 1}, {"type": "seek", "beat": 2}, True),
         ({"type": "seek", "beat": 1}, {"type": "speed", "factor": 2}, False),
-        ({"type": "hush", "mark": "ada 1"}, {"type": "hush", "mark": "ada 2"}, True),
-        ({"type": "hush", "mark": "ada 1"}, {"type": "hush", "mark": "bo 1"}, False),
+        ({"type": "stop", "mark": "ada 1"}, {"type": "stop", "mark": "ada 2"}, True),
+        ({"type": "stop", "mark": "ada 1"}, {"type": "stop", "mark": "bo 1"}, False),
         ({"type": "key", "key": "a", "held": True}, {"type": "key", "key": "a", "held": False}, True),
         ({"type": "key", "key": "a", "held": True}, {"type": "key", "key": "b", "held": True}, False),
     ],

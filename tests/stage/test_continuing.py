@@ -275,7 +275,7 @@ def test_a_save_that_waits_is_dropped_by_a_stop() -> None:
     stage.save(ANNA + BERT, "restart")
     stage.run(5.25)
     stage.save(ANNA + EDITED)
-    stage.player.hush(stage.now)
+    stage.player.stop(stage.now)
     stage.run(5)
     assert stage.transport["state"] == "stopped"
     assert stage.sink.sent[-1][2] == STILL
@@ -299,7 +299,7 @@ def test_a_save_restarts_if_nothing_plays(state: str) -> None:
     stage.save("anna $ forward left\n", "restart")
     stage.run(5 if state == "ended" else 0.5)
     if state == "stopped":
-        stage.player.hush(stage.now)
+        stage.player.stop(stage.now)
     assert stage.transport["state"] == state
     stage.sink.deaf = {}
     stage.save("anna $ left\n", "beat")

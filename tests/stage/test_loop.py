@@ -269,7 +269,7 @@ def test_everything_but_a_stop_takes_effect_at_its_requested_time() -> None:
         (0, load("beat 60\nr $ repeat forward\n")),
         (1.02, {"type": "pause", "at": START + 1.01}),
         (2.0, {"type": "resume"}),
-        (3.02, {"type": "hush", "at": START + 3.01}),
+        (3.02, {"type": "stop", "at": START + 3.01}),
         (9, End()),
     )
     moments = [round(each["monotonic"] - START, 9) for each in told if each["type"] == "transport"]

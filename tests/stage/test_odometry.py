@@ -203,7 +203,7 @@ def test_a_reset_between_two_performances_does_not_count_as_a_jump() -> None:
 
 def test_a_stop_before_the_first_score_simulates_nothing() -> None:
     simulator = Simulator(period=None)
-    Player(simulator, lambda message: None, lambda: 0.0).hush(3600.0)
+    Player(simulator, lambda message: None, lambda: 0.0).stop(3600.0)
     assert simulator.snapshot().at == 0, "an hour since the machine was started would take long"
 
 

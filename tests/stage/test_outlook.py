@@ -115,7 +115,7 @@ def test_there_is_no_path_if_nothing_is_left_to_play() -> None:
     assert stage.path() == []
     stage.player.set_silent([], ["r"], stage.now)
     assert stage.path()
-    stage.player.hush(stage.now)
+    stage.player.stop(stage.now)
     assert stage.path() == []
     assert stage.outlook.transport
     assert stage.outlook.transport["state"] == "stopped"

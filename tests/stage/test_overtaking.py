@@ -26,14 +26,14 @@ def check(heard: str, *void: tuple[str, int | None, bool]) -> None:
 
 
 def test_a_stop_voids_what_was_sent_before_it_and_nothing_after() -> None:
-    for stop in ("hush", "pause"):
+    for stop in ("stop", "pause"):
         check(f"ping {stop} ping", ("load", 1, True), ("load", 2, False), ("load", 3, False), ("resume", 1, True))
         check(f"ping {stop}", ("seek", 1, True), ("cue", 0, True), ("speed", 0, False), ("silence", 0, False))
     check("ping ping", ("load", 0, False))
 
 
 def test_messages_without_a_count_are_obeyed_in_order() -> None:
-    check("hush", ("load", None, False))
+    check("stop", ("load", None, False))
 
 
 def test_messages_from_before_the_parent_hung_stay_void() -> None:
@@ -86,14 +86,14 @@ def test_a_stop_ends_the_meeting_of_robots() -> None:
     later = play("a $ forward\n", 2)
     order.add(later)
     assert order.next() is None
-    order.overtaking = order.overtaking.hear("hush", 2)
+    order.overtaking = order.overtaking.hear("stop", 2)
     assert order.next() == later
     assert sink.met == ["a", "b", "a"]
 
 
 def test_a_score_that_only_stops_robots_is_never_void() -> None:
     order = InOrder(Slow().meet, lambda: 0.0)
-    order.overtaking = order.overtaking.hear("hush", 5)
+    order.overtaking = order.overtaking.hear("stop", 5)
     standing = play("", 1)
     order.add(standing)
     assert order.next() == standing
@@ -110,13 +110,13 @@ def test_a_score_sent_once_the_parent_resumes_waits_for_the_ping_before_it() -> 
     assert playing == [START, START + 2.01]
 
 
-HUSH = First({"type": "hush"}, 2)
+STOP = First({"type": "stop"}, 2)
 
 
 @pytest.mark.parametrize(("after", "moves"), [(1, False), (2, True)])
 def test_a_score_that_arrives_after_a_stop_plays_only_if_sent_after_it(after: int, moves: bool) -> None:
     sink = Memory()
-    arrivals: list[tuple[float, Arrival]] = [(0, First(PING, 1)), (0.1, HUSH), (0.2, play("r $ forward\n", after))]
+    arrivals: list[tuple[float, Arrival]] = [(0, First(PING, 1)), (0.1, STOP), (0.2, play("r $ forward\n", after))]
     perform(sink, *arrivals, (0.3, End()))
     assert any(twist != STILL for _, _, twist in sink.sent) == moves
 

@@ -251,7 +251,7 @@ def test_a_stop_sends_zeros_at_once() -> None:
     stage = Stage()
     stage.load("r $ repeat forward")
     stage.run(1.23)
-    stage.player.hush(stage.now)
+    stage.player.stop(stage.now)
     assert stage.sink.sent[-1] == ("r", stage.now - 1000, Twist())
     stage.run(10)
     assert [twist for _, _, twist in stage.sink.sent[-3:]] == [Twist(), Twist(), Twist()]
@@ -345,7 +345,7 @@ def test_a_stop_does_not_end_the_wait_for_a_robot_that_only_has_to_stop() -> Non
     stage.sink.deaf = {"r": "nothing is listening"}
     parts = {robot: replace(part, scenes=()) for robot, part in score("r $ forward").parts.items()}
     stage.player.load(Score(Fraction(60), parts), 1, "restart", stage.now)
-    stage.player.hush(stage.now)
+    stage.player.stop(stage.now)
     assert stage.player.state == "waiting"
     stage.sink.deaf = {}
     stage.run(1)

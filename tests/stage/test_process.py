@@ -41,7 +41,7 @@ class Process:
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(COMMAND, stdin=pipe, stdout=pipe, stderr=pipe, env={**os.environ, **env})
         ready = self.wait("ready")
-        assert ready["protocol"] == 1
+        assert ready["protocol"] == 2
         self.page: str = ready["page"]
 
     def write(self, line: bytes) -> None:
@@ -133,7 +133,7 @@ HOSTILE = [
     b'{"type": "speed", "factor": Infinity}',
     b'{"type": "speed", "type": 1}',
     b'{"type": "silence", "muted": "r", "soloed": []}',
-    b'{"type": "hush"\xff}',
+    b'{"type": "stop"\xff}',
     b"\x00\x00\x00\x00",
     b"\xff\xfe",
     b'{"type": "' + b"x" * 100_000 + b'"}',

@@ -49,7 +49,7 @@ def test_the_page_lists_every_message_and_field(heading: str, union: Any) -> Non
 
 
 LOAD = {"type": "load", "generation": 1, "score": {}, "when": "restart", "backend": "simulator"}
-READY = {"type": "ready", "protocol": 1, "sink": "simulator", "real": False}
+READY = {"type": "ready", "protocol": 2, "sink": "simulator", "real": False}
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ READY = {"type": "ready", "protocol": 1, "sink": "simulator", "real": False}
     [
         LOAD,
         {**LOAD, "zero": 1},
-        {"type": "hush"},
+        {"type": "stop"},
         {"type": "seek", "beat": 1, "at": 2.5},
         {"type": "seek", "beat": 1.5, "added_later": None},
         {"type": "silence", "muted": [], "soloed": ["r"]},
@@ -95,7 +95,7 @@ def test_a_message_from_a_stage_arrives_as_it_was_sent(message: dict[str, Any]) 
         ('{"type": "seek", "beat": NaN}', "`beat` of `seek` has a wrong value"),
         ('{"type": "seek", "beat": true}', "`beat` of `seek` has a wrong value"),
         ('{"type": "seek", "beat": "1"}', "`beat` of `seek` has a wrong value"),
-        ('{"type": "hush", "at": null}', "`at` of `hush` has a wrong value"),
+        ('{"type": "stop", "at": null}', "`at` of `stop` has a wrong value"),
         ('{"type": "silence", "muted": [1], "soloed": []}', "`muted` of `silence` has a wrong value"),
         (json.dumps({**LOAD, "when": "later"}), "`when` of `load` has a wrong value"),
         (json.dumps({**LOAD, "generation": 1.5}), "`generation` of `load` has a wrong value"),

@@ -289,7 +289,7 @@ def test_a_save_does_not_wait_for_the_end_of_an_endless_score() -> None:
 def test_a_stop_is_obeyed_no_matter_what_is_sensed() -> None:
     stage = playing(anna=ROAMER)
     stage.run(1.5)
-    stage.player.hush(stage.now)
+    stage.player.stop(stage.now)
     stage.act("near", 1, "far", "cue", 5)
     assert stage.moves() == [(0, GOES), (1.5, STANDS)]
     assert stage.states == ["playing", "stopped"]

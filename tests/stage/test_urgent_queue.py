@@ -32,15 +32,15 @@ def order(*kinds: str) -> str:
         ("seek speed pause", "seek speed pause"),
         ("seek speed ping", "ping seek speed"),
         ("seek ping speed ping", "ping ping seek speed"),
-        ("speed silence hush", "hush speed silence"),
-        ("seek ping hush ping", "ping hush ping"),
+        ("speed silence stop", "stop speed silence"),
+        ("seek ping stop ping", "ping stop ping"),
         # Requests from before a stop are not obeyed after it; later ones are.
-        ("seek pause resume speed hush seek", "hush speed seek"),
+        ("seek pause resume speed stop seek", "stop speed seek"),
         ("held seek released held", "released seek held"),
         # Scores stay where they are, and so does what belongs to them.
-        ("seek load seek hush ping", "seek load hush ping"),
-        ("load hush load seek ping", "load hush load ping seek"),
-        ("seek READING PLAY seek hush", "seek READING PLAY hush"),
+        ("seek load seek stop ping", "seek load stop ping"),
+        ("load stop load seek ping", "load stop load ping seek"),
+        ("seek READING PLAY seek stop", "seek READING PLAY stop"),
         ("seek END", "seek END"),
     ],
 )
@@ -58,16 +58,16 @@ def test_a_waiting_reader_gets_the_first_arrival() -> None:
 
 def test_edges_overtake_everything_else_and_stay_in_order() -> None:
     waiting: UrgentQueue[object] = UrgentQueue()
-    seek, hush, score = {"type": "seek"}, {"type": "hush"}, "SCORE"
+    seek, stop, score = {"type": "seek"}, {"type": "stop"}, "SCORE"
     on, off = Edge(StopButton("/e_stop"), True, 1.0), Edge(StopButton("/e_stop"), False, 2.0)
-    for item in (score, seek, on, hush, off):
+    for item in (score, seek, on, stop, off):
         waiting.put(item)
-    assert [waiting.get() for _ in range(4)] == [on, off, score, hush]
+    assert [waiting.get() for _ in range(4)] == [on, off, score, stop]
 
 
 def test_sensed_changes_overtake_everything_but_a_stop() -> None:
     waiting: UrgentQueue[object] = UrgentQueue()
-    seek, hush = {"type": "seek"}, {"type": "hush"}
+    seek, stop = {"type": "seek"}, {"type": "stop"}
     pressed, near = Edge(StopButton("/e_stop"), True, 1.0), Edge(RobotSense("a", "near"), True, 2.0)
     far = replace(near, value=False)
     for item in (seek, near, pressed):
@@ -75,8 +75,8 @@ def test_sensed_changes_overtake_everything_but_a_stop() -> None:
     assert waiting.get() == pressed
     waiting.put(far)
     assert waiting.get() == near
-    waiting.put(hush)
-    assert [waiting.get() for _ in range(2)] == [hush, far]
+    waiting.put(stop)
+    assert [waiting.get() for _ in range(2)] == [stop, far]
 
 
 def test_sensors_that_flood_hold_up_nothing_and_become_few() -> None:

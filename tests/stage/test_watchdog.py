@@ -21,7 +21,7 @@ from tests.processes import descendants, wait_until_gone
 LIMIT = 30.0
 HANG = 0.4
 """Seconds without an answer after which a stage is killed here."""
-READY = 'print(json.dumps({"type": "ready", "protocol": 1, "sink": "fake", "real": True}), flush=True)'
+READY = 'print(json.dumps({"type": "ready", "protocol": 2, "sink": "fake", "real": True}), flush=True)'
 PLAYING: TransportMessage = {
     "type": "transport",
     "generation": 1,
@@ -84,7 +84,7 @@ def test_a_stage_that_does_not_answer_is_killed_with_all_that_it_started(hang: s
 
 def test_a_librarys_output_is_not_a_message() -> None:
     lines = "5", "null", "[]", "{}", "{", '{"type": "pong"}'
-    told, _ = told_of(stage(f" print(*{lines}, sep=chr(10), flush=True)", " sys.exit(0)"), {"type": "hush"})
+    told, _ = told_of(stage(f" print(*{lines}, sep=chr(10), flush=True)", " sys.exit(0)"), {"type": "stop"})
     assert told == [{"type": "gone", "message": "the stage exited unexpectedly"}]
 
 

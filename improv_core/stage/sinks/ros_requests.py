@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from improv_core.stage.commands import Hush, PageRequest, Pause
+from improv_core.stage.commands import PageRequest, Pause, Stop
 from improv_core.stage.fields import FASTEST, SLOWEST
 from improv_core.stage.messages import FromStage, State
 
@@ -75,7 +75,7 @@ class Requests:
         return SetParametersResult(successful=True)
 
     def _stop(self) -> tuple[bool, str]:
-        self._ask(Hush(type="hush"))
+        self._ask(Stop(type="stop"))
         return True, "all robots are being stopped"
 
     def _pause(self) -> tuple[bool, str]:

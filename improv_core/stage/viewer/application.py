@@ -191,7 +191,7 @@ class Application:
             await self._confirmed.wait()
 
     def _pass_stop(self, page: str, number: int) -> None:
-        self._throttle.take({"type": "hush", "mark": f"{page} {number}"})
+        self._throttle.take({"type": "stop", "mark": f"{page} {number}"})
 
     async def _live(self, request: web.Request) -> web.WebSocketResponse:
         from aiohttp import WSMsgType, web
@@ -226,9 +226,9 @@ class Application:
 
     def _receive(self, text: str, outbox: PageOutbox, name: str, order: Order) -> None:
         request = read(text)
-        if request is None or (order.lags and request["type"] in COMMANDS["hush"].voids):
+        if request is None or (order.lags and request["type"] in COMMANDS["stop"].voids):
             return
-        if request["type"] == "stop":
+        if request["type"] == "press":
             if order.stop(request["number"]):
                 self._pass_stop(name, request["number"])
         elif request["type"] == "window":

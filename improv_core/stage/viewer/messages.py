@@ -125,10 +125,10 @@ class RobotWindow(TypedDict):
     until: float
 
 
-class PageStop(TypedDict):
-    """A stop of this page, which counts them, at its place among the page's other requests."""
+class Press(TypedDict):
+    """A press of *Stop* on this page, which counts them, at its place among the page's other requests."""
 
-    type: Literal["stop"]
+    type: Literal["press"]
     number: Count
 
 
@@ -149,6 +149,7 @@ Window = TypedDict(
 
 ToPage = (
     DrawnRobots
+    | ServerTime
     | DrawnPoses
     | DrawnTrails
     | DrawnMeasured
@@ -163,4 +164,4 @@ ToPage = (
     | ProgramSource
     | EditorAnswer
 )
-FromPage = PageStop | Conduct | Restart | PlaceRobots | Form | AskWindow | AskEditor
+FromPage = Press | Conduct | Restart | PlaceRobots | Form | AskWindow | AskEditor

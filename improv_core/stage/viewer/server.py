@@ -13,7 +13,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from improv_core.score.score import Score
-from improv_core.stage.commands import Hush, PageRequest, Watched
+from improv_core.stage.commands import PageRequest, Stop, Watched
 from improv_core.stage.messages import Decided, Sensed, Stopped, ToPages, TransportMessage
 from improv_core.stage.viewer.answers import Answers
 from improv_core.stage.viewer.application import HOST, Application
@@ -62,12 +62,12 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | ToPages | Hush | ShownScore | Sensed | Decided) -> None:
+    def publish(self, message: TransportMessage | Stopped | ToPages | Stop | ShownScore | Sensed | Decided) -> None:
         """Send a message to every page, and to later ones until another of its type, about the same, replaces it.
 
         An answer goes to the page that has asked, and a stop that was obeyed to the one that asked for it.
         """
-        if message["type"] == "hush":
+        if message["type"] == "stop":
             self._soon(self._application.confirm, message["mark"])
             return
         if message["type"] == "answer":

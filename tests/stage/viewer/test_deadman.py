@@ -98,7 +98,7 @@ def test_nothing_is_sent_if_no_button_is_required(held: Page, viewer: Viewer, co
     held.evaluate("press(4, true)")
     held.evaluate("new Promise(requestAnimationFrame)")
     held.keyboard.press("Escape")
-    assert taken(commands) == "hush"
+    assert taken(commands) == "stop"
 
 
 def test_held_messages_are_a_tenth_of_a_second_apart(held: Page) -> None:

@@ -394,7 +394,7 @@ def test_only_improv_edit_lets_a_page_write(page: Page, show: Show) -> None:
           socket.onopen = () => {
             socket.send(JSON.stringify({ type: "analyze", number: 1, text: "r $ left" }))
             socket.send(JSON.stringify({ type: "write", number: 1, text: "r $ left", revision: "" }))
-            socket.send(JSON.stringify({ type: "hush" }))
+            socket.send(JSON.stringify({ type: "stop" }))
           }
           socket.onmessage = ({ data }) => {
             said.push(JSON.parse(data).type)

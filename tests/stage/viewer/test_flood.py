@@ -71,7 +71,7 @@ class Stage:
         with self._said:
             self._log.append(message)
             self._said.notify_all()
-        if message["type"] == "request" and message["command"]["type"] in ("seek", "hush"):
+        if message["type"] == "request" and message["command"]["type"] in ("seek", "stop"):
             self.write(message["command"])
 
 
@@ -127,6 +127,6 @@ def test_pings_are_answered_and_a_stop_is_obeyed_while_a_page_floods_its_stage(s
             assert answered <= FEW
         assert cut.acquire(timeout=LIMIT)
         assert press(stage.page) == 204
-        at, _ = stage.until(at, type="hush", mark="p 1")
+        at, _ = stage.until(at, type="stop", mark="p 1")
         _, answered = stage.until(at, type="transport", state="stopped")
         assert answered <= FEW

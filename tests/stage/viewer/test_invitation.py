@@ -51,4 +51,4 @@ def test_escape_closes_help_without_a_stop(
     assert [commands.get(timeout=LIMIT)["type"] for _ in range(2)] == ["watched", "resume"]  # and no stop between them
     page.keyboard.press("?")
     page.keyboard.press("Space")
-    assert commands.get(timeout=LIMIT)["type"] == "hush"
+    assert commands.get(timeout=LIMIT)["type"] == "stop"

@@ -78,7 +78,7 @@ def test_the_page_shows_a_dance_and_its_stop_button_stops_it(
     ]
     for press in stops:
         press()
-        assert commands.get(timeout=LIMIT)["type"] == "hush"
+        assert commands.get(timeout=LIMIT)["type"] == "stop"
     viewer.publish(transport(1, "stopped", beat=2.5))
     expect(page.locator("#state")).to_have_text("stopped")
     assert commands.empty()

@@ -12,8 +12,8 @@ from improv_core.stage.viewer.application import MAX_MESSAGE
 from improv_core.stage.viewer.requests import read
 
 RIGHT: list[dict[str, Any]] = [
-    *({"type": kind} for kind in ("hush", "pause", "resume", "restart", "held", "released", "cue")),
-    {"type": "stop", "number": 1},
+    *({"type": kind} for kind in ("stop", "pause", "resume", "restart", "held", "released", "cue")),
+    {"type": "press", "number": 1},
     {"type": "key", "key": "d", "held": True},
     {"type": "force", "robot": "ada", "sense": "near", "value": True},
     {"type": "force", "robot": "ada", "sense": "near", "value": None},
@@ -39,9 +39,9 @@ def test_a_request_is_read_with_its_values_only(message: dict[str, Any]) -> None
 
 
 WRONG = [
-    *("", "{", "[" * 100_000, "7", "[]", "{}", '{"type": 7}', '{"type": ["hush"]}', '{"type": "load"}'),
-    '{"type": "stop"}',
-    '{"type": "stop", "number": -1}',
+    *("", "{", "[" * 100_000, "7", "[]", "{}", '{"type": 7}', '{"type": ["stop"]}', '{"type": "load"}'),
+    '{"type": "press"}',
+    '{"type": "press", "number": -1}',
     '{"type": "seek"}',
     '{"type": "seek", "beat": -1}',
     '{"type": "seek", "beat": NaN}',

@@ -378,12 +378,12 @@ def test_only_known_commands_are_passed_on(viewer: Viewer, commands: queue.Simpl
     async def check() -> None:
         async with aiohttp.ClientSession() as session:
             socket = await connected(viewer, session)
-            for text in ("", "{", "[" * 4000, "7", "[]", "{}", '{"type": 7}', '{"type": ["hush"]}', '{"type": "load"}'):
+            for text in ("", "{", "[" * 4000, "7", "[]", "{}", '{"type": 7}', '{"type": ["stop"]}', '{"type": "load"}'):
                 await socket.send_str(text)
-            await socket.send_bytes(b'{"type": "hush"}')
-            await socket.send_str(json.dumps({"type": "hush", "more": 1}))
+            await socket.send_bytes(b'{"type": "stop"}')
+            await socket.send_str(json.dumps({"type": "stop", "more": 1}))
             assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "watched"}
-            assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "hush"}
+            assert await asyncio.to_thread(commands.get, timeout=LIMIT) == {"type": "stop"}
             with contextlib.suppress(ConnectionError):  # the server may hang up before it has all
                 await socket.send_str("x" * (MAX_MESSAGE + 1))
             async for _ in socket:
@@ -406,13 +406,13 @@ def test_a_stop_over_its_own_connection_is_passed_on_once_and_confirmed_when_it_
     viewer: Viewer, commands: queue.SimpleQueue[PageRequest | Watched], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(application, "CONFIRM_LIMIT", 0.05)
-    stop: PageRequest = {"type": "hush", "mark": "page-1 1"}
+    stop: PageRequest = {"type": "stop", "mark": "page-1 1"}
     assert [press(viewer, "page=page-1&number=1") for _ in range(2)] == [202, 202]
     assert commands.get(timeout=LIMIT) == stop
     monkeypatch.setattr(application, "CONFIRM_LIMIT", LIMIT)
     with ThreadPoolExecutor() as pool:
         waiting = pool.submit(press, viewer, "page=page-1&number=1")
-        viewer.publish({"type": "hush", "mark": "page-1 1"})
+        viewer.publish({"type": "stop", "mark": "page-1 1"})
         assert waiting.result(LIMIT) == 204
     assert commands.empty()
 
@@ -429,7 +429,7 @@ def test_a_stop_needs_the_token_our_own_origin_and_a_number(
     connection = http.client.HTTPConnection(host, timeout=LIMIT)
     connection.request("POST", "/stop?token=wrong&page=p&number=2", headers={"Origin": f"http://{host}"})
     assert connection.getresponse().status == 403
-    assert commands.get(timeout=LIMIT) == {"type": "hush", "mark": "p 1"}
+    assert commands.get(timeout=LIMIT) == {"type": "stop", "mark": "p 1"}
     assert commands.empty()
 
 
@@ -445,14 +445,14 @@ def test_a_request_sent_before_a_stop_that_arrives_after_it_does_not_play(
             socket = await session.ws_connect(f"http://{host}/live?{token}&page=p", origin=f"http://{host}")
             await until(socket, lambda message: message["type"] == "poses")
             await asyncio.to_thread(press, viewer, "page=p&number=1")
-            for each in ({"type": "restart"}, write, {"type": "stop", "number": 1}, {"type": "resume"}):
+            for each in ({"type": "restart"}, write, {"type": "press", "number": 1}, {"type": "resume"}):
                 await socket.send_json(each)
             await socket.close()
 
     asyncio.run(check())
     assert [commands.get(timeout=LIMIT) for _ in range(4)] == [
         {"type": "watched"},
-        {"type": "hush", "mark": "p 1"},
+        {"type": "stop", "mark": "p 1"},
         {"type": "editing", "page": 1, "ask": write, "overtaken": True},
         {"type": "resume"},
     ]

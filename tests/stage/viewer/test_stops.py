@@ -57,7 +57,7 @@ def test_a_stop_is_sent_again_until_there_is_a_server_and_it_is_confirmed(page: 
     expect(page.locator("#notice")).to_have_text(NOTICE)
     commands: queue.SimpleQueue[PageRequest | Watched] = queue.SimpleQueue()
     again = Viewer(urlsplit(viewer.address).port or 0, Simulator().snapshot, commands.put, token=TOKEN)
-    while (command := commands.get(timeout=LIMIT))["type"] != "hush":
+    while (command := commands.get(timeout=LIMIT))["type"] != "stop":
         pass
     expect(page.locator("#notice")).to_have_text(NOTICE)
     again.publish(command)
@@ -77,5 +77,5 @@ def test_a_stop_arrives_even_if_its_page_is_closed_at_once(
       document.querySelector("#stop").click()
       location.href = "about:blank"
     }""")
-    while commands.get(timeout=LIMIT)["type"] != "hush":
+    while commands.get(timeout=LIMIT)["type"] != "stop":
         pass

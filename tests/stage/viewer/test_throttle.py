@@ -41,8 +41,8 @@ class Turned:
 
 
 REQUESTS: dict[str, PageRequest] = {
-    "hush": {"type": "hush"},
-    **{mark: {"type": "hush", "mark": mark} for mark in ("ada 1", "ada 2", "ada 3", "bo 1")},
+    "stop": {"type": "stop"},
+    **{mark: {"type": "stop", "mark": mark} for mark in ("ada 1", "ada 2", "ada 3", "bo 1")},
     "pause": {"type": "pause"},
     "resume": {"type": "resume"},
     "restart": {"type": "restart"},
@@ -52,7 +52,7 @@ REQUESTS: dict[str, PageRequest] = {
 
 def test_a_single_request_is_passed_on_at_once() -> None:
     turned = Turned()
-    for request in ("hush", "pause", "resume", "restart", "speed"):
+    for request in ("stop", "pause", "resume", "restart", "speed"):
         assert turned.ask(request) == request
         assert turned.turn() == ""
 
@@ -69,8 +69,8 @@ def test_the_latest_of_each_kind_is_passed_on() -> None:
 
 def test_a_stop_in_a_flood_is_passed_on_at_once_without_earlier_requests() -> None:
     turned = Turned()
-    assert turned.ask(0, 1, "restart", "speed", "resume", "hush", "hush", 2, 3) == "0 hush"
-    assert sorted(turned.turn().split()) == ["3", "hush", "speed"]
+    assert turned.ask(0, 1, "restart", "speed", "resume", "stop", "stop", 2, 3) == "0 stop"
+    assert sorted(turned.turn().split()) == ["3", "speed", "stop"]
 
 
 def test_the_latest_stop_of_each_page_is_passed_on() -> None:

@@ -7,7 +7,7 @@ import { withToken } from "./token.js"
 
 /** @import { Message } from "./messages.js" */
 /** @import { Request } from "./requests.js" */
-/** @typedef {Request | { type: "stop", number: number }} Sent */
+/** @typedef {Request | { type: "press", number: number }} Sent */
 
 const FIRST_DELAY = 250
 const LONGEST_DELAY = 3000
@@ -34,7 +34,7 @@ export function connect(onMessage, onChange, onStop) {
     socket.onopen = () => {
       delay = FIRST_DELAY
       stops.begin()
-      if (stops.waiting) put({ type: "stop", number: stops.waiting })
+      if (stops.waiting) put({ type: "press", number: stops.waiting })
       onChange("open")
     }
     socket.onmessage = (event) => {
@@ -61,5 +61,5 @@ export function connect(onMessage, onChange, onStop) {
   }
 
   open()
-  return (request) => put(request.type === "hush" ? { type: "stop", number: stops.press() } : request)
+  return (request) => put(request.type === "stop" ? { type: "press", number: stops.press() } : request)
 }

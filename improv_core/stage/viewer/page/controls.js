@@ -40,7 +40,7 @@ export class Controls {
   }
 
   stop() {
-    this.#send({ type: "hush" })
+    this.#send({ type: "stop" })
   }
 
   /** What it did, if anything, as for all that a key can do. */

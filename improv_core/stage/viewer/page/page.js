@@ -53,7 +53,7 @@ const lights = new Lights(
 )
 const program = new Program(clock, send)
 const controls = new Controls(clock, (request) => {
-  if (request.type === "hush" || request.type === "pause") editor.saving.halt()
+  if (request.type === "stop" || request.type === "pause") editor.saving.halt()
   play(request)
 })
 const deadman = new Deadman(send)

@@ -4,7 +4,7 @@
 
 /** @typedef {{ x: number, y: number, heading: number }} StartPose in meters and degrees */
 /**
- * @typedef {{ type: "hush" }
+ * @typedef {{ type: "stop" }
  *   | { type: "pause" }
  *   | { type: "resume" }
  *   | { type: "seek", beat: number }

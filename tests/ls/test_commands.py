@@ -92,7 +92,7 @@ def test_a_stop_releases_the_key_of_a_sense(tmp_path: Path) -> None:
             waiting.wait("improv/transport", lambda params: params["state"] == "playing")
             command(waiting, "key", "g")
             waiting.wait_for_line("g is held; the same command releases it")
-            command(waiting, "stop")
+            command(waiting, "hush")
             waiting.wait("improv/transport", lambda params: params["state"] == "stopped")
 
 

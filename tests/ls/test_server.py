@@ -138,7 +138,7 @@ def test_a_playing_program_can_be_controlled(client: Client) -> None:
     shows("report", "beat 44/∞")
     command(client, "mute", "r")
     command(client, "solo", "r")
-    command(client, "stop")
+    command(client, "hush")
     shows("end")
 
 
@@ -176,7 +176,7 @@ def test_an_editor_that_asks_is_told_which_words_are_lit() -> None:
         assert client.wait("improv/lit")["ranges"] == []
         command(client, "mute", "s")
         assert client.wait("improv/lit")["ranges"] == [[4, 11, 4, 15]]
-        command(client, "stop")
+        command(client, "hush")
         assert client.wait("improv/lit")["ranges"] == []
         client.wait("improv/transport", lambda params: params["state"] == "stopped")
 

@@ -28,6 +28,7 @@ HERE, FOLDER = Path(__file__).parent, ROOT / "editors" / "vscode"
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"]
 FLAGS += ["--disable-background-networking", "--disable-component-update", "--disable-sync"]
 QUIET = {
+    "files.autoSave": "off",  # as on the desktop. In a browser, VS Code saves a second after the last key by itself
     "security.workspace.trust.startupPrompt": "never",
     "security.workspace.trust.banner": "never",
     "workbench.startupEditor": "none",

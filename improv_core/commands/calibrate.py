@@ -98,7 +98,7 @@ async def _calibrate(
         await first(holding, performing.interrupted.wait())
         if not holding.cancelled():
             return holding.result()
-        performing.complain(f"improv: interrupted: {FILE_NAME} was not changed")
+        performing.screen.complain(f"improv: interrupted: {FILE_NAME} was not changed")
         return INTERRUPTED
 
 
@@ -107,7 +107,7 @@ class _Conversation:
 
     def __init__(self, performing: TerminalSession, robots: Robots, robot: str, tempo: int, *, tape: bool) -> None:
         self._performing = performing
-        self._answers = TypedAnswers(performing.say)
+        self._answers = TypedAnswers(performing.screen.say)
         alone = replace(robots.robots[robot], follow=False)  # it would hide what is to be measured
         self._robots = replace(robots, robots={**robots.robots, robot: alone})
         self._robot = robot
@@ -244,7 +244,7 @@ class _Conversation:
         return usual
 
     def _say(self, line: str) -> None:
-        self._performing.say(line)
+        self._performing.screen.say(line)
 
 
 async def offer(robots: Robots, robot: str, values: Mapping[str, float], answers: TypedAnswers, *, write: bool) -> int:

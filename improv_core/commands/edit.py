@@ -77,7 +77,7 @@ async def edit(path: Path, version: Version, options: Options, when: When, *, br
         desk = _Desk(performing, path, version, when)
         if browser:
             opening = asyncio.create_task(performing.open_browser())
-        performing.say(f"editing {path.name}: Ctrl+Enter on the page saves and plays it, Ctrl-C here ends it")
+        performing.screen.say(f"editing {path.name}: Ctrl+Enter on the page saves and plays it, Ctrl-C here ends it")
         await first(desk.serve(asks), desk.follow(), performing.interrupted.wait())
         if browser:
             opening.cancel()
@@ -134,10 +134,10 @@ class _Desk:
         try:
             version = read_version(self._path)
         except ReadError as problem:  # pages keep their text
-            self._performing.complain(f"improv: {problem}")
+            self._performing.screen.complain(f"improv: {problem}")
             version = self._version
         if version != self._version:
-            self._performing.say(f"{self._path.name} was changed by another program")
+            self._performing.screen.say(f"{self._path.name} was changed by another program")
         if robots != self._robots:
             self._robots = self._editor.robots = robots
             self._placed, self._starts = PlacedRobots(), {}  # the file's starts count again
@@ -151,7 +151,7 @@ class _Desk:
         try:
             self._version = write_text(self._path, ask["text"], ask["revision"])
         except WriteError as problem:
-            self._performing.complain(f"improv: {problem}")
+            self._performing.screen.complain(f"improv: {problem}")
             self._answer(page, {"type": "written", "number": ask["number"], "revision": "", "problem": str(problem)})
             self._look()  # the page has to choose
             return
@@ -174,7 +174,7 @@ class _Desk:
             self._starts = starts_of(score)
             self._performing.playback.revise(score)
         for problem in robots.diagnostics if not analysis.ok else ():
-            self._performing.complain(f"improv: {problem.message}")
+            self._performing.screen.complain(f"improv: {problem.message}")
         self._show()  # also after a refusal: pages move their rings back
 
     def _show(self) -> None:

@@ -107,7 +107,7 @@ async def play(
         if not stopped:
             await performing.settle()
         if stays and performing.has_page and not performing.interrupted.is_set() and not performing.broken.is_set():
-            performing.say("play it again on the page, or press Ctrl-C to end")
+            performing.screen.say("play it again on the page, or press Ctrl-C to end")
             await first(performing.broken.wait(), performing.interrupted.wait())
     if report:
         echo_json(performing.report())

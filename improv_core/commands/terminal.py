@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import signal
-import sys
 import threading
 import webbrowser
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterable, Sequence
@@ -13,13 +12,10 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-import click
-
 from improv_core.commands.exit_codes import CommandError
 from improv_core.commands.keys import pressed
-from improv_core.plain import printable
+from improv_core.commands.screen import Screen
 from improv_core.playback.acts import News
-from improv_core.playback.beats import each_beat
 from improv_core.playback.playback import Edit, Mistake, Playback
 from improv_core.playback.show import PlayScore
 from improv_core.playback.stage_process import StageError
@@ -118,13 +114,8 @@ class TerminalSession:
         self.stops = Stops()
         self._place = place
         self.playback = Playback(options, self._hear, self.stops, edit=edit)
-        self._quiet = quiet
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
-        self._counter: asyncio.Task[None] | None = None
-        self._counted = False  # whether the cursor is behind a beat or the hint
-        self._beat = ""
-        self._hint = ""  # what keys do, in the last line of the terminal
         self._opening: set[asyncio.Task[None]] = set()
         self._latest: TransportMessage | None = None  # from the leading stage
         self._poses: Poses = {}  # from the stage that has them
@@ -137,6 +128,8 @@ class TerminalSession:
         self.finished = asyncio.Event()
         self.interrupted = asyncio.Event()
         self.broken = asyncio.Event()  # a stage has ended by itself
+        # If nobody can see what the robots do, they stop; `main` says why.
+        self.screen = Screen(quiet, self.interrupted.set)
 
     @property
     def is_playing(self) -> bool:
@@ -155,23 +148,22 @@ class TerminalSession:
         """Have `improv stop` reach this performance from now on."""
         reached = listening(self.playback.stop, self.stops)
         if self.stops.unreachable:
-            self.complain(f"improv: `improv stop` won't work: {self.stops.unreachable}")
+            self.screen.complain(f"improv: `improv stop` won't work: {self.stops.unreachable}")
         return reached
 
     async def open(self, browser: bool) -> None:
         """Start the stages, and show the page in a browser if there is a page and a browser."""
         await self.playback.open()
         if self.has_page:
-            self.say(f"watch it at {self.playback.link()}")
+            self.screen.say(f"watch it at {self.playback.link()}")
         if browser and await self.open_browser():
             with contextlib.suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._watched.wait(), BROWSER_LIMIT)
 
     def show_hint(self, hears: bool) -> None:
         """From now on, the last line of the terminal says how to open the page, if it `hears` keys."""
-        if hears and self.has_page and not self._quiet and sys.stdout.isatty():
-            self._hint = HINT
-            self._show_status()
+        if hears and self.has_page:
+            self.screen.hint(HINT)
 
     def open_again(self) -> None:
         """Open the page with a new ticket: in a browser, or by an address that is printed."""
@@ -182,7 +174,7 @@ class TerminalSession:
 
     async def _open_again(self) -> None:
         if not await self.open_browser():
-            self.say(f"watch it at {self.playback.link()}")
+            self.screen.say(f"watch it at {self.playback.link()}")
 
     async def open_browser(self) -> bool:
         """Show the page in a browser; whether there are both."""
@@ -210,16 +202,16 @@ class TerminalSession:
             self._recorder.prepare(score, restart=when == "restart")
         if await self.playback.play(PlayScore(score, path.name, asked, when, senses=senses)):
             self._keep(path, analysis.text)
-            self.say(f"▶ {summary(analysis)}, {self.playback.show.status}")
+            self.screen.say(f"▶ {summary(analysis)}, {self.playback.show.status}")
             return True
-        self.say(f"■ {path.name} was stopped before it began")
+        self.screen.say(f"■ {path.name} was stopped before it began")
         self.finished.set()
         return False
 
     async def play_if_right(self, analysis: Analysis, path: Path, asked: int, when: When) -> None:
         """Play what was saved, as `play` does, or say why it can't be played."""
         for line in as_lines(path, analysis):
-            self.complain(line)
+            self.screen.complain(line)
         if analysis.ok:
             await self.play(analysis, path, asked, when)
         else:
@@ -229,9 +221,9 @@ class TerminalSession:
         """Say that what was saved can't be played, and have the page show why."""
         self.present(path, mistakes)
         if self.is_playing:
-            self.say("✗ the previous dance keeps playing")
+            self.screen.say("✗ the previous dance keeps playing")
         else:
-            self.say("✗ nothing is playing: fix the program and save")
+            self.screen.say("✗ nothing is playing: fix the program and save")
 
     def present(self, path: Path, mistakes: Iterable[Mistake] = ()) -> None:
         """Have the page show which program is to be played, and what keeps it from being played."""
@@ -242,13 +234,11 @@ class TerminalSession:
         if self._errors.robots:
             await asyncio.sleep(REST)
             for line in self._errors.lines():
-                self.say(line)
+                self.screen.say(line)
 
     async def close(self) -> None:
         """Stop the robots, then the stages. Raises OSError or ValueError if what was sent could not be recorded."""
-        self._hint = ""
-        self._stop_counter()
-        self._clear_count()
+        self.screen.close()
         await self.playback.close()
         await asyncio.gather(*self._keeping, return_exceptions=True)
         if self._not_recorded:
@@ -263,7 +253,7 @@ class TerminalSession:
     def _kept(self, keeping: asyncio.Task[None]) -> None:
         self._keeping.discard(keeping)
         if problem := keeping.exception():
-            self.complain(f"improv: {problem}")
+            self.screen.complain(f"improv: {problem}")
 
     def report(self) -> dict[str, Any]:
         """Where the robots of the latest program started and ended, and how far off they were if that was measured."""
@@ -275,19 +265,6 @@ class TerminalSession:
             return None
         start, now = (self._latest[which][robot] for which in ("start", "poses"))
         return Pose(**start), Pose(**now)
-
-    def say(self, line: str) -> None:
-        """Print a line, unless this is a quiet performance."""
-        if not self._quiet:
-            self._clear_count()
-            self._write(printable(line))
-            self._show_status()
-
-    def complain(self, line: str) -> None:
-        """Print a line to stderr."""
-        self._clear_count()
-        self._write(printable(line), err=True)
-        self._show_status()
 
     def _hear(self, message: News, leads: bool) -> None:
         if message["type"] == "transport":
@@ -307,7 +284,7 @@ class TerminalSession:
             self._record(message)
         elif message["type"] == "warning" or message["type"] == "error" or message["type"] == "gone":
             if not self.interrupted.is_set():
-                self.complain(f"improv: {message['message']}")
+                self.screen.complain(f"improv: {message['message']}")
             if message["type"] == "gone":
                 self._playing.discard(_role(leads))
                 self.broken.set()
@@ -324,9 +301,7 @@ class TerminalSession:
         else:
             self._playing.discard(_role(leads))
         if leads:
-            self._stop_counter()
-            if transport["state"] == "playing" and not self._quiet and sys.stdout.isatty():
-                self._counter = asyncio.create_task(self._count(transport))
+            self.screen.count(transport)
         if not self._playing and transport["state"] in ("ended", "stopped"):
             self.finished.set()
 
@@ -347,41 +322,6 @@ class TerminalSession:
         except (OSError, ValueError) as problem:  # raised later: from here, it would end listening to the stage
             self._not_recorded = problem
             self.finished.set()
-
-    async def _count(self, transport: TransportMessage) -> None:
-        """Show the beat in place, until cancelled."""
-        async for beat in each_beat(transport):
-            self._beat = beat
-            self._clear_count()
-            self._show_status()
-
-    def _stop_counter(self) -> None:
-        if self._counter:
-            self._counter.cancel()
-            self._counter = None
-        beat, self._beat = self._beat, ""
-        if self._counted and beat:
-            self._clear_count()
-            self._write(beat)
-            self._show_status()
-
-    def _show_status(self) -> None:
-        """Show the beat, and what keys do, in the last line."""
-        if shown := " · ".join(part for part in (self._beat, self._hint) if part):
-            self._counted = True
-            self._write(f"\r{shown} ", nl=False)
-
-    def _clear_count(self) -> None:
-        """Make room for a line where the beat is; counting continues below."""
-        if self._counted:
-            self._counted = False
-            self._write("\r\x1b[K", nl=False)
-
-    def _write(self, text: str, *, nl: bool = True, err: bool = False) -> None:
-        try:
-            click.echo(text, nl=nl, err=err)
-        except OSError:  # nobody can see what the robots do: stop them; `main` says why
-            self.interrupted.set()
 
 
 def _role(leads: bool) -> str:

@@ -56,7 +56,7 @@ async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: W
     played = told = 0  # the counts of stops when it was played last, and when somebody was told to save again
     if saved.text is None:
         performing.present(path)
-        performing.say(f"waiting for {path.name}: save it to play it")
+        performing.screen.say(f"waiting for {path.name}: save it to play it")
     else:
         await _play(performing, path, saved, 0, when)
     async for _ in changes(path.parent):
@@ -71,7 +71,7 @@ async def _follow(performing: TerminalSession, path: Path, saved: Saved, when: W
             played = heard
             await _play(performing, path, saved, asked, when)
         else:
-            performing.say(ANSWERS[verdict].format(path.name))
+            performing.screen.say(ANSWERS[verdict].format(path.name))
             told = heard if verdict is Verdict.SAVE_AGAIN else told
 
 
@@ -82,7 +82,7 @@ async def _play(performing: TerminalSession, path: Path, saved: Saved, asked: in
             raise ReadError(saved.problem)
         analysis = analyze(saved.text, robots_near(path.parent))
     except ReadError as problem:
-        performing.complain(f"improv: {problem}")
+        performing.screen.complain(f"improv: {problem}")
         performing.refuse(path, [Mistake(path.name, 0, 0, "", str(problem))])
     else:
         await performing.play_if_right(analysis, path, asked, when)

@@ -1,0 +1,95 @@
+"""Lines in a terminal, above a last line that changes in place: the beat, and what keys do."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Callable
+
+import click
+
+from improv_core.plain import printable
+from improv_core.playback.beats import each_beat
+from improv_core.stage.messages import TransportMessage
+
+
+class Screen:
+    """What a performance prints; a `quiet` one prints only complaints. Calls `lost` if it can't be written."""
+
+    def __init__(self, quiet: bool, lost: Callable[[], object]) -> None:
+        self._quiet = quiet
+        self._lost = lost
+        self._counter: asyncio.Task[None] | None = None
+        self._beat = ""
+        self._hint = ""
+        self._shown = False  # whether the cursor is behind the last line
+
+    @property
+    def is_live(self) -> bool:
+        """Whether there is a last line."""
+        return not self._quiet and sys.stdout.isatty()
+
+    def say(self, line: str) -> None:
+        """Print a line, unless this is a quiet performance."""
+        if not self._quiet:
+            self._print(line)
+
+    def complain(self, line: str) -> None:
+        """Print a line to stderr."""
+        self._print(line, err=True)
+
+    def hint(self, hint: str) -> None:
+        """From now on, show this in the last line."""
+        if self.is_live:
+            self._hint = hint
+            self._show()
+
+    def count(self, transport: TransportMessage) -> None:
+        """Show the beat in the last line while something plays. A beat that was shown before stays where it is."""
+        self._stop_counter()
+        if transport["state"] == "playing" and self.is_live:
+            self._counter = asyncio.create_task(self._count(transport))
+
+    def close(self) -> None:
+        """End the last line."""
+        self._hint = ""
+        self._stop_counter()
+        self._clear()
+
+    def _print(self, line: str, *, err: bool = False) -> None:
+        self._clear()
+        self._write(printable(line), err=err)
+        self._show()
+
+    async def _count(self, transport: TransportMessage) -> None:
+        async for beat in each_beat(transport):
+            self._beat = beat
+            self._clear()
+            self._show()
+
+    def _stop_counter(self) -> None:
+        if self._counter:
+            self._counter.cancel()
+            self._counter = None
+        beat, self._beat = self._beat, ""
+        if self._shown and beat:
+            self._clear()
+            self._write(beat)
+            self._show()
+
+    def _show(self) -> None:
+        if shown := " · ".join(part for part in (self._beat, self._hint) if part):
+            self._shown = True
+            self._write(f"\r{shown} ", nl=False)
+
+    def _clear(self) -> None:
+        """Make room for a line where the last line is."""
+        if self._shown:
+            self._shown = False
+            self._write("\r\x1b[K", nl=False)
+
+    def _write(self, text: str, *, nl: bool = True, err: bool = False) -> None:
+        try:
+            click.echo(text, nl=nl, err=err)
+        except OSError:
+            self._lost()

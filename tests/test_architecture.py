@@ -205,7 +205,7 @@ def test_columns_are_converted_in_one_place() -> None:
 
 
 TO_PEOPLE = {
-    "click.echo": ["commands/echo.py", "commands/format.py", "commands/terminal.py"],
+    "click.echo": ["commands/echo.py", "commands/format.py", "commands/screen.py"],
     "print": ["improv_ls/__main__.py", "framing.py", "viewer/answers.py", "viewer/pages.py"],
     "window_show_message": ["improv_ls/editor.py"],
 }

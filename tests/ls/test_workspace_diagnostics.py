@@ -67,6 +67,7 @@ def test_all_programs_in_a_folder_and_then_only_the_changed_ones(tmp_path: Path)
         assert codes(pull(client, second)) == {"a.improv": ["unknown-robot"], "b.improv": ["unknown-robot"]}
 
 
+@pytest.mark.slow("starts a server and the process of its checker")
 def test_a_server_that_starts_alone_knows_what_its_checker_has_found_before(tmp_path: Path) -> None:
     """It loads LSP's types without slots, and the checker's process with them."""
     (file := tmp_path / "a.improv").write_text("anna $ fowrard\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 from collections.abc import Callable, Mapping
@@ -82,8 +83,12 @@ def test_everything_published(
         path = watch("/improv/anna/path", lambda path: path["poses"] and path["frames"] == ["odom"])
         assert path["at"][0] == 0
         assert path["at"][-1] == pytest.approx(30, abs=0.001)
-        # A square of 2 m, wider where commands are late. Its odometry begins at 0, wherever the robot starts.
-        assert all(-1 <= x <= 3 and -1 <= y <= 3 for x, y in path["poses"])
+        # A square of 2 m, turned and moved a little where commands are late. Its odometry begins at 0, and the world's
+        # start is elsewhere: there, the middle of the square is at (0, 3).
+        lows, highs = ([function(each) for each in zip(*path["poses"], strict=True)] for function in (min, max))
+        assert all(1.9 <= high - low <= 2.9 for low, high in zip(lows, highs, strict=True))
+        middle = [(low + high) / 2 for low, high in zip(lows, highs, strict=True)]
+        assert math.dist(middle, (1, 1)) < math.dist(middle, (0, 3))
         (text,) = [text for text in watch("markers", lambda seen: True)["texts"] if text.startswith("anna")]
         name, beat, word = text.split("\n")
         assert name == "anna"

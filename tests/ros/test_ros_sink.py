@@ -72,7 +72,7 @@ def test_publishers_are_kept_over_later_scores(sink: Sink, listen: Listen) -> No
     sink("prepare", TURTLE)
     sink("wait")
     sink("prepare", {**TURTLE, "new": "/new/cmd_vel"})
-    assert list(sink("missing")) == ["new"]
+    assert sink("missing").keys() <= {"new"}  # unless its listener has been found already
     sink("send", "turtle1", 1, 0, 0, 0)  # heard without waiting again
     sink("prepare", {"new": "/new/cmd_vel"})
     sink("wait")

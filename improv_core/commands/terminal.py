@@ -12,7 +12,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from improv_core.commands.exit_codes import CommandError
+from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.keys import pressed
 from improv_core.commands.screen import Screen
 from improv_core.playback.acts import News
@@ -30,6 +30,7 @@ from improv_core.robots.config import absolute
 from improv_core.score.motion import Pose, Twist
 from improv_core.services.browser import has_browser
 from improv_core.services.history import keep
+from improv_core.slices import on_checkpoint
 from improv_core.stage.commands import Form, PlaceRobots
 from improv_core.stage.doing import REST
 from improv_core.stage.messages import Decided, Measured, MeasuredRobot, Poses, Sensed, Sent, TransportMessage, When
@@ -49,17 +50,20 @@ def run(command: Coroutine[Any, Any, int]) -> int:
         return asyncio.run(command)
     except StageError as problem:
         raise CommandError(str(problem)) from None
+    except asyncio.CancelledError:  # it was interrupted, and has closed
+        return INTERRUPTED
 
 
 async def first(*several: Awaitable[Any]) -> None:
-    """Wait until one of several is done, and cancel the others. Raises what it raised."""
+    """Wait until one of several is done, or gives up, and cancel the others. Raises what it raised."""
     tasks = [asyncio.ensure_future(each) for each in several]
     done, pending = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     for task in pending:
         task.cancel()
     await asyncio.gather(*pending, return_exceptions=True)
     for task in done:
-        task.result()
+        if not task.cancelled():
+            task.result()
 
 
 @contextlib.asynccontextmanager
@@ -76,15 +80,22 @@ async def performance(
     """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
     performing = TerminalSession(options, quiet, recorder, edit, place)
     reached = performing.listen()
-    loop = asyncio.get_running_loop()
+    loop, ours = asyncio.get_running_loop(), threading.get_ident()
+    interrupts: list[int] = []
 
-    def interrupt(*_: object) -> None:
+    def interrupt(number: int, _: object) -> None:
+        interrupts.append(number)
         # Not a handler of the event loop, which may be busy with a long program; and on a thread, since what runs now
         # may be sending something itself.
         threading.Thread(target=performing.stops.stop, daemon=True).start()
         with contextlib.suppress(RuntimeError):  # the loop has been closed
             loop.call_soon_threadsafe(performing.interrupted.set)
 
+    def give_up() -> None:
+        if interrupts and threading.get_ident() == ours:
+            raise asyncio.CancelledError  # nobody waits for what is being understood
+
+    on_checkpoint(give_up)
     before = {number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         await first(performing.open(browser), performing.interrupted.wait())
@@ -93,6 +104,7 @@ async def performance(
             performing.show_hint(hears)
             yield performing
     finally:
+        on_checkpoint(None)
         await performing.close()
         if reached:
             reached.close()

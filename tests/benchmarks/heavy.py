@@ -35,7 +35,7 @@ def run(quick: bool) -> None:
 def _measured(text: str, keys: int) -> dict[str, list[float]]:
     """Each key in the heavy program changes a digit of its first line, so that all of it is understood again."""
     found: dict[str, list[float]] = {what: [] for what in WHAT}
-    with TemporaryDirectory() as folder, Client({"onSave": "off", "backend": "sim"}) as client:
+    with TemporaryDirectory() as folder, Client({"onSave": "off", "backend": "sim"}, hurries=True) as client:
         (Path(folder) / "improv.toml").write_text(LIMITED, encoding="utf-8")
         heavy, light = ((Path(folder) / f"{name}.improv").as_uri() for name in ("heavy", "light"))
         texts = {heavy: text, light: "beat 60\nr1 $ forward\n"}

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import json
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import aiohttp
 import pytest
 
-from tests.commands.command_line import Running
+import improv_core.commands.watch
+from improv_core.playback.stops import Stops
+from improv_core.slices import checkpoint
+from tests.commands.command_line import LIMIT, Running
 from tests.page import live_behind
 from tests.strange_files import StrangeFile
 
@@ -39,6 +43,27 @@ def watch(program: Path) -> Iterator[Running]:
     with watching(program) as watch:
         watch.wait("▶ r ∞")
         yield watch
+
+
+def test_ctrl_c_stops_robots_at_once_and_ends_while_a_long_program_is_understood(
+    program: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    watch = Running("watch", program, "--backend", "sim", "--no-browser")
+    watch.wait("▶ r ∞")
+    begun, stopped = threading.Event(), threading.Event()
+    monkeypatch.setattr(Stops, "stop", lambda stops: stopped.set())
+
+    def understand(text: str, robots: object) -> NoReturn:
+        begun.set()
+        assert stopped.wait(LIMIT)  # although this keeps the event loop from seeing the interrupt
+        while True:
+            checkpoint()
+
+    monkeypatch.setattr(improv_core.commands.watch, "analyze", understand)
+    program.write_text("r $ left\n")
+    assert begun.wait(LIMIT)
+    watch.interrupt()
+    assert watch.end() == (130, [])
 
 
 def test_written_in_place_and_replaced_by_rename(watch: Running, program: Path) -> None:

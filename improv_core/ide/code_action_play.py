@@ -46,8 +46,8 @@ def deeds(analysis: Analysis, cursor: int, muted: Collection[str] = (), soloed: 
         return
     if placed and placed.meaning.robots and len(analysis.played) > 1:
         yield Deed(f"Play only this line{_lasting(analysis, placed)}", "improv.play.line", "play", _head(placed))
-    if analysis.scenes:
-        scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.scenes), MOST_SCENES - 1)
+    if analysis.breaks:
+        scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.breaks), MOST_SCENES - 1)
         lasts = _in_brackets(scene_lasting(analysis, scene))
         yield Deed(f"Play only scene {scene + 1}{lasts}", "improv.play.scene", "play", scene_span(analysis, scene))
     yield Deed("Play the program", "improv.play", "play")
@@ -75,7 +75,7 @@ def scene_lasting(analysis: Analysis, scene: int) -> str:
 
 def scene_span(analysis: Analysis, scene: int) -> Span:
     """The text of a scene, counted from 0, with the line that begins it."""
-    marks = [0, *(analysis.offsets[index] for index in analysis.scenes), len(analysis.text)]
+    marks = [0, *(analysis.offsets[index] for index in analysis.breaks), len(analysis.text)]
     return Span(marks[scene], marks[scene + 1])
 
 

@@ -99,7 +99,7 @@ def _possible_first(analysis: Analysis, found: BeforeCursor, items: list[Item]) 
     if found.sign and found.sign.type == "EQUAL":
         players = performers(analysis, found.statement) if found.statement < len(analysis.statements) else {}
     else:
-        players = by_profile(analysis.cast, [head.text for head in found.heads])
+        players = by_profile(analysis.opening.cast, [head.text for head in found.heads])
     limited = {profile: robot for profile, robot in players.items() if len(profile.motions) < len(MOTIONS)}
     if not limited:
         return items

@@ -180,7 +180,9 @@ def _condition(condition: nodes.Condition) -> Sequence[str]:
 
 
 def _scene(analysis: Analysis, placed: Placed) -> Hover:
-    number, starts = analysis.scenes.index(placed.index) + 1, "never begins"
+    if placed.index not in analysis.breaks:
+        return Hover(Span(0, len(placed.statement.text)), "---", ": the name of the first scene", ())
+    number, starts = analysis.breaks.index(placed.index) + 1, "never begins"
     if begin := analysis.scene_begin(number):
         later = "" if begin.is_fixed else " or later"
         starts = f"begins at beat {begin.shortest}{later}, {in_seconds(begin.shortest, analysis.tempo)}{later}"
@@ -293,7 +295,7 @@ def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool
 
 def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tuple[str, ...]:
     """The top speeds of robots, once for each profile."""
-    by_profile = {analysis.cast.robot(robot).profile: robot for robot in reversed(robots)}
+    by_profile = {analysis.opening.cast.robot(robot).profile: robot for robot in reversed(robots)}
     by_robot = {robot: fastest(meaning, profile, analysis.tempo) for profile, robot in reversed(by_profile.items())}
     if len(by_robot) == 1:
         return tuple(speed for speed in by_robot.values() if speed)

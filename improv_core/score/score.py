@@ -108,6 +108,7 @@ class Score:
     It plays from scene `scene` on (counted from 0), which began at beat `since`; the beats at which that one and the
     later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For those who watch, `text` is
     the program, and `offsets` are the offsets of its statements by ID; with `publish`, others in ROS 2 may watch.
+    `bar` is how many beats a bar has, if the program says it, and `scene_names` has "" for scenes without a name.
     """
 
     tempo: Fraction
@@ -119,6 +120,8 @@ class Score:
     scene: int = 0
     since: Exact = 0
     publish: bool = False
+    bar: int | None = None
+    scene_names: tuple[str, ...] = ()
     scene_begins: tuple[Exact, ...] = field(init=False)
 
     def __post_init__(self) -> None:

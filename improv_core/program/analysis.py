@@ -278,10 +278,12 @@ def _assembled(
     waiting: list[int] = []
     for index, (statement, statement_id) in enumerate(zip(statements, statement_ids, strict=True)):
         scope = {name: current.get(name) for name in statement.uses}
-        meaning = known.get(statement_id)
-        if meaning is None:
+        if statement_id in known:
+            meaning = known[statement_id]
+        else:
             checkpoint()
             meaning = not_understood(statement, statement_id, scope)
+            waited.add(statement_id)
         if not meaning.is_known or meaning.scope != tuple(scope.values()) or statement_id in waited:
             waiting.append(index)
         meanings.append(meaning)

@@ -71,6 +71,11 @@ class Part:
         return self.editions[scene] if scene < len(self.editions) else UNNUMBERED
 
     @property
+    def stands(self) -> bool:
+        """Whether it plays nothing at all: its robot only stands there."""
+        return not any(scene.duration or scene.open for scene in self.scenes)
+
+    @property
     def ends(self) -> Duration:
         """The beat of the performance at which it ends."""
         return self.begins + self.movement.duration
@@ -135,6 +140,10 @@ class Score:
             for name, part in self.parts.items()
         }
         object.__setattr__(self, "parts", parts)
+
+    def moving(self) -> Score:
+        """Without the parts whose robots only stand there: nothing of them is to be sent."""
+        return replace(self, parts={name: part for name, part in self.parts.items() if not part.stands})
 
     @cached_property
     def scenes(self) -> int:

@@ -248,7 +248,9 @@ class _Loop:
             parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}
             score = replace(score, parts=parts)
         if self._opened.sink.real:
-            score = score.moving()  # nobody waits for the listeners of robots that only stand there, or sends them zeros
+            score = (
+                score.moving()
+            )  # nobody waits for the listeners of robots that only stand there, or sends them zeros
         self.player.backend = load["backend"]
         self._opened.show(score, load["generation"])
         at = self._as_of(load.get("at"), now)

@@ -48,8 +48,8 @@ def deeds(analysis: Analysis, cursor: int, muted: Collection[str] = (), soloed: 
         yield Deed(f"Play only this line{_lasting(analysis, placed)}", "improv.play.line", "play", _head(placed))
     if analysis.breaks:
         scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.breaks), MOST_SCENES - 1)
-        lasts = _in_brackets(scene_lasting(analysis, scene))
-        yield Deed(f"Play only scene {scene + 1}{lasts}", "improv.play.scene", "play", scene_span(analysis, scene))
+        called = f"{scene_called(analysis, scene)}{_in_brackets(scene_lasting(analysis, scene))}"
+        yield Deed(f"Play only {called}", "improv.play.scene", "play", scene_span(analysis, scene))
     yield Deed("Play the program", "improv.play", "play")
     yield STOP
     if placed and len(analysis.robots) > 1:
@@ -71,6 +71,12 @@ def scene_lasting(analysis: Analysis, scene: int) -> str:
     """How long a scene, counted from 0, takes; as `lasting`."""
     parts = [scenes[scene] for scenes in analysis.parts.values() if scene < len(scenes)]
     return lasting(map(lengths, parts), analysis.tempo)
+
+
+def scene_called(analysis: Analysis, scene: int) -> str:
+    """What a scene, counted from 0, is called: `scene 2`, or `scene bow` if that is its name."""
+    names = analysis.scene_names
+    return f"scene {(names[scene] if scene < len(names) else '') or scene + 1}"
 
 
 def scene_span(analysis: Analysis, scene: int) -> Span:

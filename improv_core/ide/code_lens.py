@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
 
-from improv_core.ide.code_action_play import lasting, scene_lasting, scene_span
+from improv_core.ide.code_action_play import lasting, scene_called, scene_lasting, scene_span
 from improv_core.program.analysis import Analysis
 from improv_core.text import Span
 
@@ -34,7 +34,7 @@ def lenses(analysis: Analysis, scenes: Collection[int]) -> Iterator[Lens]:
     for scene, index in enumerate(islice(analysis.breaks, MOST_SCENES), 1):
         if analysis.statement_ids[index] in scenes:
             line = analysis.lines.position(analysis.offsets[index]).line
-            title = _titled(f"▶ scene {scene + 1}", scene_lasting(analysis, scene))
+            title = _titled(f"▶ {scene_called(analysis, scene)}", scene_lasting(analysis, scene))
             yield Lens(line, title, scene_span(analysis, scene))
 
 

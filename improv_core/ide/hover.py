@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from improv_core.ide.cursor import Cursor, cursor
+from improv_core.ide.hover_opening import about_opening, stand_at
 from improv_core.ide.performers import performers
 from improv_core.ide.phrases import comment, label, parameters
 from improv_core.ide.senses import about as about_sense
@@ -107,10 +108,14 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
     part = score_of(analysis).parts.get(name)
     if not part:
         return None
-    about = f" (robot, profile {_code(part.profile.name)}): everything it plays"
+    placed = (f"starts at {stand_at(part.start)}",) if name in analysis.opening.places else ()
+    about = f" (robot, profile {_code(part.profile.name)}): "
+    if name not in analysis.lengths:
+        return Hover(Span(0, 0), _code(name), f"{about}only stands there", placed)
     whole = timing(analysis.lengths[name], analysis.tempo)
     why = (deciding(series(part.scenes)),) if part.senses else ()
-    return Hover(Span(0, 0), _code(name), about, (whole, *why), "", _drawn(part, analysis.tempo) if pictures else "")
+    drawn = _drawn(part, analysis.tempo) if pictures else ""
+    return Hover(Span(0, 0), _code(name), f"{about}everything it plays", (whole, *why, *placed), "", drawn)
 
 
 def sense_at(analysis: Analysis, name: str, span: Span = _NOWHERE) -> Hover | None:
@@ -128,6 +133,12 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
     if token.type == "SCENE":
         return _scene(analysis, placed) if token == statement.sign else None
+    if statement.sign and placed.meaning.said and token in statement.heads:
+        begins = statement.sign.type == "SCENE"
+        found = _scene(analysis, placed) if begins else robot_at(analysis, token.text, pictures)
+        return found and replace(found, span=token.span)
+    if opening := about_opening(analysis, placed, token):
+        return Hover(opening.span, opening.word, opening.about, opening.facts)
     condition = node.condition if isinstance(node, nodes.Apply | nodes.Choice) else None
     if condition and token.span == condition.sense.span:
         return sense_at(analysis, token.text, token.span)

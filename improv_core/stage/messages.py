@@ -314,7 +314,7 @@ def beat_at(transport: TransportMessage, now: float) -> float:
 
 
 def counted(transport: TransportMessage, beat: float) -> str:
-    """A beat for people, who count from 1, and how many there are: `beat 3/8`, `beat 3/∞`; with bars, `bar 2, beat 1`."""
+    """A beat for people, who count from 1, and how many there are: `beat 3/8`, `beat 3/∞`; in bars, `bar 2, beat 1`."""
     beats, passed = transport["beats"], math.floor(beat)
     whole = math.inf if beats is None else max(math.ceil(beats), 1)  # a beat that has only begun counts
     passed = int(min(passed, whole - 1))

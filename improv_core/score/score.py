@@ -72,8 +72,8 @@ class Part:
 
     @property
     def stands(self) -> bool:
-        """Whether it plays nothing at all: its robot only stands there."""
-        return not any(scene.duration or scene.open for scene in self.scenes)
+        """Whether its robot only stands there: it plays nothing in any scene. (Without scenes, it is to be stopped.)"""
+        return bool(self.scenes) and not any(scene.duration or scene.open for scene in self.scenes)
 
     @property
     def ends(self) -> Duration:

@@ -189,6 +189,9 @@ class _Loop:
             self._in_order.stop()
             self._do(arrival, now)
         else:
+            if isinstance(arrival, Play) and self._opened.sink.real:
+                # Nobody waits for the listeners of robots that only stand there, and they are sent nothing.
+                arrival = replace(arrival, score=arrival.score.moving())
             self._in_order.add(arrival)
             self._do_next()
 

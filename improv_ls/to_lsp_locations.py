@@ -17,6 +17,7 @@ from improv_ls.positions import Encoding, to_range
 
 _KINDS = {
     "tempo": types.SymbolKind.Constant,
+    "setting": types.SymbolKind.Constant,
     "name": types.SymbolKind.Variable,
     "phrase": types.SymbolKind.Function,
     "scene": types.SymbolKind.Namespace,

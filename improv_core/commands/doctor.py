@@ -49,8 +49,8 @@ def examine(path: Path | None) -> Iterator[Finding]:
         yield Finding(Mark.BROKEN, str(error))
     else:
         yield from program(path, analysis)
-        safety = analysis.cast.safety
-        cast = {name: analysis.cast.robot(name) for name in (analysis.robots if path else analysis.cast.robots)}
+        robots, safety = analysis.opening.cast, analysis.cast.safety
+        cast = {name: robots.robot(name) for name in (analysis.robots if path else robots.robots)}
     yield works("the simulator", _start_simulator)
     yield works("the simulator's page", _open_page)
     yield browser(has_browser())

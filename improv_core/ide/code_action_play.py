@@ -46,10 +46,10 @@ def deeds(analysis: Analysis, cursor: int, muted: Collection[str] = (), soloed: 
         return
     if placed and placed.meaning.robots and len(analysis.played) > 1:
         yield Deed(f"Play only this line{_lasting(analysis, placed)}", "improv.play.line", "play", _head(placed))
-    if analysis.scenes:
-        scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.scenes), MOST_SCENES - 1)
-        lasts = _in_brackets(scene_lasting(analysis, scene))
-        yield Deed(f"Play only scene {scene + 1}{lasts}", "improv.play.scene", "play", scene_span(analysis, scene))
+    if analysis.breaks:
+        scene = min(sum(analysis.offsets[index] <= cursor for index in analysis.breaks), MOST_SCENES - 1)
+        called = f"{scene_called(analysis, scene)}{_in_brackets(scene_lasting(analysis, scene))}"
+        yield Deed(f"Play only {called}", "improv.play.scene", "play", scene_span(analysis, scene))
     yield Deed("Play the program", "improv.play", "play")
     yield STOP
     if placed and len(analysis.robots) > 1:
@@ -73,9 +73,15 @@ def scene_lasting(analysis: Analysis, scene: int) -> str:
     return lasting(map(lengths, parts), analysis.tempo)
 
 
+def scene_called(analysis: Analysis, scene: int) -> str:
+    """What a scene, counted from 0, is called: `scene 2`, or `scene bow` if that is its name."""
+    names = analysis.scene_names
+    return f"scene {(names[scene] if scene < len(names) else '') or scene + 1}"
+
+
 def scene_span(analysis: Analysis, scene: int) -> Span:
     """The text of a scene, counted from 0, with the line that begins it."""
-    marks = [0, *(analysis.offsets[index] for index in analysis.scenes), len(analysis.text)]
+    marks = [0, *(analysis.offsets[index] for index in analysis.breaks), len(analysis.text)]
     return Span(marks[scene], marks[scene + 1])
 
 

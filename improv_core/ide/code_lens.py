@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
 
-from improv_core.ide.code_action_play import lasting, scene_lasting, scene_span
+from improv_core.ide.code_action_play import lasting, scene_called, scene_lasting, scene_span
 from improv_core.program.analysis import Analysis
 from improv_core.text import Span
 
@@ -31,16 +31,16 @@ def lenses(analysis: Analysis, scenes: Collection[int]) -> Iterator[Lens]:
     """The lens of a program, and those of the scenes whose statements have these IDs, in the order of the text."""
     is_known = all(meaning.ok for meaning in analysis.meanings if meaning.robots)
     yield Lens(0, _titled("▶ play", lasting(analysis.lengths.values(), analysis.tempo) if is_known else ""))
-    for scene, index in enumerate(islice(analysis.scenes, MOST_SCENES), 1):
+    for scene, index in enumerate(islice(analysis.breaks, MOST_SCENES), 1):
         if analysis.statement_ids[index] in scenes:
             line = analysis.lines.position(analysis.offsets[index]).line
-            title = _titled(f"▶ scene {scene + 1}", scene_lasting(analysis, scene))
+            title = _titled(f"▶ {scene_called(analysis, scene)}", scene_lasting(analysis, scene))
             yield Lens(line, title, scene_span(analysis, scene))
 
 
 def scene_ids(analysis: Analysis) -> frozenset[int]:
     """The IDs of the statements that begin scenes."""
-    return frozenset(analysis.statement_ids[index] for index in analysis.scenes)
+    return frozenset(analysis.statement_ids[index] for index in analysis.breaks)
 
 
 def _titled(title: str, lasts: str) -> str:

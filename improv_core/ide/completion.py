@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 
+from improv_core.ide.completion_opening import after_robots, first_words, offers
 from improv_core.ide.cursor import BeforeCursor, before
 from improv_core.ide.hover import Hover, name_at, robot_at, sense_at
 from improv_core.ide.performers import by_profile, performers
@@ -99,7 +100,7 @@ def _possible_first(analysis: Analysis, found: BeforeCursor, items: list[Item]) 
     if found.sign and found.sign.type == "EQUAL":
         players = performers(analysis, found.statement) if found.statement < len(analysis.statements) else {}
     else:
-        players = by_profile(analysis.cast, [head.text for head in found.heads])
+        players = by_profile(analysis.opening.cast, [head.text for head in found.heads])
     limited = {profile: robot for profile, robot in players.items() if len(profile.motions) < len(MOTIONS)}
     if not limited:
         return items
@@ -152,16 +153,24 @@ def document(analysis: Analysis, item: Item, statement: int, pictures: bool) -> 
 def _heads(analysis: Analysis, found: BeforeCursor) -> Iterator[Item]:
     """The words that a statement may start with, and more robots if it starts with robots."""
     heads = [token.text for token in found.heads]
+    if found.opening:
+        yield from (Item(*each) for each in offers(analysis, found.opening, [*found.heads]))
+        return
     if heads == ["beat"]:
         yield from _numbers("beat")
         return
     if not heads:
         yield Item("beat", "keyword", WORDS["beat"].about, "beat ${1:60}")
+    if heads in (["room"], ["bar"]):
+        values = {"room": ("4", "6", "8"), "bar": ("3", "4")}[heads[0]]
+        yield from (Item(value, "number", {"room": "meters", "bar": "beats"}[heads[0]]) for value in values)
     if all(token.type == "NAME" for token in found.heads):
         plays = analysis.lengths
-        for robot in dict.fromkeys([*analysis.cast.robots, *plays]):
+        for robot in dict.fromkeys([*analysis.cast.robots, *plays, *analysis.opening.places]):
             if robot not in heads:
-                yield Item(robot, "robot", in_beats(plays[robot]) if robot in plays else "in improv.toml")
+                where = "in improv.toml" if robot in analysis.cast.robots else "only stands there"
+                yield Item(robot, "robot", in_beats(plays[robot]) if robot in plays else where)
+        yield from (Item(*each) for each in (after_robots() if heads else first_words(analysis)))
 
 
 def _words(accepted: frozenset[str], found: BeforeCursor, bare: bool) -> Iterator[Item]:

@@ -13,6 +13,7 @@ from improv_core.syntax import nodes
 from improv_core.syntax.heads import classified, split_head
 from improv_core.syntax.lexer import Token, lex
 from improv_core.syntax.nodes import Node, Parameter
+from improv_core.syntax.opening import OpeningLine, opening_line
 from improv_core.syntax.statements import split
 from improv_core.text import Span
 
@@ -66,7 +67,7 @@ class BeforeCursor:
 
     `begun` is the word or number that ends at the cursor, if there is one. `heads` and `tokens` are those before it:
     up to and after the `sign`. Without a sign, all are `heads`. `statement` is the index that the statement has or will
-    have, and `parameters` are its own.
+    have, and `parameters` are its own. A line of the opening, such as `ada at`, is the `opening`.
     """
 
     heads: Sequence[Token]
@@ -76,6 +77,7 @@ class BeforeCursor:
     in_number: bool
     statement: int
     parameters: Sequence[Parameter]
+    opening: OpeningLine | None = None
 
 
 def before(analysis: Analysis, offset: int) -> BeforeCursor | None:
@@ -93,7 +95,7 @@ def before(analysis: Analysis, offset: int) -> BeforeCursor | None:
     begun = tokens.pop().text if in_number else last.text[: -len(_MARK)]
     head, rest = split_head(piece, tokens)
     if head.sign is None or head.sign.type in ("BEAT", "SCENE"):
-        return BeforeCursor(tokens, None, (), begun, in_number, statement, ())
+        return BeforeCursor(tokens, None, (), begun, in_number, statement, (), opening_line(piece, tokens))
     heads = tokens[: len(tokens) - len(rest) - 1]
     return BeforeCursor(heads, head.sign, classified(rest, head.numbers), begun, in_number, statement, head.parameters)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from improv_core.diagnostics import MOST_SHOWN
 from improv_core.program.analysis import Analysis
+from improv_core.program.opening import OPENING
 from improv_core.program.program import Placed
 from improv_core.program.timing import in_beats
 from improv_core.score.lengths import lengths
@@ -19,8 +20,8 @@ from improv_core.text import Span
 
 @dataclass(frozen=True, slots=True)
 class OutlineEntry:
-    """A line of the outline. `kind` is tempo, name, phrase, robot, robots (several at once, which are its `parts`), or
-    scene (its `parts` are what is in it)."""
+    """A line of the outline. `kind` is tempo, setting (the floor or the bar), name, phrase, robot, robots (several at
+    once, which are its `parts`), or scene (its `parts` are what is in it)."""
 
     name: str
     kind: str
@@ -34,21 +35,24 @@ def outline(analysis: Analysis) -> list[OutlineEntry]:
     """The outline entries of a program, in the order of the text. Of lines with syntax errors, it has the first
     `MOST_SHOWN`: those after them aren't marked either, and tens of thousands would only fill the screen."""
     scenes: list[tuple[Placed | None, list[OutlineEntry]]] = [(None, [])]
-    wrong = 0
+    breaks, wrong = {*analysis.breaks}, 0
     for index, statement in enumerate(analysis.statements):
         checkpoint()
         wrong += bool(statement.diagnostics)
         if statement.sign and statement.sign.type == "SCENE":
-            scenes.append((analysis.placed(index), []))
+            if index in breaks:
+                scenes.append((analysis.placed(index), []))
+            else:  # it names the first
+                scenes[-1] = analysis.placed(index), scenes[-1][1]
         elif statement.diagnostics and wrong > MOST_SHOWN:
             continue
         elif entry := outline_of(analysis, index):
             scenes[-1][1].append(entry)
-    first = scenes[0][1]
-    if len(scenes) == 1:
+    named, first = scenes[0]
+    if len(scenes) == 1 and not named:
         return first
     return [
-        *([_scene(analysis, 1, first[0].name_span, first)] if first else []),
+        *([_scene(analysis, 1, named.span if named else first[0].name_span, first)] if first or named else []),
         *(_scene(analysis, number, line.span, parts) for number, (line, parts) in enumerate(scenes[1:], 2) if line),
     ]
 
@@ -70,16 +74,18 @@ def names_in(text: str) -> Iterator[OutlineEntry]:
     """The names and robots of a program that is only searched. Computes no durations."""
     for start, piece in split(text):
         for entry in flattened(_entries(start, parse_statement(piece), "")):
-            if entry.kind != "tempo":
+            if entry.kind not in ("tempo", "setting"):
                 yield entry
 
 
 def _scene(analysis: Analysis, number: int, line: Span, parts: Sequence[OutlineEntry]) -> OutlineEntry:
-    span = Span(line.start, parts[-1].span.end if parts else line.end)
+    start, end = (parts[0].span.start, parts[-1].span.end) if parts else line
+    name = analysis.scene_names[number - 1] if number <= len(analysis.scene_names) else ""
+    span = Span(min(start, line.start), max(end, line.end))
     begin = analysis.scene_begin(number - 1)
     later = "" if begin and begin.is_fixed else " or later"
     detail = f"from beat {begin.shortest}{later}" if begin else "never performed"
-    return OutlineEntry(f"scene {number}", "scene", detail if number > 1 else "", span, line, tuple(parts))
+    return OutlineEntry(name or f"scene {number}", "scene", detail if number > 1 else "", span, line, tuple(parts))
 
 
 def _entries(start: int, statement: Statement, detail: str) -> Iterator[OutlineEntry]:
@@ -88,6 +94,12 @@ def _entries(start: int, statement: Statement, detail: str) -> Iterator[OutlineE
         if statement.number and statement.number.text:
             yield OutlineEntry(f"beat {statement.number.text}", "tempo", "", whole, sign.span.shifted(start))
         return
+    if sign and sign.type in OPENING:
+        detail = _opening(statement)
+        if sign.type in ("ROOM", "BAR_LENGTH") and detail:
+            yield OutlineEntry(detail, "setting", "", whole, sign.span.shifted(start))
+        if sign.type not in ("AT", "IS"):
+            return
     kind = "robot"
     if sign and sign.type == "EQUAL":
         kind = "phrase" if statement.parameters else "name"
@@ -99,3 +111,11 @@ def _entries(start: int, statement: Statement, detail: str) -> Iterator[OutlineE
     parts = tuple(OutlineEntry(part.name, kind, detail, part.name_span, part.name_span) for part in each)
     span = Span(parts[0].span.start, parts[-1].span.end)
     yield OutlineEntry(" ".join(part.name for part in parts), "robots", detail, whole, span, parts)
+
+
+def _opening(statement: Statement) -> str:
+    """What a line of the opening says, from its sign on; empty if it has an error."""
+    tokens = statement.tokens
+    if not statement.opening or not statement.sign or not tokens:
+        return ""
+    return " ".join(statement.text[statement.sign.start : tokens[-1].end].split())

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from improv_core.ide.cursor import Cursor, cursor
+from improv_core.ide.hover_opening import about_opening, stand_at
 from improv_core.ide.performers import performers
 from improv_core.ide.phrases import comment, label, parameters
 from improv_core.ide.senses import about as about_sense
@@ -107,10 +108,14 @@ def robot_at(analysis: Analysis, name: str, pictures: bool = False) -> Hover | N
     part = score_of(analysis).parts.get(name)
     if not part:
         return None
-    about = f" (robot, profile {_code(part.profile.name)}): everything it plays"
+    placed = (f"starts at {stand_at(part.start)}",) if name in analysis.opening.places else ()
+    about = f" (robot, profile {_code(part.profile.name)}): "
+    if name not in analysis.lengths:
+        return Hover(Span(0, 0), _code(name), f"{about}only stands there", placed)
     whole = timing(analysis.lengths[name], analysis.tempo)
     why = (deciding(series(part.scenes)),) if part.senses else ()
-    return Hover(Span(0, 0), _code(name), about, (whole, *why), "", _drawn(part, analysis.tempo) if pictures else "")
+    drawn = _drawn(part, analysis.tempo) if pictures else ""
+    return Hover(Span(0, 0), _code(name), f"{about}everything it plays", (whole, *why, *placed), "", drawn)
 
 
 def sense_at(analysis: Analysis, name: str, span: Span = _NOWHERE) -> Hover | None:
@@ -128,6 +133,12 @@ def _about(analysis: Analysis, at: Cursor, pictures: bool) -> Hover | None:
         return Hover(token.span, f"beat {written(analysis.tempo)}", f": {WORDS['beat'].about}", (lasts,))
     if token.type == "SCENE":
         return _scene(analysis, placed) if token == statement.sign else None
+    if statement.sign and placed.meaning.said and token in statement.heads:
+        begins = statement.sign.type == "SCENE"
+        found = _scene(analysis, placed) if begins else robot_at(analysis, token.text, pictures)
+        return found and replace(found, span=token.span)
+    if opening := about_opening(analysis, placed, token):
+        return Hover(opening.span, opening.word, opening.about, opening.facts)
     condition = node.condition if isinstance(node, nodes.Apply | nodes.Choice) else None
     if condition and token.span == condition.sense.span:
         return sense_at(analysis, token.text, token.span)
@@ -180,7 +191,9 @@ def _condition(condition: nodes.Condition) -> Sequence[str]:
 
 
 def _scene(analysis: Analysis, placed: Placed) -> Hover:
-    number, starts = analysis.scenes.index(placed.index) + 1, "never begins"
+    if placed.index not in analysis.breaks:
+        return Hover(Span(0, len(placed.statement.text)), "---", ": the name of the first scene", ())
+    number, starts = analysis.breaks.index(placed.index) + 1, "never begins"
     if begin := analysis.scene_begin(number):
         later = "" if begin.is_fixed else " or later"
         starts = f"begins at beat {begin.shortest}{later}, {in_seconds(begin.shortest, analysis.tempo)}{later}"
@@ -293,7 +306,7 @@ def _measures(analysis: Analysis, placed: Placed, meaning: Movement, plain: bool
 
 def _speeds(analysis: Analysis, robots: Sequence[str], meaning: Movement) -> tuple[str, ...]:
     """The top speeds of robots, once for each profile."""
-    by_profile = {analysis.cast.robot(robot).profile: robot for robot in reversed(robots)}
+    by_profile = {analysis.opening.cast.robot(robot).profile: robot for robot in reversed(robots)}
     by_robot = {robot: fastest(meaning, profile, analysis.tempo) for profile, robot in reversed(by_profile.items())}
     if len(by_robot) == 1:
         return tuple(speed for speed in by_robot.values() if speed)

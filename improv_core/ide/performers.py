@@ -17,7 +17,7 @@ MOST_ROBOTS = 100
 def performers(analysis: Analysis, index: int) -> dict[Profile, str]:
     """The profiles of the robots that play a statement, or of all robots if none does, and the first robot of each."""
     lines = (analysis.meanings[line].robots for line in lines_playing(analysis, index))
-    return by_profile(analysis.cast, dict.fromkeys(chain.from_iterable(lines)))
+    return by_profile(analysis.opening.cast, dict.fromkeys(chain.from_iterable(lines)))
 
 
 def by_profile(cast: Robots, robots: Iterable[str]) -> dict[Profile, str]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heappop, heappush
+from itertools import chain
 
 from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
@@ -23,10 +24,10 @@ MOST_USERS = 1_000
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """A name, a parameter, or a robot, and its span.
+    """A name, a parameter, a robot, or a scene, and its span.
 
     `definer` is the index of the statement that defines a name or a parameter; None if nothing above defines it, and
-    for robots.
+    for robots and scenes.
     """
 
     text: str
@@ -34,6 +35,7 @@ class Symbol:
     is_robot: bool
     definer: int | None = None
     is_parameter: bool = False
+    is_scene: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,12 +47,14 @@ class Reference:
 
 
 def symbol_at(analysis: Analysis, offset: int) -> Symbol | None:
-    """The name, the parameter, or the robot that the cursor touches, including at its end."""
+    """The name, the parameter, the robot, or the scene that the cursor touches, including at its end."""
     placed = analysis.statement_at(offset)
     if not placed:
         return None
     statement, place = placed.statement, offset - placed.start
     for head in _heads(statement):
+        if head.span.holds(place) and _begins_scene(statement):
+            return Symbol(head.text, head.span.shifted(placed.start), False, is_scene=True)
         if head.span.holds(place):
             is_robot = statement.defines is None
             return Symbol(head.text, head.span.shifted(placed.start), is_robot, None if is_robot else placed.index)
@@ -71,6 +75,8 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
     """
     if symbol.is_robot:
         return [Reference(span) for _, span in plays(analysis, symbol.text)]
+    if symbol.is_scene:
+        return [Reference(span, defines=True) for _, span in scenes_called(analysis, symbol.text)]
     found = []
     if symbol.is_parameter and symbol.definer is not None:
         start, statement = analysis.offsets[symbol.definer], analysis.statements[symbol.definer]
@@ -88,9 +94,14 @@ def references(analysis: Analysis, symbol: Symbol) -> list[Reference]:
 
 
 def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
-    """Where a name is defined, even if only below. For a robot without a section in `improv.toml`: its first line."""
+    """Where a name is defined, even if only below. For a robot without a section in `improv.toml`: where a line places
+    it or gives it its kind, or else its first line."""
     if symbol.is_robot:
-        return next((span for _, span in plays(analysis, symbol.text)), None)
+        lines = list(plays(analysis, symbol.text))
+        opening = (span for index, span in lines if analysis.meanings[index].said)
+        return next(chain(opening, (span for _, span in lines)), None)
+    if symbol.is_scene:
+        return symbol.span
     if symbol.is_parameter:
         return next(reference.span for reference in references(analysis, symbol) if reference.defines)
     definers = analysis.bindings.defined.get(symbol.text, ())
@@ -99,12 +110,20 @@ def definition(analysis: Analysis, symbol: Symbol) -> Span | None:
 
 
 def plays(analysis: Analysis, robot: str) -> Iterator[tuple[int, Span]]:
-    """The index of each statement that a robot plays, and the span of the robot in it."""
+    """The index of each line about a robot, and the span of the robot in it."""
     for index, statement in enumerate(analysis.statements):
-        if statement.defines is None:
+        if statement.defines is None and not _begins_scene(statement):
             for head in _heads(statement):
                 if head.text == robot:
                     yield index, head.span.shifted(analysis.offsets[index])
+
+
+def scenes_called(analysis: Analysis, name: str) -> Iterator[tuple[int, Span]]:
+    """The index of each line `---` with this name, and the span of the name."""
+    for index in analysis.scenes:
+        for head in analysis.statements[index].heads:
+            if head.text == name:
+                yield index, head.span.shifted(analysis.offsets[index])
 
 
 def lines_playing(analysis: Analysis, index: int) -> Iterator[int]:
@@ -139,8 +158,12 @@ def _names_in(text: str) -> Sequence[Token]:
 _kept = lru_cache(maxsize=2_000)(_names_in)  # a name that is asked about is asked about again, and lexing takes time
 
 
+def _begins_scene(statement: Statement) -> bool:
+    return statement.sign is not None and statement.sign.type == "SCENE"
+
+
 def _heads(statement: Statement) -> list[Token]:
-    """The robots of a statement, or the name that it defines, except reserved words."""
+    """The robots of a statement, the name that it defines, or that of its scene, except reserved words."""
     if not statement.sign or (statement.sign.type == "EQUAL" and not statement.defines):
         return []
     return [head for head in statement.heads if head.text and head.text not in WORDS]

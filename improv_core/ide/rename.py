@@ -1,11 +1,11 @@
-"""Renames a name, a parameter, or a robot. A rename that would change the meaning of the program is refused."""
+"""Renames a name, a parameter, a robot, or a scene. A rename that would change what the program means is refused."""
 
 from __future__ import annotations
 
 import re
 
 from improv_core.diagnostics import Edit
-from improv_core.ide.references import Symbol, plays, references, symbol_at
+from improv_core.ide.references import Symbol, plays, references, scenes_called, symbol_at
 from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
 from improv_core.robots.toml_text import read_toml
@@ -24,8 +24,8 @@ def renamable(analysis: Analysis, offset: int) -> Symbol:
     """The symbol at the cursor that can be renamed. Raises RefusalError if there is none."""
     symbol = symbol_at(analysis, offset)
     if symbol is None:
-        raise RefusalError("only names, parameters, and robots can be renamed: put the cursor on one")
-    if not symbol.is_robot and symbol.definer is None:
+        raise RefusalError("only names, parameters, robots, and scenes can be renamed: put the cursor on one")
+    if not symbol.is_robot and not symbol.is_scene and symbol.definer is None:
         raise RefusalError(f"`{symbol.text}` is not defined above this line: define it first")
     return symbol
 
@@ -39,6 +39,9 @@ def rename(analysis: Analysis, symbol: Symbol, new: str) -> list[Edit]:
     _refuse_words(new)
     if new == symbol.text:
         return []
+    if symbol.is_scene:
+        _refuse_other_scene(analysis, new)
+        return [Edit(reference.span, new) for reference in references(analysis, symbol)]
     (_refuse_other_parameter if symbol.is_parameter else _refuse_collision)(analysis, symbol, new)
     return [Edit(reference.span, new) for reference in references(analysis, symbol)]
 
@@ -90,6 +93,11 @@ def _refuse_collision(analysis: Analysis, symbol: Symbol, new: str) -> None:
         raise RefusalError(
             f"`{new}` on line {_line(analysis, captured[0])} would then mean this one: choose another name"
         )
+
+
+def _refuse_other_scene(analysis: Analysis, new: str) -> None:
+    if found := next(scenes_called(analysis, new), None):
+        raise RefusalError(f"`{new}` is already a scene, on line {_line(analysis, found[0])}: choose another name")
 
 
 def _refuse_other_parameter(analysis: Analysis, symbol: Symbol, new: str) -> None:

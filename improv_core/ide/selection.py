@@ -72,7 +72,7 @@ def select(analysis: Analysis, wanted: Span | str) -> Selection:
     ghostly = [movement for line in danced for robot, movement in line.parts if robot == ghost]
     if not ghostly:
         return Selection(name, selected)
-    return Selection(name, replace(selected, cast=_with_ghost(analysis.cast, ghost, ghostly)), ghost)
+    return Selection(name, selected.cast_with(_with_ghost(analysis.cast, ghost, ghostly)), ghost)
 
 
 def uses(analysis: Analysis, index: int) -> Sequence[int] | None:
@@ -203,14 +203,14 @@ def _able(analysis: Analysis, placed: Placed, line: Line, playing: int | None) -
     first, *others = (movement for _, movement in line.parts)
     heads = tuple(head for head in statement.heads if head.text in meaning.robots)
     cast = replace(placed.meaning, robots=meaning.robots, movement=first, others=tuple(others))
-    for problem in check_casting(replace(statement, heads=heads), cast, analysis.cast, analysis.tempo):
+    for problem in check_casting(replace(statement, heads=heads), cast, analysis.opening.cast, analysis.tempo):
         if problem.severity is Severity.ERROR:
             raise UnplayableError(f"{_lines(analysis, [placed])}: {problem.message}")
     return line
 
 
 def _require_no_errors(analysis: Analysis, indices: Sequence[int], fragment: Fragment | None = None) -> None:
-    """Raise UnplayableError if statements have errors, or the definitions that they use, or the tempo.
+    """Raise UnplayableError if statements have errors, or the definitions that they use, the tempo, or the opening.
 
     Of the first statement, only the `fragment` counts, if there is one.
     """
@@ -225,8 +225,8 @@ def _require_no_errors(analysis: Analysis, indices: Sequence[int], fragment: Fra
 
 
 def _needed(analysis: Analysis, indices: Sequence[int], fragment: Fragment | None) -> set[int]:
-    """These statements, the definitions that they use, and the tempo."""
-    reached = {*indices, *analysis.tempos[:1]}
+    """These statements, the definitions that they use, the tempo, and the opening."""
+    reached = {*indices, *analysis.tempos[:1], *analysis.openings}
     waiting = list(reached)
     while waiting:
         index = waiting.pop()
@@ -243,6 +243,7 @@ def _needed(analysis: Analysis, indices: Sequence[int], fragment: Fragment | Non
 def _unused_name(analysis: Analysis) -> str:
     """A name for the ghost that no robot has."""
     taken = {robot for meaning in analysis.meanings for robot in meaning.robots}.union(analysis.cast.robots)
+    taken |= analysis.opening.places.keys()
     names = chain([GHOST], (f"{GHOST}{number}" for number in count(2)))
     return next(name for name in names if name not in taken)
 

@@ -37,6 +37,9 @@ def _around(analysis: Analysis, offset: int) -> Iterator[Span]:
     if token in heads or any(head.span.start <= token.start and token.end <= head.span.end for head in heads):
         yield Span(heads[0].start, heads[-1].end).shifted(placed.start)
         yield from (head.span.shifted(placed.start) for head in heads if head.span.holds(token.start))
+    elif placed.statement.opening and placed.statement.sign:
+        first, *_ = after = [each for each in placed.statement.tokens if each.start >= placed.statement.sign.end]
+        yield Span(first.start, after[-1].end).shifted(placed.start)
     elif body := tree(placed):
         for node in nodes.nodes(body):
             if node.span.start <= token.start and token.end <= node.span.end:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from typing import TypeAlias
 
 from improv_core.ide.semantic_tokens_legend import MODIFIERS, TYPES
 from improv_core.program.analysis import Analysis
+from improv_core.program.opening import OPENING
 from improv_core.syntax.lexer import NAME, NUMBER
+from improv_core.syntax.nodes import OfKind, Statement
 from improv_core.syntax.parser import parse_statement
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS, of_kind
 from improv_core.syntax.words import Kind
@@ -49,17 +51,25 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
     Does not use the lexer: a document may have thousands of words when it is opened, and only colors are needed.
     """
     sign, heads, parameters = None, set[tuple[int, int]](), dict[str, tuple[int, int]]()
+    opening: dict[int, tuple[int, tuple[int, int] | None]] = {}
     if not text.startswith("#"):
         statement = parse_statement(text)
         sign = statement.sign
         heads = {(head.start, head.end) for head in statement.heads if head.text not in strange}
         parameters = {each.name: each.token.span for each in statement.parameters}
+        opening = dict(_opening(statement, strange)) if sign and sign.type in OPENING else {}
     head = _DEFINITION if sign and sign.type == "EQUAL" else _ROBOT
     named = sign.start if sign and sign.type != "BEAT" else 0  # before this offset, names are definitions or robots
     found = []
-    before = ""
+    before, whole = "", 0  # up to this offset, all is one word
     for match in _WORD.finditer(text):
         word = match[0]
+        if match.start() in opening:
+            whole, known = opening[match.start()]
+            if known:
+                found.append((match.start(), whole, *known))
+        if match.start() < whole:
+            continue
         kind = _KINDS.get(word) or _KINDS_BY_FORM[match.lastindex or 0]
         start, end = match.span()
         if kind is _USE:
@@ -81,11 +91,24 @@ def colored(text: str, unknown: tuple[str, ...], strange: tuple[str, ...]) -> li
     return found
 
 
+def _opening(statement: Statement, strange: Container[str]) -> Iterator[tuple[int, tuple[int, tuple[int, int] | None]]]:
+    """Where the words of a line of the opening start that are names elsewhere, where each ends, and its kind, if it
+    has a color."""
+    for word in statement.words:
+        yield word.start, (word.end, _OPENING_WORD)
+    if isinstance(statement.opening, OfKind):
+        profile = statement.opening.profile
+        yield profile.start, (profile.end, None if profile.text in strange else _PROFILE)
+    if statement.sign and statement.sign.type == "SCENE":
+        for head in statement.heads:
+            yield head.start, (head.end, _DEFINITION)
+
+
 def _unknown(analysis: Analysis, index: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The undefined names, and the unknown robots and senses of a statement."""
     statement, scope = analysis.statements[index], analysis.meanings[index].scope
     names = tuple(name for name, found in zip(statement.uses, scope, strict=True) if found is None)
-    said = [each.span for each in analysis.infeasible.get(index, ()) if each.code in ("unknown-robot", "unknown-sense")]
+    said = [each.span for each in analysis.infeasible.get(index, ()) if each.code in _UNKNOWN]
     return names, tuple(statement.text[span.start : span.end] for span in said)
 
 
@@ -99,7 +122,10 @@ def _kind(name: str, *modifiers: str) -> tuple[int, int]:
     return TYPES.index(name), sum(1 << MODIFIERS.index(each) for each in modifiers)
 
 
+_UNKNOWN = ("unknown-robot", "unknown-sense", "unknown-profile")
 _COMMENT_KIND = _kind("comment")
+_OPENING_WORD = _kind("keyword")
+_PROFILE = _kind("enumMember")
 _DEFINITION = _kind("variable", "definition")
 _USE = _kind("variable")
 _ROBOT = _kind("class")

@@ -159,7 +159,7 @@ def _standing(scores: Collection[Score]) -> Score:
 
     A robot may have another topic in each score. Then it counts as several.
     """
-    robots = {part.topic: part for score in scores for part in score.parts.values()}
+    robots = {part.topic: part for score in scores for part in score.moving().parts.values()}
     parts: dict[str, Part] = {}
     for topic, part in robots.items():
         name = topic if part.robot in parts else part.robot

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from heapq import heappop, heappush, nsmallest
@@ -14,10 +14,11 @@ from itertools import count
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.diagnosis import diagnose, diagnose_statement
-from improv_core.program.feasibility import check_casting
+from improv_core.program.feasibility import check_casting, check_names
 from improv_core.program.idle import Idle, find_idle
 from improv_core.program.meaning import Meaning, movement_of, not_understood, reader_of, understand
-from improv_core.program.program import Placed, Program, is_endless, is_uneven
+from improv_core.program.opening import OPENING, Opening, check_kind
+from improv_core.program.program import Placed, Program, is_endless, is_uneven, opening_of
 from improv_core.program.reader import Definition, Reader, Scope
 from improv_core.program.sensing import check_senses
 from improv_core.robots.config import Robots
@@ -200,9 +201,13 @@ class Analysis(Program):
     def _problems(self, index: int, meaning: Meaning, brief: bool) -> tuple[Diagnostic, ...]:
         """What the robots of a statement can't do. Only the first `MOST_SHOWN` are sure to have messages and fixes."""
         statement = self.statements[index]
-        problems = check_casting(statement, meaning, self.cast, self.tempo, brief) if meaning.robots else ()
+        if meaning.said:
+            named = check_names(statement, meaning.said.robots, self.cast, brief)
+            return (*named.values(), *check_kind(statement, meaning.said, self.cast))
+        cast = self.opening.cast
+        problems = check_casting(statement, meaning, cast, self.tempo, brief) if meaning.robots else ()
         if statement.has_senses or meaning.is_open:
-            problems = (*problems, *check_senses(statement, meaning, self.cast))
+            problems = (*problems, *check_senses(statement, meaning, cast))
         return problems
 
     def with_robots(self, robots: Robots) -> Analysis:
@@ -211,14 +216,19 @@ class Analysis(Program):
 
     def given(self, robots: Robots) -> Analysis:
         """The same, but all that robots play waits for `settled`."""
-        earlier = self.earlier and self.earlier.given(robots)
-        return dataclasses.replace(self, cast=robots, earlier=earlier)._doubted()
+        return dataclasses.replace(
+            self.cast_with(robots), earlier=self.earlier and self.earlier.given(robots)
+        )._doubted()
+
+    def cast_with(self, robots: Robots) -> Analysis:
+        """The same program for other robots, of which nothing is checked."""
+        return dataclasses.replace(self, cast=robots, opening=opening_of(robots, self.openings, self.meanings))
 
     def _doubted(self) -> Analysis:
-        """The analysis in which all that robots play waits to be checked again."""
+        """The analysis in which all that robots play waits to be checked again, and the lines of the opening too."""
         pairs = enumerate(zip(self.statements, self.meanings, strict=True))
-        playing = (index for index, (statement, meaning) in pairs if meaning.robots or statement.has_senses)
-        return dataclasses.replace(self, waiting=sorted({*self.waiting, *playing}))
+        found = (index for index, (each, meaning) in pairs if meaning.robots or each.has_senses or meaning.said)
+        return dataclasses.replace(self, waiting=sorted({*self.waiting, *found}))
 
     def _scope(self, index: int) -> Scope:
         return _scope(self.statements[index], index, self.bindings, self.meanings)
@@ -241,7 +251,8 @@ def _unread(lines: LineIndex, earlier: Analysis) -> Analysis:
 
 def _begun(lines: LineIndex, cast: Robots) -> Analysis:
     """The analysis of a text without its statements."""
-    return Analysis(lines, (), (), (), (), bind(()), (), (), frozenset(), frozenset(), frozenset(), cast, {})
+    none = frozenset[int]()
+    return Analysis(lines, (), (), (), (), bind(()), (), (), (), none, none, none, cast, Opening(cast), {})
 
 
 def _parsed(pieces: Iterable[str]) -> list[Statement]:
@@ -267,16 +278,19 @@ def _assembled(
     waiting: list[int] = []
     for index, (statement, statement_id) in enumerate(zip(statements, statement_ids, strict=True)):
         scope = {name: current.get(name) for name in statement.uses}
-        meaning = known.get(statement_id)
-        if meaning is None:
+        if statement_id in known:
+            meaning = known[statement_id]
+        else:
             checkpoint()
             meaning = not_understood(statement, statement_id, scope)
+            waited.add(statement_id)
         if not meaning.is_known or meaning.scope != tuple(scope.values()) or statement_id in waited:
             waiting.append(index)
         meanings.append(meaning)
         if meaning.definition:
             current[meaning.definition.name] = meaning.definition
     found = {old.statement_ids[index]: diagnostics for index, diagnostics in old.infeasible.items()}
+    openings = _signed(OPENING, statements)
     assembled = Analysis(
         lines=lines,
         offsets=offsets,
@@ -284,16 +298,18 @@ def _assembled(
         statement_ids=statement_ids,
         meanings=meanings,
         bindings=bind(statements),
-        tempos=_signed("BEAT", statements),
-        scenes=_signed("SCENE", statements),
+        tempos=_signed({"BEAT"}, statements),
+        scenes=_signed({"SCENE"}, statements),
+        openings=openings,
         faulty=frozenset(index for index, meaning in enumerate(meanings) if _is_faulty(meaning)),
         uneven=frozenset(index for index, meaning in enumerate(meanings) if is_uneven(meaning)),
         endless=frozenset(index for index, meaning in enumerate(meanings) if is_endless(meaning)),
         cast=old.cast,
+        opening=opening_of(old.cast, openings, meanings),
         infeasible={index: found[each] for index, each in enumerate(statement_ids) if each in found},
         waiting=waiting,
     )
-    return assembled if assembled.tempo == old.tempo else assembled._doubted()
+    return _checked_like(old, assembled)
 
 
 def _with_others(
@@ -305,12 +321,16 @@ def _with_others(
     statements[first : first + len(others)] = others
     statement_ids[first : first + len(others)] = [next(_new_ids) for _ in others]
     bindings = old.bindings.edited({index: old.statements[index] for index in changed}, changed)
+    waiting = {*old.waiting, *changed}
     for index, statement in changed.items():
         scope = _scope(statement, index, bindings, meanings)
         # Until it is understood, it defines what it defined before, so that nothing below it changes twice.
         definition = meanings[index].definition
         meanings[index] = not_understood(statement, statement_ids[index], scope, definition)
+        if definition and meanings[index].is_known:
+            waiting.update(bindings.users(definition.name, index))
     signs = {_sign(each) for index, statement in changed.items() for each in (statement, old.statements[index])}
+    openings = old.openings if signs.isdisjoint(OPENING) else _signed(OPENING, statements)
     replaced = dataclasses.replace(
         old,
         lines=lines,
@@ -319,14 +339,22 @@ def _with_others(
         statement_ids=statement_ids,
         meanings=meanings,
         bindings=bindings,
-        tempos=_signed("BEAT", statements) if "BEAT" in signs else old.tempos,
-        scenes=_signed("SCENE", statements) if "SCENE" in signs else old.scenes,
+        tempos=_signed({"BEAT"}, statements) if "BEAT" in signs else old.tempos,
+        scenes=_signed({"SCENE"}, statements) if "SCENE" in signs else old.scenes,
+        openings=openings,
+        opening=old.opening if signs.isdisjoint(OPENING) else opening_of(old.cast, openings, meanings),
         faulty=old.faulty.difference(changed).union(index for index in changed if _is_faulty(meanings[index])),
         uneven=old.uneven.difference(changed),
         infeasible={index: each for index, each in old.infeasible.items() if index not in changed},
-        waiting=sorted({*old.waiting, *changed}),
+        waiting=sorted(waiting),
     )
-    return replaced if replaced.tempo == old.tempo else replaced._doubted()
+    return _checked_like(old, replaced)
+
+
+def _checked_like(old: Analysis, now: Analysis) -> Analysis:
+    """The analysis, in which all that robots play waits if something else than before decides what they can do."""
+    is_like = now.tempo == old.tempo and now.opening.cast.kinds == old.opening.cast.kinds
+    return now if is_like else now._doubted()
 
 
 def _untold(infeasible: Mapping[int, Sequence[Diagnostic]]) -> Sequence[int]:
@@ -343,9 +371,9 @@ def _scope(statement: Statement, index: int, bindings: Bindings, meanings: Seque
     return scope
 
 
-def _signed(sign: str, statements: Sequence[Statement]) -> Sequence[int]:
-    """The statements with this sign."""
-    return [index for index, statement in enumerate(statements) if _sign(statement) == sign]
+def _signed(signs: Container[str], statements: Sequence[Statement]) -> Sequence[int]:
+    """The statements with one of these signs."""
+    return [index for index, statement in enumerate(statements) if _sign(statement) in signs]
 
 
 def _sign(statement: Statement) -> str:

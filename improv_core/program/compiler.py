@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -16,6 +17,7 @@ from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Veloc
 from improv_core.score.performance import SenseSpan, perform
 from improv_core.score.profiles import Profile
 from improv_core.score.reactions import senses_read
+from improv_core.score.scenes import NOTHING
 from improv_core.score.score import Part, Score, twist
 from improv_core.score.senses import Senses
 from improv_core.score.smoothing import smoothed
@@ -31,16 +33,18 @@ _MOMENTS_PER_SEGMENT = 2
 
 def score_of(analysis: Analysis) -> Score:
     """The score of a program."""
-    cast = analysis.cast
+    cast, places = analysis.opening.cast, analysis.opening.places
     named = (name for line in analysis.played.values() for name, _ in line.parts)
     robots = {name: cast.robot(name) for name in dict.fromkeys([*named, *analysis.robots])}
     poses = start_poses(robots, cast.world.size, cast.formation)  # also of those that a selection leaves out
+    poses.update(places)
     parts, smooth = {}, _Smooth(analysis.tempo)
-    for name in analysis.robots:
+    nothing = (NOTHING,) * analysis.scene_count
+    for name in dict.fromkeys([*analysis.robots, *places]):
         checkpoint()
-        robot = robots[name]
+        robot = robots.get(name) or cast.robot(name)
         profile = replace(robot.profile, message=robot.message)
-        scenes = analysis.parts[name]
+        scenes = analysis.parts.get(name, nothing)
         parts[name] = Part(
             name,
             tuple(smooth(scene, robot.profile) for scene in scenes) if profile.smooth else scenes,
@@ -54,10 +58,19 @@ def score_of(analysis: Analysis) -> Score:
             frame=robot.frame,
             follow=robot.follow,
         )
+    score = Score(
+        analysis.tempo,
+        parts,
+        world=cast.world,
+        safety=cast.safety,
+        publish=cast.publish,
+        bar=analysis.opening.bar,
+        scene_names=tuple(analysis.scene_names),
+    )
     if len(analysis.text) > LONGEST_TEXT:
-        return Score(analysis.tempo, parts, world=cast.world, safety=cast.safety, publish=cast.publish)
+        return score
     offsets = dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
-    return Score(analysis.tempo, parts, analysis.text, offsets, cast.world, cast.safety, publish=cast.publish)
+    return replace(score, text=analysis.text, offsets=offsets)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +96,8 @@ def _senses(cast: Robots, robot: str, scenes: Sequence[Movement]) -> Senses:
 def compiled(
     analysis: Analysis, most_segments: int = MOST_SEGMENTS, script: Sequence[SenseSpan] = ()
 ) -> Mapping[str, Any]:
-    """The program as JSON values: the tempo, and each robot's length and segments in seconds, m/s, and rad/s.
+    """The program as JSON values: the tempo, the bar and the floor if it says them, and each robot's start (meters and
+    degrees), length, and segments in seconds, m/s, and rad/s.
 
     If senses decide something, it is performed with the senses that hold according to the script, and with no others.
     """
@@ -94,9 +108,11 @@ def compiled(
         if any(part.movement.open for part in parts)
         else {part.robot: _walked(part, most_segments) for part in parts}
     )
+    opening = {"bar": analysis.opening.bar, "room": analysis.opening.room}
     return {
         "ok": analysis.ok,
         "beat": int(tempo) if tempo.denominator == 1 else float(tempo),
+        **{name: value for name, value in opening.items() if value},
         "robots": {name: _robot(score, part, robots[name]) for name, part in score.parts.items()},
     }
 
@@ -159,12 +175,18 @@ def _robot(score: Score, part: Part, segments: _Segments) -> Mapping[str, Any]:
         "seconds": None if isinstance(beats, float) else score.seconds(beats),
         "endless": beats == ENDLESS == part.movement.duration,
         "open": part.movement.open,
+        "start": [part.start.x, part.start.y, _degrees(part.start.heading)],
         "segments": [
             [score.seconds(start), score.seconds(duration), *_numbers(score, part, velocity)]
             for start, duration, velocity in segments.stretches
         ],
         "truncated": segments.truncated,
     }
+
+
+def _degrees(heading: float) -> float:
+    """A heading in degrees, above -180 and at most 180."""
+    return 180 - (180 - round(math.degrees(heading), 9)) % 360
 
 
 def _numbers(score: Score, part: Part, velocity: Velocity) -> list[float]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
 from improv_core.program.fixes import give_arguments, move_canon
 from improv_core.program.idle import Idle
-from improv_core.program.meaning import is_valid_robot
+from improv_core.program.naming import is_valid_robot
+from improv_core.program.opening import Repeated, without
 from improv_core.program.program import MOST_SCENES, Program
 from improv_core.slices import checkpoint
 from improv_core.syntax import nodes
@@ -20,8 +21,7 @@ from improv_core.text import Span
 
 def diagnose(program: Program, idle: Mapping[int, Idle]) -> tuple[Diagnostic, ...]:
     """All diagnostics of a program, in the order of the text."""
-    too_many = [*program.tempos[1:], *program.scenes[MOST_SCENES - 1 :]]
-    serious = program.faulty.union(too_many, program.infeasible, program.too_uneven)
+    serious = program.faulty.union(_too_many(program), program.infeasible, program.too_uneven)
     indices = [*sorted(serious), *sorted(program.bindings.unused.union(idle) - serious)]
     reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle))
     found = [each.shifted(program.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
@@ -39,7 +39,7 @@ def diagnose_statement(program: Program, index: int, idle: Mapping[int, Idle]) -
         yield _in_context(program, index, each)
     yield from program.infeasible.get(index, ())
     is_scene = statement.sign is not None and statement.sign.type == "SCENE"
-    if is_scene and len(program.scenes) >= MOST_SCENES and index >= program.scenes[MOST_SCENES - 1]:
+    if is_scene and len(program.breaks) >= MOST_SCENES and index >= program.breaks[MOST_SCENES - 1]:
         message = f"this program has more than {MOST_SCENES} scenes: remove some"
         yield Diagnostic("too-large", Span(0, len(statement.text)), message)
     if index in idle:
@@ -53,6 +53,8 @@ def diagnose_statement(program: Program, index: int, idle: Mapping[int, Idle]) -
         repeats = meaning.tempo == program.meanings[program.tempos[0]].tempo
         fixes = replace("Remove it", _whole_line(program, index), "", safe=repeats)
         yield Diagnostic("duplicate-beat", Span(0, len(statement.text)), message, fixes, (related,))
+    for again in program.repeated.get(index, ()):
+        yield _repeated(program, index, again)
     if index in program.too_uneven and statement.body:
         message = "use simpler numbers: with the lines above, they make a fraction too long to compute exactly"
         yield Diagnostic("bad-number", statement.body.span, message)
@@ -60,6 +62,38 @@ def diagnose_statement(program: Program, index: int, idle: Mapping[int, Idle]) -
         yield _unresolved(program, index, node)
     for use in meaning.misused:
         yield _misused(program, index, use)
+
+
+def _too_many(program: Program) -> Iterable[int]:
+    """The statements that say again what an earlier one has said, and those of more scenes than there may be."""
+    return [*program.tempos[1:], *program.breaks[MOST_SCENES - 1 :], *program.repeated]
+
+
+def _repeated(program: Program, index: int, again: Repeated) -> Diagnostic:
+    """The diagnostic about what a line of the opening says again."""
+    statement, line = program.statements[index], _line(program, again.first)
+    what = _SAID[again.sign].format(name=again.name)
+    where = "this line" if again.first == index else f"line {line}"
+    first = again.first_span.shifted(program.offsets[again.first])
+    related = Related(_relative(program, first, index), "here, for the first time")
+    if again.sign == "SCENE":
+        message = f"{where} already {what}: choose another name"
+        gone = Span(again.span.start - 1, again.span.end)
+        return Diagnostic("duplicate-line", again.span, message, replace("Remove the name", gone, ""), (related,))
+    is_whole = len(statement.heads) < 2
+    gone = _whole_line(program, index) if is_whole else without(statement, again.span)
+    span = Span(0, len(statement.text)) if is_whole else again.span
+    message = f"{where} already {what}: remove {'this line' if is_whole else 'it here'}"
+    return Diagnostic("duplicate-line", span, message, replace("Remove it", gone, ""), (related,))
+
+
+_SAID = {
+    "AT": "says where `{name}` starts",
+    "IS": "says what `{name}` is",
+    "ROOM": "sets the floor",
+    "BAR_LENGTH": "sets the bar",
+    "SCENE": "begins a scene called `{name}`",
+}
 
 
 def _idle(program: Program, index: int, idle: Idle) -> Diagnostic:
@@ -82,7 +116,7 @@ def _idle(program: Program, index: int, idle: Idle) -> Diagnostic:
 
 def _more(program: Program, hidden: Sequence[int], only_hints: bool) -> Diagnostic:
     """What stands for the diagnostics of the statements that are not shown."""
-    wrong = program.too_uneven.union(program.tempos[1:], program.scenes[MOST_SCENES - 1 :])
+    wrong = program.too_uneven.union(_too_many(program))
     has_errors = any(
         not program.meanings[index].ok
         or index in wrong

@@ -37,10 +37,29 @@ def check_casting(
 
     If `brief`, the diagnostics have no messages and no fixes, which take most of the time.
     """
-    found: dict[tuple[str, Span], Diagnostic] = {}
+    found = check_names(statement, meaning.robots, robots, brief)
+    wrong = {span for _, span in found}
     parts = dict(meaning.parts)
     for head in statement.heads:
-        if head.text not in parts:
+        if head.text not in parts or head.span in wrong:
+            continue
+        profile = robots.robot(head.text).profile
+        if _may_be_too_much(parts[head.text].peak, profile, tempo):
+            for diagnostic in _too_much(head.text, meaning.body, parts[head.text], profile, tempo, brief):
+                found.setdefault((diagnostic.code, diagnostic.span), diagnostic)
+    return tuple(found.values())
+
+
+def check_names(
+    statement: Statement, named: Collection[str], robots: Robots, brief: bool
+) -> dict[tuple[str, Span], Diagnostic]:
+    """The names before the sign of a statement that are no robots of an `improv.toml`, by code and span.
+
+    Those that aren't `named` are invalid anyway.
+    """
+    found: dict[tuple[str, Span], Diagnostic] = {}
+    for head in statement.heads:
+        if head.text not in named:
             continue
         if is_between(statement.heads, head) and head.text not in robots.robots:
             code = "unknown-robot" if robots.robots else "robot-named-and"
@@ -52,12 +71,7 @@ def check_casting(
             found["unknown-robot", head.span] = (
                 Diagnostic("unknown-robot", head.span, "") if brief else _unknown(head.text, head.span, robots)
             )
-            continue
-        profile = robots.robot(head.text).profile
-        if _may_be_too_much(parts[head.text].peak, profile, tempo):
-            for diagnostic in _too_much(head.text, meaning.body, parts[head.text], profile, tempo, brief):
-                found.setdefault((diagnostic.code, diagnostic.span), diagnostic)
-    return tuple(found.values())
+    return found
 
 
 def impossible(part: Movement, profile: Profile) -> str | None:

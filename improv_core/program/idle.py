@@ -29,9 +29,9 @@ def find_idle(program: Program) -> Mapping[int, Idle]:
         return {}  # as most programs
     found: dict[int, Idle] = {}
     endless: int | None = None
-    for scene, (first, last) in enumerate(pairwise([-1, *program.scenes, len(program.statements)]), 1):
+    for scene, (first, last) in enumerate(pairwise([-1, *program.breaks, len(program.statements)]), 1):
         playing = [index for index in range(first + 1, last) if program.meanings[index].robots]
-        if not playing and program.scenes:
+        if not playing and program.breaks:
             found[last if first < 0 else first] = Idle(is_first=first < 0)
         if endless:
             found.update(dict.fromkeys(playing, Idle(scene=endless)))

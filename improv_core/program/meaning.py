@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from improv_core.diagnostics import Diagnostic, Severity, replace
+from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.program.conditions import check_conditions
+from improv_core.program.naming import is_reserved, robots_named
+from improv_core.program.opening import OPENING, Said, said_by
 from improv_core.program.reader import NOTHING, Definition, Phrase, Reader, Reading, Scope, takes
 from improv_core.program.reporting import Items
 from improv_core.program.unreachable import unperformed
 from improv_core.score.movement import Movement
 from improv_core.syntax import nodes
 from improv_core.syntax.gather import TooDeepError, gather
-from improv_core.syntax.lexer import Token
 from improv_core.syntax.nodes import Call, Name, Node, Parameter, Statement
 from improv_core.syntax.vocabulary import WORDS
-
-_ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,6 +27,7 @@ class Meaning:
     `body` is its movement with the arguments of phrases in their places. `movement` is what the first robot plays, and
     `others` what the others play, if `canon` makes that differ. `unresolved` are the names that nothing above defines,
     and `misused` those whose arguments are not as their heads say. What is reported about them depends on other lines.
+    `said` is what a line of the opening says.
     If it isn't `is_known`, the statement waits to be understood.
     """
 
@@ -42,6 +41,7 @@ class Meaning:
     robots: tuple[str, ...] = ()
     body: Node | None = None
     others: tuple[Movement, ...] = ()
+    said: Said | None = None
     is_known: bool = True
 
     @property
@@ -71,7 +71,10 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
     if not sign:  # already reported: one error, one message
         body = _gathered(statement.body, scope, []) if statement.body else None
         return Meaning(bound, NOTHING, tuple(diagnostics), body=body)
-    robots = _robots(statement.heads, diagnostics) if sign.type == "DOLLAR" else ()
+    if sign.type in OPENING:
+        said = said_by(statement, diagnostics)
+        return Meaning(bound, NOTHING, tuple(diagnostics), said=said)
+    robots = robots_named(statement.heads, diagnostics) if sign.type == "DOLLAR" else ()
     uses_phrases = any(found is not None and found.phrase is not None for found in bound)
     body = _gathered(statement.body, scope, diagnostics) if statement.body and uses_phrases else statement.body
     reader = Reader(scope, statement_id, Reading(0, len(robots)))
@@ -111,9 +114,9 @@ def understand(statement: Statement, statement_id: int, scope: Scope) -> Meaning
 def not_understood(
     statement: Statement, statement_id: int, scope: Scope, definition: Definition | None = None
 ) -> Meaning:
-    """What is known of a statement before it is understood: its syntax. Only a tempo is read at once, because all
-    lines depend on it."""
-    if statement.sign and statement.sign.type == "BEAT":
+    """What is known of a statement before it is understood: its syntax. Only a tempo and the opening are read at once,
+    because all lines depend on them."""
+    if statement.sign and statement.sign.type in ("BEAT", *OPENING):
         return understand(statement, statement_id, scope)
     return Meaning(
         tuple(scope.values()),
@@ -123,11 +126,6 @@ def not_understood(
         body=statement.body,
         is_known=False,
     )
-
-
-def is_valid_robot(name: str) -> bool:
-    """Whether ROS 2 accepts a robot of this name."""
-    return bool(_ROBOT_NAME.fullmatch(name))
 
 
 def movement_of(node: Node, scope: Scope, robots: int) -> Movement:
@@ -161,41 +159,17 @@ def _played(body: Node, scope: Scope, statement_id: int, robot: int, robots: int
     return Reader(scope, statement_id, Reading(robot, robots)).movement(body)
 
 
-def _robots(heads: Sequence[Token], diagnostics: list[Diagnostic]) -> tuple[str, ...]:
-    """The robots of a play statement, each once, without invalid names."""
-    robots: dict[str, None] = {}
-    for head in heads:
-        if not head.text or _is_reserved(head, diagnostics):
-            continue
-        if is_valid_robot(head.text):
-            robots[head.text] = None
-            continue
-        message = f"`{head.text}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
-        legal = re.sub(r"^[^A-Za-z]+|[^A-Za-z0-9_]", lambda match: "_" if match.start() else "", head.text)
-        fixes = replace(f"Rename to {legal}", head.span, legal) if legal and legal not in WORDS else ()
-        diagnostics.append(Diagnostic("bad-robot-name", head.span, message, fixes))
-    return tuple(robots)
-
-
 def _check_head(statement: Statement, diagnostics: list[Diagnostic]) -> None:
     """Report reserved words and parameters of one name in the head of a definition."""
     for head in statement.heads:
-        _is_reserved(head, diagnostics)
+        is_reserved(head, diagnostics)
     names: set[str] = set()
     for parameter in statement.parameters:
         token = parameter.token
-        if not _is_reserved(token, diagnostics) and token.text in names:
+        if not is_reserved(token, diagnostics) and token.text in names:
             message = f"another parameter is called `{token.text}` too: choose another name"
             diagnostics.append(Diagnostic("duplicate-parameter", token.span, message))
         names.add(token.text)
-
-
-def _is_reserved(token: Token, diagnostics: list[Diagnostic]) -> bool:
-    if token.text in WORDS:
-        message = f"`{token.text}` is a reserved word: choose another name"
-        fixes = replace(f"Rename to my_{token.text}", token.span, f"my_{token.text}")
-        diagnostics.append(Diagnostic("reserved-name", token.span, message, fixes))
-    return token.text in WORDS
 
 
 def _phrase(statement: Statement, body: Node | None, reader: Reader, diagnostics: list[Diagnostic]) -> Phrase | None:

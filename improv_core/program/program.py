@@ -14,6 +14,7 @@ from typing import NamedTuple
 from improv_core.diagnostics import Diagnostic
 from improv_core.program.bindings import Bindings
 from improv_core.program.meaning import Meaning
+from improv_core.program.opening import Opening, Repeated, open_with, repeated
 from improv_core.program.reader import Definition
 from improv_core.robots.config import Robots
 from improv_core.score import algebra, dice
@@ -36,7 +37,8 @@ class Program:
     """One version of a document.
 
     The sequences are parallel, with one entry for each statement: its offset, tree, ID, and meaning. `tempos` has the
-    indices of the statements that set a tempo, `scenes` those of the statements that begin a scene, `faulty` those of
+    indices of the statements that set a tempo, `scenes` those of the lines `---`, `openings` those of all lines of the
+    opening (`---` too, as it may name a scene), which together are the `opening`, `faulty` those of
     the statements whose meaning has diagnostics or names that are undefined or have wrong arguments, and `uneven` those
     that play something whose length has a denominator over `EVEN`. `infeasible` lists, by index, what the robots of a
     statement can't do. `waiting` is a heap of statements that have changed, or may depend on what has, and that
@@ -52,10 +54,12 @@ class Program:
     bindings: Bindings
     tempos: Sequence[int]
     scenes: Sequence[int]
+    openings: Sequence[int]
     faulty: frozenset[int]
     uneven: frozenset[int]
     endless: frozenset[int]
-    cast: Robots  # from improv.toml
+    cast: Robots  # from improv.toml; those of the opening are as the program changes them
+    opening: Opening
     infeasible: Mapping[int, tuple[Diagnostic, ...]]
     waiting: Sequence[int] = ()
     selected: Sequence[Line] | None = None
@@ -81,7 +85,7 @@ class Program:
             if not meaning.robots or index in self.too_uneven:
                 continue
             checkpoint()
-            scene = min(bisect_left(self.scenes, index), MOST_SCENES - 1) if self.scenes else 0
+            scene = min(bisect_left(self.breaks, index), MOST_SCENES - 1) if self.scenes else 0
             throw = max([throws.get(robot, 0) for robot in meaning.robots]) if throws else 0
             lines[index] = Line(meaning.parts, statement_id, scene, throw)
             if throw or meaning.movement.throws:
@@ -97,10 +101,38 @@ class Program:
                 checkpoint()
                 begun = algebra.use(dice.throwing(part, line.throw), None, line.statement)
                 plays.setdefault(robot, {}).setdefault(line.scene, []).append(begun)
-        scenes = range(min(len(self.scenes) + 1, MOST_SCENES))
         return {
-            robot: tuple([algebra.series(parts.get(scene, ())) for scene in scenes]) for robot, parts in plays.items()
+            robot: tuple([algebra.series(parts.get(scene, ())) for scene in range(self.scene_count)])
+            for robot, parts in plays.items()
         }
+
+    @cached_property
+    def breaks(self) -> Sequence[int]:
+        """The lines `---` that begin a scene: all but one that names the first."""
+        return [index for index in self.scenes if index != self._first_name]
+
+    @property
+    def scene_count(self) -> int:
+        return min(len(self.breaks) + 1, MOST_SCENES)
+
+    @cached_property
+    def scene_names(self) -> Sequence[str]:
+        """The names of the scenes; "" for one without a name."""
+        names = [""] * (len(self.breaks) + 1)
+        for index in self.scenes:
+            if heads := self.statements[index].heads:
+                names[bisect_right(self.breaks, index)] = heads[0].text
+        return names[:MOST_SCENES]
+
+    @cached_property
+    def _first_name(self) -> int | None:
+        """The last line `---` with a name above all that plays."""
+        named = [index for index in self.scenes if self.statements[index].heads]
+        if not named:
+            return None
+        first = next((index for index, statement in enumerate(self.statements) if statement.plays), 0)
+        above = bisect_left(named, first)
+        return named[above - 1] if above else None
 
     @cached_property
     def robots(self) -> Mapping[str, Movement]:
@@ -152,6 +184,11 @@ class Program:
         return frozenset(found)
 
     @cached_property
+    def repeated(self) -> Mapping[int, Sequence[Repeated]]:
+        """What lines of the opening say that others above have said already, by index."""
+        return repeated((index, self.statements[index]) for index in self.openings)
+
+    @cached_property
     def plays_nothing(self) -> bool:
         """Whether no line has robots."""
         return not any(meaning.robots for meaning in self.meanings)
@@ -160,7 +197,7 @@ class Program:
     def any_robot(self) -> str:
         """A robot for examples: a listed one, else the first that plays, else turtlesim's."""
         playing = (robot for meaning in self.meanings for robot in meaning.robots)
-        return next(chain(self.cast.robots, playing), "turtle1")
+        return next(chain(self.cast.robots, playing, self.opening.places), "turtle1")
 
     @cached_property
     def _scene_lengths(self) -> tuple[Sequence[Lengths], Sequence[Lengths]]:
@@ -188,6 +225,11 @@ class Line(NamedTuple):
     statement: int
     scene: int = 0
     throw: int = 0
+
+
+def opening_of(cast: Robots, openings: Sequence[int], meanings: Sequence[Meaning]) -> Opening:
+    """The opening that these statements make with the robots of an `improv.toml`."""
+    return open_with(cast, [said for index in openings if (said := meanings[index].said)])
 
 
 def tempo_of(tempos: Sequence[int], meanings: Sequence[Meaning]) -> Fraction:

@@ -51,6 +51,16 @@ class Robot:
     frame: str = BASE_FRAME
     follow: bool = False
 
+    @property
+    def has_profile(self) -> bool:
+        """Whether the file gives it a profile: none of them is the default one."""
+        return self.profile != DEFAULT
+
+    def of_kind(self, profile: Profile) -> Robot:
+        """The same robot with this profile, which decides the message type unless the file does."""
+        message = profile.message if self.message == DEFAULT.message else self.message
+        return replace(self, profile=profile, message=message)
+
 
 @dataclass(frozen=True, slots=True)
 class Robots:
@@ -59,7 +69,8 @@ class Robots:
     `namespace` comes before ROS names that don't start with `/`. It is "" or, for example, "/lab". `node` is the name
     of Improv's node in ROS 2; None stands for a unique one. `senses` are the declared ones. The listed robots stand in
     the `formation` already; without any, it is for the robots of a
-    program. With `publish`, others in ROS 2 can watch what plays. `starts` are those that replace the file's.
+    program. With `publish`, others in ROS 2 can watch what plays. `starts` are those that replace the file's, and
+    `kinds` the profiles of robots that have none there.
     """
 
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -76,6 +87,7 @@ class Robots:
     formation: Formation | None = None
     publish: bool = False
     starts: Mapping[str, Pose] = field(default_factory=dict)
+    kinds: Mapping[str, Profile] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
@@ -84,8 +96,17 @@ class Robots:
 
     def robot(self, name: str) -> Robot:
         """A robot, listed or not. One that is not listed has no limits."""
-        robot = self.robots.get(name) or Robot(DEFAULT, None, _topic(self.namespace, name), DEFAULT.message)
+        profile = self.kinds.get(name, DEFAULT)
+        robot = self.robots.get(name) or Robot(profile, None, _topic(self.namespace, name), profile.message)
         return replace(robot, start=self.starts[name]) if name in self.starts else robot
+
+    def of_kinds(self, kinds: Mapping[str, Profile]) -> Robots:
+        """The same robots, but those without a profile have these."""
+        listed = {
+            name: robot.of_kind(kinds[name]) if name in kinds and not robot.has_profile else robot
+            for name, robot in self.robots.items()
+        }
+        return replace(self, robots=listed, kinds=kinds)
 
     @property
     def sense_names(self) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from improv_core.robots.schema import known
@@ -27,7 +28,9 @@ class Formation:
     def poses(self, robots: int) -> list[Pose]:
         """Where this many robots stand: the first one farthest along y, or in the front row of a grid."""
         if self.shape == "circle":
-            return [self._on_circle(place, robots) for place in range(robots)]
+            # The distance is the chord between neighbors.
+            radius = self.distance / 2 / math.sin(math.pi / robots) if robots > 1 else 0.0
+            return on_circle(radius, robots, self.facing)
         columns = robots if self.shape == "line" else math.ceil(math.sqrt(robots))
         rows = math.ceil(robots / max(columns, 1))
         places = [divmod(place, columns) for place in range(robots)]
@@ -36,19 +39,28 @@ class Formation:
             for row, column in places
         ]
 
-    def _on_circle(self, place: int, robots: int) -> Pose:
-        """Counterclockwise. The distance is the chord between neighbors."""
-        if robots == 1:
-            return Pose()
-        radius = self.distance / 2 / math.sin(math.pi / robots)
-        angle = math.pi / 2 + math.tau * place / robots
-        heading = angle + math.pi * (self.facing == "in")
-        # Rounded to a nanometer, so that 0 is 0.
-        return Pose(
-            round(radius * math.cos(angle), 9) + 0.0,
-            round(radius * math.sin(angle), 9) + 0.0,
-            heading=math.remainder(heading, math.tau),
-        )
+
+def on_circle(radius: float, robots: int, facing: str) -> list[Pose]:
+    """The poses of robots on a circle: the first one farthest along y, the others counterclockwise. They face `in` or
+    `out`; a single one in the middle faces along x."""
+    if not radius:
+        return [Pose()] * robots
+    return [_on_circle(radius, Fraction(90) + Fraction(360 * place, robots), facing) for place in range(robots)]
+
+
+def _on_circle(radius: float, degrees: Fraction, facing: str) -> Pose:
+    angle = math.radians(degrees)
+    # Rounded to a nanometer, so that 0 is 0.
+    return Pose(
+        round(radius * math.cos(angle), 9) + 0.0,
+        round(radius * math.sin(angle), 9) + 0.0,
+        heading=heading(degrees + 180 * (facing == "in")),
+    )
+
+
+def heading(degrees: Fraction) -> float:
+    """A heading in radians, above -pi and at most pi."""
+    return math.radians(180 - (180 - degrees) % 360)
 
 
 def read_formation(reading: TomlReading, value: Any, robots: Mapping[str, Profile], world: World) -> Formation | None:

@@ -71,6 +71,11 @@ class Part:
         return self.editions[scene] if scene < len(self.editions) else UNNUMBERED
 
     @property
+    def stands(self) -> bool:
+        """Whether its robot only stands there: it plays nothing in any scene. (Without scenes, it is to be stopped.)"""
+        return bool(self.scenes) and not any(scene.duration or scene.open for scene in self.scenes)
+
+    @property
     def ends(self) -> Duration:
         """The beat of the performance at which it ends."""
         return self.begins + self.movement.duration
@@ -108,6 +113,7 @@ class Score:
     It plays from scene `scene` on (counted from 0), which began at beat `since`; the beats at which that one and the
     later ones begin are `scene_begins`. `world` is the surroundings of simulated robots. For those who watch, `text` is
     the program, and `offsets` are the offsets of its statements by ID; with `publish`, others in ROS 2 may watch.
+    `bar` is how many beats a bar has, if the program says it, and `scene_names` has "" for scenes without a name.
     """
 
     tempo: Fraction
@@ -119,6 +125,8 @@ class Score:
     scene: int = 0
     since: Exact = 0
     publish: bool = False
+    bar: int | None = None
+    scene_names: tuple[str, ...] = ()
     scene_begins: tuple[Exact, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -132,6 +140,10 @@ class Score:
             for name, part in self.parts.items()
         }
         object.__setattr__(self, "parts", parts)
+
+    def moving(self) -> Score:
+        """Without the parts whose robots only stand there: nothing of them is to be sent."""
+        return replace(self, parts={name: part for name, part in self.parts.items() if not part.stands})
 
     @cached_property
     def scenes(self) -> int:

@@ -120,6 +120,8 @@ def to_json(score: Score, written: RowsWritten | None = None) -> dict[str, Any]:
         "world": worlds.to_json(score.world),
         "safety": asdict(score.safety),
         "publish": score.publish,
+        "bar": score.bar,
+        "scene_names": list(score.scene_names),
         **program,
     }
 
@@ -176,6 +178,8 @@ class _ScoreJson(TypedDict):
     offsets: Sequence[Sequence[int]]
     safety: _SafetyJson
     publish: bool
+    bar: int | None
+    scene_names: Sequence[str]
 
 
 def from_json(data: Mapping[str, Any], read: RowsRead | None = None) -> Score:
@@ -240,7 +244,11 @@ def _score(data: Mapping[str, Any], parts: Mapping[str, Part]) -> Score:
     safety = data["safety"]
     deadman = Deadman(**safety["deadman"]) if safety["deadman"] else None
     rules = Safety(safety["stop"], deadman, safety["rejoin"])
-    return Score(tempo, parts, data["text"], dict(data["offsets"]), world, rules, publish=data["publish"])
+    bar, names = data["bar"], tuple(data["scene_names"])
+    if bar is not None and bar < 1:
+        raise ValueError("a bar needs a beat")
+    text, offsets = data["text"], dict(data["offsets"])
+    return Score(tempo, parts, text, offsets, world, rules, publish=data["publish"], bar=bar, scene_names=names)
 
 
 def _playable(movement: Movement) -> Movement:

@@ -189,6 +189,9 @@ class _Loop:
             self._in_order.stop()
             self._do(arrival, now)
         else:
+            if isinstance(arrival, Play) and self._opened.sink.real:
+                # Nobody waits for the listeners of robots that only stand there, and they are sent nothing.
+                arrival = replace(arrival, score=arrival.score.moving())
             self._in_order.add(arrival)
             self._do_next()
 
@@ -247,6 +250,10 @@ class _Loop:
         if "entry" in load:  # real robots lead
             parts = {name: replace(part, profile=beside_robots(part.profile)) for name, part in score.parts.items()}
             score = replace(score, parts=parts)
+        if self._opened.sink.real:
+            score = (
+                score.moving()
+            )  # nobody waits for the listeners of robots that only stand there, or sends them zeros
         self.player.backend = load["backend"]
         self._opened.show(score, load["generation"])
         at = self._as_of(load.get("at"), now)

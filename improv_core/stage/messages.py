@@ -229,7 +229,13 @@ class _TransportMessage(TypedDict):
     wall: float
 
 
-class TransportMessage(_TransportMessage, Poses, Waiting, Begins):
+class Bar(TypedDict, total=False):
+    """How many beats a bar has, if the program says it."""
+
+    bar: int
+
+
+class TransportMessage(_TransportMessage, Poses, Waiting, Begins, Bar):
     """The playback position at the times `monotonic` and `wall`."""
 
 
@@ -308,12 +314,14 @@ def beat_at(transport: TransportMessage, now: float) -> float:
 
 
 def counted(transport: TransportMessage, beat: float) -> str:
-    """A beat for people, who count from 1, and how many there are: `beat 3/8`, `beat 3/∞`."""
-    beats = transport["beats"]
-    if beats is None:
-        return f"beat {math.floor(beat) + 1}/∞"
-    whole = max(math.ceil(beats), 1)  # a beat that has only begun counts
-    return f"beat {min(math.floor(beat) + 1, whole)}/{whole}"
+    """A beat for people, who count from 1, and how many there are: `beat 3/8`, `beat 3/∞`; in bars, `bar 2, beat 1`."""
+    beats, passed = transport["beats"], math.floor(beat)
+    whole = math.inf if beats is None else max(math.ceil(beats), 1)  # a beat that has only begun counts
+    passed = int(min(passed, whole - 1))
+    if "bar" in transport:
+        bar, rest = divmod(passed, transport["bar"])
+        return f"bar {bar + 1}, beat {rest + 1}"
+    return f"beat {passed + 1}/{'∞' if beats is None else whole}"
 
 
 def is_silent(robot: str, muted: Collection[str], soloed: Collection[str]) -> bool:

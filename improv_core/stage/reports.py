@@ -10,6 +10,7 @@ from improv_core.score.performing import Decision
 from improv_core.score.senses import RobotSense
 from improv_core.stage.fields import PoseJson, to_pose_json
 from improv_core.stage.messages import (
+    Bar,
     Begins,
     Decided,
     ErrorLine,
@@ -38,6 +39,7 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
     began: Begins = {"begins": begins} if begins else {}
     if run.score.scene or run.score.since:
         began["scene"] = {"index": run.score.scene, "begins": float(run.score.since)}
+    bar: Bar = {"bar": run.score.bar} if run.score.bar else {}
     message: TransportMessage = {
         "type": "transport",
         "generation": run.generation,
@@ -56,6 +58,7 @@ def transport(run: Run, over: Duration, waits: list[str], backend: str, poses: P
         **poses,
         **waiting,
         **began,
+        **bar,
     }
     return message
 

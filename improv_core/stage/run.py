@@ -87,11 +87,14 @@ class Run:
         return self.transport.beat(now, self.beats(over)) if playing else self.transport.origin
 
     def switch_time(self, when: Switch, performed: float, beats_per_bar: int, over: Duration) -> float:
-        """When another score takes over. One that waits for the end of an open score waits until that is known."""
+        """When another score takes over. One that waits for the end of an open score waits until that is known.
+
+        The bars are those of the score that plays, if it says how long they are.
+        """
         beats = self.beats(over)
         if when == "end" and beats == ENDLESS and not never_ends(self.score):
             return math.inf
-        return self.transport.switch_time(when, performed, beats, beats_per_bar)
+        return self.transport.switch_time(when, performed, beats, self.score.bar or beats_per_bar)
 
     def is_silent(self, robot: str, standing: Collection[str]) -> bool:
         """Whether a robot stands although its part moves it; `standing` are those that wait for the next play."""

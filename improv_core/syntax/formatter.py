@@ -13,6 +13,7 @@ from typing import NamedTuple
 from improv_core.diagnostics import Edit, Severity
 from improv_core.syntax.heads import classified
 from improv_core.syntax.lexer import Token, lex
+from improv_core.syntax.nodes import OfKind
 from improv_core.syntax.parser import LONGEST_KEPT, parse_statement
 from improv_core.syntax.statements import split
 from improv_core.syntax.vocabulary import TRANSFORMERS
@@ -96,7 +97,14 @@ def _lines(source: str) -> Sequence[str] | None:
     if any(diagnostic.severity is Severity.ERROR for diagnostic in statement.diagnostics):
         return None
     numbers = {each.name for each in statement.parameters if each.is_number}
-    return _broken(_flat(source, classified(lex(source), numbers)))
+    tokens = classified(lex(source), numbers)
+    if isinstance(statement.opening, OfKind):  # its profile may have several
+        profile = statement.opening.profile
+        tokens = [*(token for token in tokens if token.end <= profile.start), profile]
+    sign = next(
+        (place for place, token in enumerate(tokens) if statement.sign and token.start == statement.sign.start), 0
+    )
+    return _broken(_flat(source, tokens, sign))
 
 
 _kept = lru_cache(maxsize=20_000)(_lines)  # a program is formatted with every save, and most of it stays as it was
@@ -157,8 +165,7 @@ class _Flat:
         return last
 
 
-def _flat(source: str, tokens: Sequence[Token]) -> _Flat:
-    sign = next((index for index, token in enumerate(tokens) if token.type in ("EQUAL", "DOLLAR")), 0)
+def _flat(source: str, tokens: Sequence[Token], sign: int) -> _Flat:
     line = ""
     starts, ends, opened, breaks = [], [], [], []
     closers: dict[int, int] = {}

@@ -54,7 +54,7 @@ def split_head(text: str, tokens: Sequence[Token]) -> tuple[Head, list[Token]]:
         return Head((), sign), list(tokens)
     place = tokens.index(sign)
     (*before, _), tempo = without_tempo(tokens[: place + 1])
-    head = (_definition if sign.type == "EQUAL" else _robots)(text, before, sign)
+    head = (_definition if sign.type == "EQUAL" else robots_head)(text, before, sign)
     return (dataclasses.replace(head, diagnostics=tuple(tempo)) if tempo else head), list(tokens[place + 1 :])
 
 
@@ -88,7 +88,7 @@ def _definition(text: str, tokens: Sequence[Token], sign: Token) -> Head:
     if len(tokens) == 1 and tokens[0].type not in BRACKETS and _NAME.fullmatch(tokens[0].text):
         return Head((tokens[0]._replace(type="HEAD"),), sign)  # as nearly all are
     tokens, wrong_brackets = close_brackets(tokens)
-    joined = _joined(text, tokens)
+    joined = joined_touching(text, tokens)
     words = [token for token in joined if token.type not in BRACKETS]
     if not words:
         return Head((_nothing(sign),), sign, (), (Diagnostic("syntax", sign.span, "write a name before `=`"),))
@@ -140,12 +140,18 @@ def _invalid(name: Token) -> str:
     return f"`{name.text}` is not a valid name: use letters, digits, and `_`, starting with a letter or `_`"
 
 
-def _robots(text: str, tokens: Sequence[Token], sign: Token) -> Head:
+def robots_head(text: str, tokens: Sequence[Token], sign: Token) -> Head:
+    """The head of a statement that has robots before its sign."""
     tokens, separators = without_separators(tokens)
-    joined = _joined(text, tokens)
+    joined = joined_touching(text, tokens)
     names = tuple(token._replace(type="HEAD") for token in joined if token.type not in BRACKETS)
     if not names:
-        return Head((_nothing(sign),), sign, (), (Diagnostic("syntax", sign.span, "write a robot's name before `$`"),))
+        return Head(
+            (_nothing(sign),),
+            sign,
+            (),
+            (Diagnostic("syntax", sign.span, f"write a robot's name before `{sign.text}`"),),
+        )
     if len(names) < len(joined):
         wrong = next(token for token in joined if token.type in BRACKETS)
         return Head(names, sign, (), (Diagnostic("syntax", wrong.span, "write a robot's name without brackets"),))
@@ -156,7 +162,7 @@ def _nothing(sign: Token) -> Token:
     return Token("HEAD", "", sign.start, sign.start)
 
 
-def _joined(text: str, tokens: Sequence[Token]) -> list[Token]:
+def joined_touching(text: str, tokens: Sequence[Token]) -> list[Token]:
     """Names and strays that touch become one token, so `my-robot` is one invalid name instead of three tokens."""
     joined: list[Token] = []
     for token in tokens:

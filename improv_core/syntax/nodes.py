@@ -120,6 +120,49 @@ class Choice:
     otherwise: Node
 
 
+@dataclass(frozen=True, slots=True)
+class AtPoint:
+    """`at x y facing d`: in meters, and degrees."""
+
+    x: Number
+    y: Number
+    facing: Number | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class InFormation:
+    """`at circle n facing out around x y`: `size` is the radius of a circle, or how far apart neighbors stand."""
+
+    shape: Token
+    size: Number
+    facing: Token | None = None
+    around: tuple[Number, Number] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class OfKind:
+    """`is PROFILE`."""
+
+    profile: Token
+
+
+@dataclass(frozen=True, slots=True)
+class FloorSize:
+    """`room w h`: meters along x and y."""
+
+    width: Number
+    height: Number
+
+
+@dataclass(frozen=True, slots=True)
+class BarLength:
+    """`bar n`."""
+
+    beats: Number
+
+
+OpeningNode: TypeAlias = AtPoint | InFormation | OfKind | FloorSize | BarLength
+
 Node: TypeAlias = Primitive | Name | Call | Missing | Series | Parallel | Bracket | Apply | Choice
 
 
@@ -139,9 +182,11 @@ class Parameter:
 class Statement:
     """A statement's tree and syntax errors.
 
-    `sign` is the `beat`, `=`, `$`, or `---` that makes it a tempo, a definition, a play statement, or a new scene; None
-    if it has none. `heads` are the names before the sign, and `parameters` those of a phrase. `body` is the movement
-    as it can be read without knowing how many movements each name takes (see `gather`), and `number` the tempo.
+    `sign` is the `beat`, `=`, `$`, or `---` that makes it a tempo, a definition, a play statement, or a new scene, or
+    the `at`, `is`, `room`, or `bar` of a line of the opening; None if it has none. `heads` are the names before the
+    sign (after `---`), and `parameters` those of a phrase. `body` is the movement as it can be read without knowing how
+    many movements each name takes (see `gather`), `number` the tempo, and `opening` what a line of the opening says.
+    `words` are its words that are names elsewhere.
     `defines` is the name that it defines, if that name is allowed. `uses` are the names in the movement that are not
     parameters, each once. The flags say whether it contains `||`, a word that means something else for each robot, a
     condition, and numbers after a name.
@@ -160,6 +205,13 @@ class Statement:
     has_senses: bool = False
     has_arguments: bool = False
     parameters: tuple[Parameter, ...] = ()
+    opening: OpeningNode | None = None
+    words: tuple[Token, ...] = ()
+
+    @property
+    def plays(self) -> bool:
+        """Whether it has robots play something."""
+        return self.sign is not None and self.sign.type == "DOLLAR"
 
     @property
     def tokens(self) -> list[Token]:

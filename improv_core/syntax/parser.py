@@ -28,6 +28,7 @@ from improv_core.syntax.nodes import (
     Series,
     Statement,
 )
+from improv_core.syntax.opening import opening_line
 from improv_core.syntax.slips import bracketed_number, misplaced_number
 from improv_core.syntax.vocabulary import TRANSFORMERS, WORDS
 from improv_core.text import Span
@@ -83,7 +84,11 @@ def _parsed(text: str) -> Statement:
     if len(text) > LONGEST:
         message = f"this statement has more than {LONGEST:,} characters: split it up"
         return Statement(text, (Diagnostic("syntax", Span(0, len(text)), message),), None)
-    head, rest = split_head(text, lex(text))
+    tokens = lex(text)
+    head, rest = split_head(text, tokens)
+    is_opening = not head.sign or head.sign.type in ("BEAT", "SCENE")
+    if is_opening and (line := opening_line(text, tokens)):
+        return Statement(text, line.diagnostics, line.sign, line.heads, opening=line.node, words=line.words)
     types = {token.type for token in rest}
     if head.parameters or "GUARD" in types or "IF" in types:
         rest = classified(rest, head.numbers)
@@ -93,7 +98,7 @@ def _parsed(text: str) -> Statement:
         return Statement(text, (too_deep,), sign)
     diagnostics = list(head.diagnostics)
     body, tempo = (descend(rest), None) if head.names else (None, descend_tempo(rest))
-    if not body and not tempo and types != {"SCENE"}:
+    if not body and not tempo:
         if not types.isdisjoint(BRACKETS):
             rest, wrong_brackets = close_brackets(rest)
             diagnostics += wrong_brackets

@@ -37,13 +37,13 @@ def check_snippet(program: str, label: str, snippet: str) -> None:
 
 
 def test_a_line_begins_with_the_tempo_or_a_robot() -> None:
-    check("|>", "beat")
-    check("r1 $ left\n|>\n", "beat", "r1")
-    check("r1 $ left\nr|>", "beat", "r1")
-    check("r1 r2 $ left\nr1 |>", "r2")
+    check("|>", "beat", "room", "bar")
+    check("r1 $ left\n|>\n", "beat", "r1", "room", "bar")
+    check("r1 $ left\nr|>", "beat", "r1", "room", "bar")
+    check("r1 r2 $ left\nr1 |>", "r2", "at", "is")
     robots = '[robots.anna]\nprofile = "turtlesim"\n[robots.bruno]\nprofile = "turtlesim"\n'
     items = offered("bruno carla $ left\n|>", robots).items
-    assert [(item.label, item.detail) for item in items[1:]] == [
+    assert [(item.label, item.detail) for item in items[1:4]] == [
         ("anna", "in improv.toml"),
         ("bruno", "1 beat"),
         ("carla", "1 beat"),
@@ -62,7 +62,7 @@ def test_a_movement_is_a_word_or_a_name_defined_above() -> None:
 
 def test_an_open_bracket_goes_on_over_lines() -> None:
     check("x = (left\n  |>", *MOVING)
-    check("x = (left)\n|>", "beat")
+    check("x = (left)\n|>", "beat", "room", "bar")
 
 
 def test_planes_and_numbers_where_they_must_stand() -> None:

@@ -90,7 +90,7 @@ def test_names_must_be_legal() -> None:
 
 
 def test_only_names_and_robots() -> None:
-    line = "only names, parameters, and robots can be renamed: put the cursor on one"
+    line = "only names, parameters, robots, and scenes can be renamed: put the cursor on one"
     for program in ("r $ le|>ft", "r $ repeat |>3 left", "# |>x", "|>left = up", "|>"):
         check_refused(program, "x", line)
     check_refused("r $ |>x", "y", "`x` is not defined above this line: define it first")

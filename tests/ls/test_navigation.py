@@ -77,7 +77,7 @@ def test_a_refusal_says_why_in_one_line() -> None:
     with Client(capabilities=VERSIONED) as client:
         client.open(URI, PROGRAM)
         refused = client.refusal("textDocument/prepareRename", place(1, 6))
-        line = "only names, parameters, and robots can be renamed: put the cursor on one"
+        line = "only names, parameters, robots, and scenes can be renamed: put the cursor on one"
         assert refused == {"code": -32803, "message": line}
         refused = client.refusal("textDocument/rename", place(2, 0, newName="s"))
         assert refused["message"] == "`s` is already a robot, on line 3: choose another name"

@@ -34,6 +34,17 @@ def test_programs_compile_to_their_segments() -> None:
     assert all(list(segments(case)) == list(case["robots"]) for case in CASES), "robots keep their order"
 
 
+def test_programs_say_where_they_begin() -> None:
+    said = [case for case in CASES if "start" in case]
+    assert len(said) > 20
+    for case in said:
+        found = compiled(ANALYSES[case["program"]])
+        starts = {name: part["start"] for name, part in found["robots"].items()}
+        assert starts == {name: pytest.approx(start, abs=1e-9) for name, start in case["start"].items()}
+        room = case.get("room")
+        assert (found.get("bar"), found.get("room")) == (case.get("bar"), room and tuple(room))
+
+
 def test_scores_survive_their_way_to_the_stage() -> None:
     written = {program: json.dumps(to_json(score_of(analysis))) for program, analysis in ANALYSES.items()}
     assert {program: json.dumps(to_json(from_json(json.loads(score)))) for program, score in written.items()} == written

@@ -23,6 +23,8 @@ PIECES = [*WORDS.split(), "beat 60", "seed 2", "fit 2", "ramp 1 2", "if near", "
 PIECES += ["\n", "\n", "\n", "\r\n", "\r", "\u2028", "\f", "\ufeff", "\nr $ ", "\ny = ", "\n---\n", "\n|| ", "\nelse "]
 PIECES += ["\nx = x left\n", "\nr $ x || y\n", "\nbeat 30\n", "\nx n (m) = repeat n m\n", "\ny (m) = m x 2 m\n"]
 PIECES += ["\nr $ x 3 left\n", "\nr q $ canon 1 y left\n", "\nr $ choose (left right)\n", "\nq $ chance 1/2 left\n"]
+PIECES += ["\nr at 1 2\n", "\nr q at circle 1\n", "\nr is husky\n", "\nq is nobody\n", "\nroom 6 4\n", "\nbar 3\n"]
+PIECES += ["\n--- x\n", "at", "is", "room", "bar", "\nr at "]
 texts = st.lists(st.sampled_from(PIECES), max_size=40).map("".join)
 edits = st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1), st.lists(st.sampled_from(PIECES), max_size=4)), max_size=6)
 
@@ -47,6 +49,7 @@ def seen(analysis: Analysis) -> dict[str, Any]:
         "statements": [statement.text for statement in analysis.statements],
         "diagnostics": analysis.diagnostics,
         "tempo": analysis.tempo,
+        "opening": analysis.opening,
         "score": score,
         "defined": analysis.bindings.defined,
         "used": analysis.bindings.used,

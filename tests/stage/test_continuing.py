@@ -143,6 +143,17 @@ def test_a_bar_has_the_requested_number_of_beats() -> None:
     assert stage.transport["begins"] == {"bert": 3}
 
 
+def test_the_bars_of_the_program_that_plays_win() -> None:
+    stage = Continuing()
+    stage.save(f"bar 3\n{BERT}", "restart")
+    assert stage.transport["bar"] == 3
+    stage.run(3.5)
+    stage.player.load(score(EDITED), 2, "bar", stage.now, beats_per_bar=4)
+    stage.run(10)
+    assert stage.transport["begins"] == {"bert": 6}
+    assert "bar" not in stage.transport
+
+
 def test_a_new_tempo_keeps_everyones_beat() -> None:
     stage = Continuing()
     stage.save("beat 60\nanna $ repeat (forward left)\n", "restart")

@@ -139,6 +139,21 @@ def test_a_stage_that_ends_while_waiting_for_listeners_never_begins() -> None:
     assert {twist for _, _, twist in sink.sent} == {STILL}
 
 
+def test_nobody_waits_for_a_real_robot_that_only_stands_there() -> None:
+    sink = Memory()
+    sink.deaf = {"s": "nothing is listening"}
+    perform(sink, (0, load("r $ forward\ns at 1 2\n")), (0.5, End()))
+    assert sink.met == {"r"}
+    assert sink.sent[0][1] == 0
+    assert {robot for robot, _, _ in sink.sent} == {"r"}
+
+
+def test_a_simulated_robot_that_only_stands_there_is_met() -> None:
+    sink = Memory()
+    perform(sink, (0, load("r $ forward\ns at 1 2\n")), (0.5, End()), real=False)
+    assert sink.met == {"r", "s"}
+
+
 def test_every_robot_gets_its_last_three_zeros_at_the_end() -> None:
     sink = Memory()
     perform(sink, (0, load("r s $ repeat forward\n")), (0.51, End()))

@@ -129,3 +129,19 @@ def test_a_request_of_unknown_form_is_refused(command: dict[str, Any]) -> None:
 )
 def test_beats_are_counted_from_one(beat: float, beats: float | None, expected: str) -> None:
     assert counted(transport(1, "playing", beats), beat) == expected
+
+
+@pytest.mark.parametrize(
+    ("beat", "beats", "expected"),
+    [
+        (0.0, 8.0, "bar 1, beat 1"),
+        (2.75, 8.0, "bar 1, beat 3"),
+        (3.0, None, "bar 2, beat 1"),
+        (7.5, 7.5, "bar 3, beat 2"),
+        (9.0, 9.0, "bar 3, beat 3"),
+    ],
+)
+def test_beats_are_counted_in_the_bars_of_the_program(beat: float, beats: float | None, expected: str) -> None:
+    told = transport(1, "playing", beats)
+    told["bar"] = 3
+    assert counted(told, beat) == expected

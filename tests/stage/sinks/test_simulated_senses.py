@@ -9,6 +9,8 @@ from fractions import Fraction
 
 import pytest
 
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
 from improv_core.score.motion import STILL, Pose, Twist
 from improv_core.score.profiles import Profile
 from improv_core.score.score import Part, Score
@@ -62,6 +64,29 @@ def test_near() -> None:
     simulator = stage(WALL, a=Pose())
     edges = perform(simulator, [(0.0, "a", FORWARD), (2.0, "a", BACKWARD)], ["a near"], 3.0)
     check(edges, ("a near", False, 0), ("a near", True, AT_WALL - NEAR), ("a near", False, 4 - (AT_WALL - NEAR)))
+
+
+def simulated(program: str) -> Simulator:
+    """The simulator at the opening of a program."""
+    simulator = Simulator()
+    simulator.prepare(score_of(analyze(program)), restart=True)
+    return simulator
+
+
+def test_the_walls_of_a_room_and_robots_that_only_stand_there_are_near() -> None:
+    walls = simulated("room 8 4\na at 0 0\na $ until near forward\n")
+    edges = perform(walls, [(0.0, "a", FORWARD)], ["a near"], 3.0)
+    check(edges, ("a near", False, 0), ("a near", True, 4 - 0.3 - 2))
+    standing = simulated("a at 0 0\nb at 3 0 facing 90\na $ until near forward\n")
+    edges = perform(standing, [(0.0, "a", FORWARD)], ["a near"], 3.0)
+    check(edges, ("a near", False, 0), ("a near", True, 3 - 0.6 - 2))
+
+
+@pytest.mark.parametrize("room", ["room 0.1 0.1", "room 0.0001 1000", "room 1 1"])
+def test_a_room_smaller_than_its_robots_stalls_nothing(room: str) -> None:
+    simulator = simulated(f"{room}\na b c d $ forward\ne at 9 9\n")
+    perform(simulator, [(0.0, "a", FORWARD)], ["a near"], 2.0)
+    assert all(math.isfinite(number) for pose in simulator.poses().values() for number in (pose.x, pose.y))
 
 
 def test_a_profile_sets_how_far_near_is() -> None:

@@ -1,0 +1,42 @@
+"""The names of robots: which are valid, and what is reported about the others."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from improv_core.diagnostics import Diagnostic, replace
+from improv_core.syntax.lexer import Token
+from improv_core.syntax.vocabulary import WORDS
+
+_ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+def robots_named(heads: Sequence[Token], diagnostics: list[Diagnostic]) -> tuple[str, ...]:
+    """The robots of a line, each once, without invalid names."""
+    robots: dict[str, None] = {}
+    for head in heads:
+        if not head.text or is_reserved(head, diagnostics):
+            continue
+        if is_valid_robot(head.text):
+            robots[head.text] = None
+            continue
+        message = f"`{head.text}` is not a valid robot name: use a to z, digits, and `_`, starting with a letter"
+        legal = re.sub(r"^[^A-Za-z]+|[^A-Za-z0-9_]", lambda match: "_" if match.start() else "", head.text)
+        fixes = replace(f"Rename to {legal}", head.span, legal) if legal and legal not in WORDS else ()
+        diagnostics.append(Diagnostic("bad-robot-name", head.span, message, fixes))
+    return tuple(robots)
+
+
+def is_valid_robot(name: str) -> bool:
+    """Whether ROS 2 accepts a robot of this name."""
+    return bool(_ROBOT_NAME.fullmatch(name))
+
+
+def is_reserved(token: Token, diagnostics: list[Diagnostic]) -> bool:
+    """Whether a name is a word of the language, which is reported."""
+    if token.text in WORDS:
+        message = f"`{token.text}` is a reserved word: choose another name"
+        fixes = replace(f"Rename to my_{token.text}", token.span, f"my_{token.text}")
+        diagnostics.append(Diagnostic("reserved-name", token.span, message, fixes))
+    return token.text in WORDS

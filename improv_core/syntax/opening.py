@@ -1,0 +1,290 @@
+"""The lines of the opening: where robots stand, what kind they are, the floor, the bar, and the names of scenes.
+
+Their words are names everywhere else. A line with `=` or `$` is never one of them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from improv_core.diagnostics import Diagnostic, Fix, replace
+from improv_core.syntax.brackets import BRACKETS
+from improv_core.syntax.descent import number_of
+from improv_core.syntax.heads import joined_touching, robots_head
+from improv_core.syntax.lexer import NAME, Token
+from improv_core.syntax.nodes import AtPoint, BarLength, FloorSize, InFormation, Number, OfKind, OpeningNode
+from improv_core.syntax.words import Kind
+from improv_core.text import Span
+
+SHAPES = ("circle", "line", "grid")
+"""The formations that robots can stand in."""
+FACINGS = ("in", "out")
+"""The ways in which robots on a circle can face."""
+_PROFILE = re.compile(rf"{NAME}(?:-+\w+)*")
+_WORDS = frozenset({kind.value for kind in Kind})
+_SIZES = {"circle": "the radius of the circle", "line": "how far apart neighbors stand"}
+_EXAMPLES = {"circle": "1.5", "line": "1", "grid": "1"}
+
+
+@dataclass(frozen=True, slots=True)
+class OpeningLine:
+    """A line of the opening. `node` is None if it begins a scene or has an error. `words` are its own words."""
+
+    sign: Token
+    heads: tuple[Token, ...]
+    words: tuple[Token, ...]
+    node: OpeningNode | None
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def opening_line(text: str, tokens: Sequence[Token]) -> OpeningLine | None:
+    """The line of the opening that the tokens of a statement are, perhaps with an error; None if they are none."""
+    types = [token.type for token in tokens]
+    if not tokens or "EQUAL" in types or "DOLLAR" in types or types[:2] == ["BEAT", "NUMBER"]:
+        return None
+    if types[0] == "SCENE":
+        return _scene(text, tokens)
+    place = _kind_at(text, tokens)
+    if place is None:
+        place = _place_at(tokens)
+    if place is not None:
+        sign = tokens[place]._replace(type=tokens[place].text.upper())
+        head = robots_head(text, tokens[:place], sign)
+        return _read(text, sign, head.names, tokens[place + 1 :], head.diagnostics)
+    if tokens[0].text in _FLOOR and types[1:2] == ["NUMBER"]:
+        return _read(text, tokens[0]._replace(type=_FLOOR[tokens[0].text]), (), tokens[1:], ())
+    return None
+
+
+_FLOOR = {"room": "ROOM", "bar": "BAR_LENGTH"}
+
+
+def _kind_at(text: str, tokens: Sequence[Token]) -> int | None:
+    """The index of the `is` of a line that gives robots a profile; None if it doesn't."""
+    place = next((place for place in range(1, len(tokens)) if _is_profile(text, tokens, place)), None)
+    if place is None and _WORDS.isdisjoint(token.type for token in tokens):
+        lacking = (place for place, token in enumerate(tokens) if place and token.text == "is")
+        place = next(lacking, None) if _place_at(tokens) is None else None
+    return place
+
+
+def _is_profile(text: str, tokens: Sequence[Token], place: int) -> bool:
+    """Whether a token is an `is` with nothing but a profile after it, and nothing but names before it."""
+    if tokens[place].text != "is" or len(tokens) == place + 1:
+        return False
+    names = joined_touching(text, tokens[:place])
+    profile = text[tokens[place + 1].start : tokens[-1].end]
+    return _PROFILE.fullmatch(profile) is not None and all(re.fullmatch(NAME, each.text) for each in names)
+
+
+def _place_at(tokens: Sequence[Token]) -> int | None:
+    """The index of the `at` of a line that places robots; None if it doesn't."""
+    found = [place for place, token in enumerate(tokens) if token.text == "at"]
+    for place in found:
+        if place and _begins_place(tokens, place + 1):
+            return place
+    if found == [0] and _begins_place(tokens, 1):
+        return 0  # the robot is missing
+    # Nobody who writes no movement means a robot that is called `at`.
+    return next((place for place in found if place and _WORDS.isdisjoint(token.type for token in tokens)), None)
+
+
+def _begins_place(tokens: Sequence[Token], place: int) -> bool:
+    return any(token.type == "NUMBER" or token.text in SHAPES for token in tokens[place : place + 1])
+
+
+def _scene(text: str, tokens: Sequence[Token]) -> OpeningLine:
+    sign, *rest = tokens
+    if not rest:
+        return OpeningLine(sign, (), (), None, ())
+    first, *others = joined_touching(text, rest)
+    wrong: tuple[Diagnostic, ...] = ()
+    if not re.fullmatch(NAME, first.text):
+        message = f"`{first.text}` can't name a scene: use letters, digits, and `_`, starting with a letter"
+        wrong = (Diagnostic("syntax", first.span, message),)
+    elif others:
+        whole = Span(first.start, others[-1].end)
+        joined = "_".join(re.findall(r"\w+", text[slice(*whole)]))
+        fixes = replace(f"Change to {joined}", whole, joined)
+        wrong = (Diagnostic("syntax", others[0].span, "write one name after `---`, or start a new line", fixes),)
+    return OpeningLine(sign, (first._replace(type="HEAD"),), (), None, wrong)
+
+
+def _read(
+    text: str, sign: Token, heads: tuple[Token, ...], rest: Sequence[Token], wrong: tuple[Diagnostic, ...]
+) -> OpeningLine:
+    reader = _Reader(text, sign, heads, rest)
+    try:
+        node = reader.node()
+    except _WrongError as error:
+        return OpeningLine(sign, heads, tuple(reader.words), None, wrong or (error.diagnostic,))
+    return OpeningLine(sign, heads, tuple(reader.words), None if wrong else node, wrong)
+
+
+class _WrongError(Exception):
+    """What is wrong with a line."""
+
+    def __init__(self, span: Span, message: str, fixes: tuple[Fix, ...] = ()) -> None:
+        super().__init__(message)
+        self.diagnostic = Diagnostic("syntax", span, message, fixes)
+
+
+class _Reader:
+    """Reads what follows a sign, from left to right."""
+
+    def __init__(self, text: str, sign: Token, heads: Sequence[Token], tokens: Sequence[Token]) -> None:
+        self._text, self._sign, self._heads = text, sign, heads
+        self._tokens, self._place = tokens, 0
+        self.words = [sign]
+
+    @property
+    def _next(self) -> Token | None:
+        return self._tokens[self._place] if self._place < len(self._tokens) else None
+
+    @property
+    def _last(self) -> Token:
+        return self._tokens[self._place - 1] if self._place else self._sign
+
+    def node(self) -> OpeningNode:
+        read = {"AT": self._at, "IS": self._is, "ROOM": self._room, "BAR_LENGTH": self._bar}
+        node = read[self._sign.type]()
+        if extra := self._next:
+            if extra.type == "NUMBER" and self._last.type == "NUMBER" and extra.text[0] in "+-":
+                message = "numbers can be multiplied and divided, but not added or subtracted: write the result"
+                raise _WrongError(extra.span, message)
+            whole = Span(extra.start, self._tokens[-1].end)
+            fixes = replace("Remove it", Span(self._last.end, whole.end), "")
+            raise _WrongError(whole, f"remove `{extra.text}` or start a new line before it", fixes)
+        return node
+
+    def _at(self) -> OpeningNode:
+        if self._next and self._next.text in SHAPES:
+            return self._formation(self._word())
+        robot = self._heads[0].text or "ada"
+        example = f"write x and y in meters after `at`: `{robot} at 1 0.5`"
+        if not self._next or self._next.type not in ("NUMBER", "LPAR"):
+            raise self._expected(f"{example}, or `circle`, `line`, or `grid`", "0 0")
+        x, y = self._point(example)
+        facing = None
+        if self._next and self._next.text == "facing":
+            self._word()
+            facing = self._number("write degrees after `facing`, counterclockwise from the x axis: `facing 90`", "0")
+        if len(self._heads) > 1:
+            raise self._too_many(x, y, facing)
+        return AtPoint(x, y, facing)
+
+    def _too_many(self, x: Number, y: Number, facing: Number | None) -> _WrongError:
+        first, last = self._heads[0], self._heads[-1]
+        line = f"line 1 around {x.text} {y.text}"
+        place = Span(x.span.start, y.span.end)
+        fixes = () if facing else replace(f"Change to {line}", place, line)
+        message = f"only one robot can stand at a point: write `{line}`, or a line for each robot"
+        return _WrongError(Span(first.start, last.end), message, fixes)
+
+    def _formation(self, shape: Token) -> InFormation:
+        what = _SIZES.get(shape.text, _SIZES["line"])
+        example = _EXAMPLES[shape.text]
+        size = self._number(f"write {what}, in meters: `{shape.text} {example}`", example, signed=False)
+        facing: Token | None = None
+        around: tuple[Number, Number] | None = None
+        while (option := self._next) and option.text in ("facing", "around"):
+            if (facing if option.text == "facing" else around) is not None:
+                raise _WrongError(option.span, f"write `{option.text}` once only")
+            before = self._last
+            self._word()
+            if option.text == "around":
+                around = self._point("write x and y of the middle, in meters: `around 2 0`")
+                continue
+            if shape.text != "circle":
+                gone = Span(before.end, (self._next or option).end)
+                message = f"`facing` works only with `circle`: remove it from this {shape.text}"
+                raise _WrongError(option.span, message, replace("Remove it", gone, ""))
+            if not self._next or self._next.text not in FACINGS:
+                raise self._expected("write `in` or `out` after `facing`", "in")
+            facing = self._word()
+        return InFormation(shape, size, facing, around)
+
+    def _is(self) -> OfKind:
+        if not self._next:
+            raise self._expected(f"write a profile after `is`: `{self._heads[0].text or 'ada'} is turtlesim`", "")
+        whole = Span(self._next.start, self._tokens[-1].end)
+        profile = self._text[slice(*whole)]
+        if not _PROFILE.fullmatch(profile):
+            raise _WrongError(whole, "write the name of one profile after `is`")
+        self._place = len(self._tokens)
+        return OfKind(Token("PROFILE", profile, *whole))
+
+    def _room(self) -> FloorSize:
+        example = "write the floor's length along x and along y, in meters: `room 6 4`"
+        width = self._number(example, "6", signed=False)
+        if (times := self._next) and (found := re.fullmatch(r"[xX×](\d*)", times.text)):
+            fixes = replace(f"Change to {width.text} {found[1]}".rstrip(), times.span, f" {found[1]}".rstrip() or " ")
+            raise _WrongError(times.span, "separate the two lengths with a space: `room 6 4`", fixes)
+        self._no_comma()
+        return FloorSize(width, self._number(example, width.text, signed=False))
+
+    def _bar(self) -> BarLength:
+        return BarLength(self._number("write the beats of a bar: `bar 3`", "3", signed=False))
+
+    def _point(self, example: str) -> tuple[Number, Number]:
+        x = self._number(example, "0 0")
+        self._no_comma()
+        return x, self._number(example, "0")
+
+    def _number(self, expected: str, usual: str, *, signed: bool = True) -> Number:
+        """The number that comes next. If there is none, it is `expected`, and a fix writes the `usual` one."""
+        found = self._next
+        if found is None or found.type != "NUMBER":
+            raise self._expected(expected, usual)
+        factors = [found]
+        self._place += 1
+        while (operator := self._next) and operator.type == "OPERATOR":
+            self._place += 1
+            factor = self._next
+            if factor is None or factor.type != "NUMBER":
+                raise _WrongError((factor or operator).span, f"write a number after `{operator.text}`")
+            if factor.text[0] in "+-":
+                raise _WrongError(factor.span, "write a sign before the first number only")
+            factors += [operator, factor]
+            self._place += 1
+        if not signed and found.text[0] in "+-":
+            plain = found.text[1:]
+            message = f"write `{plain}` without a sign: this number is above 0"
+            raise _WrongError(found.span, message, replace(f"Change to {plain}", found.span, plain))
+        return number_of(factors)
+
+    def _word(self) -> Token:
+        token = self._next
+        assert token
+        self.words.append(token)
+        self._place += 1
+        return token
+
+    def _no_comma(self) -> None:
+        if (found := self._next) and found.text in (",", ";"):
+            is_apart = self._text[found.end : found.end + 1].isspace()
+            fixes = replace(f"Remove {found.text}", found.span, "" if is_apart else " ", safe=is_apart)
+            raise _WrongError(found.span, f"remove `{found.text}`: separate numbers with spaces", fixes)
+
+    def _expected(self, message: str, usual: str) -> _WrongError:
+        """The error about what should come next."""
+        found = self._next
+        if found is None:
+            end = Span(self._last.end, self._last.end)
+            fixes = replace(f"Add {usual}", end, f" {usual}") if usual else ()
+            return _WrongError(self._last.span, message, fixes)
+        if found.type in BRACKETS and (number := _bracketed(self._text, self._tokens[self._place :])):
+            inside, whole = number
+            return _WrongError(whole, message, replace("Remove the brackets", whole, inside))
+        return _WrongError(found.span, message)
+
+
+def _bracketed(text: str, tokens: Sequence[Token]) -> tuple[str, Span] | None:
+    """Numbers in brackets as they should be written, and the span of all of that."""
+    closer = next((place for place, token in enumerate(tokens) if token.type == "RPAR"), None)
+    if closer is None:
+        return None
+    inside = [token.text for token in tokens[1:closer] if token.text != ","]
+    return " ".join(inside), Span(tokens[0].start, tokens[closer].end)

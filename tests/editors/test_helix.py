@@ -241,7 +241,6 @@ def test_a_server_that_is_late_or_killed_and_a_killed_helix(home: Path) -> None:
 def test_with_autosave_a_key_plays(home: Path) -> None:
     config = _config() + "\n[editor.auto-save.after-delay]\nenable = true\ntimeout = 100\n"
     with helix(home, "turtle1 $ repeat forward\n", config, settings='onSave = "off"') as (terminal, _):
-        terminal.see("NOR")
         terminal.type("O", "x = left")
         _escape(terminal)
         terminal.see("●")  # `x` is not used: the server is at work
@@ -280,6 +279,7 @@ def helix(
         env |= {"DISPLAY": ":0"} if screen else {}
         env["PATH"] = f"{home}:{Path(sys.executable).parent}:{env['PATH']}"
         with Terminal(home / "tmux", [_helix(), str(home / "dance.improv")], env) as terminal:
+            terminal.see("NOR")  # now it takes keys
             yield terminal, env
 
 

@@ -268,6 +268,13 @@ _WORLD = {
         items=_table("a rectangle", _BOX, "{ x = 1, y = 0, width = 0.5, height = 1 }", ("width", "height")),
         example="[{ x = 1, y = 0, width = 0.5, height = 1 }]",
     ),
+    "margin": _number(
+        "how far robots should stay from each other and from walls and obstacles: the check warns if they come nearer",
+        "meters",
+        0,
+        1000,
+        "0",
+    ),
 }
 _SENSE = {
     "topic": Key(

@@ -1,4 +1,4 @@
-"""Reads the section `[world]` of an `improv.toml`: the size of the floor, walls, circles, and boxes."""
+"""Reads the section `[world]` of an `improv.toml`: the size of the floor, walls, circles, boxes, and the margin."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ def read_world(reading: TomlReading, value: Any) -> World:
         tuple(Wall(*wall) for wall in walls if wall),
         tuple(Circle(**circle) for circle in circles if circle),
         tuple(Box(**{**box, "heading": math.radians(box["heading"])}) for box in boxes if box),
+        reading.numbers(("world",), table).get("margin", 0.0),
     )
 
 

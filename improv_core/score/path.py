@@ -312,11 +312,11 @@ def _period(movement: Movement) -> Exact | None:
         period = _period(voice)
         if period is None:
             return None
-        common = _common(common, Fraction(period)) if period else common
+        common = common_multiple(common, Fraction(period)) if period else common
     return common / rate
 
 
-def _common(one: Fraction, other: Fraction) -> Fraction:
+def common_multiple(one: Fraction, other: Fraction) -> Fraction:
     """The least common multiple; 0 is ignored."""
     if not one:
         return other

@@ -41,13 +41,19 @@ class Box(NamedTuple):
 class World:
     """All obstacles, and the size of the floor along x and y if it has walls around it.
 
-    The origin is the center of the floor. Obstacles are infinitely high.
+    The origin is the center of the floor. Obstacles are infinitely high. `margin` is how far robots should stay from
+    each other and from all that.
     """
 
     size: tuple[float, float] | None = None
     walls: tuple[Wall, ...] = ()
     circles: tuple[Circle, ...] = ()
     boxes: tuple[Box, ...] = ()
+    margin: float = 0.0
+
+    @property
+    def has_obstacles(self) -> bool:
+        return bool(self.size or self.walls or self.circles or self.boxes)
 
     def all_walls(self) -> Iterator[Wall]:
         """The walls that are listed and those around the floor."""
@@ -75,6 +81,7 @@ def to_json(world: World) -> dict[str, Any] | None:
         "walls": [list(wall) for wall in world.walls],
         "circles": [circle._asdict() for circle in world.circles],
         "boxes": [box._asdict() for box in world.boxes],
+        "margin": world.margin,
     }
 
 
@@ -83,11 +90,17 @@ def from_json(data: Mapping[str, Any] | None) -> World:
     if data is None:
         return EMPTY
     size = data["size"]
-    if not fits(size, Sequence[float] | None) or not fits(data["walls"], Sequence[Sequence[float]]):
+    margin = data["margin"]
+    if (
+        not fits(size, Sequence[float] | None)
+        or not fits(data["walls"], Sequence[Sequence[float]])
+        or not fits(margin, float)
+    ):
         raise ValueError("the world has a wrong value")
     return World(
         (float(size[0]), float(size[1])) if size else None,
         tuple(Wall(*wall) for wall in data["walls"]),
         tuple(checked(Circle, circle) for circle in data["circles"]),
         tuple(checked(Box, box) for box in data["boxes"]),
+        float(margin),
     )

@@ -1,0 +1,179 @@
+"""When two discs come near each other, or one an obstacle: by conservative advancement. Standard library only.
+
+At any moment, how fast they approach and how sharply their paths bend bound the distance from below, so nothing can
+happen before some later moment; the search jumps there, and so on (Mirtich, Impulse-based Dynamic Simulation of Rigid
+Body Systems, 1996). Distances are in meters, times in beats.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeAlias
+
+from improv_core.score.trajectories import Beat, Stretch, moving_at
+from improv_core.slices import checkpoint
+
+TOLERANCE = 0.001
+"""Meters by which two must be nearer than allowed, so that neighbors who touch don't meet."""
+_FINEST = 1e-5
+"""The shortest jump, in beats."""
+_COARSEST_LEAVING = 1 / 256
+"""The shortest jump, in beats, while two are too near: when they part needn't be exact."""
+_HALVINGS = 20
+"""How often the moment at which two are nearest is narrowed down."""
+
+Convex: TypeAlias = Callable[[float, float], tuple[float, float, float]]
+"""How far a point is from something convex, in meters, and the direction toward it, of length 1."""
+
+
+class Bound(NamedTuple):
+    """How near two may come: their centers in meters, seen from above, unless they are farther apart in height."""
+
+    near: float
+    height: float
+
+
+@dataclass(slots=True)
+class Encounters:
+    """The beats at which two begin to be too near, how near they come the first time, and whether they are now."""
+
+    beats: list[float] = field(default_factory=list)
+    least: float = math.inf
+    together: bool = False
+    until: int | None = None
+    """The beat up to which they were followed last. Where they were not, they were far apart."""
+
+
+class TooMuchWorkError(Exception):
+    """Robots have too many stretches, or are too near each other or too fast, to be followed any further."""
+
+
+@dataclass(slots=True)
+class Work:
+    """How many stretches, pairs, and moments may still be looked at."""
+
+    left: int
+
+    def spend(self, steps: int = 1) -> None:
+        checkpoint()
+        self.left -= steps
+        if self.left < 0:
+            raise TooMuchWorkError
+
+
+def follow(one: Beat, other: Beat, begin: int, bound: Bound, found: Encounters, work: Work) -> None:
+    """Add what happens between two robots within a beat."""
+    if found.until != begin:
+        found.together = False
+    found.until = begin + 1
+    first, second = one.stretches, other.stretches
+    i = j = 0
+    now, end = float(begin), begin + 1.0
+    while now < end:
+        mine, others = first[i], second[j]
+        until = min(mine.end, others.end, end)
+        if until > now:
+            _follow_stretches(mine, others, now, until, bound, found, work)
+            now = until
+        i += mine.end <= now
+        j += others.end <= now
+
+
+def touches(beat: Beat, begin: int, near: float, obstacle: Convex, work: Work) -> float | None:
+    """The first time within a beat at which a robot's center is nearer to an obstacle than allowed, in beats."""
+    for stretch in beat.stretches:
+        now, end = max(float(begin), stretch.start), min(begin + 1.0, stretch.end)
+        speed = math.hypot(stretch.along_x, stretch.along_y)
+        while now < end:
+            work.spend()
+            x, y, along_x, along_y = moving_at(stretch, now)
+            far, toward_x, toward_y = obstacle(x, y)
+            gap = far - near + TOLERANCE
+            if gap < 0:
+                return now
+            now += _jump(gap, along_x * toward_x + along_y * toward_y, speed, speed * abs(stretch.turn))
+    return None
+
+
+def _follow_stretches(
+    one: Stretch, other: Stretch, begin: float, end: float, bound: Bound, found: Encounters, work: Work
+) -> None:
+    climbing = other.along_z - one.along_z
+    above = (other.z + other.along_z * (begin - other.start)) - (one.z + one.along_z * (begin - one.start))
+    enter, leave = begin, end
+    if climbing:
+        middle, half = begin - above / climbing, abs(bound.height / climbing)
+        enter, leave = max(begin, middle - half), min(end, middle + half)
+    elif abs(above) > bound.height:
+        leave = begin
+    if enter > begin:
+        found.together = False
+    if enter < leave:
+        _follow_level(one, other, enter, leave, bound.near - TOLERANCE, found, work)
+    if leave < end:
+        found.together = False
+
+
+def _follow_level(
+    one: Stretch, other: Stretch, now: float, end: float, near: float, found: Encounters, work: Work
+) -> None:
+    """The same while no one is above the other."""
+    speeds = math.hypot(one.along_x, one.along_y), math.hypot(other.along_x, other.along_y)
+    speed, bend = sum(speeds), speeds[0] * abs(one.turn) + speeds[1] * abs(other.turn)
+    in_step = one.turn == other.turn
+    while now < end:
+        work.spend()
+        x, y, along_x, along_y = _relative(one, other, now)
+        far = math.hypot(x, y)
+        if in_step:  # then the velocity between them only turns
+            speed = math.hypot(along_x, along_y)
+            bend = speed * abs(one.turn)
+        if far < near and not found.together:
+            found.together = True
+            found.beats.append(now)
+        elif far >= near + TOLERANCE / 2:
+            found.together = False
+        if not found.together:
+            now += _jump(max(far - near, 0.0), -(x * along_x + y * along_y) / (far or 1.0), speed, bend)
+            continue
+        after = now + max((near + TOLERANCE / 2 - far) / speed, _COARSEST_LEAVING) if speed else end
+        if len(found.beats) == 1:
+            found.least = min(found.least, far, _nearest(one, other, now, min(after, end)))
+        now = after
+
+
+def _jump(gap: float, closing: float, speed: float, bend: float) -> float:
+    """The beats for which two can't come nearer by more than a gap.
+
+    They approach at `closing` now, at `speed` at most, and that changes by `bend` per beat at most.
+    """
+    root = math.sqrt(closing * closing + 2 * bend * gap)
+    if closing > 0:
+        soonest = 2 * gap / (closing + root)
+    elif bend:
+        soonest = (root - closing) / bend
+    else:
+        return math.inf
+    return max(soonest, gap / speed, _FINEST)
+
+
+def _nearest(one: Stretch, other: Stretch, begin: float, end: float) -> float:
+    """The least distance between two moments, if there is one in between at which they turn from coming to going."""
+    for _ in range(_HALVINGS):
+        middle = (begin + end) / 2
+        x, y, along_x, along_y = _relative(one, other, middle)
+        if x * along_x + y * along_y < 0:
+            begin = middle
+        else:
+            end = middle
+    x, y, _, _ = _relative(one, other, begin)
+    return math.hypot(x, y)
+
+
+def _relative(one: Stretch, other: Stretch, beat: float) -> tuple[float, float, float, float]:
+    """Where another robot is, seen from one, and its velocity seen from there."""
+    x0, y0, along_x0, along_y0 = moving_at(one, beat)
+    x1, y1, along_x1, along_y1 = moving_at(other, beat)
+    return x1 - x0, y1 - y0, along_x1 - along_x0, along_y1 - along_y0

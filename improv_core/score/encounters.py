@@ -1,0 +1,123 @@
+"""Follows all robots of a score at once and notes who comes too near to whom or what. Standard library only.
+
+Only pairs whose boxes touch within a block of beats, and then within a beat, are looked at more closely.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from improv_core.score.approach import Bound, Encounters, TooMuchWorkError, Work, follow, touches
+from improv_core.score.motion import Pose
+from improv_core.score.obstacles import Obstacle, obstacles
+from improv_core.score.score import Score
+from improv_core.score.trajectories import BLOCK, Block, Trajectory, Volume
+from improv_core.score.world import EMPTY, World
+
+MOST_WORK = 3_000_000
+"""How many stretches, pairs, and moments are looked at, which takes a few seconds. Then fewer beats are checked."""
+
+
+@dataclass(slots=True)
+class Known:
+    """What is known about the first blocks, for the next check: where robots are, and which of them come too near.
+
+    A robot's hits are the beats at which it first comes too near to each thing.
+    """
+
+    trajectories: dict[str, Trajectory] = field(default_factory=dict)
+    pairs: dict[tuple[str, str], Encounters] = field(default_factory=dict)
+    hits: dict[str, dict[str, float]] = field(default_factory=dict)
+    world: World = EMPTY
+    blocks: int = 0
+
+    def pose(self, robot: str, beat: float) -> Pose:
+        return self.trajectories[robot].pose(beat)
+
+
+def follow_all(score: Score, known: Known, kept: Collection[str], start: int, blocks: int) -> float | None:
+    """Add to what is known what all robots do in so many blocks. Robots that are `kept` are known as far as known.
+
+    Returns the beat at which that became too much work; None if it didn't.
+    """
+    things, work = list(obstacles(score.world)), Work(MOST_WORK)
+    for place in range(max(blocks, known.blocks)):
+        begin = start + place * BLOCK
+        is_known = place < known.blocks
+        try:
+            here = [
+                _here(score, number, name, known, place, is_known and name in kept, work)
+                for number, name in enumerate(score.parts)
+            ]
+            for one, other in _near(here, work):
+                _follow_pair(one, other, begin, score.world.margin, known, work)
+            for each in here:
+                if not each.is_known:
+                    _follow_among(each, things, begin, score.world.margin, known, work)
+        except TooMuchWorkError:
+            return begin
+    known.blocks = max(blocks, known.blocks)
+    return None
+
+
+class _Here(NamedTuple):
+    """A robot during a block, and a box around all that its disc and half the margin cover."""
+
+    number: int
+    name: str
+    radius: float
+    block: Block
+    box: Volume
+    is_known: bool
+
+
+def _here(score: Score, number: int, name: str, known: Known, place: int, is_known: bool, work: Work) -> _Here:
+    block = known.trajectories[name].block(place)
+    if block is None:
+        raise TooMuchWorkError
+    work.spend(block.stretches)
+    radius = score.parts[name].profile.radius
+    return _Here(number, name, radius, block, block.box.larger(radius + score.world.margin / 2, radius), is_known)
+
+
+def _near(here: Sequence[_Here], work: Work) -> Iterator[tuple[_Here, _Here]]:
+    """The pairs whose boxes touch, in a sweep along x. Of each pair, the robot that is named first comes first."""
+    reached: list[_Here] = []
+    for each in sorted(here, key=lambda each: each.box.x0):
+        reached = [other for other in reached if other.box.x1 >= each.box.x0]
+        work.spend(len(reached))
+        for other in reached:
+            if not (each.is_known and other.is_known) and each.box.touches(other.box):
+                yield (each, other) if each.number < other.number else (other, each)
+        reached.append(each)
+
+
+def _follow_pair(one: _Here, other: _Here, begin: int, margin: float, known: Known, work: Work) -> None:
+    bound = Bound(one.radius + other.radius + margin, one.radius + other.radius)
+    found = known.pairs.get((one.name, other.name)) or Encounters()
+    work.spend(BLOCK)
+    for beat, (mine, others) in enumerate(zip(one.block.beats, other.block.beats, strict=True), begin):
+        if mine.box.is_within(others.box, bound.near):
+            follow(mine, others, beat, bound, found, work)
+    if found.beats:
+        known.pairs[one.name, other.name] = found
+
+
+def _follow_among(
+    robot: _Here, things: Sequence[Obstacle], begin: int, margin: float, known: Known, work: Work
+) -> None:
+    hits = known.hits.setdefault(robot.name, {})
+    work.spend(len(things))
+    for thing in things:
+        if hits.get(thing.name, math.inf) < begin or not robot.box.touches(thing.box):
+            continue
+        work.spend(BLOCK)
+        for number, beat in enumerate(robot.block.beats):
+            if beat.box.is_within(thing.box, robot.radius + margin):
+                touch = touches(beat, begin + number, robot.radius + margin, thing.distance, work)
+                if touch is not None:
+                    hits[thing.name] = min(touch, hits.get(thing.name, touch))
+                    break

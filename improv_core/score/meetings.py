@@ -1,0 +1,113 @@
+"""Who meets whom, and who hits what, before anybody moves. Standard library only.
+
+Robots are discs that move exactly as the score says: the first beats of all pairs are checked, then the next ones.
+Only pairs whose boxes touch within a few beats are looked at more closely.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from improv_core.score.cycles import common_cycle
+from improv_core.score.encounters import Known, follow_all
+from improv_core.score.motion import Pose
+from improv_core.score.score import Score
+from improv_core.score.strokes import pictured
+from improv_core.score.trajectories import BLOCK, Trajectory
+
+LAST_BEAT = 1_000
+"""Nothing is checked past so many beats."""
+
+
+class Meeting(NamedTuple):
+    """The first time that two robots come too near: when, where their centers are then, and how near these come until
+    they are apart again, in meters. They meet `more` times after that."""
+
+    robots: tuple[str, str]
+    beat: float
+    poses: tuple[Pose, Pose]
+    distance: float
+    more: int
+
+
+class Hit(NamedTuple):
+    """The first time that a robot comes too near to a thing in the world, such as `wall 1`, or to the edge."""
+
+    robot: str
+    thing: str
+    beat: float
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class RoomCheck:
+    """What was found from beat `start` to beat `end`, in the order of the beats. If `is_all`, nothing else comes after
+    that: all robots have ended, or repeat themselves."""
+
+    start: int
+    end: float
+    is_all: bool
+    meetings: Sequence[Meeting]
+    hits: Sequence[Hit]
+    known: Known
+
+
+def check_room(score: Score, start: int = 0, before: Known | None = None) -> RoomCheck:
+    """What happens from a beat on if no sense ever holds, and an `until` of an endless movement ends as it is drawn.
+
+    `before` is what an earlier check knows: only pairs with a robot that moves otherwise now are checked again.
+    """
+    score = pictured(score)
+    known, kept = _still_known(score, start, before or Known())
+    if len(score.parts) < 2 and not score.world.has_obstacles:
+        return RoomCheck(start, start, True, (), (), known)
+    repeats = common_cycle(each.cycle for each in known.trajectories.values())
+    latest = repeats.begins + repeats.beats if repeats else math.inf
+    is_all, end = latest <= start + LAST_BEAT, max(float(min(latest, start + LAST_BEAT)), start)
+    given_up = follow_all(score, known, kept, start, max(math.ceil((end - start) / BLOCK), 1))
+    if given_up is None:
+        return RoomCheck(start, end, is_all, _meetings(known, start, end), _hits(known, start, end), known)
+    end = min(end, given_up)
+    trajectories = Known(known.trajectories, world=known.world)  # what else is known ends in the middle of a block
+    return RoomCheck(start, end, False, _meetings(known, start, end), _hits(known, start, end), trajectories)
+
+
+def _meetings(known: Known, start: int, end: float) -> list[Meeting]:
+    found = []
+    for pair, each in known.pairs.items():
+        if beats := [beat for beat in each.beats if beat < end or beat == start]:
+            one, other = (known.pose(robot, beats[0]) for robot in pair)
+            found.append(Meeting(pair, beats[0], (one, other), each.least, len(beats) - 1))
+    return sorted(found, key=lambda meeting: meeting.beat)
+
+
+def _hits(known: Known, start: int, end: float) -> list[Hit]:
+    found = [
+        Hit(robot, thing, beat, known.pose(robot, beat))
+        for robot, things in known.hits.items()
+        for thing, beat in things.items()
+        if beat < end or beat == start
+    ]
+    return sorted(found, key=lambda hit: hit.beat)
+
+
+def _still_known(score: Score, start: int, before: Known) -> tuple[Known, Collection[str]]:
+    """What is known about a score, and the robots about which it is known."""
+    known = Known(world=score.world)
+    for name, part in score.parts.items():
+        old = before.trajectories.get(name)
+        known.trajectories[name] = old if old and old.is_of(part, start) else Trajectory(part, start)
+    if score.world != before.world:
+        return known, ()
+    kept = {name for name, each in known.trajectories.items() if each is before.trajectories.get(name)}
+    known.blocks = before.blocks
+    order = {name: number for number, name in enumerate(score.parts)}
+    for (one, other), each in before.pairs.items():
+        if one in kept and other in kept:
+            pair = (one, other) if order[one] < order[other] else (other, one)
+            known.pairs[pair] = replace(each, beats=[*each.beats])
+    known.hits = {name: {**each} for name, each in before.hits.items() if name in kept}
+    return known, kept

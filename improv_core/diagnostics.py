@@ -46,6 +46,8 @@ SEVERITIES = {
     "unknown-robot": Severity.ERROR,
     "unknown-profile": Severity.ERROR,
     "other-profile": Severity.WARNING,
+    "meets": Severity.WARNING,
+    "hits": Severity.WARNING,
     "robot-named-and": Severity.INFORMATION,
     "unsupported-direction": Severity.ERROR,
     "too-fast": Severity.WARNING,
@@ -106,7 +108,8 @@ class Related:
 class Diagnostic:
     """One problem at its exact span, described in one line, with fixes if they are obvious.
 
-    A message may quote anything from a file. It is made printable here, so that no message can forget to.
+    If it is `doubtful`, it is only information, whatever its code: the program doesn't say all that it depends on. A
+    message may quote anything from a file. It is made printable here, so that no message can forget to.
     """
 
     code: str
@@ -114,13 +117,14 @@ class Diagnostic:
     message: str
     fixes: tuple[Fix, ...] = ()
     related: tuple[Related, ...] = ()
+    doubtful: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "message", in_plain_text(self.message))
 
     @property
     def severity(self) -> Severity:
-        return SEVERITIES[self.code]
+        return Severity.INFORMATION if self.doubtful else SEVERITIES[self.code]
 
     def shifted(self, by: int) -> Diagnostic:
         return Diagnostic(
@@ -132,6 +136,7 @@ class Diagnostic:
                 for fix in self.fixes
             ),
             tuple(Related(other.span.shifted(by), other.message) for other in self.related),
+            self.doubtful,
         )
 
 

@@ -14,6 +14,7 @@ from improv_core.commands.echo import echo, echo_json
 from improv_core.commands.excerpt import excerpt
 from improv_core.commands.programs import report_each
 from improv_core.diagnostics import Diagnostic, Severity
+from improv_core.program import room
 from improv_core.program.analysis import Analysis
 from improv_core.program.report import as_annotation, as_json, as_line
 from improv_core.robots.config import Robots, absolute
@@ -36,16 +37,23 @@ _COLORS = {Severity.ERROR: "red", Severity.WARNING: "yellow", Severity.INFORMATI
     help="Output: for people, a line of JSON per file, or annotations for GitHub Actions.",
 )
 def command(files: tuple[Path, ...], layout: str) -> None:
-    """Check programs for errors. Exit code 1 if any has errors.
+    """Check programs for errors, and whether robots meet or hit something. Exit code 1 if any has errors.
 
     FILES are programs, improv.toml files, folders of both, or - for standard input.
     """
     told = set[Path]()
     programs = others = 0
 
-    def tell(path: Path, lines: LineIndex, ok: bool, diagnostics: Sequence[Diagnostic]) -> None:
+    def tell(
+        path: Path,
+        lines: LineIndex,
+        ok: bool,
+        diagnostics: Sequence[Diagnostic],
+        checked: room.RoomReport | None = None,
+    ) -> None:
         if layout == "json":
-            echo_json({"file": str(path), "ok": ok, "diagnostics": as_json(diagnostics, lines)})
+            diagnosed = {"file": str(path), "ok": ok, "diagnostics": as_json(diagnostics, lines)}
+            echo_json({**diagnosed, "checked": checked.as_json()} if checked else diagnosed)
             return
         for diagnostic in diagnostics:
             (_print_annotation if layout == "github" else _print_excerpt)(path, lines, diagnostic)
@@ -59,7 +67,11 @@ def command(files: tuple[Path, ...], layout: str) -> None:
     def report(path: Path, analysis: Analysis) -> None:
         nonlocal programs
         programs += 1
-        tell(path, analysis.lines, analysis.ok, analysis.diagnostics)
+        checked = room.check(analysis)
+        found = [*analysis.diagnostics, *(checked.diagnostics if checked else ())]
+        tell(path, analysis.lines, analysis.ok, sorted(found, key=lambda each: each.span), checked)
+        if checked and layout != "json":
+            echo(f"{path}: whom robots meet is {checked}", err=True)  # what other programs read holds only problems
         if analysis.cast.diagnostics:
             tell_robots(analysis.cast)
 

@@ -63,6 +63,28 @@ def follow_all(score: Score, known: Known, kept: Collection[str], start: int, bl
     return None
 
 
+def first_encounter(one: Trajectory, other: Trajectory, margin: float, end: float) -> float | None:
+    """The beat at which two robots first come too near, before a beat; None if they don't."""
+    found, bound = Encounters(), _bound(one.part.profile.radius, other.part.profile.radius, margin)
+    work = Work(MOST_WORK)
+    for number in range(math.ceil((end - one.start) / BLOCK)):
+        blocks = one.block(number), other.block(number)
+        if not (blocks[0] and blocks[1]):
+            break
+        begin = one.start + number * BLOCK
+        if blocks[0].box.is_within(blocks[1].box, bound.near):
+            for beat, (mine, others) in enumerate(zip(blocks[0].beats, blocks[1].beats, strict=True), begin):
+                if mine.box.is_within(others.box, bound.near):
+                    follow(mine, others, beat, bound, found, work)
+                if found.beats:
+                    return found.beats[0] if found.beats[0] < end else None
+    return None
+
+
+def _bound(one: float, other: float, margin: float) -> Bound:
+    return Bound(one + other + margin, one + other)
+
+
 class _Here(NamedTuple):
     """A robot during a block, and a box around all that its disc and half the margin cover."""
 
@@ -96,7 +118,7 @@ def _near(here: Sequence[_Here], work: Work) -> Iterator[tuple[_Here, _Here]]:
 
 
 def _follow_pair(one: _Here, other: _Here, begin: int, margin: float, known: Known, work: Work) -> None:
-    bound = Bound(one.radius + other.radius + margin, one.radius + other.radius)
+    bound = _bound(one.radius, other.radius, margin)
     found = known.pairs.get((one.name, other.name)) or Encounters()
     work.spend(BLOCK)
     for beat, (mine, others) in enumerate(zip(one.block.beats, other.block.beats, strict=True), begin):

@@ -7,12 +7,12 @@ Only pairs whose boxes touch within a few beats are looked at more closely.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from improv_core.score.cycles import common_cycle
-from improv_core.score.encounters import Known, follow_all
+from improv_core.score.encounters import Known, first_encounter, follow_all
 from improv_core.score.motion import Pose
 from improv_core.score.score import Score
 from improv_core.score.strokes import pictured
@@ -64,9 +64,7 @@ def check_room(score: Score, start: int = 0, before: Known | None = None) -> Roo
     known, kept = _still_known(score, start, before or Known())
     if len(score.parts) < 2 and not score.world.has_obstacles:
         return RoomCheck(start, start, True, (), (), known)
-    repeats = common_cycle(each.cycle for each in known.trajectories.values())
-    latest = repeats.begins + repeats.beats if repeats else math.inf
-    is_all, end = latest <= start + LAST_BEAT, max(float(min(latest, start + LAST_BEAT)), start)
+    end, is_all = _end(known.trajectories.values(), start)
     given_up = follow_all(score, known, kept, start, max(math.ceil((end - start) / BLOCK), 1))
     if given_up is None:
         return RoomCheck(start, end, is_all, _meetings(known, start, end), _hits(known, start, end), known)
@@ -75,13 +73,29 @@ def check_room(score: Score, start: int = 0, before: Known | None = None) -> Roo
     return RoomCheck(start, end, False, _meetings(known, start, end), _hits(known, start, end), trajectories)
 
 
+def would_meet(score: Score, one: str, other: str) -> bool:
+    """Whether two robots ever come too near to each other, as far as that is checked. No others are looked at."""
+    parts = pictured(score).parts
+    trajectories = Trajectory(parts[one]), Trajectory(parts[other])
+    end, _ = _end(trajectories, 0)
+    return first_encounter(*trajectories, score.world.margin, max(end, 1)) is not None
+
+
+def _end(trajectories: Iterable[Trajectory], start: int) -> tuple[float, bool]:
+    """The beat up to which robots are followed, and whether nothing else comes after it."""
+    repeats = common_cycle(each.cycle for each in trajectories)
+    latest = repeats.begins + repeats.beats if repeats else math.inf
+    return max(float(min(latest, start + LAST_BEAT)), start), latest <= start + LAST_BEAT
+
+
 def _meetings(known: Known, start: int, end: float) -> list[Meeting]:
+    order = {name: number for number, name in enumerate(known.trajectories)}
     found = []
     for pair, each in known.pairs.items():
         if beats := [beat for beat in each.beats if beat < end or beat == start]:
             one, other = (known.pose(robot, beats[0]) for robot in pair)
             found.append(Meeting(pair, beats[0], (one, other), each.least, len(beats) - 1))
-    return sorted(found, key=lambda meeting: meeting.beat)
+    return sorted(found, key=lambda meeting: (meeting.beat, *(order[name] for name in meeting.robots)))
 
 
 def _hits(known: Known, start: int, end: float) -> list[Hit]:

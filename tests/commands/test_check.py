@@ -54,6 +54,34 @@ def test_files_that_can_not_be_read_are_named_and_the_others_still_told(broken: 
     ]
 
 
+MEETING = "ada at 0 0\nbo at 1 -1 facing 90\nada $ forward\nbo $ forward\n"
+
+
+def test_check_shows_who_meets_and_says_how_far_was_checked(tmp_path: Path) -> None:
+    program = tmp_path / "meeting.improv"
+    program.write_text(MEETING)
+    done = run("check", program, SQUARE)
+    assert done.returncode == 0
+    message = "`ada` and `bo` meet at beat 0.29: keep them 0.6 m apart, they come as near as 0 m"
+    assert done.stdout.splitlines() == [
+        f"{program}:4:6: warning[meets] {message}",
+        "    bo $ forward",
+        "         ^^^^^^^",
+    ]
+    end = "where all has ended or repeats itself"
+    assert done.stderr == f"{program}: whom robots meet is checked to beat 1, {end}\n"
+    (annotation,) = run("check", "--format", "github", program).stdout.splitlines()
+    assert annotation.startswith("::warning title=meets,file=")
+
+
+def test_check_as_json_says_how_far_was_checked(tmp_path: Path) -> None:
+    program = tmp_path / "drift.improv"
+    program.write_text("ada bo $ repeat forward\n")
+    line = json.loads(run("check", "--format", "json", program).stdout)
+    assert line["checked"] == {"beat": 1000, "all": False, "assumes": False}
+    assert "checked" not in json.loads(run("check", "--format", "json", SQUARE).stdout)
+
+
 ROBOTS = "[robots.r]\ntopic = 1\n"
 
 

@@ -1,0 +1,195 @@
+"""Whether a dance fits its room: who would meet whom or hit what, at the words that move them there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from improv_core.diagnostics import Diagnostic, Related
+from improv_core.program.analysis import Analysis
+from improv_core.program.compiler import score_of
+from improv_core.program.room_fixes import fixes
+from improv_core.score.encounters import Known
+from improv_core.score.meetings import Hit, Meeting, check_room
+from improv_core.score.movement import STILL, Source, near
+from improv_core.score.obstacles import EDGE
+from improv_core.score.score import Score
+from improv_core.score.strokes import pictured
+from improv_core.score.walk import walk
+from improv_core.slices import checkpoint
+from improv_core.syntax.vocabulary import WORDS
+from improv_core.syntax.words import Kind
+from improv_core.text import Span
+
+MOST_MARKED = 100
+"""Meetings that are marked, and hits: people fix a few at a time."""
+MOST_FIXED = 10
+"""For so many meetings, fixes are looked for, which may take a tenth of a second for each."""
+
+
+class RoomReport(NamedTuple):
+    """What is wrong with a program that has no errors, and up to which beat that is known.
+
+    If `is_all`, nothing else comes after that beat; if `assumes`, senses may decide otherwise. `known` is for the next
+    check.
+    """
+
+    diagnostics: tuple[Diagnostic, ...]
+    end: float
+    is_all: bool
+    assumes: bool
+    known: Known
+
+    def as_json(self) -> Mapping[str, float | bool]:
+        """How far it was checked, as JSON values."""
+        return {"beat": self.end, "all": self.is_all, "assumes": self.assumes}
+
+    def __str__(self) -> str:
+        """`checked to beat 1,000`"""
+        end = "where all has ended or repeats itself" if self.is_all else ""
+        assumed = "as if no sense ever held" if self.assumes else ""
+        return ", ".join(filter(None, (f"checked to beat {_number(self.end)}", end, assumed)))
+
+
+def check(analysis: Analysis, before: Known | None = None) -> RoomReport | None:
+    """Check whether the robots of a program meet or hit something. None if it has errors, or just one robot and nothing
+    around it.
+
+    `before` is what the report on an earlier version knows: only pairs with a robot that changed are checked again.
+    """
+    if not analysis.ok:
+        return None
+    score = score_of(analysis)
+    if not score.parts or (len(score.parts) == 1 and not score.world.has_obstacles):
+        return None
+    found = check_room(score, before=before)
+    room = _Room(analysis, pictured(score))
+    meetings, hits = found.meetings[:MOST_MARKED], found.hits[:MOST_MARKED]
+    reported = [room.meeting(each, number < MOST_FIXED) for number, each in enumerate(meetings)]
+    reported += map(room.hit, hits)
+    if hidden := len(found.meetings) + len(found.hits) - len(reported):
+        message = f"fix what is marked first: {hidden:,} more problem{_s(hidden)} of this kind aren't marked yet"
+        reported.append(Diagnostic("more-hints", reported[-1].span, message))
+    return RoomReport(
+        tuple(sorted(reported, key=lambda each: each.span)), found.end, found.is_all, score.open, found.known
+    )
+
+
+@dataclass(frozen=True)
+class _Room:
+    """What is reported about a program, whose score is as it is pictured."""
+
+    analysis: Analysis
+    score: Score
+
+    def meeting(self, meeting: Meeting, fixed: bool) -> Diagnostic:
+        """What is reported about a meeting, with fixes if they are asked for."""
+        checkpoint()
+        one, other = meeting.robots
+        needed = sum(self.score.parts[name].profile.radius for name in meeting.robots) + self.score.world.margin
+        again = f", and {meeting.more:,} more time{_s(meeting.more)}" if meeting.more else ""
+        doubtful = not (self._is_placed(one) and self._is_placed(other))
+        if meeting.beat == 0:
+            span, elsewhere = self._places(one, other)
+            apart = _number(
+                math.dist((meeting.poses[0].x, meeting.poses[0].y), (meeting.poses[1].x, meeting.poses[1].y))
+            )
+            message = (
+                f"`{one}` and `{other}` start {apart} m apart{again}: place them at least {_number(needed)} m apart"
+            )
+            related = Related(elsewhere, "the other one starts here")
+        else:
+            words = self._word(one, meeting.beat), self._word(other, meeting.beat)
+            span = words[1] or words[0] or self._place(other)
+            mine, who = (words[0], one) if words[1] else (None, other if words[0] else one)
+            related = Related(mine or self._place(who), f"`{who}` {'does this' if mine else 'stands'} then")
+            message = (
+                f"`{one}` and `{other}` meet at beat {_number(meeting.beat)}{self._assumed}{again}: keep them"
+                f" {_number(needed)} m apart, they come as near as {_number(meeting.distance)} m"
+            )
+        found = fixes(self.analysis, self.score, meeting) if fixed else ()
+        return Diagnostic("meets", span, message, found, () if related.span == span else (related,), doubtful)
+
+    def hit(self, hit: Hit) -> Diagnostic:
+        checkpoint()
+        robot, world = hit.robot, self.score.world
+        needed = f"{_number(self.score.parts[robot].profile.radius + world.margin)} m"
+        doubtful = not self._is_placed(robot)
+        thing = f"the {hit.thing} of the floor" if hit.thing == EDGE else hit.thing
+        if hit.beat == 0:
+            if world.holds(hit.pose.x, hit.pose.y):
+                message = f"`{robot}` starts too near to {thing}: place it at least {needed} away"
+            else:
+                message = f"`{robot}` starts outside the floor: place it at least {needed} inside"
+            return Diagnostic("hits", self._place(robot), message, doubtful=doubtful)
+        message = f"`{robot}` hits {thing} at beat {_number(hit.beat)}{self._assumed}: keep it {needed} away"
+        return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message, doubtful=doubtful)
+
+    @property
+    def _assumed(self) -> str:
+        return " if no sense holds" if self.score.open else ""
+
+    def _is_placed(self, robot: str) -> bool:
+        """Whether the program or `improv.toml` says where a robot starts."""
+        opening = self.analysis.opening
+        return robot in opening.places or bool(opening.cast.robot(robot).start or opening.cast.formation)
+
+    def _places(self, one: str, other: str) -> tuple[Span, Span]:
+        """Where the robot is placed that is placed later, and where the other one is."""
+        places = [self._place(one), self._place(other)]
+        placed = [name in self.analysis.opening.places for name in (one, other)]
+        if placed == [True, False] or (all(placed) and places[0] > places[1]):
+            places.reverse()
+        return places[1], places[0]
+
+    def _place(self, robot: str) -> Span:
+        """The line that places a robot, or its name in the first line that it plays."""
+        analysis = self.analysis
+        for index in analysis.openings:
+            said = analysis.meanings[index].said
+            if said and said.poses and robot in said.robots:
+                return analysis.placed(index).span
+        first = next(index for index, line in analysis.played.items() if robot in dict(line.parts))
+        head = next(head for head in analysis.statements[first].heads if head.text == robot)
+        return head.span.shifted(analysis.offsets[first])
+
+    def _word(self, robot: str, beat: float) -> Span | None:
+        """The first written word in a robot's own line that moves it just after a beat; None if it stands then."""
+        part = self.score.parts[robot]
+        passed = near(beat) - part.begins
+        if not 0 <= passed < part.movement.duration:
+            return None
+        moment = next(walk(part.movement, passed))
+        if moment.velocity == STILL or not moment.sources:
+            return None
+        line = moment.sources[0].statement
+        found: dict[Span, bool] = {}
+        word = moment.sources[0].span
+        for source in moment.sources:
+            if source.statement == line:
+                word = source.span
+            found[word] = found.get(word, False) or self._moves(source)
+        moving = [span for span, moves in found.items() if moves] or list(found)
+        return min(moving).shifted(self.analysis.offsets[self._indices[line]])
+
+    def _moves(self, source: Source) -> bool:
+        """Whether a source is a word that moves robots by itself."""
+        text = self.analysis.statements[self._indices[source.statement]].text[slice(*source.span)]
+        word = WORDS.get(text)
+        return word is not None and word.kind is Kind.PRIMITIVE and word.velocity != STILL
+
+    @cached_property
+    def _indices(self) -> Mapping[int, int]:
+        return {statement: index for index, statement in enumerate(self.analysis.statement_ids)}
+
+
+def _number(value: float) -> str:
+    """Up to two digits after the point, and a comma between thousands."""
+    return f"{value:,.2f}".rstrip("0").rstrip(".")
+
+
+def _s(count: int) -> str:
+    return "" if count == 1 else "s"

@@ -1,0 +1,238 @@
+"""What is reported about robots that meet, or hit something: at which words, how severe, and with which fixes."""
+
+from __future__ import annotations
+
+import pytest
+
+from improv_core.diagnostics import Severity
+from improv_core.program import room
+from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.room import RoomReport
+from improv_core.robots.config import read_robots
+from improv_core.text import Span
+from tests.ide.cursor import applied
+from tests.program import drawing
+
+
+def check(expected: str, robots: str = "") -> None:
+    drawing.check(expected, robots=robots, in_room=True)
+
+
+def report(program: str, robots: str = "") -> RoomReport:
+    found = room.check(analyze(program, read_robots(robots)))
+    assert found
+    return found
+
+
+CROSSING = "ada at 0 0\nbo at 1 -1 facing 90\n"
+"""Their paths cross if both go forward."""
+
+
+def test_a_meeting_is_at_the_word_of_the_robot_that_is_named_later() -> None:
+    check("""
+        bo at 1 -1 facing 90
+        ada at 0 0
+        ada $ rest forward
+        bo $ rest forward left
+                  ^^^^^^^ meets: `ada` and `bo` meet at beat 1.29: keep them 0.6 m apart, they come as near as 0 m
+    """)
+
+
+def test_it_is_at_the_other_ones_word_if_that_one_stands() -> None:
+    check("""
+        ada at 0 0
+        bo at 2 0
+        ada $ forward
+              ^^^^^^^ meets: `ada` and `bo` meet at beat 0.7: keep them 0.6 m apart, they come as near as 0 m
+        bo $ rest
+    """)
+
+
+def test_of_several_words_it_is_at_the_first_that_moves_the_robot() -> None:
+    check("""
+        ada at 0 0
+        bo at 2 0
+        step = rest || forward
+        ada $ [rest rest] || step || rest
+                             ^^^^ meets: `ada` and `bo` meet at beat 0.7: keep them 0.6 m apart, they come as near as 0 m
+    """)  # noqa: E501
+
+
+@pytest.mark.parametrize(
+    ("program", "marked"),
+    [
+        (f"{CROSSING}ada $ forward\nbo $ forward", ("forward", 51, "`ada` does this then", 38)),
+        (f"{CROSSING}ada bo $ forward", ("forward", 41, "", 0)),
+        ("ada at 0 0\nbo at 2 0\nada $ forward", ("forward", 27, "`bo` stands then", 11)),
+    ],
+)
+def test_the_other_robots_word_is_related(program: str, marked: tuple[str, int, str, int]) -> None:
+    (diagnostic,) = report(program).diagnostics
+    word, at, message, elsewhere = marked
+    assert diagnostic.span == Span(at, at + len(word))
+    assert [(each.message, each.span.start) for each in diagnostic.related] == (
+        [(message, elsewhere)] if message else []
+    )
+
+
+def test_at_beat_0_it_is_at_the_line_that_places_the_later_one() -> None:
+    check(
+        """
+        bo at 0.5 0
+        ^^^^^^^^^^^ meets: `ada` and `bo` start 0.5 m apart: place them at least 0.6 m apart
+        ada $ rest
+        bo $ rest
+    """,
+        "[robots]\nada.start = {}\nbo.start = { x = 7 }",
+    )
+    check("""
+        bo at 0.5 0
+        ada at 0 0
+        ^^^^^^^^^^ meets: `ada` and `bo` start 0.5 m apart: place them at least 0.6 m apart
+        ada bo $ rest
+    """)
+    check(
+        """
+        ada $ rest
+        bo $ rest
+        ^^ meets: `ada` and `bo` start 0.5 m apart: place them at least 0.6 m apart
+        bo $ forward
+    """,
+        "[robots]\nada.start = {}\nbo.start = { x = 0.5 }",
+    )
+    check("""
+        ada bo at line 0.2
+        ^^^^^^^^^^^^^^^^^^ meets: `ada` and `bo` start 0.2 m apart: place them at least 0.6 m apart
+    """)
+
+
+def test_a_hit_is_at_the_robots_own_word_or_line() -> None:
+    check(
+        """
+        room 6 4
+        ada at 2.8 0 facing 90
+        ^^^^^^^^^^^^^^^^^^^^^^ hits: `ada` starts too near to the edge of the floor: place it at least 0.3 m away
+        bo at 9 9
+        ^^^^^^^^^ hits: `bo` starts outside the floor: place it at least 0.3 m inside
+        ada $ forward
+        cy $ forward right
+             ^^^^^^^ hits: `cy` hits circle 1 at beat 0.84: keep it 0.3 m away
+    """,
+        "[robots]\nada.start = {}\nbo.start = {}\ncy.start = { x = -1, y = 1 }\n"
+        "[world]\ncircles = [{ x = 1, y = 1.5, radius = 0.3 }]",
+    )
+
+
+def test_what_nobody_has_placed_is_information() -> None:
+    facing = "ada $ right forward\nbo $ left forward\n"
+    assert [each.severity for each in report(facing).diagnostics] == [Severity.INFORMATION]
+    assert [each.severity for each in report("ada at 0 0\n" + facing).diagnostics] == [Severity.INFORMATION]
+    placed = "ada at 0 0\nbo at 0 -3\n" + facing
+    assert [each.severity for each in report(placed).diagnostics] == [Severity.WARNING]
+    formation = '[formation]\nshape = "line"\ndistance = 3'
+    assert [each.severity for each in report(facing, formation).diagnostics] == [Severity.WARNING]
+    assert [each.severity for each in report("ada $ forward", "[world]\nsize = [4, 4]").diagnostics] == [
+        Severity.INFORMATION
+    ]
+
+
+@pytest.mark.parametrize(
+    "program",
+    ["ada bo at 0 0\n", "ada at 0 0\nada $ forward\n", "ada at 0 0\nbo at 0 0\nada $ forwrad\n", "walk = forward\n"],
+)
+def test_a_program_with_errors_or_one_robot_is_not_checked(program: str) -> None:
+    assert room.check(analyze(program)) is None
+
+
+@pytest.mark.parametrize(
+    ("program", "checked"),
+    [
+        ("ada bo $ repeat choose (left right)", "checked to beat 1,000"),
+        ("ada bo $ forward", "checked to beat 1, where all has ended or repeats itself"),
+        (
+            "ada bo $ until near repeat forward",
+            "checked to beat 4, where all has ended or repeats itself, as if no sense ever held",
+        ),
+    ],
+)
+def test_it_says_what_was_checked(program: str, checked: str) -> None:
+    assert str(report(program)) == checked
+
+
+def test_where_senses_decide_the_message_says_so() -> None:
+    program = "ada at 0 0\nbo at 9 0\nada $ until near repeat forward\n"
+    (diagnostic,) = report(program, "[world]\nmargin = 1").diagnostics
+    start = "`ada` and `bo` meet at beat 3.7 if no sense holds: keep them 1.6 m apart"
+    assert diagnostic.message == f"{start}, they come as near as 1 m"
+
+
+def fixed(program: str) -> dict[str, str]:
+    """The fixes of the first diagnostic, and what each makes of the program."""
+    (diagnostic, *_) = report(program).diagnostics
+    return {fix.title: applied(program, fix.edits) for fix in diagnostic.fixes}
+
+
+@pytest.mark.parametrize(
+    ("before", "title", "after"),
+    [
+        (
+            f"{CROSSING}ada $ forward\nbo $ forward\n",
+            "Start bo 1 beat later",
+            f"{CROSSING}ada $ forward\nbo $ rest forward\n",
+        ),
+        (f"{CROSSING}ada bo $ forward\n", "Start bo 1 beat later", f"{CROSSING}bo $ rest\nada bo $ forward\n"),
+        (
+            f"{CROSSING}ada bo $ rest\n---\nbo ada $ forward\n",
+            "Start bo 1 beat later",
+            f"{CROSSING}ada bo $ rest\n---\nbo $ rest\nbo ada $ forward\n",
+        ),
+        (
+            f"{CROSSING}ada $ slow 2 forward\nbo $ slow 2 forward || rest rest rest\n",
+            "Start bo 1 beat later",
+            f"{CROSSING}ada $ slow 2 forward\nbo $ rest\nbo $ slow 2 forward || rest rest rest\n",
+        ),
+        (
+            f"{CROSSING}ada $ slow 5 forward\nbo $ slow 5 forward\n",
+            "Start bo 3 beats later",
+            f"{CROSSING}ada $ slow 5 forward\nbo $ repeat 3 rest slow 5 forward\n",
+        ),
+        (
+            "ada bo at line 1 # near\nada $ rest\nbo $ strafeleft",
+            "Change to line 2.6",
+            "ada bo at line 2.6 # near\nada $ rest\nbo $ strafeleft",
+        ),
+        ("a b c d e f at circle 0.2\n", "Change to circle 0.6", "a b c d e f at circle 0.6\n"),
+    ],
+)
+def test_a_fix_keeps_them_apart(before: str, title: str, after: str) -> None:
+    fixes = fixed(before)
+    assert fixes[title] == after
+    for text in fixes.values():
+        left = report(text)
+        assert not [
+            each for each in left.diagnostics if each.message[:12] == report(before).diagnostics[0].message[:12]
+        ]
+
+
+def test_no_fix_is_offered_where_none_helps() -> None:
+    assert fixed("ada at 0 0\nbo at 1 0\nada $ repeat forward\n") == {}
+
+
+def test_after_an_edit_the_report_is_that_of_the_whole_program() -> None:
+    analysis: Analysis = analyze(f"{CROSSING}ada $ forward\nbo $ forward\ncy at 9 9\n")
+    first = room.check(analysis)
+    assert first
+    edited = analysis.edited(0, 0, "# one more line\ndan at 5 5\n")
+    again, whole = room.check(edited, first.known), room.check(edited)
+    assert again
+    assert whole
+    assert again.diagnostics == whole.diagnostics
+
+
+def test_many_meetings_are_counted() -> None:
+    names = " ".join(f"r{number}" for number in range(20))
+    found = report(f"{names} at line 0.001\n").diagnostics
+    assert len(found) == room.MOST_MARKED + 1
+    assert [each.message for each in found if each.code == "more-hints"] == [
+        "fix what is marked first: 90 more problems of this kind aren't marked yet"
+    ]

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from improv_ls.documents import Document, RobotsFile
     from improv_ls.performance import Performance
     from improv_ls.records import Records
+    from improv_ls.room_watch import RoomWatch
     from improv_ls.settling import Settling
 
 T = TypeVar("T")
@@ -94,6 +95,17 @@ class Session(StdioServer):
 
         return Records(self.editor)
 
+    @cached_property
+    def rooms(self) -> RoomWatch:
+        """Who meets whom in the open programs. Made when the first one is up to date."""
+        from improv_ls.room_watch import RoomWatch
+
+        return RoomWatch(self.documents, self._show_room)
+
+    def _show_room(self, document: Document) -> None:
+        self.publish(document)
+        self.editor.refresh("diagnostics")
+
     def files_changed(self) -> None:
         """Note that files on disk, or the set of open programs, have changed."""
         self.next_change.set()
@@ -151,5 +163,7 @@ class Session(StdioServer):
             await self.performance.close()
         if "records" in self.__dict__:
             await self.records.close()
+        if "rooms" in self.__dict__:
+            self.rooms.close()
         if self._reached:
             self._reached.close()

@@ -20,7 +20,7 @@ from improv_core.robots.edits import add, place
 from improv_core.text import LineIndex, Span, difference
 from improv_ls.documents import Document, RobotsFile, path_of
 from improv_ls.handlers import robots_file
-from improv_ls.handlers.publish_diagnostics import as_sent
+from improv_ls.handlers.publish_diagnostics import as_sent, diagnostics_of
 from improv_ls.positions import to_range, to_span
 from improv_ls.session import Session
 from improv_ls.to_lsp_locations import ChangedText, workspace_edit
@@ -68,7 +68,7 @@ def _actions(
     if isinstance(document, RobotsFile):
         found = robots_file.actions(document, span)
     else:
-        found = fixes(document.analysis.diagnostics, span)
+        found = fixes(diagnostics_of(ls, document), span)
         if document.analysis.is_settled:  # a refactored program must be sure to mean the same
             found += refactorings(document.analysis, span)
         found += fix_all(document.analysis) if fixes_all else ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lsprotocol import types
 
 from improv_ls.documents import Document
-from improv_ls.handlers.publish_diagnostics import as_sent
+from improv_ls.handlers.publish_diagnostics import as_sent, diagnostics_of
 from improv_ls.session import LastSent, Session, sent
 
 
@@ -24,7 +24,7 @@ def diagnostic(
 
 def diagnosed(ls: Session, document: Document) -> LastSent[types.Diagnostic]:
     """The diagnostics of an open document; with the id of those that were sent last, if they are the same."""
-    items = as_sent(ls, document, document.analysis.diagnostics)
+    items = as_sent(ls, document, diagnostics_of(ls, document))
     before = ls.sent_diagnostics.get(document.uri)
     now = ls.sent_diagnostics[document.uri] = before if before and before.items == items else sent(items)
     return now

@@ -17,9 +17,17 @@ from improv_ls.session import Session
 
 
 def publish(ls: Session, document: Document) -> None:
-    """Send the diagnostics of a version to an editor that does not ask for them."""
+    """Send the diagnostics of a version to an editor that does not ask for them, and have its room checked."""
+    if document.analysis.is_settled:
+        ls.rooms.look(document)
     if not ls.editor.pulls_diagnostics:
-        _send(ls, document, document.analysis.diagnostics)
+        _send(ls, document, diagnostics_of(ls, document))
+
+
+def diagnostics_of(ls: Session, document: Document) -> list[Diagnostic]:
+    """All that is known to be wrong with a version of a program, in the order of the text."""
+    found = [*document.analysis.diagnostics, *ls.rooms.found(document)]
+    return sorted(found, key=lambda each: each.span)
 
 
 def publish_robots(ls: Session, robots: Robots) -> None:

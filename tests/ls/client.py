@@ -23,6 +23,7 @@ import pytest
 
 from improv_ls import settling, slices
 from improv_ls.checker import Checker, ProgramFile, diagnostics_in
+from improv_ls.room_checker import RoomChecker, Rooms
 from tests.stage_on_thread import USED, StageOnThread
 
 Message = dict[str, Any]
@@ -120,6 +121,8 @@ class Client:
             self._environment.setattr(slices, "SLICE", LIMIT)
             self._environment.setattr(settling, "PATIENCE", LIMIT)
             self._environment.setattr(Checker, "check", _check)
+            rooms = Rooms()
+            self._environment.setattr(RoomChecker, "check", lambda _, *program: rooms.check(*program))
         self._codes: list[int] = []
 
         def serve() -> None:

@@ -41,6 +41,6 @@ def test_a_hung_process_is_given_up_on(checker: Checker, program: ProgramFile) -
     checker.check([program])
     for child in descendants(os.getpid()).keys() - before.keys():
         os.kill(child, signal.SIGSTOP)
-    checker.limit = 0.1
+    checker.answerer.limit = 0.1
     with pytest.raises(EOFError):
         checker.check([program])

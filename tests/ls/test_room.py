@@ -1,0 +1,94 @@
+"""Whom robots meet, as editors show it: a moment after the other diagnostics."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from improv_core.robots.config import read_robots
+from improv_ls.room_checker import RoomChecker, Rooms
+from tests.ls.client import Client
+from tests.ls.test_diagnostics_pull import PULLS, QUIET, pull
+from tests.processes import descendants
+
+URI = "file:///dance.improv"
+PROGRAM = "ada at 0 0\nbo at 1 -1 facing 90\nada $ forward\nbo $ forward\n"
+METHOD = "textDocument/publishDiagnostics"
+
+
+def codes(params: Any) -> list[str]:
+    return [each["code"] for each in params["diagnostics"]]
+
+
+def test_meetings_follow_the_other_diagnostics() -> None:
+    with Client(QUIET) as client:
+        client.open(URI, f"{PROGRAM}x = left\n")
+        assert codes(client.wait(METHOD)) == ["unused-name"]
+        found = client.wait(METHOD, lambda params: "meets" in codes(params))
+        assert codes(found) == ["meets", "unused-name"]
+        assert found["version"] == 1
+
+
+def test_what_was_found_about_a_text_is_dropped_with_the_next_key() -> None:
+    with Client(QUIET) as client:
+        client.open(URI, PROGRAM)
+        client.wait(METHOD, lambda params: codes(params) == ["meets"])
+        client.change(URI, 2, {"text": PROGRAM.replace("1 -1", "5 -1")})
+        assert codes(client.wait(METHOD, lambda params: params["version"] == 2)) == []
+        client.change(URI, 3, {"text": PROGRAM})
+        assert codes(client.wait(METHOD, lambda params: params["version"] == 3)) == []
+        assert client.wait(METHOD, lambda params: codes(params) == ["meets"])["version"] == 3
+
+
+def test_an_editor_that_asks_for_diagnostics_is_told_to_ask_again() -> None:
+    with Client(QUIET, capabilities=PULLS) as client:
+        client.open(URI, PROGRAM)
+        first = pull(client, URI)
+        assert first["items"] == []
+        client.wait("workspace/diagnostic/refresh")
+        again = pull(client, URI, first["resultId"])
+        assert codes({"diagnostics": again["items"]}) == ["meets"]
+        assert again["items"][0]["relatedInformation"][0]["message"] == "`ada` does this then"
+
+
+def test_a_fix_is_a_code_action() -> None:
+    with Client(QUIET) as client:
+        client.open(URI, PROGRAM)
+        found = client.wait(METHOD, lambda params: codes(params) == ["meets"])["diagnostics"]
+        asked = {"textDocument": {"uri": URI}, "range": found[0]["range"], "context": {"diagnostics": found}}
+        actions = client.request("textDocument/codeAction", asked)
+        assert "Start bo 1 beat later" in [each["title"] for each in actions]
+
+
+@pytest.fixture
+def checker() -> Iterator[RoomChecker]:
+    checker = RoomChecker()
+    yield checker
+    checker.close()
+
+
+def test_rooms_are_checked_in_a_process(checker: RoomChecker) -> None:
+    before = descendants(os.getpid())
+    cast = read_robots("")
+    assert [each.code for each in checker.check(URI, PROGRAM, cast)] == ["meets"]
+    assert checker.check(URI, PROGRAM.replace("1 -1", "5 -1"), cast) == ()
+    for child in descendants(os.getpid()).keys() - before.keys():
+        os.kill(child, signal.SIGKILL)
+    with pytest.raises((EOFError, OSError)):
+        checker.check(URI, PROGRAM, cast)
+    checker.close()
+    assert [each.code for each in checker.check(URI, PROGRAM, cast)] == ["meets"]
+
+
+def test_only_the_latest_programs_are_kept() -> None:
+    rooms, cast = Rooms(), read_robots("")
+    for number in range(30):
+        assert len(rooms.check(f"file:///{number}.improv", PROGRAM, cast)) == 1
+    assert len(rooms._versions) == 20
+    for text, count in (("", 0), (PROGRAM, 1), (f"{PROGRAM}oops", 0), (PROGRAM, 1)):
+        assert len(rooms.check(URI, text, cast)) == count
+    assert len(rooms.check(URI, PROGRAM, read_robots("[profiles.x]\nstep = 1"))) == 1

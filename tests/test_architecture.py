@@ -206,7 +206,7 @@ def test_columns_are_converted_in_one_place() -> None:
 
 TO_PEOPLE = {
     "click.echo": ["commands/echo.py", "commands/format.py", "commands/screen.py"],
-    "print": ["improv_ls/__main__.py", "framing.py", "viewer/answers.py", "viewer/pages.py"],
+    "print": ["improv_ls/__main__.py", "framing.py", "viewer/answers.py", "viewer/meetings.py", "viewer/pages.py"],
     "window_show_message": ["improv_ls/editor.py"],
 }
 """What shows text to people, and the modules that may call it: all others go through these, which escape it."""

@@ -145,7 +145,7 @@ def play_fast(path: Path, seconds: float | None, *, report: bool, senses: Sequen
     simulator = Simulator(period=None)
     perform(score, simulator, seconds, tell, None if senses is None else map(foreseen, senses))
     poses = {robot: asdict(pose) for robot, pose in simulator.poses().items()}
-    ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses}, errors)
+    ended = outcome(last, {"start": last.get("start", {}) if last else {}, "poses": poses}, errors, score)
     if report:
         echo_json(ended)
     else:

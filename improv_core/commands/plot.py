@@ -11,6 +11,7 @@ from improv_core.commands import parameters
 from improv_core.commands.exit_codes import PROBLEMS, CommandError
 from improv_core.commands.programs import read_to_play
 from improv_core.program.compiler import score_of
+from improv_core.score.meetings import check_room
 from improv_core.score.svg import plot
 from improv_core.services.replacing import replacing
 
@@ -25,14 +26,16 @@ PIXELS = 2
 def command(file: Path, output: Path, timeline: bool) -> None:
     """Draw the ideal paths of a program's robots. Exit code 1 if the program has errors.
 
-    The picture shows them from above and, if a robot climbs, also from the side. FILE is a program, or - for standard
+    The picture shows them from above and, if a robot climbs, also from the side. Where robots would meet, it shows
+    both. FILE is a program, or - for standard
     input.
     """
     if (ending := output.suffix.lower()) not in (".svg", ".png"):
         raise CommandError(f"{output}: the picture's name must end in .svg or .png")
     if not (analysis := read_to_play(file)):
         sys.exit(PROBLEMS)
-    picture = plot(score_of(analysis), timeline)
+    score = score_of(analysis)
+    picture = plot(score, timeline, meetings=check_room(score).meetings)
     try:
         with replacing(output) as target:
             target.write(picture.encode() if ending == ".svg" else _png(picture))

@@ -268,8 +268,10 @@ class TerminalSession:
             self.screen.complain(f"improv: {problem}")
 
     def report(self) -> dict[str, Any]:
-        """Where the robots of the latest program started and ended, and how far off they were if that was measured."""
-        return outcome(self._latest, self._poses, self._errors)
+        """Where the robots of the latest program started and ended, how near they came to each other, and how far off
+        they were if that was measured."""
+        played = self.playback.show.played
+        return outcome(self._latest, self._poses, self._errors, played.score if played else None)
 
     def simulated_move(self, robot: str) -> tuple[Pose, Pose] | None:
         """Where a robot was at beat 0 and is now, if the leading stage simulates it."""

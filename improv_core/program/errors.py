@@ -1,4 +1,4 @@
-"""How far robots were off the ideal paths of a performance, from what was measured of them."""
+"""How far robots were off the ideal paths of a performance, and how near each other, from what was measured."""
 
 from __future__ import annotations
 
@@ -20,19 +20,47 @@ class Deviation(NamedTuple):
         return f"{self.distance:.2f} m, {degrees} degree{'' if degrees == 1 else 's'} off"
 
 
+class Nearness(NamedTuple):
+    """A distance between two robots in meters, and when: the beat, and the seconds since beat 0."""
+
+    distance: float
+    beat: float
+    seconds: float
+
+
+SAME_TIME = 0.1
+"""Seconds between measurements of two robots that are compared."""
+
+
 class Errors:
     """The largest and the last error of each robot in a performance."""
 
     def __init__(self) -> None:
         self.robots: dict[str, tuple[Deviation, Deviation]] = {}
         """The largest distance and turn, and the last error."""
+        self.nearest: dict[tuple[str, str], Nearness] = {}
+        """The least distance of each pair that was measured at about the same time."""
+        self._latest: dict[str, tuple[float, Pose]] = {}
 
     def take(self, message: Mapping[str, Any]) -> None:
         """Take a message `measured` (docs/protocol.md)."""
         for robot, each in message["robots"].items():
+            self._compare(robot, each)
+        for robot, each in message["robots"].items():
             last = error(each["pose"], each["ideal"])
             largest, _ = self.robots.get(robot, (last, last))
             self.robots[robot] = Deviation(*map(max, largest, last)), last
+
+    def _compare(self, robot: str, measured: Mapping[str, Any]) -> None:
+        """Note how near a robot was to each other one."""
+        at, pose = measured["performed"], Pose(**measured["pose"])
+        self._latest[robot] = at, pose
+        for other, (then, there) in self._latest.items():
+            if other != robot and at - then <= SAME_TIME:
+                pair = (robot, other) if robot < other else (other, robot)
+                far, _ = pose.apart(there)
+                if pair not in self.nearest or far < self.nearest[pair].distance:
+                    self.nearest[pair] = Nearness(far, measured["beat"], at)
 
     def as_json(self) -> dict[str, Any]:
         """JSON values, in meters and radians."""

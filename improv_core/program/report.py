@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from improv_core.diagnostics import Diagnostic, Severity
 from improv_core.plain import printable
 from improv_core.program.analysis import Analysis
-from improv_core.program.errors import Errors
+from improv_core.program.errors import Errors, Nearness
 from improv_core.program.timing import in_beats, lasting
 from improv_core.score.movement import Lengths
+from improv_core.score.nearest import nearest_pairs
+from improv_core.score.score import Score
 from improv_core.text import LineIndex, Position
 
 
@@ -41,6 +44,8 @@ class Mistake(NamedTuple):
     message: str
 
 
+NEAR = 1.0
+"""Meters between the centers of robots that are reported as near each other."""
 LONGEST_MISTAKE = 80
 """The most characters of the wrong text that are shown."""
 
@@ -99,9 +104,11 @@ def summary(analysis: Analysis) -> str:
     return f"{robots}, {lasting(Lengths(shortest, longest, False), analysis.tempo)}"
 
 
-def outcome(transport: Mapping[str, Any] | None, poses: Mapping[str, Any], errors: Errors) -> dict[str, Any]:
-    """The poses of simulated robots at beat 0 and at the end (meters, radians), the time between (seconds), and how far
-    off measured robots were.
+def outcome(
+    transport: Mapping[str, Any] | None, poses: Mapping[str, Any], errors: Errors, score: Score | None
+) -> dict[str, Any]:
+    """The poses of simulated robots at beat 0 and at the end (meters, radians), the time between (seconds), how far off
+    measured robots were, and how near each other those came that were nearer than `NEAR`.
 
     `transport` and `poses` come from the stage's messages (docs/protocol.md). `transport` is None if there was none.
     """
@@ -110,7 +117,23 @@ def outcome(transport: Mapping[str, Any] | None, poses: Mapping[str, Any], error
         "robots": _as_plain_poses(poses.get("poses", {})),
         "seconds": transport["beat"] * 60 / transport["tempo"] if transport else 0.0,
         **({"measured": errors.as_json()} if errors.robots else {}),
+        "near": _near(score, transport["beat"], errors) if score and transport else [],
     }
+
+
+def _near(score: Score, end: float, errors: Errors) -> list[dict[str, Any]]:
+    """The pairs that came near each other, ideally or as measured: the least distance, its beat, and its second."""
+    ideal = {
+        pair: Nearness(least.distance, least.beat, score.seconds(least.beat))
+        for pair, least in nearest_pairs(score, end, NEAR).items()
+    }
+    found = []
+    for pair in combinations(score.parts, 2):
+        measured = errors.nearest.get((min(pair), max(pair)))
+        if pair in ideal or (measured and measured.distance < NEAR):
+            each = {"ideal": ideal.get(pair), "measured": measured}
+            found.append({"robots": list(pair), **{name: at._asdict() for name, at in each.items() if at}})
+    return found
 
 
 def _as_plain_poses(poses: Mapping[str, Any]) -> dict[str, dict[str, float]]:

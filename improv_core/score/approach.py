@@ -42,7 +42,7 @@ class Encounters:
     beats: list[float] = field(default_factory=list)
     least: float = math.inf
     together: bool = False
-    until: int | None = None
+    until: float | None = None
     """The beat up to which they were followed last. Where they were not, they were far apart."""
 
 
@@ -63,7 +63,7 @@ class Work:
             raise TooMuchWorkError
 
 
-def follow(one: Beat, other: Beat, begin: int, bound: Bound, found: Encounters, work: Work) -> None:
+def follow(one: Beat, other: Beat, begin: float, bound: Bound, found: Encounters, work: Work) -> None:
     """Add what happens between two robots within a beat."""
     if found.until != begin:
         found.together = False
@@ -81,7 +81,7 @@ def follow(one: Beat, other: Beat, begin: int, bound: Bound, found: Encounters, 
         j += others.end <= now
 
 
-def touches(beat: Beat, begin: int, near: float, obstacle: Convex, work: Work) -> float | None:
+def touches(beat: Beat, begin: float, near: float, obstacle: Convex, work: Work) -> float | None:
     """The first time within a beat at which a robot's center is nearer to an obstacle than allowed, in beats."""
     for stretch in beat.stretches:
         now, end = max(float(begin), stretch.start), min(begin + 1.0, stretch.end)
@@ -93,7 +93,7 @@ def touches(beat: Beat, begin: int, near: float, obstacle: Convex, work: Work) -
             gap = far - near + TOLERANCE
             if gap < 0:
                 return now
-            now += _jump(gap, along_x * toward_x + along_y * toward_y, speed, speed * abs(stretch.turn))
+            now += jump(gap, along_x * toward_x + along_y * toward_y, speed, speed * abs(stretch.turn))
     return None
 
 
@@ -136,7 +136,7 @@ def _follow_level(
         elif far >= near + TOLERANCE / 2:
             found.together = False
         if not found.together:
-            now += _jump(max(far - near, 0.0), -(x * along_x + y * along_y) / (far or 1.0), speed, bend)
+            now += jump(max(far - near, 0.0), -(x * along_x + y * along_y) / (far or 1.0), speed, bend)
             continue
         after = now + max((near + TOLERANCE / 2 - far) / speed, _COARSEST_LEAVING) if speed else end
         if len(found.beats) == 1:
@@ -144,7 +144,7 @@ def _follow_level(
         now = after
 
 
-def _jump(gap: float, closing: float, speed: float, bend: float) -> float:
+def jump(gap: float, closing: float, speed: float, bend: float) -> float:
     """The beats for which two can't come nearer by more than a gap.
 
     They approach at `closing` now, at `speed` at most, and that changes by `bend` per beat at most.

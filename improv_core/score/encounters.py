@@ -38,7 +38,7 @@ class Known:
         return self.trajectories[robot].pose(beat)
 
 
-def follow_all(score: Score, known: Known, kept: Collection[str], start: int, blocks: int) -> float | None:
+def follow_all(score: Score, known: Known, kept: Collection[str], start: float, blocks: int) -> float | None:
     """Add to what is known what all robots do in so many blocks. Robots that are `kept` are known as far as known.
 
     Returns the beat at which that became too much work; None if it didn't.
@@ -73,9 +73,9 @@ def first_encounter(one: Trajectory, other: Trajectory, margin: float, end: floa
             break
         begin = one.start + number * BLOCK
         if blocks[0].box.is_within(blocks[1].box, bound.near):
-            for beat, (mine, others) in enumerate(zip(blocks[0].beats, blocks[1].beats, strict=True), begin):
+            for beat, (mine, others) in enumerate(zip(blocks[0].beats, blocks[1].beats, strict=True)):
                 if mine.box.is_within(others.box, bound.near):
-                    follow(mine, others, beat, bound, found, work)
+                    follow(mine, others, begin + beat, bound, found, work)
                 if found.beats:
                     return found.beats[0] if found.beats[0] < end else None
     return None
@@ -117,19 +117,19 @@ def _near(here: Sequence[_Here], work: Work) -> Iterator[tuple[_Here, _Here]]:
         reached.append(each)
 
 
-def _follow_pair(one: _Here, other: _Here, begin: int, margin: float, known: Known, work: Work) -> None:
+def _follow_pair(one: _Here, other: _Here, begin: float, margin: float, known: Known, work: Work) -> None:
     bound = _bound(one.radius, other.radius, margin)
     found = known.pairs.get((one.name, other.name)) or Encounters()
     work.spend(BLOCK)
-    for beat, (mine, others) in enumerate(zip(one.block.beats, other.block.beats, strict=True), begin):
+    for number, (mine, others) in enumerate(zip(one.block.beats, other.block.beats, strict=True)):
         if mine.box.is_within(others.box, bound.near):
-            follow(mine, others, beat, bound, found, work)
+            follow(mine, others, begin + number, bound, found, work)
     if found.beats:
         known.pairs[one.name, other.name] = found
 
 
 def _follow_among(
-    robot: _Here, things: Sequence[Obstacle], begin: int, margin: float, known: Known, work: Work
+    robot: _Here, things: Sequence[Obstacle], begin: float, margin: float, known: Known, work: Work
 ) -> None:
     hits = known.hits.setdefault(robot.name, {})
     work.spend(len(things))

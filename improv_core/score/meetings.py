@@ -47,7 +47,7 @@ class RoomCheck:
     """What was found from beat `start` to beat `end`, in the order of the beats. If `is_all`, nothing else comes after
     that: all robots have ended, or repeat themselves."""
 
-    start: int
+    start: float
     end: float
     is_all: bool
     meetings: Sequence[Meeting]
@@ -55,9 +55,10 @@ class RoomCheck:
     known: Known
 
 
-def check_room(score: Score, start: int = 0, before: Known | None = None) -> RoomCheck:
+def check_room(score: Score, start: float = 0, before: Known | None = None) -> RoomCheck:
     """What happens from a beat on if no sense ever holds, and an `until` of an endless movement ends as it is drawn.
 
+    That beat is a multiple of 1/1024, so that whole beats can be added exactly.
     `before` is what an earlier check knows: only pairs with a robot that moves otherwise now are checked again.
     """
     score = pictured(score)
@@ -81,14 +82,14 @@ def would_meet(score: Score, one: str, other: str) -> bool:
     return first_encounter(*trajectories, score.world.margin, max(end, 1)) is not None
 
 
-def _end(trajectories: Iterable[Trajectory], start: int) -> tuple[float, bool]:
+def _end(trajectories: Iterable[Trajectory], start: float) -> tuple[float, bool]:
     """The beat up to which robots are followed, and whether nothing else comes after it."""
     repeats = common_cycle(each.cycle for each in trajectories)
-    latest = repeats.begins + repeats.beats if repeats else math.inf
+    latest = max(repeats.begins, start) + repeats.beats if repeats else math.inf
     return max(float(min(latest, start + LAST_BEAT)), start), latest <= start + LAST_BEAT
 
 
-def _meetings(known: Known, start: int, end: float) -> list[Meeting]:
+def _meetings(known: Known, start: float, end: float) -> list[Meeting]:
     order = {name: number for number, name in enumerate(known.trajectories)}
     found = []
     for pair, each in known.pairs.items():
@@ -98,7 +99,7 @@ def _meetings(known: Known, start: int, end: float) -> list[Meeting]:
     return sorted(found, key=lambda meeting: (meeting.beat, *(order[name] for name in meeting.robots)))
 
 
-def _hits(known: Known, start: int, end: float) -> list[Hit]:
+def _hits(known: Known, start: float, end: float) -> list[Hit]:
     found = [
         Hit(robot, thing, beat, known.pose(robot, beat))
         for robot, things in known.hits.items()
@@ -108,7 +109,7 @@ def _hits(known: Known, start: int, end: float) -> list[Hit]:
     return sorted(found, key=lambda hit: hit.beat)
 
 
-def _still_known(score: Score, start: int, before: Known) -> tuple[Known, Collection[str]]:
+def _still_known(score: Score, start: float, before: Known) -> tuple[Known, Collection[str]]:
     """What is known about a score, and the robots about which it is known."""
     known = Known(world=score.world)
     for name, part in score.parts.items():

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from html import escape
 from typing import NamedTuple
 
+from improv_core.score.meetings import Meeting
 from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Source
 from improv_core.score.score import Score
@@ -48,14 +49,22 @@ def picture(score: Score, size: float = SIZE, most_moments: int = MOST_MOMENTS) 
     return _svg(frame.width, height, "The ideal path", [*_from_above(drawn, frame), *below])
 
 
-def plot(score: Score, timeline: bool = False, most_moments: int = MOST_MOMENTS, size: float = LARGE) -> str:
-    """A large SVG of the paths, the world, names, and a scale on white, with the timeline below if asked for."""
+def plot(
+    score: Score,
+    timeline: bool = False,
+    most_moments: int = MOST_MOMENTS,
+    size: float = LARGE,
+    meetings: Sequence[Meeting] = (),
+) -> str:
+    """A large SVG of the paths, the world, names, and a scale on white, with the timeline below if asked for, and two
+    discs wherever robots meet."""
     drawn = paths(score, most_moments)
     seen = sides(drawn, _MANY_PIECES)
     points = [point for path in drawn for point in outermost(path)]
     frame = _Frame.around([*points, *_outline(score.world)], size, _rise(seen))
     below, height = _from_the_side(seen, frame)
-    parts = [*_obstacles(score.world, frame), *_from_above(drawn, frame), *_named(drawn, frame), *below]
+    parts = [*_obstacles(score.world, frame), *_from_above(drawn, frame), *_named(drawn, frame)]
+    parts += [*_discs(score, meetings, frame), *below]
     parts.append(_scale(frame, height))
     height += 28
     if timeline:
@@ -131,6 +140,18 @@ def _obstacles(world: World, frame: _Frame) -> list[str]:
         parts.append(f'<circle cx="{across}" cy="{down}" r="{_number(radius * frame.scale)}" fill="{_QUIET}"/>')
     boxes = ("L".join(frame.place(*corner) for corner in _corners(box)) for box in world.boxes)
     return parts + [f'<path d="M{corners}Z" fill="{_QUIET}"/>' for corners in boxes]
+
+
+def _discs(score: Score, meetings: Sequence[Meeting], frame: _Frame) -> Iterator[str]:
+    """The discs of robots that meet, as they stand then, with the beat in a tooltip."""
+    colors = {name: _color(place) for place, name in enumerate(score.parts)}
+    for meeting in meetings:
+        shapes = [f"<title>{escape(' and '.join(meeting.robots))} meet at beat {meeting.beat:.2f}</title>"]
+        for name, pose in zip(meeting.robots, meeting.poses, strict=True):
+            across, down = frame.place(pose.x, pose.y).split()
+            radius = _number(score.parts[name].profile.radius * frame.scale)
+            shapes.append(f'<circle cx="{across}" cy="{down}" r="{radius}" fill="{colors[name]}" fill-opacity="0.3"/>')
+        yield f'<g stroke="#e03131" stroke-width="1.5">{"".join(shapes)}</g>'
 
 
 def _from_above(drawn: Sequence[Path], frame: _Frame) -> list[str]:

@@ -111,7 +111,7 @@ def moving_at(stretch: Stretch, beat: float) -> tuple[float, float, float, float
 class Trajectory:
     """Where a robot ideally is from beat `start` on. It is computed block by block, as far as someone asks."""
 
-    def __init__(self, part: Part, start: int = 0) -> None:
+    def __init__(self, part: Part, start: float = 0) -> None:
         self.part = part
         self.start = start
         self._blocks: list[Block] = []
@@ -119,7 +119,7 @@ class Trajectory:
         self._now = next(self._stretches)
         self._is_lost = False
 
-    def is_of(self, part: Part, start: int) -> bool:
+    def is_of(self, part: Part, start: float) -> bool:
         """Whether another part would lead a robot along the same trajectory from a beat on."""
         mine = self.part
         return (
@@ -143,7 +143,7 @@ class Trajectory:
 
     def pose(self, beat: float) -> Pose:
         """Where the robot is at a beat that has been computed."""
-        number, within = divmod(math.floor(beat) - self.start, BLOCK)
+        number, within = divmod(math.floor(beat - self.start), BLOCK)
         stretches = self._blocks[number].beats[within].stretches
         stretch = next((each for each in stretches if each.end > beat), stretches[-1])
         x, y, _, _ = moving_at(stretch, beat)
@@ -154,8 +154,9 @@ class Trajectory:
         """Add a block. If that is too long or is interrupted for good, nothing more can be added."""
         self._is_lost = True
         first, beats, count = self.start + BLOCK * len(self._blocks), list[Beat](), 0
-        for begin in range(first, first + BLOCK):
+        for number in range(BLOCK):
             checkpoint()
+            begin = first + number
             here = [self._now]
             while self._now.end <= begin + 1:
                 self._now = next(self._stretches)
@@ -173,7 +174,7 @@ def _body(part: Part) -> tuple[float, float, float]:
     return part.profile.step, part.profile.quarter_turn, part.profile.radius
 
 
-def _stretches(part: Part, start: int) -> Iterator[Stretch]:
+def _stretches(part: Part, start: float) -> Iterator[Stretch]:
     """All that a robot does from a beat on. It stands until it begins, and where it has ended for good."""
     pose = part.entered or part.start
     begins = float(part.begins)

@@ -141,6 +141,7 @@ def open_sink(
             lambda command: put({"type": "request", "command": command}),
             takes_start_poses=options.takes_start_poses,
             token=token,
+            tell=lambda line: put({"type": "warning", "message": line}),
         )
     except OSError as error:
         if error.errno not in (errno.EADDRINUSE, errno.EACCES):

@@ -167,3 +167,26 @@ def test_ctrl_c_ends_it(tmp_path: Path) -> None:
         assert process.stderr.readline().startswith("improv: a bumped")
         process.send_signal(signal.SIGINT)
         assert process.wait(LIMIT) == -signal.SIGINT  # for a shell 130
+
+
+def test_the_report_says_how_near_robots_came(tmp_path: Path) -> None:
+    program = tmp_path / "near.improv"
+    program.write_text("beat 120\nada at 0 0\nbo at 2 0.8\ncy at 2 -3\nada $ forward forward\nbo $ rest\n")
+    done = run("play", "--fast", "--report", "json", program)
+    (near,) = json.loads(done.stdout)["near"]
+    assert near["robots"] == ["ada", "bo"]
+    assert near["ideal"] == pytest.approx({"distance": 0.8, "beat": 1, "seconds": 0.5}, abs=0.01)
+    assert "measured" not in near
+
+
+def test_the_report_says_how_near_measured_robots_came(tmp_path: Path) -> None:
+    (tmp_path / "improv.toml").write_text(
+        '[profiles.p]\nbase = "turtlesim"\ndynamics = "motors"\nmax_linear_acceleration = 4\n'
+        'wheel_error = [0.98, 1]\n[robots]\nada.profile = "p"\nbo.profile = "p"\n'
+    )
+    program = tmp_path / "near.improv"
+    program.write_text("ada at 0 0\nbo at 2 0.8\nada $ forward forward\nbo $ rest\n")
+    (near,) = json.loads(run("play", "--fast", "--report", "json", program).stdout)["near"]
+    assert near["ideal"]["distance"] == pytest.approx(0.8, abs=1e-3)
+    assert 0.6 < near["measured"]["distance"] < 1
+    assert 0.5 < near["measured"]["beat"] < 2

@@ -53,3 +53,13 @@ def test_a_png_has_the_names_of_the_robots(tmp_path: Path) -> None:
         assert run(tmp_path, f"{name} $ forward left\n", "dance.png") == (0, "")
         pictures.append((tmp_path / "dance.png").read_bytes())
     assert pictures[0] != pictures[1]
+
+
+def test_the_picture_shows_where_robots_meet(tmp_path: Path) -> None:
+    starts = "ada at 0 0\nbo at 1 -1 facing 90\n"
+    assert run(tmp_path, f"{starts}ada $ forward\nbo $ forward\n", "dance.svg") == (0, "")
+    drawn = (tmp_path / "dance.svg").read_text()
+    assert "<title>ada and bo meet at beat 0.29</title>" in drawn
+    assert drawn.count('fill-opacity="0.3"') == 2
+    assert run(tmp_path, f"{starts}ada $ forward\nbo $ rest forward\n", "dance.svg") == (0, "")
+    assert "meet at" not in (tmp_path / "dance.svg").read_text()

@@ -125,6 +125,43 @@ class RobotWindow(TypedDict):
     until: float
 
 
+class MeetingJson(TypedDict):
+    """Two robots that come too near to each other at a beat, with their poses there, x, y, z, and heading; how near
+    they come until they are apart again, in meters; and how often they meet after that."""
+
+    robots: Sequence[str]
+    beat: float
+    distance: float
+    more: int
+    poses: Sequence[Sequence[float]]
+
+
+class HitJson(TypedDict):
+    """A robot that comes too near to a thing in the world, such as `wall 1`, or `edge`, at a beat."""
+
+    robot: str
+    thing: str
+    beat: float
+    pose: Sequence[float]
+
+
+MeetingsMessage = TypedDict(
+    "MeetingsMessage",
+    {
+        "type": Literal["meetings"],
+        "generation": int,
+        "from": float,
+        "to": float,
+        "all": bool,
+        "assumes": bool,
+        "meetings": Sequence[MeetingJson],
+        "hits": Sequence[HitJson],
+    },
+)
+"""Who meets whom in a score between two beats. If it is `all`, nothing else comes after that; if it `assumes`, senses
+may decide otherwise."""
+
+
 class Press(TypedDict):
     """A press of *Stop* on this page, which counts them, at its place among the page's other requests."""
 
@@ -159,6 +196,7 @@ ToPage = (
     | ShownScore
     | Bumps
     | Window
+    | MeetingsMessage
     | Sensed
     | Decided
     | ProgramSource

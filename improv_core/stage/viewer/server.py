@@ -18,7 +18,8 @@ from improv_core.stage.messages import Decided, Sensed, Stopped, ToPages, Transp
 from improv_core.stage.viewer.answers import Answers
 from improv_core.stage.viewer.application import HOST, Application
 from improv_core.stage.viewer.lookahead import about
-from improv_core.stage.viewer.messages import ShownScore
+from improv_core.stage.viewer.meetings import Meetings
+from improv_core.stage.viewer.messages import MeetingsMessage, ShownScore
 from improv_core.stage.viewer.pages import Pages
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ class Viewer:
 
     `snapshot` is called 60 times a second while a page is open, and `command` with each command from a page (and with
     `WATCHED` when one is opened), both from the server's thread: they must return at once. With `takes_start_poses`,
-    one of them may be `place`. A page survives a new server if that has the same `port` and `token`.
+    one of them may be `place`. `tell` gets a line if robots will meet because of a score that has taken over. A page
+    survives a new server if that has the same `port` and `token`.
     Raises OSError if the port is taken; port 0 is any free one.
     """
 
@@ -42,6 +44,7 @@ class Viewer:
         *,
         takes_start_poses: bool = False,
         token: str | None = None,
+        tell: Callable[[str], None] = lambda line: None,
     ) -> None:
         self._takes_start_poses = takes_start_poses
         self._token = token or secrets.token_urlsafe()
@@ -49,6 +52,7 @@ class Viewer:
         self._port: int = self._socket.getsockname()[1]
         self._pages = Pages(snapshot)
         self._answers = Answers()
+        self._meetings = Meetings(self.publish, tell)
         self._restarted = 0
         self._stop = asyncio.Event()
         self._loop = asyncio.new_event_loop()
@@ -62,7 +66,10 @@ class Viewer:
         """The page's address. It takes a ticket to open the page there."""
         return f"http://{HOST}:{self._port}/"
 
-    def publish(self, message: TransportMessage | Stopped | ToPages | Stop | ShownScore | Sensed | Decided) -> None:
+    def publish(
+        self,
+        message: TransportMessage | Stopped | ToPages | Stop | ShownScore | MeetingsMessage | Sensed | Decided,
+    ) -> None:
         """Send a message to every page, and to later ones until another of its type, about the same, replaces it.
 
         An answer goes to the page that has asked, and a stop that was obeyed to the one that asked for it.
@@ -93,12 +100,14 @@ class Viewer:
         """Show what will be played, once the player's messages have this generation."""
         self._answers.show(score, generation)
         self.publish(about(score, generation, takes_start_poses=self._takes_start_poses))
+        self._meetings.show(score, generation)
 
     def close(self) -> None:
         """Send what has been published, then end all connections and the thread."""
         atexit.unregister(self.close)
         self._soon(self._stop.set)
         self._answers.close()
+        self._meetings.close()
         self._thread.join()
 
     def _soon(self, what: Callable[..., None], *values: object) -> None:

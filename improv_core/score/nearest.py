@@ -1,0 +1,82 @@
+"""How near robots ideally come to each other in what they perform, and when. Standard library only."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+from typing import NamedTuple
+
+from improv_core.score.approach import TooMuchWorkError, Work, jump
+from improv_core.score.score import Score
+from improv_core.score.strokes import pictured
+from improv_core.score.trajectories import BLOCK, Beat, Stretch, Trajectory, moving_at
+
+EXACT = 1e-4
+"""Meters by which a distance may be off."""
+MOST_WORK = 1_000_000
+"""How many moments are looked at, which takes a second or two."""
+
+
+class Nearest(NamedTuple):
+    """A distance between two centers, in meters, and the beat at which it is reached first."""
+
+    distance: float
+    beat: float
+
+
+def nearest_pairs(score: Score, end: float, below: float) -> dict[tuple[str, str], Nearest]:
+    """The least distance of each pair that comes nearer than some distance before a beat.
+
+    It is as if no sense held. What would take too long is left out.
+    """
+    trajectories = {name: Trajectory(part) for name, part in pictured(score).parts.items()}
+    found: dict[tuple[str, str], Nearest] = {}
+    work = Work(MOST_WORK)
+    try:
+        for number in range(math.ceil(end / BLOCK)):
+            for one, other in combinations(trajectories, 2):
+                blocks = trajectories[one].block(number), trajectories[other].block(number)
+                if not (blocks[0] and blocks[1]):
+                    return found
+                work.spend()
+                best = found.get((one, other), Nearest(below, math.inf))
+                if not blocks[0].box.is_within(blocks[1].box, best.distance):
+                    continue
+                for begin, (mine, others) in enumerate(
+                    zip(blocks[0].beats, blocks[1].beats, strict=True), number * BLOCK
+                ):
+                    best = _within(mine, others, begin, min(begin + 1.0, end), best, work)
+                if best.beat < math.inf:
+                    found[one, other] = best
+    except TooMuchWorkError:
+        pass
+    return found
+
+
+def _within(one: Beat, other: Beat, begin: float, end: float, best: Nearest, work: Work) -> Nearest:
+    """The least distance so far, also within some stretches of a beat."""
+    if one.box.is_within(other.box, best.distance):
+        for mine in one.stretches:
+            for others in other.stretches:
+                since, until = max(mine.start, others.start, begin), min(mine.end, others.end, end)
+                if since < until:
+                    best = _along(mine, others, since, until, best, work)
+    return best
+
+
+def _along(one: Stretch, other: Stretch, now: float, end: float, best: Nearest, work: Work) -> Nearest:
+    speeds = [math.hypot(each.along_x, each.along_y, each.along_z) for each in (one, other)]
+    bend = speeds[0] * abs(one.turn) + speeds[1] * abs(other.turn)
+    while True:
+        work.spend()
+        x0, y0, along_x0, along_y0 = moving_at(one, now)
+        x1, y1, along_x1, along_y1 = moving_at(other, now)
+        z = other.z + other.along_z * (now - other.start) - one.z - one.along_z * (now - one.start)
+        x, y, rise = x1 - x0, y1 - y0, other.along_z - one.along_z
+        far = math.hypot(x, y, z)
+        if far < best.distance:
+            best = Nearest(far, now)
+        if now >= end:
+            return best
+        closing = -(x * (along_x1 - along_x0) + y * (along_y1 - along_y0) + z * rise) / (far or 1.0)
+        now = min(now + jump(max(far - best.distance, 0.0) + EXACT, closing, sum(speeds), bend), end)

@@ -1,0 +1,99 @@
+"""Who meets whom in what plays, as pages are told, and the line at a takeover."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from improv_core.program.analysis import analyze
+from improv_core.program.compiler import score_of
+from improv_core.score.score import Score
+from improv_core.stage.swap import Before, Swap, edited
+from improv_core.stage.viewer.meetings import Meetings
+from improv_core.stage.viewer.messages import MeetingsMessage
+
+LIMIT = 30.0
+APART = "ada at 0 0\nbo at 3 0 facing 180\nada $ repeat (forward backward)\nbo $ rest\n"
+
+
+class Heard:
+    def __init__(self) -> None:
+        self.messages: queue.Queue[MeetingsMessage] = queue.Queue()
+        self.lines: queue.Queue[str] = queue.Queue()
+        self.meetings = Meetings(self.messages.put, self.lines.put)
+
+    def message(self, score: Score, generation: int) -> MeetingsMessage:
+        self.meetings.show(score, generation)
+        return self.messages.get(timeout=LIMIT)
+
+
+@pytest.fixture
+def heard() -> Iterator[Heard]:
+    heard = Heard()
+    yield heard
+    heard.meetings.close()
+
+
+def taken_over(before: str, after: str, beat: Fraction) -> Score:
+    """The score that plays once a program is saved at a beat while another one plays."""
+    old, new = score_of(analyze(before)), score_of(analyze(after))
+    kept = {name: 2 if name in changed(before, after) else 1 for name in new.parts}
+    numbered = replace(old, parts={name: replace(part, editions=(1,)) for name, part in old.parts.items()})
+    parts = {name: replace(part, editions=(kept[name],)) for name, part in new.parts.items()}
+    swap = Swap(replace(new, parts=parts), 2, "now", 4, 0.0, None)
+    return edited(swap, beat, Before(numbered, 0, False, {}))
+
+
+def changed(before: str, after: str) -> set[str]:
+    return {line.split()[0] for line in set(after.splitlines()) - set(before.splitlines())}
+
+
+def test_pages_are_told_who_meets_and_who_hits_what(heard: Heard) -> None:
+    score = score_of(analyze("room 20 4\n" + APART.replace("rest", "forward")))
+    message = heard.message(score, 7)
+    assert {key: message[key] for key in ("type", "generation", "from", "to", "all", "assumes")} == {
+        "type": "meetings",
+        "generation": 7,
+        "from": 0.0,
+        "to": 3.0,
+        "all": True,
+        "assumes": False,
+    }
+    (meeting,) = message["meetings"]
+    assert meeting["robots"] == ["ada", "bo"]
+    assert meeting["beat"] == pytest.approx(0.6003, abs=1e-3)
+    assert meeting["more"] == 2
+    assert [pose[0] for pose in meeting["poses"]] == pytest.approx([1.2, 1.8], abs=2e-3)
+    assert message["hits"] == []
+    assert heard.lines.empty()
+
+
+def test_a_save_that_brings_robots_together_is_said_before_they_meet(heard: Heard) -> None:
+    after = APART.replace("bo $ rest", "bo $ forward forward")
+    message = heard.message(taken_over(APART, after, Fraction(21, 2)), 2)
+    assert message["from"] == 10.5
+    assert message["meetings"][0]["beat"] == pytest.approx(10.85, abs=1e-2)
+    assert heard.lines.get(timeout=LIMIT) == "ada and bo will meet in 0.4 s: change what they play, or stop them"
+
+
+def test_a_save_that_brings_nobody_together_says_nothing(heard: Heard) -> None:
+    message = heard.message(taken_over(APART, APART.replace("bo $ rest", "bo $ left"), Fraction(10)), 2)
+    assert message["meetings"] == []
+    heard.message(score_of(analyze(APART)), 3)
+    assert heard.lines.empty()
+
+
+def test_only_the_latest_score_is_checked(heard: Heard) -> None:
+    scores = [
+        score_of(analyze(f"ada bo $ repeat {number} (forward choose (left right))")) for number in (400, 401, 402)
+    ]
+    for generation, score in enumerate(scores):
+        heard.meetings.show(score, generation)
+    generations = [heard.messages.get(timeout=LIMIT)["generation"]]
+    while generations[-1] != 2:
+        generations.append(heard.messages.get(timeout=LIMIT)["generation"])
+    assert generations in ([2], [0, 2], [0, 1, 2])

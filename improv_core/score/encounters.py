@@ -43,7 +43,9 @@ def follow_all(score: Score, known: Known, kept: Collection[str], start: float, 
 
     Returns the beat at which that became too much work; None if it didn't.
     """
-    things, work = list(obstacles(score.world)), Work(MOST_WORK)
+    half = score.world.margin / 2  # the other half is around the robots
+    things = [each._replace(box=each.box.larger(half, 0)) for each in obstacles(score.world)]
+    work = Work(MOST_WORK)
     for place in range(max(blocks, known.blocks)):
         begin = start + place * BLOCK
         is_known = place < known.blocks

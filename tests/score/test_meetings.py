@@ -80,6 +80,8 @@ def test_robots_meet_that_come_nearer_than_both_their_radii(program: str, expect
         ("size = [3.4, 3.4]", "ada $ (forward || left)", []),
         ("size = [3, 3]", "ada $ slow 2 forward repeat 3 forward", ["ada edge 1.201"]),
         ("size = [3, 3]\nmargin = 0.2", "ada $ slow 2 forward", ["ada edge 1.001"]),
+        ("circles = [{ x = 3, radius = 0.5 }]\nmargin = 0.21", "ada $ forward", ["ada circle 1 0.9955"]),
+        ("walls = [[2.5, -1, 2.5, 1]]\nmargin = 0.21", "ada $ forward", ["ada wall 1 0.9955"]),
         (
             "size = [3, 3]\ncircles = [{ x = 1.2, radius = 0.1 }]",
             "ada $ forward",

@@ -56,7 +56,19 @@
   `((,(concat "^[ \t]*\\(" improv-mode--name "\\)\\(" improv-mode--parameters "\\)[ \t]*=")
      (1 'font-lock-variable-name-face)
      (,improv-mode--name (improv-mode--enter-parameters) nil (0 'font-lock-variable-use-face)))
-    ("^[ \t]*---+" . 'font-lock-preprocessor-face)
+    (,(concat "^[ \t]*\\(---+\\)\\(?:[ \t]*\\(" improv-mode--name "\\)[ \t]*\\(?:#\\|$\\)\\)?")
+     (1 'font-lock-preprocessor-face)
+     (2 'font-lock-variable-name-face nil t))
+    (improv-mode--match-kind
+     (1 'font-lock-type-face)
+     (2 'font-lock-preprocessor-face)
+     (3 'font-lock-constant-face))
+    (improv-mode--match-place
+     (1 'font-lock-type-face nil t)
+     (2 'font-lock-preprocessor-face)
+     ("\\_<\\(?:facing\\|around\\)\\_>" (goto-char (match-end 2)) nil (0 'font-lock-preprocessor-face))
+     ("\\_<\\(?:circle\\|line\\|grid\\|in\\|out\\)\\_>" (goto-char (match-end 2)) nil (0 'font-lock-constant-face))
+     ("[-+]?[0-9]*\\.?[0-9]+" (goto-char (match-end 2)) nil (0 'font-lock-number-face)))
     (,(regexp-opt improv-statement-words 'symbols) . 'font-lock-preprocessor-face)
     (,(regexp-opt improv-transformers 'symbols) . 'font-lock-keyword-face)
     (,(regexp-opt improv-conditionals 'symbols) . 'font-lock-keyword-face)
@@ -66,6 +78,38 @@
     ("\\_<[0-9]*\\.?[0-9]+" . 'font-lock-number-face)
     ("||\\|[=$*/]" . 'font-lock-operator-face))
   "Font lock keywords, for buffers without a server.")
+
+(defconst improv-mode--robots (concat "^[ \t]*\\(" improv-mode--name "\\(?:[ \t]+" improv-mode--name "\\)*?\\)[ \t]+")
+  "A regexp that matches the robots at the beginning of a line.")
+
+(defconst improv-mode--kind
+  (concat improv-mode--robots "\\(is\\)[ \t]+\\(" improv-mode--name "\\(?:-+[[:alnum:]_]+\\)*\\)[ \t]*\\(?:#\\|$\\)")
+  "A regexp that matches a line such as \"ada is puppet\".")
+
+(defconst improv-mode--place
+  (concat "\\(?:" improv-mode--robots "\\(?2:at\\)\\_>\\(?:[ \t]*[-+.0-9]\\|[ \t]+\\(?:circle\\|line\\|grid\\)\\_>\\)"
+          "\\|^[ \t]*\\(?2:room\\|bar\\)\\_>[ \t]*[-+.0-9]\\)[^=$#\n]*\\(?:#\\|$\\)")
+  "A regexp that matches a line such as \"ada at 1 2\", \"room 6 4\", or \"bar 3\".")
+
+(defun improv-mode--match-kind (limit)
+  "Find the next line before LIMIT such as \"ada is puppet\"."
+  (improv-mode--match-opening improv-mode--kind limit))
+
+(defun improv-mode--match-place (limit)
+  "Find the next line before LIMIT such as \"ada at 1 2\" or \"room 6 4\"."
+  (improv-mode--match-opening improv-mode--place limit))
+
+(defun improv-mode--match-opening (line limit)
+  "Find the next statement before LIMIT that matches LINE.
+Within brackets, and where it begins with else, its words are names."
+  (let (found)
+    (while (and (setq found (re-search-forward line limit t))
+                (save-excursion
+                  (save-match-data
+                    (goto-char (match-beginning 0))
+                    (back-to-indentation)
+                    (or (looking-at-p "else\\_>") (> (car (improv-mode--depth)) 0))))))
+    found))
 
 (defun improv-mode--enter-parameters ()
   "Go to the parameters that were just matched, and return where they end.

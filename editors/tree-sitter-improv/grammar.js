@@ -1,5 +1,6 @@
 // Improv for tree-sitter: the rules of improv_core/syntax/grammar.lark, with the words from words.json.
-// src/scanner.c decides where a statement ends, which line ends are only white space, and which names are parameters.
+// src/scanner.c decides where a statement ends, which line ends are only white space, and which names are parameters
+// or words of the opening.
 
 /// <reference types="tree-sitter-cli/dsl" />
 
@@ -18,13 +19,18 @@ module.exports = grammar({
     $._defined,
     $._number_parameter,
     $._movement_parameter,
+    $._at,
+    $._is,
+    $._room,
+    $._bar,
   ],
   extras: ($) => [/[ \t\uFEFF]/, $._line_break, $.comment],
   word: ($) => $.name,
 
   rules: {
     document: ($) => seq(repeat(seq(optional($._statement), $._end)), optional($._statement)),
-    _statement: ($) => choice($.tempo, $.definition, $.play, $.scene, $.unfinished),
+    _statement: ($) =>
+      choice($.tempo, $.definition, $.play, $.scene, $.placing, $.kind, $.room, $.bar, $.unfinished),
 
     tempo: ($) => seq(alias(choice(...words.beat), $.beat), $.number),
     definition: ($) =>
@@ -37,7 +43,23 @@ module.exports = grammar({
       ),
     _parameter: ($) => alias(choice($._number_parameter, $._movement_parameter), $.parameter),
     play: ($) => seq($._robots, "$", field("movement", $._movement)),
-    scene: () => /---+/,
+    scene: ($) => seq(alias(/---+/, "---"), optional(field("name", alias($.name, $.title)))),
+
+    // The words of these lines are names everywhere else, so only the scanner knows which is which.
+    placing: ($) => seq($._robots, alias($._at, "at"), choice($._point, $._circle, $._rows)),
+    _point: ($) => seq($.number, $.number, optional(seq("facing", $.number))),
+    _circle: ($) =>
+      seq(
+        alias("circle", $.formation),
+        $.number,
+        optional(choice(seq($._facing, optional($._around)), seq($._around, optional($._facing)))),
+      ),
+    _rows: ($) => seq(alias(choice("line", "grid"), $.formation), $.number, optional($._around)),
+    _facing: ($) => seq("facing", alias(choice("in", "out"), $.direction)),
+    _around: ($) => seq("around", $.number, $.number),
+    kind: ($) => seq($._robots, alias($._is, "is"), $.profile),
+    room: ($) => seq(alias($._room, "room"), $.number, $.number),
+    bar: ($) => seq(alias($._bar, "bar"), $.number),
     // `$` or `=` is still missing. Names at the start are robots, so that they keep their color when `$` follows.
     unfinished: ($) => choice($._robots, seq(optional($._robots), $._begun)),
     _robots: ($) => repeat1(alias($.name, $.robot)),
@@ -71,6 +93,7 @@ module.exports = grammar({
     primitive: () => choice(...words.primitive),
     plane: () => choice(...words.plane),
     name: () => /[\p{L}\p{Nl}\p{No}_][\p{L}\p{N}_]*/,
+    profile: () => /[\p{L}\p{Nl}\p{No}_][\p{L}\p{N}_]*(-+[\p{L}\p{N}_]+)*/,
     number: ($) => seq($._factor, repeat(seq(choice("*", "/"), $._factor))),
     _factor: ($) => choice($._digits, alias($._number_parameter, $.parameter)),
     _digits: () => /[+-]?[0-9]*\.?[0-9]+/,

@@ -55,8 +55,12 @@ r1 $ if near left
     up
   ]
 # after it
----
+--- finale
+room 6 4
+ada at circle 2 # (
+bo is puppet
 left_open (m) = (m
+  bar 3
 r2 $ left
 """
 LINT = """
@@ -148,6 +152,10 @@ def test_colors_before_the_server_answers(emacs: str, tmp_path: Path) -> None:
     done = run(command(emacs, "colors.el"), tmp_path, surroundings(os.environ, tmp_path, colors.PROGRAM))
     faces = {
         "beat": "preprocessor",
+        "opening": "preprocessor",
+        "choice": "constant",
+        "profile": "constant",
+        "title": "variable-name",
         "scene": "preprocessor",
         "primitive": "function-call",
         "transformer": "keyword",

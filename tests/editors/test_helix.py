@@ -46,6 +46,7 @@ COLORS = {
             "keyword.control",
             "keyword.control.conditional",
             "keyword.operator",
+            "label",
             "operator",
             "punctuation.bracket",
             "punctuation.special",
@@ -78,8 +79,9 @@ def home(settings: Path, tmp_path: Path) -> Path:
 def test_colors_and_indentation(home: Path) -> None:
     """The theme gives each scope a color of its own, so that the screen tells the scope of each word."""
     expected = {
-        **dict.fromkeys(["beat"], "keyword"),
+        **dict.fromkeys(["beat", "at"], "keyword"),
         **dict.fromkeys(["60", "3", "2", "4"], "constant.numeric"),
+        **dict.fromkeys(["finale"], "label"),
         **dict.fromkeys(["sq", "poly"], "variable"),
         **dict.fromkeys(["n", "m"], "variable.parameter"),
         **dict.fromkeys(["near"], "variable.other.member"),
@@ -91,7 +93,7 @@ def test_colors_and_indentation(home: Path) -> None:
         **dict.fromkeys(["slow", "reflect", "fast", "ramp"], "keyword.control"),
         **dict.fromkeys(["left", "rest", "up"], "function.builtin"),
         **dict.fromkeys(["#", "why"], "comment.line"),
-        **dict.fromkeys(["YZ"], "constant.builtin"),
+        **dict.fromkeys(["YZ", "line"], "constant.builtin"),
         **dict.fromkeys(["r"], "type"),
     }
     theme = home / ".config" / "helix" / "themes" / "scopes.toml"
@@ -99,7 +101,9 @@ def test_colors_and_indentation(home: Path) -> None:
     colors = "".join(f'"{scope}" = "{color}"\n' for scope, color in COLORS.items())
     theme.write_text(f'"ui.selection" = {{}}\n{colors}', encoding="utf-8")
     program = "\nbeat 60\nsq = (\n  slow 3/2 left # why\n)\nr $ reflect YZ sq || rest up [left]\n"
-    program += "poly n (m) = ramp n * 2 4 m\n---\nr $ if not near rest\n  else poly 4 rest\nfast (\n"
+    program += (
+        "poly n (m) = ramp n * 2 4 m\n--- finale\nr at line 2\nr $ if not near rest\n  else poly 4 rest\nfast (\n"
+    )
     with helix(home, program, 'theme = "scopes"\n[editor]\ntrue-color = true\n') as (terminal, _):
         until(
             lambda: _scopes(terminal.screen(colors=True)) == expected,

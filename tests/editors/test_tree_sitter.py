@@ -65,6 +65,48 @@ PROGRAMS = [
 ]
 """All are right."""
 
+POINT = "(placing (robot) (number) (number))"
+OPENING = [
+    ("ada at 1 2", POINT),
+    ("ada at-1.5 +.5 facing -90 # $ =", "(placing (robot) (number) (number) (number)) (comment)"),
+    ("at at 1/2 2", POINT),
+    ("ada at at 1 2", "(placing (robot) (robot) (number) (number))"),
+    ("circle is at circle 1", "(placing (robot) (robot) (formation) (number))"),
+    (
+        "a b at circle 1.5 facing out around 2 -0",
+        "(placing (robot) (robot) (formation) (number) (direction) (number) (number))",
+    ),
+    ("a at circle 1 around 2 0 facing in", "(placing (robot) (formation) (number) (number) (number) (direction))"),
+    ("a at line 1", "(placing (robot) (formation) (number))"),
+    ("a at grid 1/2 around 2 0", "(placing (robot) (formation) (number) (number) (number))"),
+    ("ada bo is puppet", "(kind (robot) (robot) (profile))"),
+    ("is is is", "(kind (robot) (profile))"),
+    ("ada at circle is nao--v6_2 # why", "(kind (robot) (robot) (robot) (profile)) (comment)"),
+    ("room is puppet\nbar at 1 2", f"(kind (robot) (profile)) {POINT}"),
+    ("room 6 4.5\nbar 3", "(room (number) (number)) (bar (number))"),
+    ("--- finale\n---finale # why", "(scene name: (title)) (scene name: (title)) (comment)"),
+]
+"""Lines of the opening, and what they are."""
+NAMES = [
+    ("room $ left\nbar is at $ left", "(play (robot) {left}) (play (robot) (robot) (robot) {left})"),
+    (
+        "at = left\nis n = left",
+        "(definition name: (name) {left}) (definition name: (name) parameter: (parameter) {left})",
+    ),
+    ("x = bar 3", "(definition name: (name) movement: (call name: (name) (number)))"),
+    (
+        "x = (\nbar 3\nat\n)",
+        "(definition name: (name) movement: (group (series (call name: (name) (number)) (name))))",
+    ),
+    (
+        "r $ if near left\nelse at 3\n|| bar 3",
+        "(play (robot) movement: (parallel (conditional (condition (sense)) (primitive) (call name: (name) (number)))"
+        " (call name: (name) (number))))",
+    ),
+]
+"""Where the words of the opening are names."""
+OF_THE_OPENING = [*OPENING, *((text, shape.replace("{left}", "movement: (primitive)")) for text, shape in NAMES)]
+
 
 class Tree(NamedTuple):
     """What a piece of a program is, where it is, and what is in it."""
@@ -104,6 +146,11 @@ def parser(home: Path) -> tree_sitter.Parser:
 @pytest.mark.parametrize("program", PROGRAMS)
 def test_programs_are_read_alike(program: str, parser: tree_sitter.Parser) -> None:
     assert check(parser, program) == 0
+
+
+@pytest.mark.parametrize(("program", "shape"), OF_THE_OPENING)
+def test_the_words_of_the_opening_are_names_elsewhere(program: str, shape: str, parser: tree_sitter.Parser) -> None:
+    assert str(parser.parse(program.encode()).root_node) == f"(document {shape})"
 
 
 @pytest.mark.parametrize(
@@ -172,7 +219,7 @@ def test_whatever_is_mistyped(parser: tree_sitter.Parser) -> None:
     assert len(spoiled) <= 1, spoiled
 
 
-@pytest.mark.parametrize("program", PROGRAMS[-20:])
+@pytest.mark.parametrize("program", [*PROGRAMS[-20:], "\n".join(program for program, _ in OF_THE_OPENING)])
 def test_typed_letter_by_letter(program: str, parser: tree_sitter.Parser) -> None:
     """As in editors: each tree is made from the one before."""
     source = program.encode()
@@ -200,8 +247,9 @@ def test_colors_in_neovims_names(parser: tree_sitter.Parser) -> None:
         parser,
         FOR_NEOVIM,
         {
-            "attribute": {"beat"},
-            "number": {"60", "3/2", "4", "2*n"},
+            "attribute": {"beat", "at", "is", "room", "bar", "facing", "around"},
+            "label": {"finale"},
+            "number": {"60", "3/2", "4", "2*n", "6", "-1"},
             "variable": {"sq", "poly"},
             "variable.parameter": {"n", "m"},
             "operator": {"=", "||", "$", "*", "/", "---"},
@@ -210,9 +258,9 @@ def test_colors_in_neovims_names(parser: tree_sitter.Parser) -> None:
             "keyword.conditional": {"if", "else"},
             "keyword.operator": {"not"},
             "variable.member": {"near", "cue"},
-            "constant": {"YZ"},
+            "constant": {"YZ", "circle", "in", "nao-v6"},
             "function.builtin": {"up", "left"},
-            "type": {"r1", "r2"},
+            "type": {"r1", "r2", "at"},
             "comment": {"# why"},
             "spell": {"# why"},
         },
@@ -224,8 +272,9 @@ def test_colors_in_helixs_names(parser: tree_sitter.Parser) -> None:
         parser,
         FOR_HELIX,
         {
-            "keyword": {"beat"},
-            "constant.numeric": {"60", "3/2", "4", "2*n"},
+            "keyword": {"beat", "at", "is", "room", "bar", "facing", "around"},
+            "label": {"finale"},
+            "constant.numeric": {"60", "3/2", "4", "2*n", "6", "-1"},
             "variable": {"sq", "poly"},
             "variable.parameter": {"n", "m"},
             "operator": {"=", "||", "$", "*", "/"},
@@ -235,9 +284,9 @@ def test_colors_in_helixs_names(parser: tree_sitter.Parser) -> None:
             "keyword.operator": {"not"},
             "variable.other.member": {"near", "cue"},
             "punctuation.special": {"---"},
-            "constant.builtin": {"YZ"},
+            "constant.builtin": {"YZ", "circle", "in", "nao-v6"},
             "function.builtin": {"up", "left"},
-            "type": {"r1", "r2"},
+            "type": {"r1", "r2", "at"},
             "comment.line": {"# why"},
         },
     )
@@ -247,9 +296,13 @@ def check_colors(parser: tree_sitter.Parser, queries: Path, expected: dict[str, 
     program = """beat 60 # why
 sq = slow 3/2 (left) || [up]
 poly n (m) = ramp 2*n 3/2 m
----
+--- finale
 r1 r2 $ reflect YZ sq poly 4 left
-  || if not near up else until cue left"""
+  || if not near up else until cue left
+room 6 4
+bar 60
+at r1 at circle 4 facing in around -1 6
+at is nao-v6"""
     found = captures(parser, queries / "highlights.scm", program)
     assert {name: set(texts) for name, texts in found.items()} == expected
 
@@ -304,6 +357,9 @@ def test_tree_sitters_own_tests(tmp_path: Path) -> None:
             document = Tree("document", 0, 0, tuple(tree_of(statement, 0) for statement in statements))
             corpus.append(f"{'=' * 9}\n{len(corpus)}\n{'=' * 9}\n{program}\n{'-' * 9}\n{outline(document)}\n")
     assert len(corpus) > 80
+    for program, shape in OF_THE_OPENING:
+        if "#" not in program:
+            corpus.append(f"{'=' * 9}\n{program}\n{'=' * 9}\n{program}\n{'-' * 9}\n(document {shape})\n")
     shutil.copytree(GRAMMAR, tmp_path / "grammar")
     programs = tmp_path / "grammar" / "test" / "corpus" / "programs.txt"
     programs.parent.mkdir(parents=True)
@@ -317,7 +373,9 @@ def test_colors_in_neovim(variable: str, fetched: str, home: Path, tmp_path: Pat
     neovim = find(variable, f"{fetched}/usr/bin/nvim")
     program, script = tmp_path / "dance.improv", tmp_path / "colors.lua"
     program.write_text(
-        "beat 60\nsq n = slow n up # why\n---\nr $ reflect YZ sq 2\n  || if not near up else left", "utf-8"
+        "beat 60\nroom 6 4\nsq n = slow n up # why\n--- finale\nr at line 6\n"
+        "r $ reflect YZ sq 2\n  || if not near up else left",
+        "utf-8",
     )
     script.write_text(WORDS_TO_GROUPS, "utf-8")
     plugin = f"set runtimepath^={ROOT / 'editors' / 'neovim'}"
@@ -327,8 +385,9 @@ def test_colors_in_neovim(variable: str, fetched: str, home: Path, tmp_path: Pat
     )
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == {
-        **dict.fromkeys(["beat"], "@attribute"),
-        **dict.fromkeys(["60", "2"], "@number"),
+        **dict.fromkeys(["beat", "room", "at"], "@attribute"),
+        **dict.fromkeys(["60", "2", "6", "4"], "@number"),
+        **dict.fromkeys(["finale"], "@label"),
         **dict.fromkeys(["sq"], "@variable"),
         **dict.fromkeys(["n"], "@variable.parameter"),
         **dict.fromkeys(["near"], "@variable.member"),
@@ -337,7 +396,7 @@ def test_colors_in_neovim(variable: str, fetched: str, home: Path, tmp_path: Pat
         **dict.fromkeys(["=", "$", "||", "---"], "@operator"),
         **dict.fromkeys(["slow", "reflect"], "@keyword"),
         **dict.fromkeys(["up", "left"], "@function.builtin"),
-        **dict.fromkeys(["YZ"], "@constant"),
+        **dict.fromkeys(["YZ", "line"], "@constant"),
         **dict.fromkeys(["r"], "@type"),
         **dict.fromkeys(["#", "why"], "@comment"),
     }

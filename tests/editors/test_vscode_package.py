@@ -93,6 +93,10 @@ def test_colors_before_the_server_answers(tmp_path: Path) -> None:
     scopes = {
         "beat": "keyword.other.beat",
         "scene": "keyword.operator.scene",
+        "title": "entity.name.section.scene",
+        "opening": "keyword.other.opening",
+        "choice": "constant.language.opening",
+        "profile": "constant.language.opening",
         "primitive": "support.function.primitive",
         "transformer": "keyword.control.transformer",
         "conditional": "keyword.control.conditional",

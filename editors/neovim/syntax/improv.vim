@@ -15,7 +15,24 @@ syntax match improvName '\v%(^\s*)@<=\K\k*' contained
 syntax match improvRobot '\v\K\k*\ze%(\s+\K\k*)*\s*\$'
 syntax match improvNumber '\v<\d*\.?\d+>'
 syntax match improvOperator '||\|[=$*/]'
-syntax match improvScene '\v^\s*\zs-{3,}'
+syntax match improvScene '\v^\s*\zs-{3,}' nextgroup=improvTitle skipwhite
+syntax match improvTitle '\v\K\k*\ze\s*%(#|$)' contained
+
+" The opening: `ada bo at circle 2`, `ada is puppet`, `room 6 4`. Within brackets, `bar 3` is a phrase and its number.
+syntax match improvOpening '\v^\s*\zs%(room|bar)>\ze\s*[-+.0-9][^=$#]*%(#|$)' nextgroup=@improvPlace skipwhite
+syntax match improvRobot '\v^\s*\zs%(else>)@!\K\k*%(\s+\K\k*){-}\ze\s+at>%(\s*[-+.0-9]|\s+%(circle|line|grid)>)[^=$#]*%(#|$)' nextgroup=improvOpening skipwhite
+syntax match improvRobot '\v^\s*\zs%(else>)@!\K\k*%(\s+\K\k*)*\ze\s+is\s+\K\k*%(-+\k+)*\s*%(#|$)' nextgroup=improvOpening skipwhite
+syntax match improvOpening '\v<%(at|facing|around)>' contained nextgroup=@improvPlace skipwhite
+syntax match improvOpening '\v<is>' contained nextgroup=improvProfile skipwhite
+syntax match improvChoice '\v<%(circle|line|grid|in|out)>' contained nextgroup=@improvPlace skipwhite
+syntax match improvProfile '\v\K\k*%(-+\k+)*' contained
+syntax match improvNumber '\v[-+]?\d*\.?\d+>' contained nextgroup=@improvPlace skipwhite
+syntax match improvOperator '[*/]' contained nextgroup=@improvPlace skipwhite
+syntax cluster improvPlace contains=improvOpening,improvChoice,improvNumber,improvOperator
+syntax region improvBrackets start='[(\[]' end='[)\]]' end='\v\ze\n\s*%(beat\s+[-+.0-9]|---|\K\k*%(\s+\K\k*|\s*\(\s*\K\k*\s*\))*\s*\=|\K[^()\[\]$=|\n]*\$)'
+\ transparent contains=TOP,improvOpening,improvRobot,improvHead,improvScene
+syntax sync fromstart
+
 syntax match improvComment '#.*' contains=@Spell
 
 highlight default link improvBeat Keyword
@@ -29,6 +46,10 @@ highlight default link improvRobot Type
 highlight default link improvNumber Number
 highlight default link improvOperator Operator
 highlight default link improvScene Operator
+highlight default link improvTitle Title
+highlight default link improvOpening Keyword
+highlight default link improvChoice Constant
+highlight default link improvProfile Constant
 highlight default link improvComment Comment
 
 let b:current_syntax = 'improv'

@@ -1,8 +1,9 @@
-// Line ends and brackets, as in improv_core/syntax/statements.py, and a statement's parameters.
+// Line ends and brackets, as in improv_core/syntax/statements.py, a statement's parameters, and the opening's words.
 //
 // A statement ends with its line unless a bracket is open or the next line of code begins with `||` or `else`. A line
 // that begins like a statement always starts one, so that a missing bracket does not swallow the rest. The names in the
 // head of a definition decide what the same names mean in its movement: `repeat n m` needs a number before a term.
+// `at`, `is`, `room`, and `bar` are words only in lines that read like `ada at 1 2` and have no `=` or `$`, else names.
 
 #include "tree_sitter/alloc.h"
 #include "tree_sitter/parser.h"
@@ -10,7 +11,21 @@
 #include <stddef.h>
 #include <string.h>
 
-enum { END, LINE_BREAK, OPEN_GROUP, CLOSE_GROUP, OPEN_SQUEEZE, CLOSE_SQUEEZE, DEFINED, NUMBER, MOVEMENT };
+enum {
+  END,
+  LINE_BREAK,
+  OPEN_GROUP,
+  CLOSE_GROUP,
+  OPEN_SQUEEZE,
+  CLOSE_SQUEEZE,
+  DEFINED,
+  NUMBER,
+  MOVEMENT,
+  AT,
+  IS,
+  ROOM,
+  BAR,
+};
 
 enum { MOST_PARAMETERS = 120 }; // tree-sitter gives the state 1,024 bytes
 
@@ -155,6 +170,64 @@ static void add_parameter(Scanner *scanner, uint32_t hash, uint32_t symbol) {
   }
 }
 
+static bool is_code_left(TSLexer *lexer) {
+  return !lexer->eof(lexer) && !is_line_end(lexer->lookahead) && lexer->lookahead != '#';
+}
+
+// The hash of a name of a profile, which may have `-` within; 0 if none follows.
+static uint32_t take_profile(TSLexer *lexer) {
+  uint32_t hash = take_name(lexer);
+  while (hash && lexer->lookahead == '-') {
+    while (takes(lexer, '-')) {
+    }
+    hash = is_letter(lexer->lookahead) || is_digit(lexer->lookahead);
+    while (is_letter(lexer->lookahead) || is_digit(lexer->lookahead)) lexer->advance(lexer, false);
+  }
+  return hash;
+}
+
+// Whether what is left of the line is neither that of a definition or a play nor a robot's kind: `at circle is puppet`.
+static bool stays_a_place(TSLexer *lexer, uint32_t last) {
+  uint32_t before_last = 0;
+  bool has_only_names = last != 0;
+  while (is_code_left(lexer)) {
+    if (lexer->lookahead == '=' || lexer->lookahead == '$') return false;
+    if (is_letter(lexer->lookahead)) {
+      before_last = last;
+      last = take_profile(lexer);
+    } else {
+      has_only_names = has_only_names && is_blank(lexer->lookahead);
+      lexer->advance(lexer, false);
+    }
+  }
+  return !(has_only_names && last && before_last == hash_of("is"));
+}
+
+static bool begins_number(int32_t c) { return is_digit(c) || c == '.' || c == '+' || c == '-'; }
+
+// The word of the opening that a name may be here, as what follows it suggests; or DEFINED.
+static uint32_t opening_word(uint32_t name, int32_t next, const bool *valid_symbols) {
+  if (valid_symbols[AT] && name == hash_of("at") && (begins_number(next) || is_letter(next))) return AT;
+  if (valid_symbols[IS] && name == hash_of("is") && is_letter(next)) return IS;
+  if (valid_symbols[ROOM] && name == hash_of("room") && begins_number(next)) return ROOM;
+  if (valid_symbols[BAR] && name == hash_of("bar") && begins_number(next)) return BAR;
+  return DEFINED;
+}
+
+// Whether it is that word, as the rest of its line decides.
+static bool scan_opening(TSLexer *lexer, uint32_t word) {
+  lexer->result_symbol = (TSSymbol)word;
+  if (word == IS) {
+    if (!take_profile(lexer)) return false;
+    look_past_blanks(lexer);
+    return !is_code_left(lexer);
+  }
+  if (begins_number(lexer->lookahead)) return stays_a_place(lexer, 0);
+  uint32_t formation = take_name(lexer);
+  bool is_formation = formation == hash_of("circle") || formation == hash_of("line") || formation == hash_of("grid");
+  return is_formation && stays_a_place(lexer, formation);
+}
+
 // The rest of a definition's head, up to `=`: names of numbers, then names of movements in parentheses.
 static bool scan_head(Scanner *scanner, TSLexer *lexer) {
   uint32_t name;
@@ -186,6 +259,9 @@ static bool scan_name(Scanner *scanner, TSLexer *lexer, const bool *valid_symbol
       return valid_symbols[parameter.symbol];
     }
   }
+  look_past_blanks(lexer);
+  uint32_t word = opening_word(name, lexer->lookahead, valid_symbols);
+  if (word != DEFINED) return scan_opening(lexer, word);
   lexer->result_symbol = DEFINED;
   return valid_symbols[DEFINED] && !scanner->parameter_count && scan_head(scanner, lexer);
 }

@@ -3,16 +3,18 @@
 (comment) @comment @spell
 (number) @number
 (beat) @attribute
+["at" "is" "room" "bar" "facing" "around"] @attribute
 (transformer) @keyword
 ["if" "else"] @keyword.conditional
 "not" @keyword.operator
 (primitive) @function.builtin
-(plane) @constant
+[(plane) (formation) (direction) (profile)] @constant
 (name) @variable
 (parameter) @variable.parameter
 (sense) @variable.member
 (robot) @type
 
 ["=" "$" "||" "*" "/"] @operator
-(scene) @operator
+"---" @operator
+(title) @label
 ["(" ")" "[" "]"] @punctuation.bracket

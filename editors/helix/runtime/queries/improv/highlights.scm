@@ -3,16 +3,18 @@
 (comment) @comment.line
 (number) @constant.numeric
 (beat) @keyword
+["at" "is" "room" "bar" "facing" "around"] @keyword
 (transformer) @keyword.control
 ["if" "else"] @keyword.control.conditional
 "not" @keyword.operator
 (primitive) @function.builtin
-(plane) @constant.builtin
+[(plane) (formation) (direction) (profile)] @constant.builtin
 (name) @variable
 (parameter) @variable.parameter
 (sense) @variable.other.member
 (robot) @type
-(scene) @punctuation.special
+"---" @punctuation.special
+(title) @label
 
 ["=" "$" "||" "*" "/"] @operator
 ["(" ")" "[" "]"] @punctuation.bracket

@@ -13,6 +13,7 @@ import pytest
 
 from editors.generate import GROUPS
 from improv_core.program.analysis import analyze
+from improv_core.syntax.opening import FACINGS
 from improv_core.syntax.vocabulary import WORDS
 from tests.editors.editors import ROOT
 
@@ -66,9 +67,9 @@ def test_snippets_are_right_as_they_are(snippets: Path) -> None:
     for name, snippet in json.loads(snippets.read_text(encoding="utf-8")).items():
         body = "\n".join(snippet["body"])
         for choices in re.findall(r"\$\{\d+\|(.*?)\|\}", body):
-            assert set(choices.split(",")) <= set(WORDS), name
+            assert set(choices.split(",")) <= {*WORDS, *FACINGS}, name
         text = re.sub(r"\$\{\d+(?::|\|)([^},|]*)[^}]*\}", r"\1", body).replace("\\$", "$")
-        program = text if re.search(r"[$=]|^beat ", text) else f"r $ {text}"
+        program = text if re.search(r"[$=]|^beat |^room | at ", text) else f"r $ {text}"
         if program.startswith("---"):
             program = f"r $ left\n{program}"
         assert {each.code for each in analyze(program).diagnostics} <= {"unused-name"}, program

@@ -38,6 +38,7 @@ SEVERITIES = {
     "instant-sense": Severity.ERROR,
     "missing-sense": Severity.WARNING,
     "looks-ahead": Severity.WARNING,
+    "nothing-near": Severity.INFORMATION,
     "short-reach": Severity.INFORMATION,
     "duplicate-parameter": Severity.ERROR,
     "parameter-kind": Severity.ERROR,

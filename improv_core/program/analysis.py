@@ -12,6 +12,7 @@ from heapq import heappop, heappush, nsmallest
 from itertools import count
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Severity
+from improv_core.program.alone import Alone, find_alone
 from improv_core.program.bindings import Bindings, bind
 from improv_core.program.diagnosis import diagnose, diagnose_statement
 from improv_core.program.feasibility import check_casting, check_names
@@ -57,15 +58,19 @@ class Analysis(Program):
     @cached_property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All diagnostics of the program, in the order of the text."""
-        return (_TOO_LONG,) if len(self.text) > LONGEST_PROGRAM else diagnose(self, self._idle)
+        return (_TOO_LONG,) if len(self.text) > LONGEST_PROGRAM else diagnose(self, self._idle, self._alone)
 
     def diagnostics_of(self, index: int) -> Iterator[Diagnostic]:
         """The diagnostics of one statement. Spans count from its start."""
-        return diagnose_statement(self, index, self._idle)
+        return diagnose_statement(self, index, self._idle, self._alone)
 
     @cached_property
     def _idle(self) -> Mapping[int, Idle]:
         return find_idle(self)
+
+    @cached_property
+    def _alone(self) -> Alone | None:
+        return find_alone(self)
 
     def movement(self, placed: Placed, node: Node) -> Movement:
         """The movement of a node of a statement, as its first robot plays it."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 
 from improv_core.diagnostics import MOST_SHOWN, Diagnostic, Edit, Fix, Related, Severity, replace
+from improv_core.program.alone import Alone
 from improv_core.program.fixes import give_arguments, move_canon
 from improv_core.program.idle import Idle
 from improv_core.program.naming import is_valid_robot
@@ -19,11 +20,12 @@ from improv_core.syntax.slips import MEANT, is_like_a_robot, number_first, witho
 from improv_core.text import Span
 
 
-def diagnose(program: Program, idle: Mapping[int, Idle]) -> tuple[Diagnostic, ...]:
+def diagnose(program: Program, idle: Mapping[int, Idle], alone: Alone | None) -> tuple[Diagnostic, ...]:
     """All diagnostics of a program, in the order of the text."""
     serious = program.faulty.union(_too_many(program), program.infeasible, program.too_uneven)
-    indices = [*sorted(serious), *sorted(program.bindings.unused.union(idle) - serious)]
-    reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle))
+    hinted = program.bindings.unused.union(idle, [alone.line] if alone else ())
+    indices = [*sorted(serious), *sorted(hinted - serious)]
+    reported = ((index, each) for index in indices for each in diagnose_statement(program, index, idle, alone))
     found = [each.shifted(program.offsets[index]) for index, each in islice(reported, MOST_SHOWN)]
     if next_one := next(reported, None):
         index, _ = next_one
@@ -31,7 +33,9 @@ def diagnose(program: Program, idle: Mapping[int, Idle]) -> tuple[Diagnostic, ..
     return tuple(sorted(found, key=lambda diagnostic: diagnostic.span))
 
 
-def diagnose_statement(program: Program, index: int, idle: Mapping[int, Idle]) -> Iterator[Diagnostic]:
+def diagnose_statement(
+    program: Program, index: int, idle: Mapping[int, Idle], alone: Alone | None
+) -> Iterator[Diagnostic]:
     """The diagnostics of one statement of a program. Spans count from its start."""
     checkpoint()
     statement, meaning = program.statements[index], program.meanings[index]
@@ -44,6 +48,8 @@ def diagnose_statement(program: Program, index: int, idle: Mapping[int, Idle]) -
         yield Diagnostic("too-large", Span(0, len(statement.text)), message)
     if index in idle:
         yield _idle(program, index, idle[index])
+    if alone and index == alone.line:
+        yield _nothing_near(program, alone)
     if index in program.bindings.unused:
         yield _unused(program, index)
     if statement.sign and statement.sign.type == "BEAT" and index != program.tempos[0]:
@@ -112,6 +118,18 @@ def _idle(program: Program, index: int, idle: Idle) -> Diagnostic:
     where = "above this line: remove it" if idle.is_first else "in this scene: remove this line"
     fixes = replace("Remove it", _whole_line(program, index), "", safe=True)
     return Diagnostic("no-effect", whole, f"no robot plays {where}", fixes)
+
+
+def _nothing_near(program: Program, alone: Alone) -> Diagnostic:
+    message = (
+        f"`{alone.robot}` is alone and there are no walls, so in the simulator nothing is ever near it: add `{_ROOM}`"
+    )
+    start = program.offsets[0]
+    above = _relative(program, Span(start, start), alone.line)
+    return Diagnostic("nothing-near", alone.span, message, replace(f"Add {_ROOM}", above, f"{_ROOM}\n"))
+
+
+_ROOM = "room 6 4"
 
 
 def _more(program: Program, hidden: Sequence[int], only_hints: bool) -> Diagnostic:

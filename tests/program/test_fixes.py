@@ -50,6 +50,8 @@ def check(code: str, before: str, after: str, robots: str = "") -> None:
         ("reserved-name", "left = right\nr $ right", "my_left = right\nr $ right"),
         ("bad-robot-name", "my-robot $ left", "my_robot $ left"),
         ("duplicate-beat", "beat 60\nr $ left\nbeat 30 # slow\n", "beat 60\nr $ left\n"),
+        ("nothing-near", "beat 60\nr $ until near repeat left", "room 6 4\nbeat 60\nr $ until near repeat left"),
+        ("nothing-near", "# hi\n x = if near up else left\nr $ x", "# hi\n room 6 4\nx = if near up else left\nr $ x"),
         ("empty-group", "r $ left ()", "r $ left "),
         ("never-performed", "r $ forward left || right", "r $ forward  || right"),
         ("arguments", "x = left\nr $ x 3 up", "x = left\nr $ repeat 3 x up"),

@@ -91,6 +91,7 @@ def test_words_that_need_a_fixed_length() -> None:
 def test_an_until_that_watches_one_word() -> None:
     check(
         """
+        room 6 4
         r $ until near forward left
             ^^^^^^^^^^^^^^^^^^ short-reach: `until` watches `forward` alone, for one beat at most: write `repeat` before it, or brackets around all that it should watch
         r $ repeat 3 until near forward
@@ -134,6 +135,7 @@ def test_with_senses_only_unreachable_words_are_marked() -> None:
     """Only what can never be reached is marked."""
     check(
         """
+        room 6 4
         r $ (until near repeat forward) left (if near repeat left else right) forward
         r $ (until near (forward forward)) || (left left left)
                                                          ^^^^ never-performed: 1 of these 3 beats is never performed: make what plays alongside longer, or remove this
@@ -142,7 +144,7 @@ def test_with_senses_only_unreachable_words_are_marked() -> None:
         """,  # noqa: E501
         hints=True,
     )
-    check("r $ until cue repeat left\n---\nr $ pause near repeat 4 left\n---\nr $ left", hints=True)
+    check("room 6 4\nr $ until cue repeat left\n---\nr $ pause near repeat 4 left\n---\nr $ left", hints=True)
 
 
 def test_a_part_lists_the_senses_it_reads() -> None:
@@ -158,7 +160,7 @@ DEEP = 249
 @pytest.mark.slow("performs the deepest movement there may be")
 def test_the_deepest_open_movement_is_performed() -> None:
     chain = "".join(f"x{level + 1} = x{level} left\n" for level in range(DEEP - 1))
-    text = "x0 = until near repeat forward\n" + chain + f"r $ (x{DEEP - 1})\n"
+    text = "room 6 4\nx0 = until near repeat forward\n" + chain + f"r $ (x{DEEP - 1})\n"
     analysis = analyze(text)
     assert [each.code for each in analysis.diagnostics] == []
     score = from_json(json.loads(json.dumps(to_json(score_of(analysis)))))

@@ -1,0 +1,57 @@
+"""Finds the robot that waits for something to be near although it is alone on a floor without walls."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from improv_core.program.conditions import conditions
+from improv_core.program.program import Program
+from improv_core.score.senses import NEAR
+from improv_core.slices import checkpoint
+from improv_core.text import Span
+
+
+class Alone(NamedTuple):
+    """A `robot` near which nothing ever is in the simulator, and where the program first reads `near`.
+
+    `line` is the index of that statement, and the span counts from its start.
+    """
+
+    robot: str
+    line: int
+    span: Span
+
+
+def find_alone(program: Program) -> Alone | None:
+    """The only robot of a program, if it reads `near` and nothing else can be near it.
+
+    One whose profile in `improv.toml` sets `near` may be a real robot that senses it.
+    """
+    cast, world = program.opening.cast, program.opening.cast.world
+    if world.size or world.walls or world.circles or world.boxes or NEAR in cast.senses:
+        return None
+    robots = set(program.opening.places)
+    for meaning in program.meanings:
+        if meaning.robots:
+            robots.update(meaning.robots)
+            if len(robots) > 1:
+                return None
+    for robot in robots:
+        if (robot not in cast.robots or cast.lacks(robot, NEAR)) and (found := _first_near(program)):
+            return Alone(robot, *found)
+    return None
+
+
+def _first_near(program: Program) -> tuple[int, Span] | None:
+    """Where a program first reads `near`: a statement, and the word in it. What has another problem doesn't count."""
+    reading = (index for index, statement in enumerate(program.statements) if statement.has_senses)
+    for index in reading:
+        body = program.meanings[index].body
+        if body and not any(
+            index in others for others in (program.faulty, program.infeasible, program.bindings.unused)
+        ):
+            checkpoint()
+            for _, condition in conditions(body):
+                if condition.sense.text == NEAR:
+                    return index, condition.sense.span
+    return None

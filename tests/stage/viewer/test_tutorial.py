@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from improv_core.program.analysis import analyze
+from improv_core.program.compiler import compiled
 from tests.commands.command_line import run
 from tests.stage.viewer.conftest import wait
 from tests.stage.viewer.editing import Edit
@@ -51,14 +53,16 @@ def test_each_step_does_what_the_tutorial_says(tmp_path: Path, browser: Browser)
 
 
 def _plays(page: Page, program: str, generation: int) -> None:
-    """Ctrl+Enter, and all robots of the program go forward."""
+    """Ctrl+Enter, and all robots of the program leave the places where they start."""
     page.locator("#text").press("Control+Enter")
-    robots = list(analyze(program).robots)
+    robots = compiled(analyze(program))["robots"]
     wait(
         page,
         f"improv.transport.generation === {generation} && Object.keys(improv.robots).join() === '{','.join(robots)}'",
     )
-    wait(page, "Object.values(improv.robots).every(robot => robot.x > 0.1)")
+    starts = json.dumps({name: each["start"] for name, each in robots.items()})
+    moved = "([name, [x, y]]) => Math.hypot(improv.robots[name].x - x, improv.robots[name].y - y) > 0.1"
+    wait(page, f"Object.entries({starts}).every({moved})")
 
 
 def _is_fixed_by_a_button(page: Page, drawn: str, program: str, generation: int) -> None:

@@ -26,7 +26,7 @@ from improv_core.services.placed import PlacedRobots, starts_of
 from improv_core.services.program_file import Version, WriteError, latest, read_version, write_text
 from improv_core.services.saves import changes, settle
 from improv_core.stage.commands import Editing, Form, PlaceRobots
-from improv_core.stage.editing import EditorAnswer, Write
+from improv_core.stage.editing import Analyze, EditorAnswer, Write
 from improv_core.stage.fields import StartPoseJson
 from improv_core.stage.messages import When
 
@@ -78,7 +78,7 @@ async def edit(path: Path, version: Version, options: Options, when: When, *, br
         if browser:
             opening = asyncio.create_task(performing.open_browser())
         performing.screen.say(f"editing {path.name}: Ctrl+Enter on the page saves and plays it, Ctrl-C here ends it")
-        await first(desk.serve(asks), desk.follow(), performing.interrupted.wait())
+        await first(desk.serve(asks), desk.check_rooms(), desk.follow(), performing.interrupted.wait())
         if browser:
             opening.cancel()
     return INTERRUPTED
@@ -94,6 +94,7 @@ class _Desk:
         self._when = when
         self._robots = robots_or_problem(path.parent)
         self._editor = PageEditor(self._robots)
+        self._unchecked: asyncio.Queue[tuple[int, Analyze]] = asyncio.Queue()
         self._placed = PlacedRobots()
         self._played: str | None = None
         self._starts: Mapping[str, StartPoseJson] = {}
@@ -109,10 +110,20 @@ class _Desk:
                 await self._write(page, ask, asked)
             elif ask["type"] == "analyze":
                 self._answer(page, self._editor.analyze(page, ask))
+                self._unchecked.put_nowait((page, ask))
             elif ask["type"] == "complete":
                 self._answer(page, self._editor.complete(page, ask))
             else:
                 self._answer(page, self._editor.explain(page, ask))
+
+    async def check_rooms(self) -> None:
+        """Tell pages whom the robots of their texts meet, forever. On a thread of its own: that may take a second."""
+        while True:
+            page, ask = await self._unchecked.get()
+            try:
+                self._answer(page, await asyncio.to_thread(self._editor.check_room, page, ask))
+            except Exception as problem:
+                self._performing.complain(f"improv: whom robots meet could not be checked: {problem!r}")
 
     async def follow(self) -> None:
         """Tell pages when another program has changed the file or its `improv.toml`, forever."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import islice
 
@@ -12,8 +12,10 @@ from improv_core.ide.code_action import REMOVABLE
 from improv_core.ide.completion import complete
 from improv_core.ide.hover import hover
 from improv_core.ide.semantic_tokens import colored, fragments
+from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
 from improv_core.robots.config import FILE_NAME, Robots
+from improv_core.score.encounters import Known
 from improv_core.stage.editing import Analyze, Analyzed, Complete, Completed, Explain, Explained, TextProblem
 from improv_core.text import LineIndex, difference
 
@@ -31,6 +33,7 @@ class PageEditor:
         """May be replaced: what is asked from then on is answered for these."""
         self._texts: OrderedDict[int, tuple[int, Analysis]] = OrderedDict()  # by page, with their numbers
         self._latest = analyze("", robots)
+        self._known: Known | None = None  # about who meets whom
 
     def analysis(self, text: str) -> Analysis:
         """The analysis of a text, made from the latest one."""
@@ -47,13 +50,21 @@ class PageEditor:
         self._texts.move_to_end(page)
         if len(self._texts) > MOST_PAGES:
             self._texts.popitem(last=False)
-        return {
-            "type": "analyzed",
-            "number": ask["number"],
-            "colors": list(_colors(analysis)),
-            "problems": list(islice(_problems(analysis, self.robots), MOST_PROBLEMS)),
-            "count": len(analysis.diagnostics) + len(self.robots.diagnostics),
-        }
+        return self._analyzed(ask["number"], analysis, analysis.diagnostics)
+
+    def check_room(self, page: int, ask: Analyze) -> Analyzed | None:
+        """What `analyze` has answered, with whom robots meet and what they hit. May take a second.
+
+        None if that is nothing, or if the page has another text by then.
+        """
+        analysis = self._text(page, ask["number"])
+        report = room.check(analysis, self._known) if analysis else None
+        if not analysis or not report:
+            return None
+        self._known = report.known
+        if not report.diagnostics or not self._text(page, ask["number"]):
+            return None
+        return self._analyzed(ask["number"], analysis, [*analysis.diagnostics, *report.diagnostics])
 
     def complete(self, page: int, ask: Complete) -> Completed | None:
         """The words that may be written at an offset: those that begin like what is there, or if none does, contain it.
@@ -90,6 +101,15 @@ class PageEditor:
             "picture": found.picture,
         }
 
+    def _analyzed(self, number: int, analysis: Analysis, found: Sequence[Diagnostic]) -> Analyzed:
+        return {
+            "type": "analyzed",
+            "number": number,
+            "colors": list(_colors(analysis)),
+            "problems": list(islice(_problems(found, analysis.lines, self.robots), MOST_PROBLEMS)),
+            "count": len(found) + len(self.robots.diagnostics),
+        }
+
     def _text(self, page: int, number: int) -> Analysis | None:
         known, analysis = self._texts.get(page, (-1, None))
         return analysis if known == number else None
@@ -107,14 +127,14 @@ def _colors(analysis: Analysis) -> Iterator[int]:
 _colored = lru_cache(maxsize=10_000)(colored)
 
 
-def _problems(analysis: Analysis, robots: Robots) -> Iterator[TextProblem]:
+def _problems(found: Sequence[Diagnostic], lines: LineIndex, robots: Robots) -> Iterator[TextProblem]:
     """Those of the program, then those of `improv.toml`, in which the page can fix nothing."""
-    for each in analysis.diagnostics:
-        yield _problem(each, analysis.lines)
-    lines = LineIndex(robots.text)
+    for each in found:
+        yield _problem(each, lines)
+    robot_lines = LineIndex(robots.text)
     for each in robots.diagnostics:
         file = robots.path.name if robots.path else FILE_NAME
-        yield {**_problem(each, lines), "start": 0, "end": 0, "file": file, "fixes": []}
+        yield {**_problem(each, robot_lines), "start": 0, "end": 0, "file": file, "fixes": []}
 
 
 def _kind(problem: Diagnostic, fix: Fix) -> str:

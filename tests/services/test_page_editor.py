@@ -39,6 +39,36 @@ def test_a_problem_has_its_place_its_message_and_its_fixes() -> None:
     assert fix == {"title": "Change to forward", "kind": "unknown-name: Change to forward", "edits": edits}
 
 
+HEAD_ON = "ada at -2 0\nbo at 2 0 facing 180\nada bo $ forward\n"
+
+
+def in_room(editor: PageEditor, text: str, number: int = 1) -> Analyzed | None:
+    return editor.check_room(PAGE, {"type": "analyze", "number": number, "text": text})
+
+
+def test_whom_robots_meet_is_answered_later_beside_all_other_problems() -> None:
+    text = f"unused = left\n{HEAD_ON}"
+    editor = PageEditor(read_robots(""))
+    at_once = ask(editor, text)
+    assert len(at_once["problems"]) == at_once["count"] == 1
+    later = in_room(editor, text)
+    assert later is not None
+    hint, meeting = later["problems"]
+    assert (later["number"], later["count"], hint) == (1, 2, at_once["problems"][0])
+    assert (later["colors"], meeting["line"], meeting["severity"]) == (at_once["colors"], 4, "warning")
+    assert "`ada` and `bo` meet" in meeting["message"]
+
+
+def test_nothing_is_added_where_nobody_meets_or_the_text_has_changed() -> None:
+    editor = PageEditor(read_robots(""))
+    apart = HEAD_ON.replace("0 facing", "3 facing")
+    ask(editor, apart)
+    assert in_room(editor, apart) is None
+    ask(editor, HEAD_ON, number=2)
+    assert in_room(editor, HEAD_ON, number=1) is None
+    assert in_room(editor, HEAD_ON, number=2) is not None
+
+
 def test_of_many_problems_the_first_are_listed_and_all_are_counted() -> None:
     answer = ask(PageEditor(read_robots("")), "r $ x\n" * 200)
     assert (len(answer["problems"]), answer["count"]) == (MOST_PROBLEMS, 200)

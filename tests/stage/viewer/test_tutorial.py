@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,8 @@ TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 
 @pytest.mark.slow("plays the whole tutorial")
 def test_each_step_does_what_the_tutorial_says(tmp_path: Path, browser: Browser) -> None:
-    (_, installing), (_, editing), (_, template), *steps = re.findall(r"^```(\w+)\n(.*?)^```", TUTORIAL, re.M | re.S)
+    blocks = re.findall(r"^```(\w+)\n(.*?)^```(.*?)(?=^```|\Z)", TUTORIAL, re.M | re.S)
+    (_, installing, _), (_, editing, _), (_, template, _), *steps = blocks
     assert installing.strip() in (ROOT / "README.md").read_text(encoding="utf-8")
     assert editing == ".venv/bin/improv edit\n"
     edited = Edit(tmp_path / "dance.improv", browser)
@@ -32,20 +34,22 @@ def test_each_step_does_what_the_tutorial_says(tmp_path: Path, browser: Browser)
     _plays(page, latest, generation=1)
     expect(page.locator("#ink .lit").first).to_be_visible()
     generation = 1
-    for kind, block in steps:
+    for (kind, block, after), (_, below, _) in pairwise([*steps, ("", "", "")]):
         if kind == "improv":
             page.locator("#text").fill(block)
             latest, generation = block, generation + 1
             _plays(page, latest, generation)
+        elif kind == "text" and " meets: " in block:
+            _is_fixed_by_a_button(page, block, after, below)
         elif kind == "text":
-            _is_fixed_by_a_button(page, block, latest, generation)
+            _is_fixed_by_a_button(page, block, after, latest, refused_in=generation)
             generation += 1
             _plays(page, latest, generation)
     page.keyboard.press("Escape")
     expect(page.locator("#state")).to_have_text("stopped")
     edited.close()
     assert (tmp_path / "dance.improv").read_text(encoding="utf-8") == latest
-    reopening, plotting = (shlex.split(block) for kind, block in steps if kind == "sh")
+    reopening, plotting = (shlex.split(block) for kind, block, _ in steps if kind == "sh")
     assert reopening == [".venv/bin/improv", "edit", "dance.improv"]
     done = run(*(tmp_path / word if word.startswith("dance.") else word for word in plotting[1:]))
     assert (done.returncode, done.stderr) == (0, "")
@@ -65,14 +69,19 @@ def _plays(page: Page, program: str, generation: int) -> None:
     wait(page, f"Object.entries({starts}).every({moved})")
 
 
-def _is_fixed_by_a_button(page: Page, drawn: str, program: str, generation: int) -> None:
-    """The program with an error doesn't play, the page says what is wrong, and its button makes it this program."""
+def _is_fixed_by_a_button(page: Page, drawn: str, after: str, program: str, refused_in: int | None = None) -> None:
+    """The page says what is wrong, and the button that the text after it names makes it this program.
+
+    One with an error doesn't play: the program of the generation `refused_in` keeps playing.
+    """
     *lines, message = drawn.splitlines()
     page.locator("#text").fill("".join(f"{line}\n" for line in lines))
-    page.locator("#text").press("Control+Enter")
+    if refused_in:
+        page.locator("#text").press("Control+Enter")
     expect(page.locator("#mistakes")).to_contain_text(message.partition(": ")[2])
-    expect(page.get_by_role("alert").first).to_contain_text("can't play")
-    assert page.evaluate("improv.transport.generation") == generation
-    (button,) = re.findall(r"button \*\*(Change[^*]*)\*\*", re.sub(r"\s+", " ", TUTORIAL))
+    if refused_in:
+        expect(page.get_by_role("alert").first).to_contain_text("can't play")
+        assert page.evaluate("improv.transport.generation") == refused_in
+    (button,) = re.findall(r"button \*\*([^*]*)\*\*", re.sub(r"\s+", " ", after))
     page.get_by_role("button", name=button).click()
     expect(page.locator("#text")).to_have_value(program)

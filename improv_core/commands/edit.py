@@ -123,7 +123,7 @@ class _Desk:
             try:
                 self._answer(page, await asyncio.to_thread(self._editor.check_room, page, ask))
             except Exception as problem:
-                self._performing.complain(f"improv: whom robots meet could not be checked: {problem!r}")
+                self._performing.screen.complain(f"improv: whom robots meet could not be checked: {problem!r}")
 
     async def follow(self) -> None:
         """Tell pages when another program has changed the file or its `improv.toml`, forever."""

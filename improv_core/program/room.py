@@ -26,8 +26,11 @@ from improv_core.text import Span
 
 MOST_MARKED = 100
 """Meetings that are marked, and hits: people fix a few at a time."""
-MOST_FIXED = 10
-"""For so many meetings, fixes are looked for, which may take a tenth of a second for each."""
+MOST_FIXED = 150
+"""With so many robots, fixes are looked for only one meeting, as each is tried on the whole program; with fewer, for
+more."""
+MOST_TRIED = 10
+"""The most meetings for which fixes are looked for."""
 
 
 class RoomReport(NamedTuple):
@@ -68,7 +71,8 @@ def check(analysis: Analysis, before: Known | None = None) -> RoomReport | None:
     found = check_room(score, before=before)
     room = _Room(analysis, pictured(score))
     meetings, hits = found.meetings[:MOST_MARKED], found.hits[:MOST_MARKED]
-    reported = [room.meeting(each, number < MOST_FIXED) for number, each in enumerate(meetings)]
+    most = min(MOST_FIXED // len(score.parts), MOST_TRIED)
+    reported = [room.meeting(each, number < most) for number, each in enumerate(meetings)]
     reported += map(room.hit, hits)
     if hidden := len(found.meetings) + len(found.hits) - len(reported):
         message = f"fix what is marked first: {hidden:,} more problem{_s(hidden)} of this kind aren't marked yet"

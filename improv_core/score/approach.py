@@ -140,7 +140,9 @@ def _follow_level(
             continue
         after = now + max((near + TOLERANCE / 2 - far) / speed, _COARSEST_LEAVING) if speed else end
         if len(found.beats) == 1:
-            found.least = min(found.least, far, _nearest(one, other, now, min(after, end)))
+            found.least = min(found.least, far)
+            if x * along_x + y * along_y < 0:  # they still come nearer
+                found.least = min(found.least, _nearest(one, other, now, min(after, end), work))
         now = after
 
 
@@ -159,8 +161,12 @@ def jump(gap: float, closing: float, speed: float, bend: float) -> float:
     return max(soonest, gap / speed, _FINEST)
 
 
-def _nearest(one: Stretch, other: Stretch, begin: float, end: float) -> float:
-    """The least distance between two moments, if there is one in between at which they turn from coming to going."""
+def _nearest(one: Stretch, other: Stretch, begin: float, end: float, work: Work) -> float:
+    """The least distance between two moments, from the first of which on they come nearer."""
+    x, y, along_x, along_y = _relative(one, other, end)
+    if x * along_x + y * along_y <= 0:
+        return math.hypot(x, y)
+    work.spend(_HALVINGS)
     for _ in range(_HALVINGS):
         middle = (begin + end) / 2
         x, y, along_x, along_y = _relative(one, other, middle)

@@ -17,7 +17,7 @@ from improv_core.score.score import Score
 from improv_core.score.trajectories import BLOCK, Block, Trajectory, Volume
 from improv_core.score.world import EMPTY, World
 
-MOST_WORK = 3_000_000
+MOST_WORK = 2_000_000
 """How many stretches, pairs, and moments are looked at, which takes a few seconds. Then fewer beats are checked."""
 
 

@@ -171,6 +171,10 @@ _ASKED_FOR: Mapping[str, Request] = {
     "code actions": _of_document(
         types.TEXT_DOCUMENT_CODE_ACTION, lambda edit: {**_whole(edit), "context": {"diagnostics": []}}
     ),
+    "code actions, one chosen": Request(
+        types.CODE_ACTION_RESOLVE,
+        lambda edit, uri: {"title": "Remove it", "kind": "quickfix", "data": [uri, 0, edit.line]},
+    ),
     "code lenses": _of_document(types.TEXT_DOCUMENT_CODE_LENS),
     "inlay hints, 50 lines": _of_document(types.TEXT_DOCUMENT_INLAY_HINT, _seen),
     "formatting": _of_document(types.TEXT_DOCUMENT_FORMATTING, lambda _: _OPTIONS),
@@ -181,6 +185,7 @@ _ASKED_FOR: Mapping[str, Request] = {
         types.TEXT_DOCUMENT_ON_TYPE_FORMATTING,
         lambda edit: {**_OPTIONS, "position": _place(edit.line + 1, 0), "ch": "\n"},
     ),
+    "declaration": _of_document(types.TEXT_DOCUMENT_DECLARATION, lambda _: _NAME),
     "definition": _of_document(types.TEXT_DOCUMENT_DEFINITION, lambda _: _NAME),
     "references": _of_document(
         types.TEXT_DOCUMENT_REFERENCES, lambda _: {**_NAME, "context": {"includeDeclaration": True}}

@@ -359,6 +359,7 @@ def _a_wrong_save_changes_nothing(page: Page, robots: str) -> None:
 def _keys_stop_the_robots(page: Page, robots: str) -> None:
     page.wait_for_function(IS_LIT, arg="left")
     word(page, "left").dblclick()
+    expect(page.get_by_role("button", name="(4 selected)")).to_be_visible()  # a selection that changes ends the menu
     page.keyboard.press("Control+.")
     expect(page.locator(".action-widget", has_text="Stop all robots")).to_be_visible()
     keep_picture(page, "actions")

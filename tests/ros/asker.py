@@ -14,6 +14,8 @@ from rcl_interfaces.srv import GetParameters, SetParameters
 from std_srvs.srv import Trigger
 
 LIMIT = 60.0
+LOST = 5.0
+"""Seconds after which a request is sent again: DDS loses an answer to a client that the server has not found yet."""
 
 rclpy.init()
 node = rclpy.create_node("asker")
@@ -24,8 +26,11 @@ def ask(kind, service, request):
     if service not in clients:
         clients[service] = node.create_client(kind, service)
     assert clients[service].wait_for_service(LIMIT), service
-    answer = clients[service].call_async(request)
-    rclpy.spin_until_future_complete(node, answer, timeout_sec=LIMIT)
+    for _ in range(int(LIMIT / LOST)):
+        answer = clients[service].call_async(request)
+        rclpy.spin_until_future_complete(node, answer, timeout_sec=LOST)
+        if answer.done():
+            break
     return answer.result()
 
 

@@ -11,11 +11,13 @@ import { Editor } from "./editor.js"
 import { find, findA } from "./elements.js"
 import { Formation } from "./formation.js"
 import { hold } from "./hands.js"
+import { insets as covered } from "./insets.js"
 import { Invitation } from "./invitation.js"
 import { Measured } from "./measured.js"
 import { Motion } from "./motion.js"
 import { Notices } from "./notices.js"
 import { Panels } from "./panels.js"
+import { listen as listenForPointing } from "./pointing.js"
 import { Program } from "./program.js"
 import { Lights, Score } from "./score.js"
 import { Senses } from "./senses.js"
@@ -27,8 +29,6 @@ import { View } from "./view.js"
 
 /** @import { Request } from "./requests.js" */
 /** @import { Message, Messages } from "./messages.js" */
-
-const FOOT = 56 // pixels at the bottom of the stage for the scale and the tools
 
 const clock = new Clock()
 const motion = new Motion()
@@ -249,18 +249,8 @@ function seconds() {
 }
 
 function resize() {
-  const hall = find("hall").getBoundingClientRect()
-  const card = find("start-poses").getBoundingClientRect() // must not cover the rings
-  const beside = card.width <= hall.width * 0.6
-  const tools = find(panels.presenting ? "presenting" : "tools")
-  const foot = Math.max(tools.offsetHeight + 20, FOOT)
-  const beat = panels.presenting ? find("status").getBoundingClientRect() : null // it lies on the stage
-  const upright = hall.height > hall.width
-  const left = beat && !upright ? beat.width : card.width && beside ? card.right - hall.left : 0
-  const bottom = foot + (card.width && !beside ? hall.bottom - card.top : 0)
-  const stop = find("stop").getBoundingClientRect() // so does Stop, unless it lies on the program
-  const top = Math.max(8, beat && upright ? beat.height : 0, beat && stop.left < hall.right ? stop.bottom - hall.top : 0)
-  stage.resize({ top, bottom, left }, { foot, width: hall.width - left - tools.offsetWidth - 40 })
+  const { insets, strip } = covered(panels.presenting)
+  stage.resize(insets, strip)
   timeline.resize()
   view.touch()
 }
@@ -277,8 +267,17 @@ hold(findA("stage", HTMLCanvasElement), stage.camera, (point) => startPoses.grab
   panels.showFit()
   view.touch()
 })
+listenForPointing(
+  findA("stage", HTMLCanvasElement),
+  (point) => startPoses.ringAt(point, stage.camera) ?? stage.robotAt(point),
+  (name) => {
+    if (name === stage.pointed) return
+    stage.pointed = name
+    view.touch()
+  },
+)
 const sizes = new ResizeObserver(resize)
-for (const id of ["stage", "tracks"]) sizes.observe(find(id))
+for (const id of ["stage", "tracks", "senses"]) sizes.observe(find(id))
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readTheme)
 
 /** For tests: what the page knows and shows. */
@@ -321,6 +320,10 @@ const improv = Object.freeze({
   },
   get view() {
     return structuredClone(stage.camera.view)
+  },
+  /** The names that stand on the stage. */
+  get names() {
+    return [...stage.names]
   },
   toScreen: (/** @type {number} */ x, /** @type {number} */ y) => stage.camera.toScreen({ x, y }),
 })

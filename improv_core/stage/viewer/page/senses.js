@@ -188,10 +188,11 @@ function idOf(robot, sense) {
  */
 function row({ name, color }, chips) {
   const item = document.createElement("li")
+  item.dataset.robot = name
   item.style.setProperty("--robot", color)
   const label = document.createElement("span")
   label.className = "name"
-  label.textContent = name
+  label.textContent = label.title = name
   item.append(label, ...chips)
   return item
 }

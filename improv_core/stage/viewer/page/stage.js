@@ -5,20 +5,25 @@ import { bounds, Camera, roundLength } from "./camera.js"
 import { RADIUS } from "./cast.js"
 import { mix, readColors } from "./colors.js"
 import { Ground, paintTail } from "./ground.js"
+import { Labels } from "./labels.js"
 import { penOn } from "./pen.js"
+import { drawRing, placed } from "./rings.js"
 import { picture, REACH } from "./robots.js"
 
 /** @import { Colors } from "./colors.js" */
 /** @import { Pen } from "./pen.js" */
 /** @import { Point } from "./camera.js" */
 /** @import { Pose } from "./path.js" */
+/** @import { Placed } from "./rings.js" */
 /** @import { Scene } from "./view.js" */
 /** @typedef {Scene["cast"][number] & { pose: Pose, place: Point, size: number }} Drawn a robot, with its place in pixels */
 /** @typedef {Omit<Scene, "cast"> & { cast: Drawn[], camera: Camera, ratio: number, colors: Colors }} GroundScene */
 
+const LEAST = 12 // pixels: a robot's radius,
 const LEAST_RADIUS = 0.034 // of the stage's shorter side,
 const CROWD = 8 // as long as there are no more robots; more of them are smaller
 const LEAST_STRIP = 48 // pixels for the scale
+const LINE = 1.15 // of a name's size, to the next line
 const PAINTING = 3 // milliseconds of each frame
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 
@@ -32,6 +37,13 @@ export class Stage {
   #shadow = null
   #ratio = 1
   #strip = { foot: 0, width: 0 } // at the bottom, for the scale, in pixels
+  #names = new Labels()
+  /** @type {Drawn[]} */
+  #cast = [] // of the latest frame
+  /** @type {string[]} */
+  names = [] // that are shown
+  /** @type {string | null} */
+  pointed = null // the robot whose name is shown in any case
   camera = new Camera()
   colors = readColors()
 
@@ -87,7 +99,7 @@ export class Stage {
     const turning = camera.follow(bounds([seen.map(({ pose }) => pose), scene.room]), radius, seconds)
     const { scale } = camera.sight
     const crowd = Math.sqrt(Math.max(seen.length / CROWD, 1))
-    const least = Math.max(12, (LEAST_RADIUS * camera.shorter) / crowd)
+    const least = Math.max(LEAST / Math.sqrt(crowd), (LEAST_RADIUS * camera.shorter) / crowd)
     const cast = seen.map((robot) => ({
       ...robot,
       place: camera.toScreen(robot.pose),
@@ -99,17 +111,27 @@ export class Stage {
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
     pen.lineJoin = pen.lineCap = "round"
     if (scene.trail > 0) for (const robot of cast) paintTail(pen, { ...scene, camera, ratio: this.#ratio, colors: this.colors }, robot, painted.get(robot.name))
-    cast.sort((one, other) => one.pose.z - other.pose.z)
+    const named = [...cast]
+    this.#cast = cast.sort((one, other) => one.pose.z - other.pose.z)
     for (const robot of cast) this.#drawFields(robot)
     const text = Math.round(Math.min(Math.max(14, (camera.shorter * 0.032) / crowd), 44))
-    if (crowd > 1) for (const robot of cast) this.#drawName(robot, text) // must not hide the others
     for (const robot of cast) this.#drawIdeal(robot)
     for (const robot of cast) this.#drawRobot(robot)
-    if (crowd === 1) for (const robot of cast) this.#drawName(robot, text)
-    for (const ring of scene.rings) this.#drawRing(ring)
+    const rings = placed(scene.rings, camera)
+    for (const ring of rings) drawRing(pen, ring, this.colors)
+    this.#drawNames(named, rings, text)
     this.#drawBumps(scene)
     if (cast.length) this.#drawScale()
     return turning || painting
+  }
+
+  /**
+   * The robot that is drawn at a point of the canvas.
+   * @param {Point} point
+   */
+  robotAt({ x, y }) {
+    const at = this.#cast.findLast(({ place, size }) => Math.hypot(x - place.x, y - place.y) < size)
+    return at?.name ?? null
   }
 
   /**
@@ -183,37 +205,41 @@ export class Stage {
   }
 
   /**
-   * @param {Drawn} robot
+   * Draws the names that have room: of the rings, if there are any, or of the robots.
+   * @param {Drawn[]} cast
+   * @param {Placed[]} rings
    * @param {number} text pixels
    */
-  #drawName({ name, pose, place, size, silent, off }, text) {
-    let below = place.y + size * 1.35 + text * 0.8
-    this.#drawText(silent ? `${name} · muted` : name, place.x, below, text)
-    if (off) this.#drawText(off, place.x, (below += text * 1.15), Math.round(text * 0.85), this.colors.quiet)
-    if (Math.abs(pose.z) < 0.05) return
-    const high = `${pose.z > 0 ? "↑" : "↓"} ${Math.abs(pose.z).toFixed(1)} m`
-    this.#drawText(high, place.x, below + text * 1.15, text)
+  #drawNames(cast, rings, text) {
+    const { size, insets } = this.camera
+    const floor = { left: insets.left, top: insets.top, right: size.width, bottom: size.height - insets.bottom + text }
+    const named = [
+      ...rings.map(({ name, place, size }) => ({ name, place, size, lines: this.#lines([name], text) })),
+      ...(rings.length ? [] : cast).map((robot) => ({ ...robot, lines: this.#lines(about(robot), text, robot.off) })),
+    ]
+    const labeled = named.map((each) => ({
+      ...each,
+      wide: Math.max(...each.lines.map(({ label, size }) => label.width / this.#ratio - size / 2)),
+      high: text * LINE * each.lines.length,
+    }))
+    const boxes = this.#names.place(labeled, this.pointed, floor)
+    this.names = [...boxes.keys()]
+    for (const { name, lines } of labeled.sort((one, other) => Number(one.name === this.pointed) - Number(other.name === this.pointed))) {
+      const box = boxes.get(name)
+      if (box) lines.forEach(({ label }, index) => this.#drawLabel(label, (box.left + box.right) / 2, box.top + text * LINE * (index + 0.5)))
+    }
   }
 
-  /** @param {Scene["rings"][number]} ring */
-  #drawRing({ x, y, heading, color, chosen }) {
-    const pen = this.#pen
-    const place = this.camera.toScreen({ x, y })
-    const [cos, sin] = [Math.cos(heading), -Math.sin(heading)]
-    pen.lineWidth = chosen ? 5 : 3
-    for (const stroke of [this.colors.ground, color]) {
-      pen.strokeStyle = stroke
-      pen.beginPath()
-      pen.arc(place.x, place.y, 16, 0, 2 * Math.PI)
-      pen.moveTo(place.x + 16 * cos, place.y + 16 * sin)
-      const [tipX, tipY] = [place.x + 38 * cos, place.y + 38 * sin]
-      pen.lineTo(tipX, tipY)
-      pen.lineTo(tipX - 9 * cos + 7 * sin, tipY - 9 * sin - 7 * cos)
-      pen.moveTo(tipX, tipY)
-      pen.lineTo(tipX - 9 * cos - 7 * sin, tipY - 9 * sin + 7 * cos)
-      pen.lineWidth += stroke === this.colors.ground ? 4 : -4
-      pen.stroke()
-    }
+  /**
+   * What stands beside a robot, as pictures: a line for each.
+   * @param {string[]} words
+   * @param {number} text pixels
+   * @param {string} [off] how far off the robot is, less prominent
+   */
+  #lines(words, text, off) {
+    const lines = words.map((words) => ({ words, size: text, color: this.colors.ink }))
+    if (off) lines.splice(1, 0, { words: off, size: Math.round(text * 0.85), color: this.colors.quiet })
+    return lines.map(({ words, size, color }) => ({ size, label: this.#label(words, size, color) }))
   }
 
   /** @param {Scene} scene */
@@ -254,22 +280,18 @@ export class Stage {
     pen.strokeStyle = this.colors.quiet
     pen.lineWidth = 2.5
     pen.stroke()
-    this.#drawText(`${meters} m`, x + length / 2, y - text * 0.85, Math.round(text), this.colors.quiet)
+    this.#drawLabel(this.#label(`${meters} m`, Math.round(text), this.colors.quiet), x + length / 2, y - text * 0.85)
   }
 
   /**
-   * Draws text around a point, as a picture: text with an edge is slow to draw.
-   * @param {string} name
+   * Draws a text around a point, as a picture: text with an edge is slow to draw.
+   * @param {ImageBitmap} label
    * @param {number} x
    * @param {number} y
-   * @param {number} size
-   * @param {string} [color]
    */
-  #drawText(name, x, y, size, color = this.colors.ink) {
-    const label = this.#label(name, size, color)
+  #drawLabel(label, x, y) {
     const [width, height] = [label.width / this.#ratio, label.height / this.#ratio]
-    const left = Math.max(Math.min(x - width / 2, this.camera.size.width - width), 0) // a long name fits at an edge
-    this.#pen.drawImage(label, Math.round(left), Math.round(y - height / 2), width, height)
+    this.#pen.drawImage(label, Math.round(x - width / 2), Math.round(y - height / 2), width, height)
   }
 
   /**
@@ -314,6 +336,15 @@ export class Stage {
     pen.fillStyle = color
     pen.fillText(text, x, y)
   }
+}
+
+/**
+ * A robot's name, and how high it is.
+ * @param {Drawn} robot
+ */
+function about({ name, pose, silent }) {
+  const high = Math.abs(pose.z) < 0.05 ? [] : [`${pose.z > 0 ? "↑" : "↓"} ${Math.abs(pose.z).toFixed(1)} m`]
+  return [silent ? `${name} · muted` : name, ...high]
 }
 
 /**

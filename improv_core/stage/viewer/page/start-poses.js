@@ -4,6 +4,7 @@
 
 import { find, findA } from "./elements.js"
 import { Offer } from "./offer.js"
+import { placed, under } from "./rings.js"
 
 /** @import { Camera, Point } from "./camera.js" */
 /** @import { Robot } from "./cast.js" */
@@ -11,8 +12,7 @@ import { Offer } from "./offer.js"
 /** @import { Messages } from "./messages.js" */
 
 
-const NEAR = 24 // pixels to a ring
-const ARROW = 38 // pixels from the ring's middle to the arrow's tip
+const LONG = 9 // letters: a longer name takes two smaller lines
 const FINEST = 0.001 // meters and degrees, as they are written
 const FARTHEST = 1000 // meters along x and y
 const PAUSE = 150 // milliseconds without a change after which the server gets it
@@ -65,7 +65,7 @@ export class StartPoses {
     this.#offering.writes = score.takes_start_poses
     this.#told = new Map(Object.entries(score.robots).map(([name, { start_pose }]) => [name, degrees(start_pose)]))
     this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(this.#placed[name] ?? moved.get(name) ?? pose) }]))
-    find("start-poses-list").replaceChildren(...cast.map(({ name, color }) => this.#fields(name, color)))
+    find("start-poses-rows").replaceChildren(...cast.map(({ name, color }) => this.#fields(name, color)))
     this.#offer()
   }
 
@@ -93,8 +93,17 @@ export class StartPoses {
     if (!this.#card.open) return []
     return this.#cast.map(({ name, color }) => {
       const { x, y, heading } = this.#pose(name)
-      return { x, y, heading: (heading * Math.PI) / 180, color, chosen: name === this.#chosen }
+      return { name, x, y, heading: (heading * Math.PI) / 180, color, chosen: name === this.#chosen }
     })
+  }
+
+  /**
+   * The robot whose ring or arrow is at a point of the canvas.
+   * @param {Point} point
+   * @param {Camera} camera
+   */
+  ringAt(point, camera) {
+    return under(point, placed(this.rings, camera))?.name ?? null
   }
 
   /**
@@ -104,24 +113,12 @@ export class StartPoses {
    * @returns {((to: Point) => void) | null}
    */
   grab(point, camera) {
-    if (!this.#card.open) return null
-    /** @type {{ name: string, part: "place" | "heading", distance: number } | null} */
-    let best = null
-    for (const { name } of this.#cast) {
-      const pose = this.#pose(name)
-      const middle = camera.toScreen(pose)
-      const angle = (pose.heading * Math.PI) / 180
-      const tip = { x: middle.x + ARROW * Math.cos(angle), y: middle.y - ARROW * Math.sin(angle) }
-      for (const part of /** @type {const} */ (["place", "heading"])) {
-        const place = part === "place" ? middle : tip
-        const distance = Math.hypot(point.x - place.x, point.y - place.y)
-        if (distance < NEAR && distance < (best?.distance ?? Infinity)) best = { name, part, distance }
-      }
-    }
+    const best = under(point, placed(this.rings, camera))
     if (!best) return null
     const { name, part } = best
     this.#chosen = name
     this.#held = true
+    this.#rowOf(name)?.scrollIntoView({ block: "nearest" })
     return (to) => {
       const pose = this.#pose(name)
       const world = camera.toWorld(to)
@@ -178,7 +175,8 @@ export class StartPoses {
     set.dataset.robot = name
     set.style.setProperty("--robot", color)
     const legend = document.createElement("legend")
-    legend.textContent = name
+    legend.textContent = legend.title = name
+    legend.classList.toggle("long", name.length > LONG)
     set.append(legend)
     for (const key of KEYS) {
       const { most, step } = FIELDS[key]
@@ -201,18 +199,26 @@ export class StartPoses {
         input.value = String(neat(within(next, most), step))
         input.dispatchEvent(new Event("input"))
       })
-      field.append(key, input)
+      const word = document.createElement("span")
+      word.className = "unseen" // the head of the list says it for all
+      word.textContent = key
+      field.append(word, input)
       set.append(field)
     }
     return set
   }
 
   /** @param {string} name */
+  #rowOf(name) {
+    return find("start-poses-list").querySelector(`[data-robot="${CSS.escape(name)}"]`)
+  }
+
+  /** @param {string} name */
   #showFields(name) {
     const pose = this.#pose(name)
-    const set = find("start-poses-list").querySelector(`[data-robot="${CSS.escape(name)}"]`)
+    const row = this.#rowOf(name)
     for (const key of KEYS) {
-      const input = set?.querySelector(`[data-key=${key}]`)
+      const input = row?.querySelector(`[data-key=${key}]`)
       if (input instanceof HTMLInputElement && Number(input.value) !== pose[key]) input.value = String(pose[key])
     }
   }

@@ -134,7 +134,8 @@ export class Timeline {
     const rows = [...this.#list.querySelectorAll("li")]
     const known = rows.filter(({ dataset: { robot = "" } }) => this.#measured.has(robot))
     const beat = known.length ? this.#pointed : null
-    find("cast-head").textContent = beat === null ? "" : `beat ${Math.floor(beat) + 1}`
+    const count = rows.length > CROWD ? `${rows.length} robots` : "" // most have to be scrolled to
+    find("cast-head").textContent = beat === null ? count : `beat ${Math.floor(beat) + 1}`
     for (const row of rows) {
       const off = row.querySelector(".off")
       const text = this.#measured.off(row.dataset.robot ?? "", beat)

@@ -296,15 +296,19 @@ export class TimelineSheet {
     pen.font = `700 ${letter * 0.7}px ${FONT}`
     pen.textAlign = "left"
     pen.textBaseline = "middle"
-    for (const { robot: name, beat, sources, held } of this.#marks) {
+    const own = this.#marks.filter(({ robot: name }) => name === robot.name)
+    for (const [index, { beat, sources, held }] of own.entries()) {
       const x = (beat - left) * scale
-      if (name !== robot.name || x < 0) continue
+      if (x < 0) continue
       const [statement, start, end] = sources.at(-1) ?? [-1, 0, 0]
       const offset = this.#offsets[statement]
       const word = offset === undefined ? "" : this.#reader.word([offset + start, offset + end])
       pen.fillStyle = this.#colors.ink
       pen.fillRect(x - 1, y + row * 0.05, 2, row * 0.85)
-      pen.fillText(`${held ? "✓" : "✗"} ${word}`, x + 4, y + row * 0.9)
+      const sign = held ? "✓" : "✗"
+      const room = ((own[index + 1]?.beat ?? Infinity) - beat) * scale - 8
+      const fitting = [`${sign} ${word}`, sign].find((text) => pen.measureText(text).width <= room)
+      if (fitting) pen.fillText(fitting, x + 4, y + row * 0.9)
     }
   }
 

@@ -1,0 +1,37 @@
+// @ts-check
+// How much of the stage is covered on each side, so that the view keeps to the rest.
+
+import { find } from "./elements.js"
+
+const FOOT = 56 // pixels at the bottom of the stage for the scale and the tools
+const BESIDE = 0.6 // of the stage's width: a card or list that is wider lies above or below the robots, not beside them
+
+/**
+ * The covered pixels on each side, and the strip at the bottom that is left for the scale.
+ * @param {boolean} presenting
+ */
+export function insets(presenting) {
+  const hall = box("hall")
+  const card = document.querySelector(".card[open]")?.getBoundingClientRect()
+  const senses = box("senses")
+  const tools = find(presenting ? "presenting" : "tools")
+  const foot = Math.max(tools.offsetHeight + 20, FOOT)
+  const isBeside = (/** @type {DOMRect} */ each) => each.width <= hall.width * BESIDE
+  let [top, left, bottom] = [8, 0, foot]
+  if (presenting) {
+    const [beat, stop] = [box("status"), box("stop")] // they lie on the stage, unless Stop lies on the program
+    if (hall.height > hall.width) top = Math.max(top, beat.height)
+    else left = beat.width
+    if (stop.left < hall.right) top = Math.max(top, stop.bottom - hall.top)
+  }
+  if (senses.width && isBeside(senses)) left = Math.max(left, senses.right - hall.left)
+  else if (senses.width) top = Math.max(top, senses.bottom - hall.top)
+  if (card && isBeside(card)) left = Math.max(left, card.right - hall.left)
+  else if (card) bottom += hall.bottom - card.top
+  return { insets: { top, bottom, left }, strip: { foot, width: hall.width - left - tools.offsetWidth - 40 } }
+}
+
+/** @param {string} id */
+function box(id) {
+  return find(id).getBoundingClientRect()
+}

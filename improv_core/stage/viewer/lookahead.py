@@ -27,6 +27,8 @@ def about(score: Score, generation: int, *, takes_start_poses: bool) -> ShownSco
         "tempo": float(score.tempo),
         "scene": score.scene,
         "scenes": list(map(float, score.scene_begins)),
+        "scene_names": list(score.scene_names),
+        "bar": score.bar,
         "beats": None if beats == ENDLESS else float(beats),
         "world": worlds.to_json(score.world),
         "text": score.text,

@@ -87,13 +87,19 @@ class ShownDeadman(TypedDict):
 
 
 class ShownScore(TypedDict):
-    """A score as pages show it. `scenes` are the beats at which its scenes begin, from scene `scene` (from 0) on."""
+    """A score as pages show it.
+
+    `scenes` are the beats at which its scenes begin, from scene `scene` (from 0) on. `scene_names` are those of all
+    scenes, "" for one without. `bar` is how many beats a bar has, if the program says it.
+    """
 
     type: Literal["score"]
     generation: int
     tempo: float
     scene: int
     scenes: Sequence[float]
+    scene_names: Sequence[str]
+    bar: int | None
     beats: float | None
     world: Mapping[str, Any] | None
     text: str

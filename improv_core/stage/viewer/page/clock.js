@@ -6,6 +6,8 @@
  *   { speed: number, muted: string[], soloed: string[] }} Transport */
 
 export class Clock {
+  /** @type {number | null} */
+  bar = null // how many beats a bar has, if the program says it
   /** @type {Transport} */
   transport = { generation: 0, restarted: 0, state: "stopped", beat: 0, beats: 0, tempo: 60, speed: 1, wall: 0, performed: 0, backend: "", poses: undefined, muted: [], soloed: [] }
 
@@ -65,6 +67,11 @@ export class Clock {
     return Math.min(Math.floor(this.beat() + 1e-6) + 1, this.lastBeat)
   }
 
+  /** The present position, counted from 1, in words. */
+  get words() {
+    return words(this.countedBeat - 1, this.bar)
+  }
+
   /**
    * Whether a robot stands still while the others play.
    * @param {string} robot
@@ -73,4 +80,13 @@ export class Clock {
     const { muted, soloed } = this.transport
     return soloed.length > 0 ? !soloed.includes(robot) : muted.includes(robot)
   }
+}
+
+/**
+ * A position in words, which count from 1.
+ * @param {number} beat whole, from 0
+ * @param {number | null} bar how many beats a bar has
+ */
+export function words(beat, bar) {
+  return bar ? `bar ${Math.floor(beat / bar) + 1}, beat ${(beat % bar) + 1}` : `beat ${beat + 1}`
 }

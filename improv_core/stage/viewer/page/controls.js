@@ -113,7 +113,9 @@ export class Controls {
     const playing = state === "playing"
     find("state-word").textContent = open || (connection === "over" && played) ? (played ? state : "ready") : "offline"
     find("beat").hidden = !played
-    find("beat-end").textContent = beats === null ? "· ∞" : `/ ${whole(this.#clock.lastBeat)}`
+    const { bar, lastBeat } = this.#clock
+    const bars = whole(Math.ceil(lastBeat / (bar ?? 1)))
+    find("beat-end").textContent = beats === null ? "· ∞" : bar ? `/ ${bars} ${bars === "1" ? "bar" : "bars"}` : `/ ${bars}`
     find("tempo").textContent = played ? `${round(tempo)} beats/min` : ""
     find("backend").textContent = backend ?? ""
     find("play").setAttribute("aria-label", playing ? "Pause" : "Play")
@@ -132,9 +134,15 @@ export class Controls {
   showBeat() {
     const beat = this.#clock.beat()
     const { beats } = this.#clock.transport
-    const text = whole(this.#clock.countedBeat)
-    const changed = find("beat-now").textContent !== text
-    if (changed) find("beat-now").textContent = text
+    const { bar, countedBeat } = this.#clock
+    const text = whole(bar ? ((countedBeat - 1) % bar) + 1 : countedBeat)
+    const inBar = bar ? whole(Math.ceil(countedBeat / bar)) : ""
+    const changed = find("beat-now").textContent !== text || find("in-bar").dataset.bar !== inBar
+    if (changed) {
+      find("beat-now").textContent = text
+      find("in-bar").dataset.bar = inBar
+      find("in-bar").replaceChildren(...(inBar ? [part("quiet", "bar"), " ", part("count", inBar), ", "] : []))
+    }
     const pulse = this.#clock.playing ? 1 + 0.5 * (1 - (beat % 1)) ** 3 : 1
     find("lamp").style.setProperty("--pulse", pulse.toFixed(2))
     find("progress").style.setProperty("--done", beats ? (beat / beats).toFixed(4) : "0")
@@ -144,12 +152,23 @@ export class Controls {
   /** The state in words, for screen readers. */
   spoken() {
     const { state, tempo, beats, beat } = this.#clock.transport
-    if (state === "paused") return `paused at beat ${this.#clock.countedBeat}`
+    if (state === "paused") return `paused at ${this.#clock.words}`
     if (state !== "playing") return state
-    const from = beat > 0.5 ? ` from beat ${this.#clock.countedBeat}` : ""
+    const from = beat > 0.5 ? ` from ${this.#clock.words}` : ""
     const length = beats === null ? "without end" : `${round(beats)} beats`
     return `playing${from} ${length} at ${round(tempo)} beats per minute`
   }
+}
+
+/**
+ * @param {string} kind
+ * @param {string} text
+ */
+function part(kind, text) {
+  const element = document.createElement("span")
+  element.className = kind
+  element.textContent = text
+  return element
 }
 
 /** @param {number} number */

@@ -86,6 +86,8 @@ const MESSAGES = {
     tempo: positive,
     scene: count,
     scenes: listOf(number),
+    scene_names: listOf(text),
+    bar: nullOr(count),
     beats: nullOr(number),
     text,
     takes_start_poses: flag,

@@ -188,6 +188,7 @@ function change(now) {
 
 function showProgram() {
   if (!program.current) return
+  clock.bar = program.current.score.bar
   lights.showText(program.current.score)
   const [kind, meaning] = dynamics(Object.values(program.current.score.robots))
   Object.assign(find("dynamics"), { textContent: kind, title: meaning })

@@ -3,6 +3,7 @@
 
 import { TimelineSheet } from "./timesheet.js"
 
+import { words } from "./clock.js"
 import { find, findA } from "./elements.js"
 
 /** @import { Robot } from "./cast.js" */
@@ -135,7 +136,7 @@ export class Timeline {
     const known = rows.filter(({ dataset: { robot = "" } }) => this.#measured.has(robot))
     const beat = known.length ? this.#pointed : null
     const count = rows.length > CROWD ? `${rows.length} robots` : "" // most have to be scrolled to
-    find("cast-head").textContent = beat === null ? count : `beat ${Math.floor(beat) + 1}`
+    find("cast-head").textContent = beat === null ? count : words(Math.floor(beat), this.#clock.bar)
     for (const row of rows) {
       const off = row.querySelector(".off")
       const text = this.#measured.off(row.dataset.robot ?? "", beat)
@@ -150,7 +151,7 @@ export class Timeline {
     const values = {
       "aria-valuenow": Number(beat.toFixed(2)),
       "aria-valuemax": beats ?? Math.ceil(beat) + 1,
-      "aria-valuetext": `beat ${this.#clock.countedBeat}${beats === null ? ", endless" : ` of ${this.#clock.lastBeat}`}`,
+      "aria-valuetext": `${this.#clock.words}${beats === null ? ", endless" : ` of ${words(this.#clock.lastBeat - 1, this.#clock.bar).replace(/^beat /, "")}`}`,
     }
     for (const [name, value] of Object.entries(values)) this.#line.setAttribute(name, String(value))
   }

@@ -4,6 +4,7 @@
 import { mix, readColors } from "./colors.js"
 import { direction, labels, namesOf, outline, Reader, runs, shapes } from "./items.js"
 import { penOn } from "./pen.js"
+import { FONT, paintRuler } from "./ruler.js"
 
 /** @import { Robot } from "./cast.js" */
 /** @import { Colors } from "./colors.js" */
@@ -25,7 +26,6 @@ import { penOn } from "./pen.js"
  * @property {(robot: string) => boolean} silent
  */
 
-const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
 const SPARE = 0.5 // of the view's width is drawn beyond its right edge
 const MOST_ITEMS = 600 // per row: more would be finer than pixels
 const MOST_MARKS = 500
@@ -39,8 +39,6 @@ export class TimelineSheet {
   #width = 0
   #height = 0
   #ratio = 1
-  /** @type {number | null} */
-  #beats = 0 // null if the score is endless
   /** @type {Robot[]} */
   #cast = []
   /** @type {Messages["score"]["robots"]} */
@@ -50,7 +48,8 @@ export class TimelineSheet {
   #marks = []
   /** @type {Messages["score"]["offsets"]} */
   #offsets = {}
-  #scenes = { first: 0, beats: /** @type {number[]} */ ([]) }
+  /** @type {{ beats: number | null, bar: number | null, first: number, scenes: number[], names: string[] }} */
+  #ruler = { beats: 0, bar: null, first: 0, scenes: [], names: [] } // no beats if the score is endless
   #colors = readColors()
 
   /**
@@ -73,10 +72,9 @@ export class TimelineSheet {
    * @param {Robot[]} cast
    */
   show(score, cast) {
-    this.#beats = score.beats
     this.#robots = score.robots
     this.#offsets = score.offsets
-    this.#scenes = { first: score.scene, beats: score.scenes }
+    this.#ruler = { beats: score.beats, bar: score.bar, first: score.scene, scenes: score.scenes, names: score.scene_names }
     this.#cast = cast
     this.#reader = new Reader(score.text, score.words)
     this.forget()
@@ -145,7 +143,9 @@ export class TimelineSheet {
     pen.fillStyle = this.#colors.panel
     pen.fillRect(0, 0, canvas.width, canvas.height)
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0)
-    this.#paintRuler(pen, view, right)
+    const { beats, bar, first, scenes, names } = this.#ruler
+    const named = scenes.map((beat, index) => ({ beat, number: first + index + 1, name: names[first + index] ?? "" }))
+    paintRuler(pen, { ...view, last: Math.min(right, beats ?? Infinity), bar, scenes: named, height: this.#height, colors: this.#colors })
     this.#clipRows(pen, view, 1 + SPARE)
     for (const [index, robot] of this.#visible(view)) this.#paintRow(pen, view, right, index, robot)
     pen.restore()
@@ -174,49 +174,6 @@ export class TimelineSheet {
     pen.beginPath()
     pen.rect(0, head, this.#width * times, this.#height)
     pen.clip()
-  }
-
-  /**
-   * @param {Pen} pen
-   * @param {TimelineView} view
-   * @param {number} right
-   */
-  #paintRuler(pen, { left, scale, head, letter }, right) {
-    pen.font = `600 ${letter * 0.8}px ${FONT}`
-    pen.textAlign = "left"
-    pen.textBaseline = "middle"
-    const last = Math.min(right, this.#beats ?? Infinity)
-    const room = Math.max(pen.measureText(String(Math.ceil(last))).width + letter * 0.8, letter * 2.2)
-    const step = 2 ** Math.max(Math.ceil(Math.log2(room / scale)), 0)
-    for (let beat = Math.ceil(left / step - 1) * step; beat <= last; beat += step) {
-      const x = Math.round((beat - left) * scale) + 0.5
-      pen.fillStyle = this.#colors["grid-strong"]
-      pen.fillRect(x - 0.5, head * 0.55, 1, this.#height)
-      pen.fillStyle = this.#colors.quiet
-      if (beat >= 0 && beat < last) pen.fillText(String(beat + 1), x + letter * 0.3, head * 0.5)
-    }
-    this.#paintSceneNames(pen, { left, scale, head, letter })
-  }
-
-  /**
-   * Names the scenes on the ruler.
-   * @param {Pen} pen
-   * @param {Pick<TimelineView, "left" | "scale" | "head" | "letter">} view
-   */
-  #paintSceneNames(pen, { left, scale, head, letter }) {
-    const { first, beats } = this.#scenes
-    if (first + beats.length < 2) return
-    beats.forEach((beat, index) => {
-      const x = (beat - left) * scale
-      const name = `${beat + 1} · scene ${first + index + 1}`
-      const wide = pen.measureText(name).width + letter * 0.8
-      if (wide > ((beats[index + 1] ?? Infinity) - beat) * scale) return
-      pen.fillStyle = this.#colors.panel
-      pen.fillRect(x, 0, wide, head - 1)
-      pen.fillStyle = this.#colors.ink
-      if (index) pen.fillRect(x - 1, head * 0.2, 2, head)
-      pen.fillText(name, x + letter * 0.3, head * 0.5)
-    })
   }
 
   /**
@@ -282,7 +239,7 @@ export class TimelineSheet {
       pen.fillRect(end - 1.5, y + row * 0.1, 3, row * 0.8)
     }
     pen.fillStyle = this.#colors.ink
-    for (const beat of this.#scenes.beats.slice(1)) pen.fillRect((beat - left) * scale - 1, y, 2, row)
+    for (const beat of this.#ruler.scenes.slice(1)) pen.fillRect((beat - left) * scale - 1, y, 2, row)
   }
 
   /**

@@ -25,7 +25,7 @@ from improv_core.services.history import Played
 from improv_core.stage.commands import Form, PlaceRobots
 from improv_core.stage.messages import TransportMessage, When
 from improv_core.text import Span
-from improv_ls.documents import Document, RobotsFile, name_of, opened, path_of
+from improv_ls.documents import Document, name_of, opened, path_of
 from improv_ls.editor import Editor
 from improv_ls.held_keys import HeldKeys
 from improv_ls.hinting import Hinting
@@ -59,7 +59,6 @@ class Performance:
         self,
         editor: Editor,
         documents: Mapping[str, Document],
-        robots_files: Mapping[str, RobotsFile],
         records: Records,
         settling: Settling,
     ) -> None:
@@ -80,7 +79,7 @@ class Performance:
         self._hinted = False
         self._refused = 0  # the count of stops when the editor was last told that something did not begin
         self._page_shown = False
-        self._placing = Placing(editor, robots_files)
+        self._placing = Placing(editor, documents)
         self._closing: set[asyncio.Task[None]] = set()
 
     async def warm_up(self) -> None:
@@ -301,8 +300,8 @@ class Performance:
             self.playing.sensed(message)
             self.live.sensed()
         elif (message["type"] == "place" or message["type"] == "form") and self.playing.latest:
-            if asked := _in_files(message, self._only):
-                self._editor.soon(self._placing.offer(self.playing.latest, asked))
+            if asked := _in_program(message, self._only):
+                self._editor.soon(self._placing.offer(self.playing.latest.uri, asked))
         elif message["type"] == "warning":
             self._editor.warn(message["message"])
         elif message["type"] == "error" or message["type"] == "gone":
@@ -338,8 +337,8 @@ class Performance:
         self._editor.soon(show_page(self._editor, playback))
 
 
-def _in_files(asked: PlaceRobots | Form, only: Selection | None) -> PlaceRobots | Form | None:
-    """The part of a request that can be written to improv.toml: a ghost is in no file."""
+def _in_program(asked: PlaceRobots | Form, only: Selection | None) -> PlaceRobots | Form | None:
+    """The part of a request that can be written: a ghost is in no program."""
     if asked["type"] == "form" or not only or not only.ghost:
         return asked
     poses = {robot: pose for robot, pose in asked["start_poses"].items() if robot != only.ghost}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from zlib import crc32
 
@@ -17,17 +17,13 @@ from improv_core.commands.exit_codes import INTERRUPTED, CommandError
 from improv_core.commands.new import make, with_ending
 from improv_core.commands.terminal import TerminalSession, first, performance, run
 from improv_core.playback.start import Options
-from improv_core.program.analysis import analyze
-from improv_core.program.compiler import score_of
 from improv_core.program.files import STANDARD_INPUT, ReadError, read_bytes, robots_or_problem
 from improv_core.robots.config import absolute, find_robots_file
 from improv_core.services.page_editor import PageEditor
-from improv_core.services.placed import PlacedRobots, starts_of
 from improv_core.services.program_file import Version, WriteError, latest, read_version, write_text
 from improv_core.services.saves import changes, settle
-from improv_core.stage.commands import Editing, Form, PlaceRobots
+from improv_core.stage.commands import Editing
 from improv_core.stage.editing import Analyze, EditorAnswer, Write
-from improv_core.stage.fields import StartPoseJson
 from improv_core.stage.messages import When
 
 PORTS = range(20_000, 30_000)
@@ -72,7 +68,6 @@ async def edit(path: Path, version: Version, options: Options, when: When, *, br
         options,
         browser=False,
         edit=lambda editing, asked: asks.put_nowait((editing, NEVER if "overtaken" in editing else asked)),
-        place=lambda asked: desk.place(asked),  # at once: a restart may follow
     ) as performing:
         desk = _Desk(performing, path, version, when)
         if browser:
@@ -95,9 +90,6 @@ class _Desk:
         self._robots = robots_or_problem(path.parent)
         self._editor = PageEditor(self._robots)
         self._unchecked: asyncio.Queue[tuple[int, Analyze]] = asyncio.Queue()
-        self._placed = PlacedRobots()
-        self._played: str | None = None
-        self._starts: Mapping[str, StartPoseJson] = {}
         performing.present(path)
         self._show()
 
@@ -113,6 +105,8 @@ class _Desk:
                 self._unchecked.put_nowait((page, ask))
             elif ask["type"] == "complete":
                 self._answer(page, self._editor.complete(page, ask))
+            elif ask["type"] == "move" or ask["type"] == "arrange":
+                self._answer(page, self._editor.move(page, ask))
             else:
                 self._answer(page, self._editor.explain(page, ask))
 
@@ -151,7 +145,6 @@ class _Desk:
             self._performing.screen.say(f"{self._path.name} was changed by another program")
         if robots != self._robots:
             self._robots = self._editor.robots = robots
-            self._placed, self._starts = PlacedRobots(), {}  # the file's starts count again
         elif version == self._version:
             return
         self._version = version
@@ -170,23 +163,7 @@ class _Desk:
         self._answer(page, {"type": "written", "number": ask["number"], "revision": revision, "problem": ""})
         self._show()
         analysis = self._editor.analysis(ask["text"])
-        if analysis.ok:
-            self._played = ask["text"]
         await self._performing.play_if_right(analysis, self._path, asked, self._when)
-
-    def place(self, asked: PlaceRobots | Form) -> None:
-        """Have robots start elsewhere from the next play or restart on. Nothing is written."""
-        placed = self._placed.after(asked)
-        robots = placed.robots(self._robots)
-        analysis = analyze(self._played or "", robots)
-        if analysis.ok:
-            self._placed, self._editor.robots = placed, robots
-            score = score_of(analysis)
-            self._starts = starts_of(score)
-            self._performing.playback.revise(score)
-        for problem in robots.diagnostics if not analysis.ok else ():
-            self._performing.screen.complain(f"improv: {problem.message}")
-        self._show()  # also after a refusal: pages move their rings back
 
     def _show(self) -> None:
         """Tell all pages what the file holds."""
@@ -196,7 +173,6 @@ class _Desk:
                 "path": str(absolute(self._path)),
                 "text": self._version.text,
                 "revision": self._version.revision,
-                "start_poses": self._starts,
             }
         )
 

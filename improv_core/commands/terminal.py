@@ -7,7 +7,7 @@ import contextlib
 import signal
 import threading
 import webbrowser
-from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Coroutine, Iterable, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,6 @@ from improv_core.score.motion import Pose, Twist
 from improv_core.services.browser import has_browser
 from improv_core.services.history import keep
 from improv_core.slices import on_checkpoint
-from improv_core.stage.commands import Form, PlaceRobots
 from improv_core.stage.doing import REST
 from improv_core.stage.messages import Decided, Measured, MeasuredRobot, Poses, Sensed, Sent, TransportMessage, When
 from improv_core.stage.sinks.recorder import Recorder
@@ -75,10 +74,9 @@ async def performance(
     recorder: Recorder | None = None,
     hears_keys: bool = True,
     edit: Edit | None = None,
-    place: Callable[[PlaceRobots | Form], None] | None = None,
 ) -> AsyncIterator[TerminalSession]:
     """A performance with its stages started, which is closed in the end. Raises StageError, and as `close` does."""
-    performing = TerminalSession(options, quiet, recorder, edit, place)
+    performing = TerminalSession(options, quiet, recorder, edit)
     reached = performing.listen()
     loop, ours = asyncio.get_running_loop(), threading.get_ident()
     interrupts: list[int] = []
@@ -121,10 +119,8 @@ class TerminalSession:
         quiet: bool,
         recorder: Recorder | None,
         edit: Edit | None,
-        place: Callable[[PlaceRobots | Form], None] | None,
     ) -> None:
         self.stops = Stops()
-        self._place = place
         self.playback = Playback(options, self._hear, self.stops, edit=edit)
         self._recorder = recorder
         self._not_recorded: OSError | ValueError | None = None
@@ -285,9 +281,6 @@ class TerminalSession:
             self._follow(message, leads)
         elif message["type"] == "stopped":
             self._keep_poses(message)
-        elif message["type"] == "place" or message["type"] == "form":
-            if self._place:
-                self._place(message)
         elif message["type"] == "watched":
             self._watched.set()
         elif message["type"] in ("sent", "sensed", "decided", "measured") and leads:

@@ -15,6 +15,8 @@ from improv_core.text import Span
 
 Start = tuple[float, float, float]
 """x and y in meters, the heading in degrees."""
+UNPLACED = "a line with `at` has an error: fix it first"
+"""What to say if nothing could be written."""
 _OPENING = ("AT", "IS", "ROOM", "BAR_LENGTH", "BEAT")
 """The signs of the lines below which places are written, if nothing else is above them."""
 _SAME = 1e-6

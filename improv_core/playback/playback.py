@@ -23,7 +23,6 @@ from improv_core.playback.stage_process import Heard, StageError
 from improv_core.playback.start import Options, SinkName, start_stage
 from improv_core.playback.stop_socket import IDLE
 from improv_core.playback.stops import KNOWN, Stops
-from improv_core.score.score import Score
 from improv_core.score.score_json import RowsWritten, to_json
 from improv_core.stage.commands import Editing
 from improv_core.stage.messages import Load, Problem, Ready, ToStage
@@ -155,11 +154,6 @@ class Playback:
         """Have all stages do something, at the same time. To resume, `stops` is the count when somebody asked for it:
         after a stop since then, they don't."""
         self._do(asked(self.show, wish, self._now(stops)))
-
-    def revise(self, score: Score) -> None:
-        """Have a page's Restart play this score instead of the one that was played."""
-        if self.show.played:
-            self.show = replace(self.show, played=replace(self.show.played, score=score))
 
     def keep_as(self, other: Playback) -> None:
         """Take over the speed, the muted and soloed robots, and the open pages of another playback.

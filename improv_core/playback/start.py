@@ -24,7 +24,7 @@ class Options:
     `node` is the name of the node in ROS 2 (None: a unique one); `ros_arguments` are ROS's own, after `--ros-args`.
 
     With `report_sent`, stages report every velocity they send. `takes_start_poses` is for a listener that handles
-    `place` requests: only then does the page offer to write start poses into improv.toml.
+    `place` requests: only then does the page have start poses written into the program.
     """
 
     backend: str = "auto"

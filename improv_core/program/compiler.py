@@ -13,6 +13,7 @@ from improv_core.program.analysis import Analysis
 from improv_core.robots.config import Robots
 from improv_core.robots.limits import excess
 from improv_core.robots.start_poses import start_poses
+from improv_core.score.motion import Pose
 from improv_core.score.movement import ENDLESS, Duration, Exact, Movement, Velocity, brief
 from improv_core.score.performance import SenseSpan, perform
 from improv_core.score.profiles import Profile
@@ -33,16 +34,12 @@ _MOMENTS_PER_SEGMENT = 2
 
 def score_of(analysis: Analysis) -> Score:
     """The score of a program."""
-    cast, places = analysis.opening.cast, analysis.opening.places
-    named = (name for line in analysis.played.values() for name, _ in line.parts)
-    robots = {name: cast.robot(name) for name in dict.fromkeys([*named, *analysis.robots])}
-    poses = start_poses(robots, cast.world.size, cast.formation)  # also of those that a selection leaves out
-    poses.update(places)
+    cast, poses = analysis.opening.cast, starts_of(analysis)
     parts, smooth = {}, _Smooth(analysis.tempo)
     nothing = (NOTHING,) * analysis.scene_count
-    for name in dict.fromkeys([*analysis.robots, *places]):
+    for name in dict.fromkeys([*analysis.robots, *analysis.opening.places]):
         checkpoint()
-        robot = robots.get(name) or cast.robot(name)
+        robot = cast.robot(name)
         profile = replace(robot.profile, message=robot.message)
         scenes = analysis.parts.get(name, nothing)
         parts[name] = Part(
@@ -71,6 +68,14 @@ def score_of(analysis: Analysis) -> Score:
         return score
     offsets = dict(zip(analysis.statement_ids, analysis.offsets, strict=True))
     return replace(score, text=analysis.text, offsets=offsets)
+
+
+def starts_of(analysis: Analysis) -> Mapping[str, Pose]:
+    """Where all robots of a program begin, also those that a selection leaves out."""
+    cast = analysis.opening.cast
+    named = (name for line in analysis.played.values() for name, _ in line.parts)
+    robots = {name: cast.robot(name) for name in dict.fromkeys([*named, *analysis.robots])}
+    return {**start_poses(robots, cast.world.size, cast.formation), **analysis.opening.places}
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Writes start poses, formations, robots, and calibration into the text of an `improv.toml`; the rest stays."""
+"""Writes start poses, robots, and calibration into the text of an `improv.toml`; the rest stays."""
 
 from __future__ import annotations
 
@@ -34,29 +34,6 @@ def place(text: str, starts: Mapping[str, Start], cast: Iterable[str]) -> str | 
         made += line_end.join(_section(name, starts.get(name), line_end) for name in missing)
     # TOML has many ways to write the same thing, so check that the new text means what it should.
     return made if read_toml(made).data == _expected(toml.data, robots, missing, starts) else None
-
-
-def form(text: str, shape: str, distance: float, facing: str) -> str | None:
-    """The text with this formation; None if the file can't be read, or writes its formation in an unusual form."""
-    toml = read_toml(text)
-    old = toml.data.get("formation", {})
-    if toml.diagnostics or not isinstance(old, dict):
-        return None
-    line_end = "\r\n" if "\r\n" in text else "\n"
-    lines = formation_lines(shape, distance, facing)
-    if "formation" in toml.data:
-        made = _reformed(text, toml, lines, line_end)
-    else:
-        made = text + _gap(text, line_end) + "".join(f"{line}{line_end}" for line in ("[formation]", *lines))
-    new = read_toml(made)
-    expected = {**toml.data, "formation": read_toml("\n".join(lines)).data}
-    return made if not new.diagnostics and new.data == expected else None
-
-
-def formation_lines(shape: str, distance: float, facing: str) -> list[str]:
-    """A formation as written in improv.toml. Only robots in a circle face in or out."""
-    lines = [f'shape = "{shape}"', f"distance = {round(distance, 3):.10g}"]
-    return [*lines, f'facing = "{facing}"'] if shape == "circle" else lines
 
 
 def add(text: str, robot: str) -> Edit | None:
@@ -120,33 +97,10 @@ def _names(robot: str) -> Iterator[str]:
     yield from (f"{robot}_calibrated_{number}" for number in count(2))
 
 
-def inline(start: Start) -> str:
+def _inline(start: Start) -> str:
     """A start pose as written in improv.toml."""
     x, y, heading = (f"{value:.10g}" for value in _rounded(start).values())
     return f"{{ x = {x}, y = {y}, heading = {heading} }}"
-
-
-def _reformed(text: str, toml: TomlText, lines: Iterable[str], line_end: str) -> str:
-    """The text with these lines in the section that it has. Comments stay, also those behind what goes."""
-    entries = toml.positions.entries
-    after_header = text.find("\n", entries["formation",].key.end) + 1 or len(text)
-    wanted = {line.split(" = ")[0]: line.split(" = ")[1] for line in lines}
-    edits = [
-        Edit(known.value, wanted[key])
-        if key in wanted
-        else Edit(_whole(text, Span(known.key.start, known.value.end)), "")
-        for key in ("shape", "distance", "facing")
-        if (known := entries.get(("formation", key)))
-    ]
-    missing = [f"{key} = {value}{line_end}" for key, value in wanted.items() if ("formation", key) not in entries]
-    edits.append(Edit(Span(after_header, after_header), "".join(missing)))
-    return _applied(text, edits)
-
-
-def _whole(text: str, span: Span) -> Span:
-    """The span with its line end if nothing else is on its line."""
-    start, end = text.rfind("\n", 0, span.start) + 1, text.find("\n", span.end) + 1 or len(text)
-    return span if text[start : span.start].strip() or text[span.end : end].strip() else Span(start, end)
 
 
 def _applied(text: str, edits: Iterable[Edit]) -> str:
@@ -185,8 +139,8 @@ def _below(text: str, offset: int, lines: Iterable[str], line_end: str) -> Edit:
 def _edit(text: str, toml: TomlText, robot: str, start: Start, line_end: str) -> Edit | None:
     """The edit that sets the start pose of a listed robot."""
     if known := toml.positions.entries.get(("robots", robot, "start")):
-        return Edit(known.value, inline(start)) if text[known.value.start] == "{" else None
-    return _below(text, toml.positions.entries["robots", robot].key.end, [f"start = {inline(start)}"], line_end)
+        return Edit(known.value, _inline(start)) if text[known.value.start] == "{" else None
+    return _below(text, toml.positions.entries["robots", robot].key.end, [f"start = {_inline(start)}"], line_end)
 
 
 def _gap(text: str, line_end: str) -> str:
@@ -195,7 +149,7 @@ def _gap(text: str, line_end: str) -> str:
 
 
 def _section(robot: str, start: Start | None, line_end: str) -> str:
-    return f"[robots.{robot}]{line_end}" + (f"start = {inline(start)}{line_end}" if start else "")
+    return f"[robots.{robot}]{line_end}" + (f"start = {_inline(start)}{line_end}" if start else "")
 
 
 def _expected(

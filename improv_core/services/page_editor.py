@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import islice
 
@@ -11,12 +12,26 @@ from improv_core.diagnostics import Diagnostic, Fix
 from improv_core.ide.code_action import REMOVABLE
 from improv_core.ide.completion import complete
 from improv_core.ide.hover import hover
+from improv_core.ide.placing import UNPLACED, formed, placed
 from improv_core.ide.semantic_tokens import colored, fragments
 from improv_core.program import room
 from improv_core.program.analysis import Analysis, analyze
+from improv_core.program.compiler import starts_of
 from improv_core.robots.config import FILE_NAME, Robots
 from improv_core.score.encounters import Known
-from improv_core.stage.editing import Analyze, Analyzed, Complete, Completed, Explain, Explained, TextProblem
+from improv_core.stage.editing import (
+    Analyze,
+    Analyzed,
+    Arrange,
+    Complete,
+    Completed,
+    Explain,
+    Explained,
+    Move,
+    RobotsMoved,
+    TextProblem,
+)
+from improv_core.stage.fields import StartPoseJson
 from improv_core.text import LineIndex, difference
 
 MOST_PAGES = 64
@@ -108,11 +123,39 @@ class PageEditor:
             "colors": list(_colors(analysis)),
             "problems": list(islice(_problems(found, analysis.lines, self.robots), MOST_PROBLEMS)),
             "count": len(found) + len(self.robots.diagnostics),
+            "starts": _starts(analysis),
+        }
+
+    def move(self, page: int, ask: Move | Arrange) -> RobotsMoved | None:
+        """The edits that have robots begin elsewhere. None if the page has another text."""
+        analysis = self._text(page, ask["number"])
+        if not analysis:
+            return None
+        if ask["type"] == "arrange":
+            edits = formed(analysis, ask["shape"], ask["distance"], ask["facing"])
+        else:
+            starts = ask["start_poses"]
+            edits = placed(analysis, {name: (each["x"], each["y"], each["heading"]) for name, each in starts.items()})
+        return {
+            "type": "moved",
+            "number": ask["number"],
+            "edits": [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in edits or ()],
+            "problem": "" if edits is not None else UNPLACED,
         }
 
     def _text(self, page: int, number: int) -> Analysis | None:
         known, analysis = self._texts.get(page, (-1, None))
         return analysis if known == number else None
+
+
+def _starts(analysis: Analysis) -> Mapping[str, StartPoseJson]:
+    """Where the robots of a program without errors begin, in meters and degrees."""
+    poses = starts_of(analysis) if analysis.ok else {}
+    return {
+        name: {"x": pose.x, "y": pose.y, "heading": math.degrees(pose.heading)}
+        for name, pose in poses.items()
+        if name in analysis.robots or name in analysis.opening.places
+    }
 
 
 def _colors(analysis: Analysis) -> Iterator[int]:

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, TypedDict, TypeGuard
+from typing import Any, Literal, TypedDict, TypeGuard
 
-from improv_core.score.fits import Between
 from improv_core.stage.editing import AskEditor
-from improv_core.stage.fields import Beat, Factor, Name, Names, StartPoses
+from improv_core.stage.fields import Beat, Distance, Facing, Factor, Name, Names, Shape, StartPoses
 from improv_core.stage.typed_lines import type_of
 
 
@@ -107,16 +106,12 @@ class PlaceRobots(TypedDict):
     start_poses: StartPoses
 
 
-Shape = Literal["line", "circle", "grid"]
-Facing = Literal["in", "out"]
-
-
 class Form(TypedDict):
     """Somebody chose a formation on the page: its distance in meters, and which way robots in a circle face."""
 
     type: Literal["form"]
     shape: Shape
-    distance: Annotated[float, Between(0.001, 1000)]
+    distance: Distance
     facing: Facing
 
 

@@ -5,21 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, TypedDict
 
-from improv_core.stage.fields import Count, StartPoseJson, Text
+from improv_core.stage.fields import Count, Distance, Facing, Shape, StartPoseJson, StartPoses, Text
 
 
 class ProgramSource(TypedDict):
     """The program as it stands in its file at `path`, which pages may edit. `revision` names this version of it.
 
-    Its lines end in \\n here, whatever the line ends in the file are. `start_poses` are where robots start next if
-    somebody has moved them on a page.
+    Its lines end in \\n here, whatever the line ends in the file are.
     """
 
     type: Literal["source"]
     path: str
     text: str
     revision: str
-    start_poses: Mapping[str, StartPoseJson]
 
 
 class Analyze(TypedDict):
@@ -55,7 +53,25 @@ class Write(TypedDict):
     revision: Text
 
 
-AskEditor = Analyze | Complete | Explain | Write
+class Move(TypedDict):
+    """Asks for the edits of the text with this number that have robots begin at these starts."""
+
+    type: Literal["move"]
+    number: Count
+    start_poses: StartPoses
+
+
+class Arrange(TypedDict):
+    """Asks for the edits of the text with this number that have all robots begin in a formation."""
+
+    type: Literal["arrange"]
+    number: Count
+    shape: Shape
+    distance: Distance
+    facing: Facing
+
+
+AskEditor = Analyze | Complete | Explain | Write | Move | Arrange
 """What a page asks for while somebody edits the program on it."""
 
 
@@ -90,7 +106,7 @@ class TextProblem(TypedDict):
 class Analyzed(TypedDict):
     """`colors` has three numbers for each colored word: characters since the end of the last one, length, and kind.
 
-    `problems` are the first of `count`.
+    `problems` are the first of `count`. `starts` are where its robots begin, if it has no errors.
     """
 
     type: Literal["analyzed"]
@@ -98,6 +114,7 @@ class Analyzed(TypedDict):
     colors: Sequence[int]
     problems: Sequence[TextProblem]
     count: int
+    starts: Mapping[str, StartPoseJson]
 
 
 class OfferedWord(TypedDict):
@@ -135,7 +152,16 @@ class Written(TypedDict):
     problem: str
 
 
-EditorAnswer = Analyzed | Completed | Explained | Written
+class RobotsMoved(TypedDict):
+    """The edits of the text with this number, in their order, or a `problem`: one line says why there are none."""
+
+    type: Literal["moved"]
+    number: int
+    edits: Sequence[TextEdit]
+    problem: str
+
+
+EditorAnswer = Analyzed | Completed | Explained | Written | RobotsMoved
 
 
 class Answer(TypedDict):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, TypedDict
+from typing import Annotated, Literal, TypedDict
 
 from improv_core.score.fits import Between, Long
 from improv_core.score.motion import Pose
@@ -59,3 +59,7 @@ class StartPoseJson(TypedDict):
 
 
 StartPoses = Annotated[Mapping[Name, StartPoseJson], Long(0, 10_000)]
+Shape = Literal["line", "circle", "grid"]
+Facing = Literal["in", "out"]
+Distance = Annotated[float, Between(0.001, 1000)]
+"""Meters between neighbors of a formation."""

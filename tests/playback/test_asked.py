@@ -158,7 +158,7 @@ def test_the_simulator_needs_no_emergency_stop() -> None:
 
 def test_pages_are_told_what_may_be_edited_and_ros_is_not() -> None:
     tell(Story(), [
-        ({"type": "source", "path": "/d", "text": "", "revision": "1", "start_poses": {}}, ["simulator: source"]),
+        ({"type": "source", "path": "/d", "text": "", "revision": "1"}, ["simulator: source"]),
         ({"type": "answer", "page": 1, "answer": {"type": "written", "number": 1, "revision": "", "problem": ""}},
          ["simulator: answer"]),
         ({"type": "program", "name": "d", "folder": "/", "problems": [], "count": 0},

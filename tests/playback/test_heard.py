@@ -301,7 +301,7 @@ def test_a_new_stage_learns_what_is_kept(name: SinkName) -> None:
         {"type": "silence", "muted": ["r"], "soloed": []},
         {"type": "speed", "factor": 2.0},
         {"type": "program", "name": "dance.improv", "folder": "/", "problems": [], "count": 0},
-        {"type": "source", "path": "/dance.improv", "text": "", "revision": "1", "start_poses": {}},
+        {"type": "source", "path": "/dance.improv", "text": "", "revision": "1"},
     ]
     answer: Any = {"type": "answer", "page": 1, "answer": {}}
     for each in (*kept, {"type": "cue"}, {"type": "seek", "beat": 1.0}, answer):

@@ -1,4 +1,4 @@
-"""Robots are dragged on the page, or form up: what improv.toml says before, and after."""
+"""Robots are placed or calibrated: what improv.toml says before, and after."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import math
 import pytest
 
 from improv_core.robots.config import read_robots
-from improv_core.robots.edits import Start, calibrate, form, place
-from improv_core.robots.formation import Formation
+from improv_core.robots.edits import Start, calibrate, place
 
 ANNA = (1.5004, -0.0001, 90.0)
 
@@ -117,38 +116,6 @@ def test_unusual_files_are_left_alone(text: str) -> None:
 
 def test_an_impossible_name_is_not_written() -> None:
     check("", None, starts={"anna]\n[ros": (1, 2, 3)})
-
-
-def check_form(before: str, after: str | None, shape: str = "line") -> None:
-    assert form(before, shape, 1.5004, "out") == after
-    if after:
-        found = read_robots(after)
-        assert (found.ok, found.formation) == (True, Formation(shape, 1.5, "out" if shape == "circle" else "in"))
-
-
-def test_a_formation_in_a_file_without_one() -> None:
-    check_form("", '[formation]\nshape = "line"\ndistance = 1.5\n')
-    check_form("# ours", '# ours\n\n[formation]\nshape = "circle"\ndistance = 1.5\nfacing = "out"\n', "circle")
-    check_form("[ros]\r\n", '[ros]\r\n\r\n[formation]\r\nshape = "line"\r\ndistance = 1.5\r\n')
-
-
-def test_another_formation_leaves_comments_and_other_keys_alone() -> None:
-    check_form(
-        "[formation] # us\nshape = 'grid' # now\n# wide\ndistance = 3\n[ros]\n",
-        '[formation] # us\nfacing = "out"\nshape = "circle" # now\n# wide\ndistance = 1.5\n[ros]\n',
-        "circle",
-    )
-    before = "[formation]\nshape = 'circle'\nfacing = 'in'{}\n"
-    check_form(before.format(""), '[formation]\ndistance = 1.5\nshape = "line"\n')
-    check_form(before.format(" # warm"), '[formation]\ndistance = 1.5\nshape = "line"\n # warm\n')
-    check_form(
-        "formation.shape = 'grid'\nformation.distance = 2\n", 'formation.shape = "line"\nformation.distance = 1.5\n'
-    )
-
-
-@pytest.mark.parametrize("text", ["formation = 3\n", "[formation\n", "formation = { shape = 'grid' }\n"])
-def test_an_unusual_or_unreadable_formation_is_left_alone(text: str) -> None:
-    check_form(text, None)
 
 
 CALIBRATED = {"commanded_step": 0.2105, "commanded_quarter_turn": 94.7, "left_right": 1.02}

@@ -8,6 +8,7 @@ from improv_core.robots.config import read_robots
 from improv_core.services.page_editor import MOST_PROBLEMS, PageEditor
 from improv_core.services.program_file import TEMPLATE
 from improv_core.stage.editing import Analyzed
+from improv_core.stage.fields import StartPoseJson
 
 PAGE, OTHER = 1, 2
 
@@ -117,3 +118,28 @@ def test_words_are_offered_and_explained_for_the_text_that_the_page_has() -> Non
 
 def test_what_improv_new_writes_is_right() -> None:
     assert ask(PageEditor(read_robots("")), TEMPLATE)["problems"] == []
+
+
+def test_starts_of_a_program_without_errors_are_told() -> None:
+    editor = PageEditor(read_robots(""))
+    starts = ask(editor, "bo at 1 2 facing 90\nada $ left\n")["starts"]
+    assert starts == {"ada": {"x": 0, "y": 0, "heading": 0}, "bo": {"x": 1, "y": 2, "heading": 90}}
+    assert ask(editor, "bo at 1 2\nada $ lft\n")["starts"] == {}
+
+
+def test_robots_are_moved_in_the_text_of_their_page() -> None:
+    editor = PageEditor(read_robots(""))
+    start: StartPoseJson = {"x": 1, "y": 2, "heading": 0}
+    ask(editor, "ada $ left\n", number=3)
+    moved = editor.move(PAGE, {"type": "move", "number": 3, "start_poses": {"ada": start}})
+    assert moved
+    assert moved["edits"] == [{"start": 0, "end": 0, "text": "ada at 1 2\n"}]
+    arranged = editor.move(PAGE, {"type": "arrange", "number": 3, "shape": "line", "distance": 2, "facing": "in"})
+    assert arranged
+    assert arranged["edits"] == [{"start": 0, "end": 0, "text": "ada at 0 0\n"}]
+    assert editor.move(OTHER, {"type": "move", "number": 3, "start_poses": {"ada": start}}) is None
+    ask(editor, "ada at x\nada $ left\n", number=4)
+    assert editor.move(PAGE, {"type": "move", "number": 3, "start_poses": {"ada": start}}) is None
+    refused = editor.move(PAGE, {"type": "move", "number": 4, "start_poses": {"ada": start}})
+    assert refused
+    assert (refused["edits"], refused["problem"]) == ([], "a line with `at` has an error: fix it first")

@@ -238,6 +238,8 @@ class Application:
             or request["type"] == "complete"
             or request["type"] == "explain"
             or request["type"] == "write"
+            or request["type"] == "move"
+            or request["type"] == "arrange"
         ):
             editing: Editing = {"type": "editing", "page": outbox.number, "ask": request}
             if order.lags:

@@ -250,3 +250,12 @@ def wait(page: Page, condition: str) -> None:
           look()
         }})"""
     )
+
+
+def at(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Where a point of the world is on the page, in pixels; once the view has come to rest."""
+    wait(page, "(v => (window.last === JSON.stringify(v) || (window.last = JSON.stringify(v), 0)))(improv.view)")
+    box = page.locator("#stage").bounding_box()
+    assert box
+    place = page.evaluate(f"improv.toScreen({x}, {y})")
+    return box["x"] + place["x"], box["y"] + place["y"]

@@ -13,7 +13,7 @@ from improv_core.program.analysis import analyze
 from improv_core.program.compiler import score_of
 from improv_core.stage.sinks.simulator import Simulator
 from improv_core.stage.viewer.server import Viewer
-from tests.stage.viewer.conftest import TOKEN, Show, link, transport, wait, watch
+from tests.stage.viewer.conftest import TOKEN, Show, at, link, transport, wait, watch
 
 LONG = "beat 60\nada $ repeat 40 (forward || left)\nbo $ repeat 40 (forward right)\n"
 
@@ -199,38 +199,32 @@ def test_two_pages_show_the_same(browser: Browser, stage: Page, show: Show) -> N
     other.close()
 
 
-def test_a_start_that_was_dragged_is_offered_and_written_only_when_asked(stage: Page, artifacts: Path) -> None:
+def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(stage: Page, artifacts: Path) -> None:
     stage.keyboard.press("Escape")
     wait(stage, "improv.transport.state === 'stopped'")
     stage.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
-    placed = "(window.sent ?? []).filter(({ type }) => type === 'place')"
+    placed = "(window.sent ?? []).filter(({ type }) => type === 'place').map(({ start_poses }) => start_poses)"
     stage.get_by_role("button", name="Starts").click()
     dialog = stage.get_by_role("dialog", name="Start poses")
-    write = dialog.get_by_role("button", name="Write to improv.toml")
-    expect(write).to_be_hidden()
     x, y = at(stage, 0, 0)
     stage.mouse.move(x, y)
     stage.mouse.down()
     to_x, to_y = at(stage, 2, 1)
     stage.mouse.move(to_x, to_y, steps=3)
-    stage.mouse.up()
-    lines = stage.locator("#start-poses-offer-lines")
-    expect(lines).to_have_text("[robots.ada]\nstart = { x = 2, y = 1, heading = 0 }\n")
-    dialog.get_by_label("heading", exact=True).first.fill("90")
-    expect(lines).to_have_text("[robots.ada]\nstart = { x = 2, y = 1, heading = 90 }\n")
-    for wrong in ("5000", ""):  # nothing is offered while a number is wrong
-        dialog.get_by_label("y", exact=True).first.fill(wrong)
-        expect(lines).to_be_hidden()
-        dialog.get_by_label("y", exact=True).first.fill("1")
-        expect(lines).to_be_visible()
-    stage.screenshot(path=artifacts / "page-starts.png")
     assert stage.evaluate(placed) == []
-    dialog.get_by_label("x", exact=True).first.fill("0.12549")
-    dialog.get_by_label("y", exact=True).last.fill("-2")
-    other = float(dialog.get_by_label("x", exact=True).last.input_value())
-    write.click()
-    poses = {"ada": {"x": 0.125, "y": 1, "heading": 90}, "bo": {"x": other, "y": -2, "heading": 0}}
-    assert stage.evaluate(placed) == [{"type": "place", "start_poses": poses}]  # all at once
+    stage.mouse.up()
+    assert stage.evaluate(placed) == [{"ada": {"x": 2, "y": 1, "heading": 0}}]
+    dialog.get_by_label("heading", exact=True).first.fill("90")
+    dialog.get_by_label("heading", exact=True).first.press("Enter")
+    assert stage.evaluate(placed)[1:] == [{"ada": {"x": 2, "y": 1, "heading": 90}}]
+    for wrong in ("5000", ""):  # nothing is sent while a number is wrong
+        dialog.get_by_label("y", exact=True).first.fill(wrong)
+        dialog.get_by_label("y", exact=True).first.press("Enter")
+    assert len(stage.evaluate(placed)) == 2
+    dialog.get_by_label("y", exact=True).first.fill("0.12549")
+    dialog.get_by_label("y", exact=True).first.press("Enter")
+    assert stage.evaluate(placed)[2:] == [{"ada": {"x": 2, "y": 0.125, "heading": 90}}]
+    stage.screenshot(path=artifacts / "page-starts.png")
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (390, 844)])
@@ -252,17 +246,7 @@ def test_the_card_of_starts_can_be_closed_however_many_there_are(
     for field in dialog.get_by_label("heading", exact=True).all():
         field.fill("90")
     page.screenshot(path=artifacts / f"page-starts-{width}.png")
-    for name in ("Write to improv.toml", "Close"):
-        expect(dialog.get_by_role("button", name=name)).to_be_in_viewport(ratio=1)
+    expect(dialog.get_by_role("button", name="Close")).to_be_in_viewport(ratio=1)
     dialog.get_by_role("button", name="Close").click()
     expect(dialog).to_be_hidden()
     viewer.close()
-
-
-def at(page: Page, x: float, y: float) -> tuple[float, float]:
-    """Where a point of the world is on the page, in pixels; once the view has come to rest."""
-    wait(page, "(v => (window.last === JSON.stringify(v) || (window.last = JSON.stringify(v), 0)))(improv.view)")
-    box = page.locator("#stage").bounding_box()
-    assert box
-    place = page.evaluate(f"improv.toScreen({x}, {y})")
-    return box["x"] + place["x"], box["y"] + place["y"]

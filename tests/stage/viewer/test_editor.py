@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, Page, expect
 from improv_core.stage.fields import LONGEST_TEXT
 from tests.commands.command_line import IMPROV
 from tests.needs import lacking
-from tests.stage.viewer.conftest import LIMIT, Show, wait, watch
+from tests.stage.viewer.conftest import LIMIT, Show, at, wait, watch
 from tests.stage.viewer.editing import IDLE, PLAYING, Edit
 from tests.stage.viewer.test_looks import AXE
 
@@ -285,12 +285,12 @@ def test_the_editor_has_room_and_axe_finds_nothing(edit: Callable[[str], Edit], 
     page.screenshot(path=artifacts / "edit-phone-keyboard.png")
 
 
-@pytest.mark.slow("plays from three formations")
-def test_robots_start_where_they_were_moved_and_the_page_says_that_nothing_keeps_it(
-    edit: Callable[[str], Edit], artifacts: Path
-) -> None:
-    edited = edit("beat 60\nada bo $ repeat 4 (forward left)\n")
+@pytest.mark.slow("drags a ring, types, and plays")
+def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str], Edit], artifacts: Path) -> None:
+    before = "beat 60\nada bo cleo at line 2\nada bo cleo $ repeat 4 (forward left)\n"
+    edited = edit(before)
     page = edited.page()
+    text = page.locator("#text")
     page.get_by_role("button", name="Save and play").click()
     wait(page, PLAYING)
     page.get_by_role("button", name="Stop").click()
@@ -301,29 +301,46 @@ def test_robots_start_where_they_were_moved_and_the_page_says_that_nothing_keeps
     assert card
     wait(page, f"improv.toScreen(0, 0).x > {card['x'] + card['width'] + 16}")  # the rings are beside it
 
-    x = dialog.get_by_label("x", exact=True).first
-    x.fill("3")
-    expect(dialog).to_contain_text("This is not kept")
-    wait(page, "improv.toScreen(3, 0).x < document.getElementById('stage').clientWidth - 30")  # its ring is in view
-    expect(dialog.locator("#start-poses-offer-lines")).to_contain_text(
-        "[robots.ada]\nstart = { x = 3, y = 0, heading = 0 }"
-    )
+    x, y = at(page, 0, -2)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    to_x, to_y = at(page, 2, 1)
+    page.mouse.move(to_x, to_y, steps=4)
+    page.mouse.up()
+    dragged = before.replace("ada bo cleo at line 2", "ada bo at line 2 around 0 1\ncleo at 2 1")
+    expect(text).to_have_value(dragged)
     page.screenshot(path=artifacts / "edit-starts.png")
-    page.get_by_role("button", name="Play", exact=True).click()
-    wait(page, f"{PLAYING} && improv.robots.ada.x > 2.99")
+    text.press("Control+z")
+    expect(text).to_have_value(before)  # one step
+    rings = [dialog.get_by_label(key, exact=True) for key in ("x", "y", "heading")]
+    expect(rings[1].last).to_have_value("-2")  # its ring goes along
+    text.press("Control+y")
+    expect(rings[0].last).to_have_value("2")
+
+    rings[2].last.fill("90")
+    page.get_by_role("button", name="Play", exact=True).click()  # at once: what was typed is written, then saved
+    expect(text).to_have_value(dragged.replace("cleo at 2 1", "cleo at 2 1 facing 90"))
+    wait(page, f"{PLAYING} && improv.transport.generation === 2 && improv.robots.cleo.x > 1.99")
+    assert edited.file.read_text(encoding="utf-8") == text.input_value()
 
     dialog.get_by_text("Formation", exact=True).click()
-    dialog.get_by_label("Distance in meters").fill("8")
-    dialog.get_by_role("button", name="Circle, in").click()
-    expect(x).to_have_value("0")  # the rings show where they will start
-    expect(dialog.get_by_label("y", exact=True).first).to_have_value("4")
-    page.get_by_role("button", name="Restart").click()
-    wait(page, f"{PLAYING} && improv.robots.ada.y > 2 && Math.abs(improv.robots.bo.y + 4) < 2")
-    page.reload()
-    wait(page, "window.improv?.connected && improv.robots.ada")
-    page.get_by_role("button", name="Starts").click()
-    expect(dialog.get_by_label("y", exact=True).first).to_have_value("4")
+    dialog.get_by_label("Distance in meters").fill("4")
+    dialog.get_by_role("button", name="Circle, out").click()
+    expect(text).to_have_value(before.replace("line 2", "circle 2.309 facing out"))
+    expect(rings[1].first).to_have_value("2.309")
     assert sorted(each.name for each in edited.file.parent.iterdir()) == ["dance.improv"]
+
+
+def test_a_line_with_an_error_has_to_be_fixed_first(edit: Callable[[str], Edit]) -> None:
+    page = edit("ada $ repeat 4 (forward left)\n").page()
+    page.get_by_role("button", name="Save and play").click()
+    wait(page, PLAYING)
+    page.locator("#text").fill("ada at 1 x\nada $ left\n")
+    page.get_by_role("button", name="Starts").click()
+    dialog = page.get_by_role("dialog", name="Start poses")
+    dialog.get_by_label("x", exact=True).fill("3")
+    expect(dialog.get_by_role("alert")).to_have_text("a line with `at` has an error: fix it first")
+    expect(page.locator("#text")).to_have_value("ada at 1 x\nada $ left\n")
 
 
 @pytest.mark.slow("lists 45 messages at two sizes")

@@ -6,6 +6,7 @@ import { apply, difference, moved } from "./edits.js"
 import { find, findA } from "./elements.js"
 import { Ink } from "./ink.js"
 import { list, listen } from "./mistakes.js"
+import { Moves } from "./moves.js"
 import { Offers } from "./offers.js"
 import { Points } from "./points.js"
 import { Saving } from "./saving.js"
@@ -16,6 +17,13 @@ import { Tooltip } from "./tooltip.js"
 /** @import { Color } from "./ink.js" */
 /** @import { Messages } from "./messages.js" */
 /** @import { Mistake } from "./mistakes.js" */
+/** @import { StartPose } from "./requests.js" */
+/**
+ * @typedef {object} Starts
+ * @property {() => void} finish has what was moved written
+ * @property {(starts: Record<string, StartPose>) => void} place takes where robots start according to the text
+ * @property {(problem: string) => void} say why nothing was written, if there is a reason
+ */
 
 const CALM = 400 // milliseconds without a key after which mistakes are shown: half a word is one
 const MARGIN = 8 // pixels around the cursor that stay in view
@@ -45,12 +53,18 @@ export class Editor {
   #offering = null // for what is written here
   #played = ""
   #playedPoints = new Points("")
+  #starts
   /** @type {Map<number, string>} */
   #places = new Map() // of the words that play, in code points of the played text
 
-  /** @param {(request: Request) => void} send asks the server for something */
-  constructor(send) {
+  /**
+   * `send` asks the server for something.
+   * @param {(request: Request) => void} send
+   * @param {Starts} starts
+   */
+  constructor(send, starts) {
     this.#send = send
+    this.#starts = starts
     const control = this.#control
     control.addEventListener("input", (event) => this.#take(event instanceof InputEvent ? event : null))
     control.addEventListener("keydown", (event) => this.#press(event))
@@ -67,6 +81,19 @@ export class Editor {
       set: (text) => this.#set(text),
       replace: (text) => this.#replace(text),
       wrote: () => this.#showMistakes(),
+      changes: () => {
+        starts.finish()
+        return this.moves.saveAfter()
+      },
+    })
+    this.moves = new Moves(send, {
+      known: () => (this.#analyzed === this.#number ? this.#number : null),
+      edit: (edits) => this.#edit(edits),
+      say: (problem) => {
+        starts.say(problem)
+        if (problem) this.#analyze() // the rings move back
+      },
+      save: () => this.saving.write(),
     })
   }
 
@@ -77,7 +104,7 @@ export class Editor {
 
   /** Whether the text is saved and plays, or was played last. */
   get isPlayed() {
-    return this.#text === this.#played && this.saving.isSaved
+    return this.#text === this.#played && this.saving.isSaved && !this.moves.open
   }
 
   /** Takes what the file holds. Whether this is the first time. @param {Messages["source"]} source */
@@ -87,9 +114,10 @@ export class Editor {
     return first
   }
 
-  /** @param {Messages["analyzed" | "completed" | "explained" | "written"]} message */
+  /** @param {Messages["analyzed" | "completed" | "explained" | "written" | "moved"]} message */
   takeAnswer(message) {
     if (message.type === "written") this.saving.takeWritten(message)
+    else if (message.type === "moved") this.moves.take(message)
     else if (message.type === "analyzed") this.#takeAnalysis(message)
     else if (message.number !== this.#number) return
     else if (message.type === "completed") this.#takeWords(message)
@@ -101,6 +129,7 @@ export class Editor {
     this.#connected = connected
     this.#analyzed = -1
     this.#asking = false
+    this.moves.forget()
     if (connected && this.open) this.#analyze()
     this.saving.connect(connected)
   }
@@ -155,11 +184,21 @@ export class Editor {
 
   /** Puts another text in, as if it had been typed. @param {string} text */
   #replace(text) {
+    find("score").classList.add("changing") // also where a card hides it: only what is shown can be undone
     this.#control.focus()
     this.#put(difference(this.#control.value, text), text)
+    find("score").classList.remove("changing")
     this.#endOffer() // nobody has typed
     this.#refresh()
     this.#reveal()
+  }
+
+  /** Makes edits that count in code points, as if they had been typed. The focus stays where it is. @param {Edit[]} edits */
+  #edit(edits) {
+    const focus = document.activeElement
+    const inUnits = edits.map(({ start, end, text }) => ({ start: this.#points.toUnits(start), end: this.#points.toUnits(end), text }))
+    this.#replace(apply(this.#text, inUnits))
+    if (focus instanceof HTMLElement) focus.focus()
   }
 
   /**
@@ -201,7 +240,7 @@ export class Editor {
   }
 
   /** @param {Messages["analyzed"]} message */
-  #takeAnalysis({ number, colors, problems, count }) {
+  #takeAnalysis({ number, colors, problems, count, starts }) {
     this.#asking = false
     if (number !== this.#number) {
       this.#analyze()
@@ -209,6 +248,8 @@ export class Editor {
     }
     this.#analyzed = number
     if (this.#offering) this.#askForWords()
+    this.moves.ask()
+    if (Object.keys(starts).length) this.#starts.place(starts)
     this.#colors = []
     for (let i = 0, at = 0; i < colors.length; i += 3) {
       const start = at + colors[i]

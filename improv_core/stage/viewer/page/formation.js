@@ -1,11 +1,10 @@
 // @ts-check
-// Formations: a button for each, which offers the lines for improv.toml.
+// Formations: a button for each, which has its line written into the program, or offers those for improv.toml.
 
 import { find, findA } from "./elements.js"
 import { Offer } from "./offer.js"
 import { LIMITS } from "./requests.js"
 
-/** @import { Request } from "./requests.js" */
 /** @import { Messages } from "./messages.js" */
 
 /** @type {Record<string, { shape: "line" | "circle" | "grid", facing: "in" | "out" }>} */
@@ -17,36 +16,25 @@ const CHOICES = {
 }
 const WIDTHS = 5 // between robots, unless somebody says otherwise
 
+/** @typedef {typeof CHOICES[string] & { distance: number }} Chosen */
+
 export class Formation {
   #distance = findA("formation-distance", HTMLInputElement)
-  #offer
+  #offer = new Offer("formation-offer")
   #chosen = "" // of CHOICES
-  #send
-  /** Whether robots start there when it plays next. */
-  #plays = false
+  /** Has a formation written into the program; null if nobody can. @type {((chosen: Chosen) => void) | null} */
+  write = null
 
-  /**
-   * `send` offers a formation to the server.
-   * @param {(request: Request) => void} send
-   */
-  constructor(send) {
-    this.#send = send
-    this.#offer = new Offer("formation-offer", () => this.#ask())
+  constructor() {
     for (const name of Object.keys(CHOICES)) {
-      find(`form-${name}`).addEventListener("click", () => this.#take(this.#chosen === name && !this.#plays ? "" : name))
+      find(`form-${name}`).addEventListener("click", () => this.#take(this.#chosen === name && !this.write ? "" : name))
     }
     ;[this.#distance.min, this.#distance.max] = LIMITS.form.distance.map(String)
-    this.#distance.addEventListener("input", () => this.#take(this.#chosen))
-  }
-
-  /** From now on, robots start in the formation when it plays next. */
-  play() {
-    this.#plays = this.#offer.plays = true
+    this.#distance.addEventListener("change", () => this.#take(this.#chosen))
   }
 
   /** @param {Messages["score"]} score */
-  show({ robots, takes_start_poses }) {
-    this.#offer.writes = takes_start_poses
+  show({ robots }) {
     const widest = 2 * Math.max(...Object.values(robots).map(({ radius }) => radius))
     if (widest > 0) this.#distance.min = String(widest)
     if (!this.#chosen && widest > 0) this.#distance.value = String(Number((WIDTHS * widest).toFixed(1)))
@@ -56,11 +44,7 @@ export class Formation {
   /** Somebody has chosen. @param {string} name */
   #take(name) {
     this.#choose(name)
-    if (this.#plays && name && this.#distance.checkValidity()) this.#ask()
-  }
-
-  #ask() {
-    this.#send({ type: "form", ...CHOICES[this.#chosen], distance: this.#distance.valueAsNumber })
+    if (name && this.#distance.checkValidity()) this.write?.({ ...CHOICES[name], distance: this.#distance.valueAsNumber })
   }
 
   /** @param {string} name */
@@ -68,7 +52,7 @@ export class Formation {
     this.#chosen = name
     for (const each of Object.keys(CHOICES)) find(`form-${each}`).setAttribute("aria-pressed", String(each === name))
     const valid = name && this.#distance.checkValidity()
-    this.#offer.show(valid ? this.#lines(CHOICES[name]) : "")
+    this.#offer.show(valid && !this.write ? this.#lines(CHOICES[name]) : "")
   }
 
   /** @param {typeof CHOICES[string]} choice */

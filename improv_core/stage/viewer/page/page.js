@@ -27,7 +27,6 @@ import { Timeline } from "./timeline.js"
 import { Trails } from "./trails.js"
 import { View } from "./view.js"
 
-/** @import { Request } from "./requests.js" */
 /** @import { Message, Messages } from "./messages.js" */
 
 const clock = new Clock()
@@ -40,12 +39,11 @@ const notices = new Notices()
 const stage = new Stage(findA("stage", HTMLCanvasElement))
 const invitation = new Invitation()
 const send = connect(take, change, (waits) => notices.waitForStop(waits))
-/** Sends a request that may play, after the start poses that it is to play from. @param {Request} request */
-function play(request) {
-  if (request.type === "restart" || request.type === "write") startPoses.tell()
-  send(request)
-}
-const editor = new Editor(play)
+const editor = new Editor(send, {
+  finish: () => startPoses.tell(),
+  place: (starts) => startPoses.place(starts),
+  say: (problem) => Object.assign(find("start-poses-problem"), { textContent: problem, hidden: !problem }),
+})
 const score = new Score(find("score-text"))
 const lights = new Lights(
   { show: (message) => shownText().show(message), light: (places) => shownText().light(places) },
@@ -54,13 +52,13 @@ const lights = new Lights(
 const program = new Program(clock, send)
 const controls = new Controls(clock, (request) => {
   if (request.type === "stop" || request.type === "pause") editor.saving.halt()
-  play(request)
+  send(request)
 })
 const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const senses = new Senses(clock, send, () => view.touch())
-const formation = new Formation(send)
-const startPoses = new StartPoses(send, () => view.touch())
+const formation = new Formation()
+const startPoses = new StartPoses(() => view.touch())
 const panels = new Panels({
   touch: () => view.touch(),
   resize,
@@ -98,6 +96,10 @@ function take(message) {
 /** @param {Messages["score"]} message */
 function takeScore(message) {
   deadman.require(message.deadman)
+  if (message.takes_start_poses) {
+    startPoses.write = (start_poses) => send({ type: "place", start_poses })
+    formation.write = (chosen) => send({ type: "form", ...chosen })
+  }
   if (program.takeScore(message)) showProgram()
 }
 
@@ -115,10 +117,11 @@ function takeProgram(message) {
 
 /** @param {Messages["source"]} message */
 function takeSource(message) {
-  startPoses.place(message.start_poses)
   if (!editor.takeSource(message)) return
-  formation.play()
+  startPoses.write = (start_poses) => editor.moves.add({ type: "move", start_poses })
+  formation.write = (chosen) => editor.moves.add({ type: "arrange", ...chosen })
   controls.writes = () => {
+    startPoses.tell()
     const writes = !editor.isPlayed
     if (writes) editor.saving.write()
     return writes

@@ -22,10 +22,13 @@
  *   | { type: "analyze", number: number, text: string }
  *   | { type: "complete", number: number, offset: number }
  *   | { type: "explain", number: number, offset: number }
- *   | { type: "write", number: number, text: string, revision: string }} Request
+ *   | { type: "write", number: number, text: string, revision: string }
+ *   | { type: "move", number: number, start_poses: Record<string, StartPose> }
+ *   | { type: "arrange", number: number, shape: "line" | "circle" | "grid", distance: number, facing: "in" | "out" }} Request
  */
 
 export const LIMITS = {
   speed: { factor: [0.1, 4] },
   form: { distance: [0.001, 1000] },
+  arrange: { distance: [0.001, 1000] },
 }

@@ -12,6 +12,7 @@ import { find } from "./elements.js"
  * @property {(text: string) => void} set puts another program's text in
  * @property {(text: string) => void} replace puts a text in that somebody has chosen
  * @property {() => void} wrote the text is about to be saved
+ * @property {() => boolean} changes whether the text is about to change by itself: it is saved after that
  */
 
 export class Saving {
@@ -106,7 +107,7 @@ export class Saving {
 
   /** Saves the text, and has it played. */
   write() {
-    if (!this.#draft || !this.#connected) return
+    if (!this.#draft || !this.#connected || this.#page.changes()) return
     if (this.#draft.changed) {
       find("use-file").focus()
       return

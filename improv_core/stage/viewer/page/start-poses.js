@@ -1,6 +1,6 @@
 // @ts-check
-// Where robots start: dragged on the stage or typed, then offered as lines for improv.toml. In `improv edit`, they start
-// there when it plays next.
+// Where robots start: dragged on the stage or typed, then written into the program or, if nobody can, offered as lines for
+// improv.toml.
 
 import { find, findA } from "./elements.js"
 import { Offer } from "./offer.js"
@@ -8,24 +8,24 @@ import { placed, under } from "./rings.js"
 
 /** @import { Camera, Point } from "./camera.js" */
 /** @import { Robot } from "./cast.js" */
-/** @import { Request, StartPose } from "./requests.js" */
+/** @import { StartPose } from "./requests.js" */
 /** @import { Messages } from "./messages.js" */
 
 
 const LONG = 9 // letters: a longer name takes two smaller lines
 const FINEST = 0.001 // meters and degrees, as they are written
 const FARTHEST = 1000 // meters along x and y
-const PAUSE = 150 // milliseconds without a change after which the server gets it
+const PAUSE = 600 // milliseconds without a key after which a number that was typed is written
 const KEYS = /** @type {const} */ (["x", "y", "heading"])
 const FIELDS = { x: { most: FARTHEST, step: 0.1 }, y: { most: FARTHEST, step: 0.1 }, heading: { most: 360, step: 15 } }
 
 export class StartPoses {
   #card = findA("start-poses", HTMLDialogElement)
-  #offering
+  #offering = new Offer("start-poses-offer")
   #changed
-  #send
-  #plays = false // whether robots start here when it plays next
-  #telling = 0 // the timer that tells the server
+  #telling = 0 // the timer that has what was typed written
+  /** @type {Set<string>} */
+  #moved = new Set() // robots that were moved, which is not written yet
   /** @type {Point[]} */
   #room = [] // where the rings were when one was grabbed: the view must not move under a hand
   #held = false
@@ -36,47 +36,47 @@ export class StartPoses {
   /** @type {Map<string, StartPose>} */
   #told = new Map() // according to the score
   /** @type {Record<string, StartPose>} */
-  #placed = {} // according to the server, if they were moved on a page
+  #written = {} // according to the text on this page, if it can be written
   /** @type {string | null} */
   #chosen = null
+  /** Has starts written into the program; null if nobody can. @type {((starts: Record<string, StartPose>) => void) | null} */
+  #write = null
 
-  /**
-   * `send` offers start poses to the server; `changed` is called when there is something to draw.
-   * @param {(request: Request) => void} send
-   * @param {() => void} changed
-   */
-  constructor(send, changed) {
-    this.#send = send
+  /** @param {() => void} changed is called when there is something to draw */
+  constructor(changed) {
     this.#changed = changed
-    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => (this.#held = false))
-    this.#offering = new Offer("start-poses-offer", () => {
-      send({ type: "place", start_poses: Object.fromEntries(this.#moved()) }) // one edit of the file
-    })
+    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => this.#release())
+    find("start-poses-list").addEventListener("change", () => this.tell())
+  }
+
+  /** From now on, this has starts written into the program. @param {(starts: Record<string, StartPose>) => void} write */
+  set write(write) {
+    this.#write = write
+    find("start-poses-writes").hidden = false
+    this.#offer()
   }
 
   /**
-   * Shows the start poses of a score. Dragged ones stay, unless the score has them now.
+   * Shows the start poses of a score. Moved ones stay until they are written, or for good if nobody can.
    * @param {Messages["score"]} score
    * @param {Robot[]} cast
    */
   show(score, cast) {
-    const moved = new Map(this.#moved())
+    const before = this.#poses
     this.#cast = cast
-    this.#offering.writes = score.takes_start_poses
     this.#told = new Map(Object.entries(score.robots).map(([name, { start_pose }]) => [name, degrees(start_pose)]))
-    this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(this.#placed[name] ?? moved.get(name) ?? pose) }]))
+    const kept = (/** @type {string} */ name) => (this.#moved.has(name) ? before.get(name) : this.#written[name])
+    this.#poses = new Map([...this.#told].map(([name, pose]) => [name, { ...(kept(name) ?? pose) }]))
     find("start-poses-rows").replaceChildren(...cast.map(({ name, color }) => this.#fields(name, color)))
     this.#offer()
   }
 
-  /** Takes where robots start next because they were moved on a page that edits. @param {Record<string, StartPose>} placed */
-  place(placed) {
-    this.#plays = this.#offering.plays = true
-    if (this.#telling) return // there is something newer here
-    this.#placed = placed
-    for (const [name, pose] of this.#told) {
-      if (!this.#poses.has(name)) continue
-      this.#poses.set(name, rounded(placed[name] ?? pose))
+  /** Takes where robots start according to the text on this page. @param {Record<string, StartPose>} starts */
+  place(starts) {
+    this.#written = starts
+    for (const [name, pose] of Object.entries(starts)) {
+      if (!this.#poses.has(name) || this.#moved.has(name)) continue
+      this.#poses.set(name, rounded(pose))
       this.#showFields(name)
     }
     this.#offer()
@@ -125,7 +125,7 @@ export class StartPoses {
       if (part === "place") Object.assign(pose, { x: neat(within(world.x, FARTHEST), 0.05), y: neat(within(world.y, FARTHEST), 0.05) })
       else pose.heading = neat((Math.atan2(world.y - pose.y, world.x - pose.x) * 180) / Math.PI, 5)
       this.#showFields(name)
-      this.#move()
+      this.#move(name)
     }
   }
 
@@ -136,33 +136,35 @@ export class StartPoses {
     return pose
   }
 
-  #moved() {
-    return [...this.#poses].filter(([name, pose]) => {
-      const told = this.#told.get(name)
-      return told && (name in this.#placed || KEYS.some((key) => Math.abs(pose[key] - told[key]) > 1e-9))
-    })
-  }
-
-  /** Somebody has moved a robot. */
-  #move() {
+  /** Somebody has moved a robot. @param {string} name */
+  #move(name) {
+    this.#moved.add(name)
     this.#offer()
     clearTimeout(this.#telling)
-    if (this.#plays) this.#telling = window.setTimeout(() => this.tell(), PAUSE)
+    if (!this.#held) this.#telling = window.setTimeout(() => this.tell(), PAUSE)
   }
 
-  /** Tells the server at once where robots were moved, if it has yet to be told: somebody is about to play. */
+  /** A hand lets go of a ring. */
+  #release() {
+    if (this.#held) this.tell()
+    this.#held = false
+  }
+
+  /** Has what was moved written now, all at once. */
   tell() {
-    if (!this.#telling) return
     clearTimeout(this.#telling)
-    this.#telling = 0
-    this.#send({ type: "place", start_poses: Object.fromEntries(this.#poses) }) // of all: one alone would leave its formation
+    if (!this.#write || !this.#moved.size || find("start-poses-list").querySelector(":invalid")) return
+    const starts = Object.fromEntries([...this.#moved].map((name) => [name, this.#pose(name)]))
+    this.#moved.clear()
+    this.#write(starts)
   }
 
   #offer() {
-    const lines = this.#moved().map(
-      ([name, { x, y, heading }]) => `[robots.${name}]\nstart = { x = ${x}, y = ${y}, heading = ${heading} }\n`,
-    )
-    this.#offering.show(find("start-poses-list").querySelector(":invalid") ? "" : lines.join("\n"))
+    const lines = [...this.#moved].map((name) => {
+      const { x, y, heading } = this.#pose(name)
+      return `[robots.${name}]\nstart = { x = ${x}, y = ${y}, heading = ${heading} }\n`
+    })
+    this.#offering.show(this.#write || find("start-poses-list").querySelector(":invalid") ? "" : lines.join("\n"))
     this.#changed()
   }
 
@@ -190,7 +192,7 @@ export class StartPoses {
       })
       input.addEventListener("input", () => {
         if (input.checkValidity()) this.#pose(name)[key] = neat(Number(input.value), FINEST)
-        this.#move()
+        this.#move(name)
       })
       input.addEventListener("keydown", (event) => {
         if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return

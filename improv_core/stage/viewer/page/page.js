@@ -14,6 +14,7 @@ import { hold } from "./hands.js"
 import { insets as covered } from "./insets.js"
 import { Invitation } from "./invitation.js"
 import { Measured } from "./measured.js"
+import { Meetings } from "./meetings.js"
 import { Motion } from "./motion.js"
 import { Notices } from "./notices.js"
 import { Panels } from "./panels.js"
@@ -54,6 +55,7 @@ const controls = new Controls(clock, (request) => {
   if (request.type === "stop" || request.type === "pause") editor.saving.halt()
   send(request)
 })
+const meetings = new Meetings(find("meetings"), (beat) => controls.seek(beat), () => clock.beat())
 const deadman = new Deadman(send)
 const timeline = new Timeline(clock, measured, (beat) => controls.seek(beat), (muted, soloed) => send({ type: "silence", muted, soloed }))
 const senses = new Senses(clock, send, () => view.touch())
@@ -71,7 +73,7 @@ const panels = new Panels({
   camera: stage.camera,
   canvas: findA("stage", HTMLCanvasElement),
 })
-const view = new View({ clock, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses })
+const view = new View({ clock, motion, trails, measured, bumps, cast, program, stage, panels, startPoses, senses, meetings })
 
 /** @param {Message} message */
 function take(message) {
@@ -85,6 +87,7 @@ function take(message) {
   else if (message.type === "score") takeScore(message)
   else if (message.type === "window") program.takeWindow(message)
   else if (message.type === "bumps") bumps.take(message)
+  else if (message.type === "meetings") takeMeetings(message)
   else if (message.type === "sensed") takeSensed(message)
   else if (message.type === "decided") timeline.mark(message)
   else if (message.type === "source") takeSource(message)
@@ -113,6 +116,16 @@ function takeMeasured(message) {
 function takeProgram(message) {
   invitation.take(message)
   showTransport()
+}
+
+/** @param {Messages["meetings"]} message */
+function takeMeetings(message) {
+  meetings.take(message)
+  showMeetings()
+}
+
+function showMeetings() {
+  timeline.showMeetings(meetings.show(program.current?.score.generation, clock.bar))
 }
 
 /** @param {Messages["source"]} message */
@@ -194,6 +207,7 @@ function showProgram() {
   clock.bar = program.current.score.bar
   lights.showText(program.current.score)
   const [kind, meaning] = dynamics(Object.values(program.current.score.robots))
+  showMeetings()
   Object.assign(find("dynamics"), { textContent: kind, title: meaning })
   showCast()
 }
@@ -273,13 +287,20 @@ hold(findA("stage", HTMLCanvasElement), stage.camera, (point) => startPoses.grab
 })
 listenForPointing(
   findA("stage", HTMLCanvasElement),
-  (point) => startPoses.ringAt(point, stage.camera) ?? stage.robotAt(point),
+  (point) => {
+    const meeting = meetings.at(point, stage.camera)
+    if (meeting !== meetings.pointed) view.touch()
+    meetings.pointed = meeting
+    Object.assign(find("stage"), { title: meeting?.words ?? "" }).style.cursor = meeting ? "pointer" : ""
+    return startPoses.ringAt(point, stage.camera) ?? stage.robotAt(point)
+  },
   (name) => {
     if (name === stage.pointed) return
     stage.pointed = name
     view.touch()
   },
 )
+meetings.listen(findA("stage", HTMLCanvasElement), stage.camera)
 const sizes = new ResizeObserver(resize)
 for (const id of ["stage", "tracks", "senses"]) sizes.observe(find(id))
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readTheme)

@@ -6,6 +6,7 @@ import { RADIUS } from "./cast.js"
 import { mix, readColors } from "./colors.js"
 import { Ground, paintTail } from "./ground.js"
 import { Labels } from "./labels.js"
+import { drawMark } from "./meetings.js"
 import { penOn } from "./pen.js"
 import { drawRing, placed } from "./rings.js"
 import { picture, REACH } from "./robots.js"
@@ -14,6 +15,7 @@ import { picture, REACH } from "./robots.js"
 /** @import { Pen } from "./pen.js" */
 /** @import { Point } from "./camera.js" */
 /** @import { Pose } from "./path.js" */
+/** @import { Mark } from "./meetings.js" */
 /** @import { Placed } from "./rings.js" */
 /** @import { Scene } from "./view.js" */
 /** @typedef {Scene["cast"][number] & { pose: Pose, place: Point, size: number }} Drawn a robot, with its place in pixels */
@@ -120,6 +122,7 @@ export class Stage {
     const rings = placed(scene.rings, camera)
     for (const ring of rings) drawRing(pen, ring, this.colors)
     this.#drawNames(named, rings, text)
+    for (const mark of scene.meetings) this.#drawMeeting(mark, cast)
     this.#drawBumps(scene)
     if (cast.length) this.#drawScale()
     return turning || painting
@@ -240,6 +243,29 @@ export class Stage {
     const lines = words.map((words) => ({ words, size: text, color: this.colors.ink }))
     if (off) lines.splice(1, 0, { words: off, size: Math.round(text * 0.85), color: this.colors.quiet })
     return lines.map(({ words, size, color }) => ({ size, label: this.#label(words, size, color) }))
+  }
+
+  /**
+   * Draws where robots meet, with their discs there.
+   * @param {Mark} mark
+   * @param {Drawn[]} cast
+   */
+  #drawMeeting({ meeting: { robots, poses }, place, shows }, cast) {
+    const pen = this.#pen
+    for (const [index, pose] of shows ? poses.entries() : []) {
+      const robot = cast.find(({ name }) => name === robots[index])
+      if (!robot) continue
+      const { x, y } = this.camera.toScreen(pose)
+      pen.beginPath()
+      pen.arc(x, y, robot.radius * this.camera.sight.scale, 0, 2 * Math.PI)
+      pen.fillStyle = pen.strokeStyle = robot.color
+      pen.globalAlpha = 0.25
+      pen.fill()
+      pen.globalAlpha = 1
+      pen.lineWidth = 2
+      pen.stroke()
+    }
+    drawMark(pen, place, this.colors)
   }
 
   /** @param {Scene} scene */

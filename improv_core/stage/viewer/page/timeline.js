@@ -10,6 +10,7 @@ import { find, findA } from "./elements.js"
 /** @import { Clock } from "./clock.js" */
 /** @import { Colors } from "./colors.js" */
 /** @import { Measured } from "./measured.js" */
+/** @import { Meeting } from "./meetings.js" */
 /** @import { Lookahead } from "./lookahead.js" */
 /** @import { Messages } from "./messages.js" */
 
@@ -18,6 +19,7 @@ const LONG = 12 // letters: a longer name takes two or three smaller lines
 const LEAST = 30 // pixels per beat, at 16 pixels per letter: a longer score scrolls
 const LEAD = 0.25 // where in the view the playhead stays
 const CROWD = 8 // robots; with more, rows are lower, to leave room for the stage
+const MAGNET = 7 // pixels from a mark to a pointer
 const SENDING = 60 // milliseconds between two seeks while scrubbing
 
 export class Timeline {
@@ -36,6 +38,8 @@ export class Timeline {
   #sizes = { width: 0, height: 0, letter: 16, head: 0, row: 0 }
   /** @type {Messages["score"] | null} */
   #score = null
+  /** @type {Meeting[]} */
+  #meetings = []
   #clock
   #measured
   /** @type {number | null} */
@@ -76,6 +80,16 @@ export class Timeline {
    */
   mark(decision) {
     this.#sheet.mark(decision)
+    this.touch()
+  }
+
+  /**
+   * Marks where robots will meet. A pointer near such a mark goes to its beat.
+   * @param {Meeting[]} meetings
+   */
+  showMeetings(meetings) {
+    this.#meetings = meetings
+    this.#sheet.meetings = meetings
     this.touch()
   }
 
@@ -290,7 +304,8 @@ export class Timeline {
    * @param {boolean} send
    */
   #scrub(event, send) {
-    const beat = this.#beatOf(event)
+    const pointed = this.#beatOf(event)
+    const beat = this.#meetings.find((meeting) => Math.abs(meeting.beat - pointed) * this.#scale < MAGNET)?.beat ?? pointed
     this.#scrubbed = Number(Math.min(beat, this.#score?.beats ?? Infinity).toFixed(3))
     if (!send) return
     this.#sent = performance.now()

@@ -3,6 +3,7 @@
 
 import { mix, readColors } from "./colors.js"
 import { direction, labels, namesOf, outline, Reader, runs, shapes } from "./items.js"
+import { drawMark } from "./meetings.js"
 import { penOn } from "./pen.js"
 import { FONT, paintRuler } from "./ruler.js"
 
@@ -10,6 +11,7 @@ import { FONT, paintRuler } from "./ruler.js"
 /** @import { Colors } from "./colors.js" */
 /** @import { Shape, Voice } from "./items.js" */
 /** @import { Lookahead } from "./lookahead.js" */
+/** @import { Meeting } from "./meetings.js" */
 /** @import { Messages } from "./messages.js" */
 /** @import { Pen } from "./pen.js" */
 /**
@@ -50,6 +52,8 @@ export class TimelineSheet {
   #offsets = {}
   /** @type {{ beats: number | null, bar: number | null, first: number, scenes: number[], names: string[] }} */
   #ruler = { beats: 0, bar: null, first: 0, scenes: [], names: [] } // no beats if the score is endless
+  /** @type {Meeting[]} */
+  meetings = []
   #colors = readColors()
 
   /**
@@ -146,6 +150,7 @@ export class TimelineSheet {
     const { beats, bar, first, scenes, names } = this.#ruler
     const named = scenes.map((beat, index) => ({ beat, number: first + index + 1, name: names[first + index] ?? "" }))
     paintRuler(pen, { ...view, last: Math.min(right, beats ?? Infinity), bar, scenes: named, height: this.#height, colors: this.#colors })
+    for (const { beat } of this.meetings) drawMark(pen, { x: (beat - view.left) * view.scale, y: view.head * 0.7 }, this.#colors, 6)
     this.#clipRows(pen, view, 1 + SPARE)
     for (const [index, robot] of this.#visible(view)) this.#paintRow(pen, view, right, index, robot)
     pen.restore()
@@ -217,6 +222,9 @@ export class TimelineSheet {
       pen.lineTo(end, bottom - 5)
     }
     pen.stroke()
+    for (const { beat, robots } of this.meetings) {
+      if (robots.includes(robot.name)) drawMark(pen, { x: (beat - left) * scale, y: y + view.row * 0.55 }, this.#colors)
+    }
     this.#paintEnd(pen, view, y, robot)
     this.#paintScenes(pen, view, y, robot)
     this.#paintMarks(pen, view, y, robot)

@@ -9,6 +9,7 @@ import { outline } from "./world.js"
 /** @import { Cast } from "./cast.js" */
 /** @import { Clock } from "./clock.js" */
 /** @import { Measured } from "./measured.js" */
+/** @import { Meetings } from "./meetings.js" */
 /** @import { Motion } from "./motion.js" */
 /** @import { Panels } from "./panels.js" */
 /** @import { Pose } from "./path.js" */
@@ -36,7 +37,7 @@ export class View {
 
   /**
    * @param {{ clock: Clock, motion: Motion, trails: Trails, measured: Measured, bumps: Bumps, cast: Cast, program: Program, stage: Stage, panels: Panels,
-   *   startPoses: StartPoses, senses: Senses }} parts
+   *   startPoses: StartPoses, senses: Senses, meetings: Meetings }} parts
    */
   constructor(parts) {
     this.#parts = parts
@@ -107,7 +108,7 @@ export class View {
    * @param {number} seconds since the last frame
    */
   scene({ at, placed, moving }, beat, until, bumps, seconds) {
-    const { clock, trails, measured, cast, program, stage, panels, startPoses, senses } = this.#parts
+    const { clock, trails, measured, cast, program, stage, panels, startPoses, senses, meetings } = this.#parts
     const { muted, soloed } = clock.transport
     return {
       at,
@@ -122,6 +123,7 @@ export class View {
       ahead: panels.ahead,
       world: program.current?.score.world ?? null,
       rings: startPoses.rings,
+      meetings: startPoses.rings.length ? [] : meetings.marks(stage.camera),
       still: this.still,
       key: [this.#known, placed, panels.trail, panels.ahead, !clock.playing && beat, muted, "|", soloed].join(),
       cast: cast.list(program.current, (index) => stage.color(index)).map((robot) => ({

@@ -91,11 +91,8 @@ def test_long_names_fit_and_letters_are_explained(still: Callable[..., Page]) ->
         expect(page.locator("#help dt").get_by_text(word, exact=True).first).to_be_visible()
 
 
-@pytest.mark.slow("waits for a restarted stage")
-def test_a_formation_is_offered_but_written_only_on_request(page: Page, show: Show, artifacts: Path) -> None:
-    show.play("ada $ rest\nbo $ rest\n")
-    watch(page, show)
-    page.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
+def test_a_formation_is_offered_as_lines_where_nobody_writes_it(still: Callable[..., Page], artifacts: Path) -> None:
+    page = still("ada $ rest\nbo $ rest\n")
     page.get_by_role("button", name="Starts").click()
     page.get_by_text("Formation", exact=True).click()
     lines = page.locator("#formation-offer-lines")
@@ -108,8 +105,21 @@ def test_a_formation_is_offered_but_written_only_on_request(page: Page, show: Sh
     page.get_by_role("button", name="Line", exact=True).click()
     expect(lines).to_have_text('[formation]\nshape = "line"\ndistance = 1.25')
     page.screenshot(path=artifacts / "page-formation.png")
+
+
+def test_a_formation_is_sent_to_those_who_write_it(page: Page, show: Show) -> None:
+    show.play("ada $ rest\nbo $ rest\n")
+    watch(page, show)
+    page.evaluate("void (WebSocket.prototype.send = (text) => (window.sent ??= []).push(JSON.parse(text)))")
+    page.get_by_role("button", name="Starts").click()
+    page.get_by_text("Formation", exact=True).click()
+    distance = page.get_by_label("Distance in meters")
+    distance.fill("0.1")  # they would overlap
+    page.get_by_role("button", name="Line", exact=True).click()
+    distance.fill("1.25")
     assert page.evaluate("(window.sent ?? []).filter(({ type }) => type === 'form')") == []
-    page.locator("#formation-offer-write").click()
+    distance.press("Enter")
     assert page.evaluate("sent.filter(({ type }) => type === 'form')") == [
         {"type": "form", "shape": "line", "distance": 1.25, "facing": "in"}
     ]
+    expect(page.locator("#formation-offer-lines")).to_be_hidden()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 from collections.abc import Callable, Iterator
 from itertools import product
@@ -328,6 +329,16 @@ def test_a_ring_that_is_dragged_changes_its_line_in_one_step(edit: Callable[[str
     dialog.get_by_role("button", name="Circle, out").click()
     expect(text).to_have_value(before.replace("line 2", "circle 2.309 facing out"))
     expect(rings[1].first).to_have_value("2.309")
+
+    arranged = text.input_value()
+    page.set_viewport_size({"width": 390, "height": 844})  # the card hides the text
+    expect(text).to_be_hidden()
+    rings[0].first.fill("1")
+    rings[0].first.press("Enter")
+    expect(text).to_have_value(re.compile("ada at 1 2.309 facing 90\\n"))
+    dialog.get_by_role("button", name="Close").click()
+    text.press("Control+z")
+    expect(text).to_have_value(arranged)
     assert sorted(each.name for each in edited.file.parent.iterdir()) == ["dance.improv"]
 
 

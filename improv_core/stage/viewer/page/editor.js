@@ -184,10 +184,14 @@ export class Editor {
 
   /** Puts another text in, as if it had been typed. @param {string} text */
   #replace(text) {
-    find("score").classList.add("changing") // also where a card hides it: only what is shown can be undone
+    const score = find("score")
+    const { hidden } = score
+    score.hidden = false // also while a card or somebody hides it: only what is shown can be undone
+    score.classList.add("changing")
     this.#control.focus()
     this.#put(difference(this.#control.value, text), text)
-    find("score").classList.remove("changing")
+    score.classList.remove("changing")
+    score.hidden = hidden
     this.#endOffer() // nobody has typed
     this.#refresh()
     this.#reveal()
@@ -380,6 +384,7 @@ export class Editor {
   /** Scrolls to the cursor. */
   #reveal() {
     const paper = find("paper")
+    if (!paper.checkVisibility()) return
     const { top, bottom } = paper.getBoundingClientRect()
     const place = this.#ink.place(this.#control.selectionEnd)
     if (place.top < top + MARGIN) paper.scrollTop -= top + MARGIN - place.top

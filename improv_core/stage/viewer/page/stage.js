@@ -25,6 +25,7 @@ const LEAST = 12 // pixels: a robot's radius,
 const LEAST_RADIUS = 0.034 // of the stage's shorter side,
 const CROWD = 8 // as long as there are no more robots; more of them are smaller
 const LEAST_STRIP = 48 // pixels for the scale
+const MOST_NAMES = 200 // in view: more robots are named only if somebody points at them
 const LINE = 1.15 // of a name's size, to the next line
 const PAINTING = 3 // milliseconds of each frame
 const FONT = `system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif`
@@ -217,10 +218,12 @@ export class Stage {
     const { size, insets } = this.camera
     const floor = { left: insets.left, top: insets.top, right: size.width, bottom: size.height - insets.bottom + text }
     const named = [
-      ...rings.map(({ name, place, size }) => ({ name, place, size, lines: this.#lines([name], text) })),
-      ...(rings.length ? [] : cast).map((robot) => ({ ...robot, lines: this.#lines(about(robot), text, robot.off) })),
+      ...rings.map(({ name, place, size }) => ({ name, place, size, words: [name], off: "" })),
+      ...(rings.length ? [] : cast).map((robot) => ({ ...robot, words: about(robot) })),
     ]
-    const labeled = named.map((each) => ({
+    const seen = named.filter(({ place: { x, y } }) => x > floor.left && x < floor.right && y > floor.top && y < floor.bottom)
+    const shown = seen.length > MOST_NAMES ? seen.filter(({ name }) => name === this.pointed) : seen
+    const labeled = shown.map((each) => ({ ...each, lines: this.#lines(each.words, text, each.off) })).map((each) => ({
       ...each,
       wide: Math.max(...each.lines.map(({ label, size }) => label.width / this.#ratio - size / 2)),
       high: text * LINE * each.lines.length,

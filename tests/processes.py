@@ -20,6 +20,18 @@ def descendants(pid: int) -> dict[int, int]:
     return found
 
 
+def players(pid: int) -> dict[int, int]:
+    """All processes below a language server that play, not those that check programs."""
+    return {child: fd for child, fd in descendants(pid).items() if b"improv_ls." not in _command_of(child)}
+
+
+def _command_of(pid: int) -> bytes:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:  # it has ended meanwhile
+        return b""
+
+
 def wait_until_gone(processes: dict[int, int], limit: float) -> None:
     """Wait until all have ended. Raises AssertionError if one still runs after `limit` seconds."""
     end = time.monotonic() + limit

@@ -63,11 +63,9 @@ def check(analysis: Analysis, before: Known | None = None) -> RoomReport | None:
 
     `before` is what the report on an earlier version knows: only pairs with a robot that changed are checked again.
     """
-    if not analysis.ok:
+    if not needs_check(analysis):
         return None
     score = score_of(analysis)
-    if not score.parts or (len(score.parts) == 1 and not score.world.has_obstacles):
-        return None
     found = check_room(score, before=before)
     room = _Room(analysis, pictured(score))
     meetings, hits = found.meetings[:MOST_MARKED], found.hits[:MOST_MARKED]
@@ -80,6 +78,14 @@ def check(analysis: Analysis, before: Known | None = None) -> RoomReport | None:
     return RoomReport(
         tuple(sorted(reported, key=lambda each: each.span)), found.end, found.is_all, score.open, found.known
     )
+
+
+def needs_check(analysis: Analysis) -> bool:
+    """Whether a program is right, and has two robots, or one with something around it."""
+    if not analysis.ok:
+        return False
+    robots = len(analysis.robots.keys() | analysis.opening.places.keys())
+    return robots > 1 or (robots == 1 and analysis.opening.cast.world.has_obstacles)
 
 
 @dataclass(frozen=True)

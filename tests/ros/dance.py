@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from tests.ls.client import CAPABILITIES, ProcessClient
-from tests.processes import descendants, wait_until_gone
+from tests.processes import descendants, players, wait_until_gone
 from tests.ros.conftest import LIMIT, Listener
 
 URI = "file:///dance.improv"
@@ -146,7 +146,7 @@ def survives(
     one line says why, the next save plays, and nothing is left of processes that were replaced."""
     dances(conductor, listener)
     conductor.complaints()
-    ours = descendants(conductor.pid)
+    ours = players(conductor.pid)
     stage, standby = ours
     fault(stage)
     conductor.wait_for_line(line)
@@ -161,7 +161,7 @@ def survives(
         raise
     assert at_speed(AFTER_SPEED)(moves), "nothing has moved before"
     assert conductor.complaints() == [], "one line is all that is said"
-    now = descendants(conductor.pid)
+    now = players(conductor.pid)
     assert len(now) == 2
     if stage not in now:
         assert standby not in now

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import descendants
+from tests.processes import players
 from tests.ros.conftest import Listener, Others, a_domain, with_code, with_limits
 from tests.ros.dance import AFTER_SPEED, BEFORE_SPEED, ENDED, Server, at_speed, dances, still, survives
 
@@ -116,7 +116,7 @@ def test_an_unreachable_robot(server: Server, turtles: list[Listener], folder: P
     turtles[0].wait(still)
     server.wait_for_line("the stage failed: failed to publish: a new one is stopping the robots; save to play again")
     server.wait_for_line("the stage failed: failed to publish: robots may still be moving; save to play again")
-    assert descendants(server.pid) == {}
+    assert players(server.pid) == {}
     (folder / "broken").unlink()
     server.save("beat 90\n" + TWO)
     for turtle in turtles:
@@ -130,7 +130,7 @@ def test_without_a_standby_a_new_stage_finds_the_robots_and_stops_them(
     turtle = turtles[0]
     with Server(env, standby=False) as server:
         dances(server, turtle)
-        (stage,) = descendants(server.pid)
+        (stage,) = players(server.pid)
         os.kill(stage, signal.SIGKILL)
         server.wait_for_line(ENDED)
         turtle.wait(still)

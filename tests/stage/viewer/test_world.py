@@ -45,7 +45,7 @@ boxes = [{ x = -3, y = 2, width = 2, height = 0.5, heading = 90 }]
 
 
 def test_two_robots_that_drive_into_each_other_bump(still: Callable[..., Page], simulator: Simulator) -> None:
-    page = still("beat 60\nada bo $ forward\n", FACING)
+    page = still("beat 60\nada bo $ rest\n", FACING)  # no mark says before that they will meet
     count = page.locator("#bumps")
     expect(count).to_be_hidden()
     simulator.send("ada", Twist(1.0), 0.0)

@@ -84,7 +84,7 @@ def _repeated(program: Program, index: int, again: Repeated) -> Diagnostic:
     related = Related(_relative(program, first, index), "here, for the first time")
     if again.sign == "SCENE":
         message = f"{where} already {what}: choose another name"
-        gone = Span(again.span.start - 1, again.span.end)
+        gone = Span(len(statement.text[: again.span.start].rstrip(" \t")), again.span.end)
         return Diagnostic("duplicate-line", again.span, message, replace("Remove the name", gone, ""), (related,))
     is_whole = len(statement.heads) < 2
     gone = _whole_line(program, index) if is_whole else without(statement, again.span)

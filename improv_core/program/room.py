@@ -104,11 +104,10 @@ class _Room:
         doubtful = not (self._is_placed(one) and self._is_placed(other))
         if meeting.beat == 0:
             span, elsewhere = self._places(one, other)
-            apart = _number(
-                math.dist((meeting.poses[0].x, meeting.poses[0].y), (meeting.poses[1].x, meeting.poses[1].y))
-            )
+            places = [(pose.x, pose.y) for pose in meeting.poses]
             message = (
-                f"`{one}` and `{other}` start {apart} m apart{again}: place them at least {_number(needed)} m apart"
+                f"`{one}` and `{other}` start {_number(math.dist(*places), 3)} m apart{again}: place them at least "
+                f"{_number(needed)} m apart"
             )
             related = Related(elsewhere, "the other one starts here")
         else:
@@ -118,7 +117,7 @@ class _Room:
             related = Related(mine or self._place(who), f"`{who}` {'does this' if mine else 'stands'} then")
             message = (
                 f"`{one}` and `{other}` meet at beat {_number(meeting.beat)}{self._assumed}{again}: keep them"
-                f" {_number(needed)} m apart, they come as near as {_number(meeting.distance)} m"
+                f" {_number(needed)} m apart, they come as near as {_number(meeting.distance, 3)} m"
             )
         found = fixes(self.analysis, self.score, meeting) if fixed else ()
         return Diagnostic("meets", span, message, found, () if related.span == span else (related,), doubtful)
@@ -130,10 +129,10 @@ class _Room:
         doubtful = not self._is_placed(robot)
         thing = f"the {hit.thing} of the floor" if hit.thing == EDGE else hit.thing
         if hit.beat == 0:
-            if world.holds(hit.pose.x, hit.pose.y):
-                message = f"`{robot}` starts too near to {thing}: place it at least {needed} away"
-            else:
+            if hit.thing == EDGE and not world.holds(hit.pose.x, hit.pose.y):
                 message = f"`{robot}` starts outside the floor: place it at least {needed} inside"
+            else:
+                message = f"`{robot}` starts too near to {thing}: place it at least {needed} away"
             return Diagnostic("hits", self._place(robot), message, doubtful=doubtful)
         message = f"`{robot}` hits {thing} at beat {_number(hit.beat)}{self._assumed}: keep it {needed} away"
         return Diagnostic("hits", self._word(robot, hit.beat) or self._place(robot), message, doubtful=doubtful)
@@ -196,9 +195,9 @@ class _Room:
         return {statement: index for index, statement in enumerate(self.analysis.statement_ids)}
 
 
-def _number(value: float) -> str:
-    """Up to two digits after the point, and a comma between thousands."""
-    return f"{value:,.2f}".rstrip("0").rstrip(".")
+def _number(value: float, digits: int = 2) -> str:
+    """Up to so many digits after the point, and a comma between thousands."""
+    return f"{value:,.{digits}f}".rstrip("0").rstrip(".")
 
 
 def _s(count: int) -> str:

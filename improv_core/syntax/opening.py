@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 from improv_core.diagnostics import Diagnostic, Fix, replace
 from improv_core.syntax.brackets import BRACKETS
@@ -151,6 +152,7 @@ class _Reader:
         read = {"AT": self._at, "IS": self._is, "ROOM": self._room, "BAR_LENGTH": self._bar}
         node = read[self._sign.type]()
         if extra := self._next:
+            self._check_spelling(("facing", "around"))
             if extra.type == "NUMBER" and self._last.type == "NUMBER" and extra.text[0] in "+-":
                 message = "numbers can be multiplied and divided, but not added or subtracted: write the result"
                 raise _WrongError(extra.span, message)
@@ -162,6 +164,7 @@ class _Reader:
     def _at(self) -> OpeningNode:
         if self._next and self._next.text in SHAPES:
             return self._formation(self._word())
+        self._check_spelling(SHAPES)
         robot = self._heads[0].text or "ada"
         example = f"write x and y in meters after `at`: `{robot} at 1 0.5`"
         if not self._next or self._next.type not in ("NUMBER", "LPAR"):
@@ -178,8 +181,8 @@ class _Reader:
     def _too_many(self, x: Number, y: Number, facing: Number | None) -> _WrongError:
         first, last = self._heads[0], self._heads[-1]
         line = f"line 1 around {x.text} {y.text}"
-        place = Span(x.span.start, y.span.end)
-        fixes = () if facing else replace(f"Change to {line}", place, line)
+        place = Span(self._sign.end, y.span.end)  # there may be no blank before a sign
+        fixes = () if facing else replace(f"Change to {line}", place, f" {line}")
         message = f"only one robot can stand at a point: write `{line}`, or a line for each robot"
         return _WrongError(Span(first.start, last.end), message, fixes)
 
@@ -267,6 +270,12 @@ class _Reader:
             is_apart = self._text[found.end : found.end + 1].isspace()
             fixes = replace(f"Remove {found.text}", found.span, "" if is_apart else " ", safe=is_apart)
             raise _WrongError(found.span, f"remove `{found.text}`: separate numbers with spaces", fixes)
+
+    def _check_spelling(self, words: Sequence[str]) -> None:
+        """Raise an error if the next word is nearly one of these."""
+        if self._next and (near := get_close_matches(self._next.text, words, n=1)) and near[0] != self._next.text:
+            fixes = replace(f"Change to {near[0]}", self._next.span, near[0])
+            raise _WrongError(self._next.span, f"did you mean `{near[0]}`?", fixes)
 
     def _expected(self, message: str, usual: str) -> _WrongError:
         """The error about what should come next."""

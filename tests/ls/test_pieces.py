@@ -72,6 +72,7 @@ def test_a_client_that_pulls_diagnostics_is_told_to_ask_again() -> None:
             client.wait("workspace/diagnostic/refresh")
 
 
+@pytest.mark.slow("analyzes thousands of lines twice")
 def test_a_request_sees_everything_above_its_position(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(settling, "PATIENCE", LIMIT)  # a busy machine needs longer
     with Client(QUIET, hurries=True) as client:

@@ -104,6 +104,11 @@ def test_at_beat_0_it_is_at_the_line_that_places_the_later_one() -> None:
         ada bo at line 0.2
         ^^^^^^^^^^^^^^^^^^ meets: `ada` and `bo` start 0.2 m apart: place them at least 0.6 m apart
     """)
+    check("""
+        ada at 0 0
+        bo at 0.5985 0
+        ^^^^^^^^^^^^^^ meets: `ada` and `bo` start 0.599 m apart: place them at least 0.6 m apart
+    """)
 
 
 def test_a_hit_is_at_the_robots_own_word_or_line() -> None:
@@ -121,6 +126,11 @@ def test_a_hit_is_at_the_robots_own_word_or_line() -> None:
         "[robots]\nada.start = {}\nbo.start = {}\ncy.start = { x = -1, y = 1 }\n"
         "[world]\ncircles = [{ x = 1, y = 1.5, radius = 0.3 }]",
     )
+    outside = report("ada at 4 0", "[world]\nsize = [6, 6]\ncircles = [{ x = 4, y = 0, radius = 0.5 }]")
+    assert [each.message for each in outside.diagnostics] == [
+        "`ada` starts too near to circle 1: place it at least 0.3 m away",
+        "`ada` starts outside the floor: place it at least 0.3 m inside",
+    ]
 
 
 def test_what_nobody_has_placed_is_information() -> None:

@@ -43,7 +43,7 @@ def test_everything_a_page_may_request_has_a_row() -> None:
 
 
 def test_a_page_may_send_what_its_rows_say() -> None:
-    asks = {"press", "window", "move", "arrange", "analyze", "complete", "explain", "write"}  # answered, or sent on as another
+    asks = {"press", "window", "move", "arrange", "analyze", "complete", "explain", "write"}  # answered, or sent on
     sent = {row.name for row in COMMANDS.values() if "page" in row.by} - {"editing"}
     assert by_type(FromPage).keys() - asks == sent
 

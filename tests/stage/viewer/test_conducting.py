@@ -217,9 +217,10 @@ def test_a_start_that_was_dragged_is_sent_when_the_hand_lets_go(stage: Page, art
     dialog.get_by_label("heading", exact=True).first.fill("90")
     dialog.get_by_label("heading", exact=True).first.press("Enter")
     assert stage.evaluate(placed)[1:] == [{"ada": {"x": 2, "y": 1, "heading": 90}}]
-    for wrong in ("5000", ""):  # nothing is sent while a number is wrong
+    for wrong in ("5000", ""):  # what is wrong moves nobody, and the last right number comes back
         dialog.get_by_label("y", exact=True).first.fill(wrong)
         dialog.get_by_label("y", exact=True).first.press("Enter")
+        expect(dialog.get_by_label("y", exact=True).first).to_have_value("1")
     assert len(stage.evaluate(placed)) == 2
     dialog.get_by_label("y", exact=True).first.fill("0.12549")
     dialog.get_by_label("y", exact=True).first.press("Enter")

@@ -191,8 +191,12 @@ export class StartPoses {
         this.#changed()
       })
       input.addEventListener("input", () => {
-        if (input.checkValidity()) this.#pose(name)[key] = neat(Number(input.value), FINEST)
+        if (!input.checkValidity()) return
+        this.#pose(name)[key] = neat(Number(input.value), FINEST)
         this.#move(name)
+      })
+      input.addEventListener("change", () => {
+        if (!input.checkValidity()) input.value = String(this.#pose(name)[key]) // what is no number moves nobody
       })
       input.addEventListener("keydown", (event) => {
         if (event.key !== "ArrowUp" && event.key !== "ArrowDown") return
@@ -221,7 +225,9 @@ export class StartPoses {
     const row = this.#rowOf(name)
     for (const key of KEYS) {
       const input = row?.querySelector(`[data-key=${key}]`)
-      if (input instanceof HTMLInputElement && Number(input.value) !== pose[key]) input.value = String(pose[key])
+      if (!(input instanceof HTMLInputElement) || Number(input.value) === pose[key]) continue
+      if (input === document.activeElement && !input.validity.valid) continue // somebody is typing there
+      input.value = String(pose[key])
     }
   }
 }

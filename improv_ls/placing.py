@@ -31,7 +31,7 @@ class Placing:
             if not document:
                 self._editor.warn(f"{name} was not changed: open it in the editor first")
                 return
-            edits = _edits(document.analysis, asked)
+            edits = edits_of(document.analysis, asked)
             if edits is None:
                 self._editor.warn(f"{name} was not changed: {UNPLACED}")
             elif not self._editor.can("workspace.apply_edit"):
@@ -55,10 +55,11 @@ class Placing:
             self._editor.warn(f"the editor did not accept the new {what}")
 
 
-def _edits(analysis: Analysis, asked: PlaceRobots | Form) -> Sequence[Edit] | None:
+def edits_of(analysis: Analysis, asked: PlaceRobots | Form) -> Sequence[Edit] | None:
     """The edits of a program that do what was asked for; None if a line of it has to be fixed first."""
+    analysis = analysis.settled()
     if asked["type"] == "form":
-        return formed(analysis.settled(), asked["shape"], asked["distance"], asked["facing"])
+        return formed(analysis, asked["shape"], asked["distance"], asked["facing"])
     return placed(
         analysis, {robot: (pose["x"], pose["y"], pose["heading"]) for robot, pose in asked["start_poses"].items()}
     )

@@ -11,7 +11,10 @@ import aiohttp
 import pytest
 from lsprotocol import types
 
-from improv_core.text import LineIndex
+from improv_core.diagnostics import Edit
+from improv_core.program.analysis import analyze
+from improv_core.text import LineIndex, Span
+from improv_ls.placing import edits_of
 from improv_ls.positions import to_span
 from tests.ls.client import Client, Message
 from tests.page import live_behind
@@ -68,6 +71,13 @@ def test_the_editor_is_asked_to_write_it(tmp_path: Path) -> None:
     assert text == f"# 🐢\nanna bert at line 1 around 0 0.5\n{line}\nanna bert cleo $ forward\n"
     assert file.read_text(encoding="utf-8") == PROGRAM  # never behind the editor's back
     assert not (tmp_path / "improv.toml").exists()
+
+
+def test_what_was_pasted_just_before_counts() -> None:
+    """Also if it is so much that it has not been read yet."""
+    typed = analyze("ada $ left\n").touched(0, 0, "ada at 1 2\n" + "x = left\n" * 1_000)
+    moved = edits_of(typed, {"type": "place", "start_poses": {"ada": {"x": 3.0, "y": 4.0, "heading": 0.0}}})
+    assert moved == (Edit(Span(0, 10), "ada at 3 4"),)
 
 
 def test_the_text_that_the_editor_has_is_the_one_edited(tmp_path: Path) -> None:
